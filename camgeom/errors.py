@@ -1,0 +1,76 @@
+"""The four ways camgeom says no. Every message names what is wrong and what would be right."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class CamgeomError(Exception):
+    """Base of every error that camgeom raises on purpose; its text is meant for the user."""
+
+    exit_status = 3
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with an input: the key (dotted path), the value found, the allowed range and a hint."""
+
+    key: str
+    message: str
+    value: object = None
+    allowed: str = ""
+    hint: str = ""
+
+    def __str__(self) -> str:
+        shown = "" if self.value is None else f" (found {_short(self.value)})"
+        allowed = f"; allowed: {self.allowed}" if self.allowed else ""
+        hint = f"; {self.hint}" if self.hint else ""
+        return f"{self.key}: {self.message}{shown}{allowed}{hint}"
+
+
+class ProfileError(CamgeomError):
+    """A bad input: every problem found, with file, key, value, allowed range and the nearest spelling."""
+
+    exit_status = 2
+
+    def __init__(self, problems: list[Problem], file: str = "") -> None:
+        self.problems = list(problems)
+        self.file = file
+        super().__init__(self._text())
+
+    def _text(self) -> str:
+        where = f"{self.file}: " if self.file else ""
+        if len(self.problems) == 1:
+            return f"{where}{self.problems[0]}"
+        lines = "\n".join(f"  {problem}" for problem in self.problems)
+        return f"{where}{len(self.problems)} problems\n{lines}"
+
+
+class DesignError(CamgeomError):
+    """The design admits no such product (an undercut cam has no solid); the text says which finding forbids it."""
+
+    exit_status = 1
+
+
+class NotConverged(CamgeomError):
+    """A numerical method did not reach its tolerance; the text says why and what would help."""
+
+    exit_status = 3
+
+
+class GeometryEngineError(CamgeomError):
+    """A geometry engine returned a bad status; the text names the operation and the status."""
+
+    exit_status = 3
+
+
+class ExportError(CamgeomError):
+    """A file could not be written; the text names the file and the reason. An earlier file is untouched."""
+
+    exit_status = 3
+
+
+def _short(value: object, limit: int = 60) -> str:
+    """A value as text, shortened so that a hostile value cannot flood the terminal."""
+    text = repr(value)
+    return text if len(text) <= limit else f"{text[: limit - 1]}…"

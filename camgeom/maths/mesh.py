@@ -1,0 +1,103 @@
+"""A triangle mesh as plain arrays, with the facts a solid is judged by: volume, area, closedness, genus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with outward orientation (counter-clockwise seen from outside).
+
+    vertices  (v, 3) float64, mm
+    faces     (f, 3) int32 vertex indices
+    groups    face-group names (flank, floor, edge, land, end, bore ...)
+    group     (f,) uint8 index into `groups`, or None where all faces are groups[0]
+    fields    result fields on the vertices by name with unit (`contact_pressure_mpa`), each (v,) float64; NaN-free
+    """
+
+    vertices: Floats
+    faces: Ints
+    groups: tuple[str, ...] = ("surface",)
+    group: npt.NDArray[np.uint8] | None = None
+    fields: dict[str, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def volume(self) -> float:
+        """Enclosed volume, mm³ (divergence theorem about the vertex centroid to keep digits)."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        centre = self.vertices.mean(axis=0)
+        return float(np.einsum("fi,fi->", a - centre, np.cross(b - centre, c - centre)) / 6.0)
+
+    @cached_property
+    def face_areas(self) -> Floats:
+        """Area of each triangle, mm², (f,)."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        n = np.cross(b - a, c - a)
+        return np.asarray(0.5 * np.sqrt(np.einsum("fi,fi->f", n, n)))
+
+    @property
+    def area(self) -> float:
+        """Surface area, mm²."""
+        return float(self.face_areas.sum())
+
+    @cached_property
+    def _edge_keys(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        f = self.faces.astype(np.int64)
+        n = np.int64(len(self.vertices))
+        start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
+        return start * n + end, end * n + start
+
+    @cached_property
+    def watertight(self) -> bool:
+        """Every directed edge is met exactly once by its opposite: closed, oriented, two-manifold along edges."""
+        if len(self.faces) == 0:
+            return False
+        forward, backward = self._edge_keys
+        forward = np.sort(forward)
+        if np.any(forward[1:] == forward[:-1]):
+            return False
+        return bool(np.array_equal(forward, np.sort(backward)))
+
+    @cached_property
+    def euler(self) -> int:
+        """Euler characteristic V - E + F of the used vertices."""
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.faces] = True
+        return int(used.sum()) - 3 * len(self.faces) // 2 + len(self.faces)
+
+    @cached_property
+    def components(self) -> int:
+        """Number of connected shells (label propagation on the edges, with pointer jumping)."""
+        label = np.arange(len(self.vertices))
+        edges = self.faces[:, [0, 1]], self.faces[:, [1, 2]]
+        while True:
+            before = label.copy()
+            for edge in edges:
+                low = np.minimum(label[edge[:, 0]], label[edge[:, 1]])
+                np.minimum.at(label, edge[:, 0], low)
+                np.minimum.at(label, edge[:, 1], low)
+            label = label[label]
+            if np.array_equal(before, label):
+                break
+        return len(np.unique(label[np.unique(self.faces)]))
+
+    @property
+    def genus(self) -> int:
+        """Number of through holes summed over the shells: components - euler / 2."""
+        return self.components - self.euler // 2
+
+    def group_faces(self, name: str) -> npt.NDArray[np.bool_]:
+        """Mask (f,) of the faces in the named group; all False where the name is absent."""
+        if name not in self.groups:
+            return np.zeros(len(self.faces), dtype=bool)
+        if self.group is None:
+            return np.full(len(self.faces), self.groups[0] == name)
+        return np.asarray(self.group == self.groups.index(name))
