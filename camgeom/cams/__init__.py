@@ -1,0 +1,30 @@
+"""Cam types, one final class a file, found by file name: kind "constant-width" is `constant_width.Cam`.
+
+Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] table, with these members:
+
+    FOLLOWERS: ClassVar[tuple[str, ...]]      follower kinds it accepts, the first one the usual
+    STARTER: ClassVar[str]                    a commented starter profile (TOML) that runs as it is
+    problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
+    parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid)
+    tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+
+@lru_cache(maxsize=1)
+def kinds() -> tuple[str, ...]:
+    """Names of the cam kinds, found without importing any of them."""
+    return tuple(sorted(m.name.replace("_", "-") for m in iter_modules(__path__) if not m.name.startswith("_")))
+
+
+def cam_class(kind: str) -> Any:
+    """The `Cam` section of a kind; KeyError for an unknown kind."""
+    if kind not in kinds():
+        raise KeyError(kind)
+    return import_module(f"{__name__}.{kind.replace('-', '_')}").Cam

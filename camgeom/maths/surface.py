@@ -1,0 +1,53 @@
+"""Differential geometry of a parametrised surface from its forms. Component-major vectors: (3, ...)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """Scalar product of component-major vectors, broadcast over the trailing axes."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Vector product of component-major vectors, broadcast over the trailing axes."""
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """First form E, F, G and second form L, M, N of a surface with unit normal n (second form -dn.dx)."""
+
+    E: Floats
+    F: Floats
+    G: Floats
+    L: Floats
+    M: Floats
+    N: Floats
+
+    @property
+    def determinant(self) -> Floats:
+        """E G - F², squared area element."""
+        return np.asarray(self.E * self.G - self.F**2)
+
+    def twice_mean(self) -> Floats:
+        """2H = k1 + k2, 1/mm."""
+        return np.asarray((self.E * self.N - 2.0 * self.F * self.M + self.G * self.L) / self.determinant)
+
+    def gauss(self) -> Floats:
+        """K = k1 k2, 1/mm²."""
+        return np.asarray((self.L * self.N - self.M**2) / self.determinant)
+
+    def principal(self) -> tuple[Floats, Floats]:
+        """Principal curvatures, larger first, 1/mm."""
+        half = 0.5 * self.twice_mean()
+        root = np.sqrt(np.maximum(half**2 - self.gauss(), 0.0))
+        return half + root, half - root
