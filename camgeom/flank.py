@@ -35,8 +35,7 @@ class Flank:
     """One flank of a track evaluated at cam angles phi (n,) and meridian stations t (m,) or (n, m).
 
     side  +1: the flank on the side of u x v; -1: the other one.
-    Points where the contact equation has no solution (|w| < |c|: the roller end dives into the cam) are in `missing`;
-    asking for geometry there raises DesignError. `order` 1 gives points and normals only, 2 also curvatures.
+    Where the contact equation has no solution (|w| < |c|: the roller end dives into the cam) DesignError is raised.
     """
 
     track: Track
@@ -44,11 +43,12 @@ class Flank:
     t: Floats
     side: float
     jet_side: str = "right"
+    given_pose: Pose | None = None
 
     @cached_property
     def pose(self) -> Pose:
-        """Pose jets of the roller, order 2."""
-        return self.track.pose(self.phi, 2, self.jet_side)
+        """Pose jets of the roller, order 2 (the given ones where the caller already has them)."""
+        return self.given_pose or self.track.pose(self.phi, 2, self.jet_side)
 
     @cached_property
     def _stations(self) -> tuple[Floats, ...]:

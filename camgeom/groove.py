@@ -1,0 +1,215 @@
+"""The cross-section of a groove cut by a roller, as rows of exact points: flank, edge sweep, floor, edge sweep, flank.
+
+A roller with a flat end has an edge; its end circle sweeps a third surface between flank and floor. At each cam angle
+the end circle touches that surface along the arc from the flank's foot (where the side of the roller touches) to the
+end of the floor's chord (where the flat end touches): in between both the side and the end of the roller are moving
+into the material. The floor is the envelope of the flat end itself: the chord of the end disc along which the velocity
+has no component along the roller axis. A ball has no flat end: both flanks meet at the bottom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError, NotConverged
+from camgeom.flank import Flank
+from camgeom.maths.surface import cross, dot
+from camgeom.track import Arc, Pose, Track
+
+Floats = npt.NDArray[np.float64]
+Level = Callable[[Floats], Floats]
+"""Scalar field on points (3, ...): zero on the blank's surface, positive outside."""
+
+
+def cylinder_level(radius: float) -> Level:
+    """Field of a cylinder about Z: (x² + y² - R²) / 2R, about the radial distance in mm."""
+    return lambda x: (x[0] * x[0] + x[1] * x[1] - radius * radius) / (2.0 * radius)
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Everything about a groove that is asked at one set of cam angles (n,), computed once."""
+
+    track: Track
+    phi: Floats
+
+    @cached_property
+    def pose(self) -> Pose:
+        """Pose jets (order 1)."""
+        return self.track.pose(self.phi, 1)
+
+    def wall(self, side: float, t: Floats) -> Floats:
+        """Flank points (3, n, m) at stations t (m,) or (n, m)."""
+        return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
+
+    @cached_property
+    def tip_t(self) -> float:
+        """Meridian parameter of the roller's free end."""
+        return self.track.meridian.parameter(self.track.tip)
+
+    @property
+    def ball_ended(self) -> bool:
+        """True where the roller's end is the pole of a ball, so that there is no flat end."""
+        return isinstance(self.track.meridian, Arc) and abs(abs(self.tip_t) - 0.5 * pi) < 1e-9
+
+    def bottom_t(self) -> Floats:
+        """Meridian parameter (n, 1) where the flanks end at the bottom.
+
+        The flat end's edge; for a ball the point where the contact circle, which lies across the velocity of the
+        ball's centre, comes nearest to the pole: asin(|v.u| / |v|) from it.
+        """
+        n = len(self.phi)
+        if not self.ball_ended:
+            return np.full((n, 1), self.tip_t)
+        v = self._ball_velocity()
+        sine = np.clip(dot(v, self.pose.u[0]) / np.sqrt(dot(v, v)), -1.0, 1.0)
+        return np.asarray(np.sign(self.tip_t) * (0.5 * pi - np.abs(np.arcsin(sine)))[:, None])
+
+    def ball_bottom(self) -> Floats:
+        """The point (3, n) where both flanks of a ball's groove meet: on the contact circle, nearest to the pole."""
+        u, v = self.pose.u[0], self._ball_velocity()
+        meridian = self.track.meridian
+        down = np.sign(self.tip_t) * (u - (dot(u, v) / dot(v, v)) * v)
+        down /= np.sqrt(dot(down, down))
+        return np.asarray(self.pose.a[0] + meridian.centre * u + meridian.radius * down)
+
+    def _ball_velocity(self) -> Floats:
+        return np.asarray(self.pose.a[1] + self.track.meridian.centre * self.pose.u[1])
+
+    def reach(self, side: float, level: Level, guess: float) -> Floats:
+        """Meridian parameter (n, 1) where the flank crosses level(x) = 0, by a vectorised secant from delta = guess.
+
+        Raises NotConverged where the flank does not meet the surface.
+        """
+        n = len(self.phi)
+        meridian = self.track.meridian
+        t0 = np.full((n, 1), meridian.parameter(guess))
+        step = 1e-4 * abs(self.track.contact[1] - self.track.contact[0])
+        t1 = np.full((n, 1), meridian.parameter(guess - step * np.sign(guess - self.track.tip)))
+        f0, f1 = level(self.wall(side, t0)), level(self.wall(side, t1))
+        scale = float(np.abs(self.track.contact).max()) + abs(guess)
+        for _ in range(30):
+            if np.abs(f1).max() < 1e-14 * scale:
+                return t1
+            slope = np.where(f1 != f0, f1 - f0, 1.0)
+            move = np.where(f1 != f0, f1 * (t1 - t0) / slope, 0.0)
+            t0, f0, t1 = t1, f1, t1 - move
+            f1 = level(self.wall(side, t1))
+        if float(np.abs(f1).max()) < 1e-11 * scale:
+            return t1
+        worst = int(np.argmax(np.abs(f1)))
+        raise NotConverged(
+            f"the flank of track {self.track.name!r} does not meet the blank's surface at cam angle "
+            f"{np.degrees(self.phi[worst]):.6g} deg; check roller, groove depth and blank"
+        )
+
+    @cached_property
+    def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
+        """Centre (3, n) and radius of the flat end, chord offset vector (3, n) and half chord vector (3, n)."""
+        _, _, _, r, _, _ = self.track.meridian.jet(np.array([self.tip_t]))
+        radius = float(r[0])
+        a, u = self.pose.a, self.pose.u
+        centre, v = a[0] + self.track.tip * u[0], a[1] + self.track.tip * u[1]
+        turn = dot(u[1], u[1])
+        if np.any(turn <= 1e-18):
+            raise DesignError(f"track {self.track.name!r}: the roller axis keeps its direction, so its end cuts a plane")
+        offset = (dot(v, u[0]) / turn) * u[1]
+        left = radius**2 - dot(offset, offset)
+        if np.any(left <= 0.0):
+            worst = int(np.argmin(left))
+            raise DesignError(
+                f"track {self.track.name!r}: at cam angle {np.degrees(self.phi[worst]):.6g} deg the whole end of the "
+                "roller dives into the cam; reduce the motion along the roller axis"
+            )
+        return centre, radius, offset, np.sqrt(left / turn) * cross(u[0], u[1])
+
+    def chord_end(self, side: float) -> Floats:
+        """End of the floor's chord on one side, (3, n)."""
+        centre, _, offset, half = self._end_disc
+        return np.asarray(centre + offset + side * self._handed * half)
+
+    @cached_property
+    def _handed(self) -> Floats:
+        """+1 where u x u' points to the side +1 flank."""
+        u = self.pose.u
+        v = self.pose.a[1] + self.track.tip * u[1]
+        return np.where(dot(v, u[1]) >= 0.0, 1.0, -1.0)
+
+    def edge_angle(self, side: float) -> tuple[Floats, Floats, Floats]:
+        """Arc of the end circle from the flank's foot to the chord's end: start m (3, n), u x m, signed angle (n,)."""
+        centre, radius, _, _ = self._end_disc
+        u = self.pose.u[0]
+        foot = self.wall(side, np.array([self.tip_t]))[:, :, 0]
+        start, stop = (foot - centre) / radius, (self.chord_end(side) - centre) / radius
+        third = cross(u, start)
+        return start, third, np.arctan2(dot(stop, third), dot(stop, start))
+
+    def edge(self, side: float, share: Floats) -> Floats:
+        """Points of the end-circle sweep, (3, n, k), at shares (k,) of the arc: 0 the flank's foot, 1 the floor."""
+        centre, radius, _, _ = self._end_disc
+        start, third, angle = self.edge_angle(side)
+        turn = angle[:, None] * share[None, :]
+        x = centre[:, :, None] + radius * (np.cos(turn) * start[:, :, None] + np.sin(turn) * third[:, :, None])
+        x[:, :, share == 1.0] = self.chord_end(side)[:, :, None]
+        return np.asarray(x)
+
+
+@dataclass(frozen=True, eq=False)
+class GrooveSection:
+    """Rows of points across a groove, from the top of flank `first` down, across the floor and up the other flank.
+
+    top      for each of the two flanks the level surface it ends at, and a guess of delta there
+    first    side (+1 or -1) of the flank that comes first
+    """
+
+    track: Track
+    level: Level
+    guess: float
+    first: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Face-group names of the bands."""
+        if self._ball:
+            return ("flank", "flank")
+        return ("flank", "edge", "floor", "edge", "flank")
+
+    @cached_property
+    def _ball(self) -> bool:
+        return Column(self.track, np.zeros(1)).ball_ended
+
+    @property
+    def max_counts(self) -> tuple[int, ...]:
+        """Most cells across each band (the floor is straight across)."""
+        return (4000, 4000) if self._ball else (4000, 4000, 1, 4000, 4000)
+
+    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n, 1 + sum(counts))."""
+        first, last = self.first, -self.first
+        down = self._wall(column, first, counts[0])
+        up = self._wall(column, last, counts[-1])[:, :, ::-1]
+        if self._ball:
+            return np.concatenate([down, up[:, :, 1:]], axis=2)
+        arc1 = column.edge(first, np.arange(1, counts[1] + 1) / counts[1])
+        arc2 = column.edge(last, np.arange(counts[3], 0, -1) / counts[3])
+        floor = self._floor(arc1[:, :, -1], arc2[:, :, 0], counts[2])
+        return np.concatenate([down, arc1, floor, arc2, up], axis=2)
+
+    def _wall(self, column: Column, side: float, count: int) -> Floats:
+        top = column.reach(side, self.level, self.guess)
+        share = np.arange(count + 1) / count
+        if not self._ball:
+            return column.wall(side, top + (column.bottom_t() - top) * share)
+        upper = column.wall(side, top + (column.bottom_t() - top) * share[:-1])
+        return np.concatenate([upper, column.ball_bottom()[:, :, None]], axis=2)
+
+    @staticmethod
+    def _floor(start: Floats, stop: Floats, count: int) -> Floats:
+        share = np.arange(1, count) / count
+        return np.asarray(start[:, :, None] + (stop - start)[:, :, None] * share)
