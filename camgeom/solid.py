@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.blank import Blank, Builder, close_ends
+from camgeom.engine import subtract
 from camgeom.errors import DesignError
-from camgeom.groove import Column, GrooveSection, cylinder_level
+from camgeom.groove import Column, GrooveSection, Level, cylinder_level
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.strips import Grid, sample
 from camgeom.track import Track
@@ -81,17 +82,8 @@ class GroovedCylinder:
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
         grid, names = self.grid(tolerance)
-        builder = Builder()
-        index = stitched(builder, grid.points[:, :-1], grid.counts, names, tolerance)
         self._check(grid.points)
-        faces = wrapped_faces(index, grid.rising, inward=self.track.sense > 0)
-        for b, name in enumerate(names):
-            builder.faces(faces[b_slice(grid.counts, b)].reshape(-1, 3), name)
-        bottom, top = index[:, 0], index[:, -1]
-        if self.track.sense > 0:
-            bottom, top = bottom[::-1], top[::-1]
-        close_ends(builder, bottom, top, 0.0, self.length, self.blank.bore, tolerance)
-        return Solid(self.name, builder.mesh(), grid.chord_error, "direct", 0 if self.blank.bore is None else 1)
+        return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.length), self.blank, tolerance)
 
     def _check(self, points: Floats) -> None:
         low, high = points[2, :, 1], points[2, :, -2]
@@ -141,3 +133,167 @@ def cell_faces(
     second = np.stack([np.where(rising, p00, p10), p11, p01], axis=-1)
     faces = np.stack([first, second], axis=-2)
     return np.asarray(faces[..., ::-1] if inward else faces)
+
+
+@dataclass(frozen=True, eq=False)
+class RibbedCylinder:
+    """A drum of `base` radius with a rib of outer `radius` between a lower and an upper roller."""
+
+    name: str
+    lower: Track
+    upper: Track
+    blank: Blank
+    base: float
+    radius: float
+    length: float
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh directly. Raises DesignError where the rib leaves the drum or its edges turn back or cross."""
+        low_side, high_side = self._facing(self.lower, 1.0), self._facing(self.upper, -1.0)
+        most = (1, 4000, 4000, 4000, 1)
+        names = ("base", "flank", "land", "flank", "base")
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            low, high = Column(self.lower, phi), Column(self.upper, phi)
+            up = self._wall(low, low_side, counts[1])
+            down = self._wall(high, high_side, counts[3])[:, :, ::-1]
+            top = on_cylinder(up[:, :, -1], down[:, :, 0], self.radius, counts[2])
+            start = GroovedCylinder._land(up[:, :, 0], 0.0, counts[0])
+            stop = GroovedCylinder._land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
+            return np.concatenate([start, up, top, down, stop], axis=2)
+
+        grid = sample(rows, self.lower.knots(), len(most), tolerance, most)
+        ends = np.cumsum(grid.counts)
+        self._check(grid.points[:, :, [1, ends[0] + grid.counts[1], ends[2], ends[3]]])
+        return closed_body(self.name, grid, names, self.lower.sense > 0, (0.0, self.length), self.blank, tolerance)
+
+    def _wall(self, column: Column, side: float, count: int) -> Floats:
+        foot = column.reach(side, cylinder_level(self.base), self.base)
+        top = column.reach(side, cylinder_level(self.radius), self.radius)
+        return column.wall(side, foot + (top - foot) * np.arange(count + 1) / count)
+
+    @staticmethod
+    def _facing(track: Track, sign: float) -> float:
+        """The side (+1 or -1) of the roller's flank whose normal points along sign * Z."""
+        column = Column(track, np.zeros(1))
+        t = np.array([track.meridian.parameter(track.contact[1])])
+        return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
+
+    def _check(self, edges: Floats) -> None:
+        z = edges[2]
+        if z.min() <= 0.0 or z.max() >= self.length:
+            raise DesignError("the rib runs out of an end face; lengthen the drum or move `start`")
+        for k in range(edges.shape[2]):
+            angle = np.unwrap(np.arctan2(edges[1, :, k], edges[0, :, k]))
+            if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
+                raise DesignError("the rib's edge turns back on itself: the flank is undercut")
+
+
+def on_cylinder(start: Floats, stop: Floats, radius: float, count: int) -> Floats:
+    """Rows (3, n, count - 1) strictly between two edges on a cylinder, straight in angle and z."""
+    share = np.arange(1, count) / count
+    a0 = np.arctan2(start[1], start[0])
+    sweep = (np.arctan2(stop[1], stop[0]) - a0 + np.pi) % (2.0 * np.pi) - np.pi
+    angle = a0[:, None] + sweep[:, None] * share
+    z = start[2][:, None] + (stop[2] - start[2])[:, None] * share
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z])
+
+
+def closed_body(
+    name: str,
+    grid: Grid,
+    names: tuple[str, ...],
+    inward: bool,
+    ends: tuple[float, float],
+    blank: Blank,
+    tolerance: float,
+) -> Solid:
+    """Close a grid that runs once round the axis, from the lower end ring to the upper one, into a solid."""
+    builder = Builder()
+    index = stitched(builder, grid.points[:, :-1], grid.counts, names, tolerance)
+    faces = wrapped_faces(index, grid.rising, inward)
+    for b, band in enumerate(names):
+        builder.faces(faces[b_slice(grid.counts, b)].reshape(-1, 3), band)
+    bottom, top = index[:, 0], index[:, -1]
+    if inward:
+        bottom, top = bottom[::-1], top[::-1]
+    close_ends(builder, bottom, top, ends[0], ends[1], blank.bore, tolerance)
+    return Solid(name, builder.mesh(), grid.chord_error, "direct", 0 if blank.bore is None else 1)
+
+
+@dataclass(frozen=True, eq=False)
+class CutBlank:
+    """A blank minus the groove bodies of its tracks, by one boolean.
+
+    outside  level surface beyond the blank at which the groove bodies end, and a guess of delta there
+    ridge    delta of the groove body's back, safely outside the blank
+    """
+
+    name: str
+    tracks: tuple[Track, ...]
+    blank: Blank
+    outside: Level
+    guess: float
+    ridge: float
+    expected_genus: int
+
+    def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
+        """One groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm."""
+        section = GrooveSection(track, self.outside, self.guess, 1.0)
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            return section.rows(Column(track, phi), counts)
+
+        grid = sample(rows, track.knots(), len(section.names), tolerance, section.max_counts)
+        return groove_body(grid, section, self.ridge, tolerance), grid.chord_error
+
+    def solid(self, tolerance: float) -> Solid:
+        """One boolean. Raises GeometryEngineError where the engine refuses."""
+        tools = [self.tool(track, tolerance) for track in self.tracks]
+        mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
+        error = max([tolerance * BLANK_SHARE, *(e for _, e in tools)])
+        return Solid(self.name, mesh, error, "boolean", self.expected_genus)
+
+
+BLANK_SHARE = 1.0
+"""the blank's own chord error as a share of the tolerance (its mesh is made within it)"""
+
+
+def groove_body(grid: Grid, section: GrooveSection, ridge: float, tolerance: float) -> Mesh:
+    """Close a groove grid with a back over its ridge (the roller axis at delta = ridge) and, where open, two caps."""
+    track = section.track
+    pose = track.pose(grid.phi, 0)
+    back = pose.a[0] + ridge * pose.u[0]
+    points = np.concatenate([grid.points, back[:, :, None]], axis=2)
+    closed = track.closed
+    builder = Builder()
+    index = stitched(builder, points[:, :-1] if closed else points, grid.counts, section.names, tolerance)
+    ring = np.concatenate([index, index[:, :1]], axis=1)
+    rising = np.concatenate([grid.rising, np.ones((len(grid.rising), 2), dtype=bool)], axis=1)
+    if closed:
+        faces = wrapped_faces(ring, rising, inward=False)
+    else:
+        faces = cell_faces(ring[:-1, :-1], ring[1:, :-1], ring[1:, 1:], ring[:-1, 1:], rising, inward=False)
+    for b, name in enumerate(section.names):
+        builder.faces(faces[b_slice(grid.counts, b)].reshape(-1, 3), name)
+    builder.faces(faces[:, sum(grid.counts) :].reshape(-1, 3), "back")
+    if not closed:
+        cap = _cap(ring[0, :-2], ring[0, -2])
+        builder.faces(cap, "cap")
+        builder.faces(_cap(ring[-1, :-2], ring[-1, -2])[:, ::-1], "cap")
+    mesh = builder.mesh()
+    if mesh.volume < 0.0:
+        return Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.groups, mesh.group)
+    return mesh
+
+
+def _cap(rows: Index, ridge: np.int64) -> Index:
+    """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
+    half = len(rows) // 2
+    left, right = rows[: half + 1], rows[::-1][: len(rows) - half]
+    triangles = [[ridge, rows[0], rows[-1]]]
+    for j in range(max(len(left), len(right)) - 1):
+        l0, l1 = left[min(j, len(left) - 1)], left[min(j + 1, len(left) - 1)]
+        r0, r1 = right[min(j, len(right) - 1)], right[min(j + 1, len(right) - 1)]
+        triangles += [[l0, l1, r0], [l1, r1, r0]]
+    return np.array(triangles, dtype=np.int64)
