@@ -1,0 +1,154 @@
+"""The motion round the cam: dwells and lawful segments, periodic jets, knots, continuity, peaks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.motion.law import JUMP_TOLERANCE, ORDER_LIMIT
+from camgeom.motion.piece import Piece
+from camgeom.motion.resolve import resolve
+from camgeom.motion.segment import TURN, Segment, Span
+from camgeom.motion.table import Floats, Peak, Side, Table
+
+__all__ = ["Continuity", "Jump", "Program", "Segment", "Span"]
+
+
+class Jump(NamedTuple):
+    """A step in a derivative of the lift: cam angle (rad), order (0 lift ... 3 jerk), size (lift per rad^order)."""
+
+    angle: float
+    order: int
+    size: float
+
+
+class Continuity(NamedTuple):
+    """How smooth a program is: the highest derivative that is continuous all round, and every jump up to the jerk."""
+
+    order: int
+    jumps: tuple[Jump, ...]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Program:
+    """The follower's motion over the cam angle, periodic; lift in mm or rad, angles in rad.
+
+    `advance` is what the lift grows by in each turn (the index angle of a turret; 0 for a closed program).
+
+    >>> from camgeom.motion import Program, Segment
+    >>> rise, rest = Segment(math.pi, 10.0, "cycloidal"), Segment(1.5 * math.pi, 0.0, "3-4-5")
+    >>> program = Program.from_segments([rise, rest, Segment(2 * math.pi)])
+    >>> program.jet(math.pi / 2, order=1).round(6)
+    array([5.      , 6.366198])
+    """
+
+    segments: tuple[Segment, ...]
+    spans: tuple[Span, ...]
+    pieces: tuple[tuple[Piece, ...], ...]
+    advance: float = 0.0
+
+    @classmethod
+    def from_segments(
+        cls,
+        segments: Sequence[Segment],
+        start: float = 0.0,
+        *,
+        closed: bool = True,
+        angular: bool = False,
+        folder: str = "",
+        key: str = "motion",
+    ) -> Program:
+        """The program that begins at `start` (mm or rad) and runs through the segments, the last until 2 pi.
+
+        closed=False lets it end elsewhere and repeat from there (a turret). `angular` says that lifts are angles, shown
+        in degrees in messages; `folder` is where relative file names start. Raises ProfileError with every problem
+        found, named `motion[i].key`.
+        """
+        spans, pieces = resolve(segments, start, closed, math.radians(1.0) if angular else 1.0, folder, key)
+        advance = 0.0 if closed else spans[-1].after - start
+        return cls(tuple(segments), spans, pieces, advance)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the follower is back at its start after one turn."""
+        return self.advance == 0.0
+
+    @cached_property
+    def table(self) -> Table:
+        """All pieces over one turn as arrays, in rad of cam angle."""
+        edges, anchors, rates = [0.0], list[float](), list[float]()
+        for span, pieces in zip(self.spans, self.pieces, strict=True):
+            width = span.end - span.start
+            for piece in pieces:
+                edges.append(span.end if piece.end == 1.0 else span.start + piece.end * width)
+                anchors.append(span.end if piece.anchor == 1.0 else span.start + piece.anchor * width)
+            rates.extend([1.0 / width] * len(pieces))
+        rows = [piece for pieces in self.pieces for piece in pieces]
+        return Table(np.array(edges), np.array(anchors), np.array(rates), rows)
+
+    def jet(self, theta: npt.ArrayLike, order: int = 3, side: Side = "right") -> Floats:
+        """Lift (mm or rad) and its derivatives per rad of cam angle, (order + 1, *theta.shape), at any real theta.
+
+        At a knot the right-hand limit is given, or the left-hand one with side="left". Raises ValueError where an angle
+        is not finite.
+        """
+        angle = np.asarray(theta, dtype=float)
+        flat = angle.ravel()
+        turns = np.floor(flat / TURN) if side == "right" else np.ceil(flat / TURN) - 1.0
+        # Rounding may leave an angle a hair outside its turn; it belongs to the turn's end.
+        local = np.clip(flat - turns * TURN, 0.0, TURN)
+        if not np.isfinite(local.sum()):
+            raise ValueError("cam angles must be finite")
+        out = self.table.jet(local, order, side)
+        if self.advance:
+            out[0] += turns * self.advance
+        return out.reshape(order + 1, *angle.shape)
+
+    @cached_property
+    def knots(self) -> Floats:
+        """Cam angles (rad) from 0 to 2 pi where some derivative may jump: segment ends and breaks inside the laws."""
+        ends = np.array([0.0, *(span.end for span in self.spans)])
+        knots = np.unique(np.concatenate([ends, self.table.edges[1:-1][self._lowest_jumps[1:] <= ORDER_LIMIT]]))
+        knots.setflags(write=False)
+        return knots
+
+    @cached_property
+    def _steps(self) -> Floats:
+        """The steps (ORDER_LIMIT + 1, p) in lift and derivatives at each piece's beginning; 0 where there is none."""
+        table = self.table
+        after = np.arange(len(table))
+        before = np.roll(after, 1)
+        steps = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
+        steps[0, 0] += self.advance
+        bounds = table.bounds(ORDER_LIMIT)
+        steps[np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after])] = 0.0
+        return steps
+
+    @cached_property
+    def _lowest_jumps(self) -> npt.NDArray[np.intp]:
+        steps = self._steps != 0.0
+        return np.where(steps.any(axis=0), np.argmax(steps, axis=0), ORDER_LIMIT + 1)
+
+    @cached_property
+    def continuity(self) -> Continuity:
+        """The order of continuity (counted up to 9) and the jumps of lift, velocity, acceleration and jerk."""
+        angles = self.table.edges[:-1]
+        piece, order = np.nonzero(self._steps[:4].T)
+        sizes = self._steps[order, piece]
+        jumps = tuple(Jump(float(angles[p]), int(r), float(v)) for p, r, v in zip(piece, order, sizes, strict=True))
+        return Continuity(int(min(self._lowest_jumps.min() - 1, ORDER_LIMIT)), jumps)
+
+    def peak(self, order: int) -> Peak:
+        """The extreme (signed; lift per rad^order) of a derivative and its cam angle (rad), refined to rounding."""
+        return self.table.derivative_peak(order)
+
+    def mean_square(self, order: int = 2) -> float:
+        """The mean square of a derivative over the turn, (lift per rad^order)²; exact up to rounding."""
+        return self.table.mean_square(order)

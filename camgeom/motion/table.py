@@ -1,0 +1,224 @@
+"""Many pieces evaluated at once: jets of any order, jumps at the edges, peaks, and mean squares, all vectorised."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.motion.piece import Piece
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+Side = Literal["left", "right"]
+JetMap = Callable[[Floats], Floats]
+
+
+class Peak(NamedTuple):
+    """A signed extreme value and the place where it is reached."""
+
+    value: float
+    at: float
+
+
+class _Block(NamedTuple):
+    """Pieces of one shape (degree, number of waves) as columns: power (degree + 1, m); w, a, b (waves, m)."""
+
+    power: Floats
+    w: Floats
+    a: Floats
+    b: Floats
+
+    def fill(self, out: Floats, column: Indices, u: Floats) -> None:
+        """Write the jets at the points u (n,) of the pieces `column` (n,) into out (order + 1, n)."""
+        order = len(out) - 1
+        single = self.power.shape[1] == 1
+        out[:] = 0.0
+        # Repeated Horner: afterwards out[r] is the r-th derivative divided by r!.
+        for k in range(len(self.power) - 1, -1, -1):
+            for r in range(min(order, len(self.power) - 1 - k), 0, -1):
+                out[r] *= u
+                out[r] += out[r - 1]
+            out[0] *= u
+            out[0] += self.power[k, 0] if single else self.power[k][column]
+        for r in range(2, min(order, len(self.power) - 1) + 1):
+            out[r] *= math.factorial(r)
+        for row_w, row_a, row_b in zip(self.w, self.a, self.b, strict=True):
+            w, a, b = (row[0] if single else row[column] for row in (row_w, row_a, row_b))
+            _add_wave(out, w, a, b, u)
+
+    def bound(self, reach: Floats, order: int) -> Floats:
+        """Upper bounds (order + 1, m) of |derivative| where |u| <= reach (m,): the scale that rounding is judged by."""
+        out = np.zeros((order + 1, len(reach)))
+        for r in range(order + 1):
+            for k in range(len(self.power) - 1, r - 1, -1):
+                out[r] *= reach
+                out[r] += math.perm(k, r) * np.abs(self.power[k])
+            for w, a, b in zip(self.w, self.a, self.b, strict=True):
+                out[r] += (np.abs(a) + np.abs(b)) * w**r
+        return out
+
+
+def _add_wave(out: Floats, w: Floats, a: Floats, b: Floats, u: Floats) -> None:
+    """Add the jet of a (cos(w u) - 1) + b sin(w u); half angles keep the digits of cos - 1 near the anchor."""
+    half = 0.5 * w * u
+    sine, cosine = np.sin(half), np.cos(half)
+    versine = -2.0 * sine * sine
+    sine = 2.0 * sine * cosine
+    out[0] += a * versine + b * sine
+    if len(out) == 1:
+        return
+    cosine = 1.0 + versine
+    even, odd = a * cosine + b * sine, b * cosine - a * sine
+    factor = w
+    for r in range(1, len(out)):
+        term = factor * (odd if r % 2 else even)
+        if r % 4 >= 2:
+            out[r] -= term
+        else:
+            out[r] += term
+        factor = factor * w
+
+
+@final
+class Table:
+    """A row of pieces on the edges (p + 1,), each stretched by its own rate: f(t), u = (t - anchor) rate. Immutable.
+
+    Limits at the edges, peaks and means are taken in the pieces' own coordinate u, so they keep their digits where an
+    interval is so short that t itself has few.
+    """
+
+    def __init__(self, edges: Floats, anchors: Floats, rates: Floats, pieces: Sequence[Piece]) -> None:
+        shapes: dict[tuple[int, int], list[int]] = {}
+        for i, piece in enumerate(pieces):
+            shapes.setdefault((len(piece.power), len(piece.waves)), []).append(i)
+        self.edges, self.anchors, self.rates = edges, anchors, rates
+        self.first_u = np.array([piece.start - piece.anchor for piece in pieces])
+        self.last_u = np.array([piece.end - piece.anchor for piece in pieces])
+        self._block_of = np.zeros(len(pieces), dtype=np.intp)
+        self._column_of = np.zeros(len(pieces), dtype=np.intp)
+        self._plain = bool(np.all(rates == 1.0))
+        blocks = []
+        for number, members in enumerate(shapes.values()):
+            self._block_of[members] = number
+            self._column_of[members] = np.arange(len(members))
+            power = np.array([pieces[i].power for i in members], dtype=float).T
+            waves = np.array([pieces[i].waves for i in members], dtype=float).reshape(len(members), -1, 3)
+            blocks.append(_Block(power, *(np.ascontiguousarray(waves[:, :, c].T) for c in range(3))))
+        self._blocks = tuple(blocks)
+        for array in (edges, anchors, rates, self.first_u, self.last_u):
+            array.setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.anchors)
+
+    @classmethod
+    def of(cls, pieces: Sequence[Piece]) -> Table:
+        """The table of contiguous pieces in their own coordinate."""
+        edges = np.array([pieces[0].start, *(piece.end for piece in pieces)])
+        return cls(edges, np.array([piece.anchor for piece in pieces]), np.ones(len(pieces)), pieces)
+
+    def locate(self, t: Floats, side: Side = "right") -> Indices:
+        """The piece (n,) that holds each t; at an edge the right-hand or the left-hand one."""
+        return np.searchsorted(self.edges[1:-1], t, side=side)
+
+    def jet(self, t: Floats, order: int, side: Side = "right") -> Floats:
+        """Value and derivatives (order + 1, n) at t (n,)."""
+        index = self.locate(t, side)
+        u = t - self.anchors[index]
+        if not self._plain:
+            u *= self.rates[index]
+        return self.at(index, u, order)
+
+    def limit(self, index: Indices, order: int, end: Literal["first", "last"]) -> Floats:
+        """The jets (order + 1, m) of the given pieces at their own first or last point."""
+        return self.at(index, (self.first_u if end == "first" else self.last_u)[index], order)
+
+    def at(self, index: Indices, u: Floats, order: int) -> Floats:
+        """Value and derivatives with respect to t (order + 1, n) of the pieces `index` (n,) at their own u (n,)."""
+        out = np.empty((order + 1, len(u)))
+        column, block_of = self._column_of[index], self._block_of[index]
+        for number, block in enumerate(self._blocks):
+            if len(self._blocks) == 1:
+                block.fill(out, column, u)
+                break
+            chosen = np.flatnonzero(block_of == number)
+            if len(chosen):
+                part = np.empty((order + 1, len(chosen)))
+                block.fill(part, column[chosen], u[chosen])
+                out[:, chosen] = part
+        if not self._plain:
+            rate = self.rates[index]
+            factor = rate
+            for r in range(1, order + 1):
+                out[r] *= factor
+                factor = factor * rate
+        return out
+
+    def bounds(self, order: int) -> Floats:
+        """Upper bounds (order + 1, p) of the derivatives on each piece."""
+        reach = np.maximum(np.abs(self.first_u), np.abs(self.last_u))
+        out = np.empty((order + 1, len(self)))
+        for number, block in enumerate(self._blocks):
+            members = np.flatnonzero(self._block_of == number)
+            out[:, members] = block.bound(reach[members], order)
+        return np.asarray(out * self.rates ** np.arange(order + 1)[:, None])
+
+    def peak(self, order: int, value: JetMap, slope: JetMap) -> Peak:
+        """The largest |value(jet)|: edges from both sides, and the roots of `slope` inside, refined to rounding."""
+        m = 17 + 2 * max(len(block.power) for block in self._blocks) + 4 * math.ceil(self._phase())
+        u = np.linspace(self.first_u, self.last_u, m, axis=1)
+        index = np.repeat(np.arange(len(self)), m)
+        jets = self.at(index, u.ravel(), order)
+        height, rise = value(jets).reshape(u.shape), slope(jets).reshape(u.shape)
+        piece, left = np.nonzero(rise[:, :-1] * rise[:, 1:] < 0.0)
+        inner = self._root(piece, u[piece, left], u[piece, left + 1], order, slope)
+        heights = np.concatenate([value(self.at(piece, inner, order)), height.ravel()])
+        # A plateau or a tie is reported where it is first reached.
+        first = np.flatnonzero(np.abs(heights) >= np.abs(heights).max() * (1.0 - 1e-12))
+        owner = np.concatenate([piece, index])[first]
+        places = self.anchors[owner] + np.concatenate([inner, u.ravel()])[first] / self.rates[owner]
+        chosen = np.argmin(places)
+        return Peak(float(heights[first[chosen]]), float(places[chosen]))
+
+    def _root(self, piece: Indices, low: Floats, high: Floats, order: int, slope: JetMap) -> Floats:
+        """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket, by bisection to the last digit."""
+        if len(piece) == 0:
+            return low
+        sign = np.sign(slope(self.at(piece, low, order)))
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            before = slope(self.at(piece, middle, order)) * sign > 0.0
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return np.asarray(0.5 * (low + high))
+
+    def derivative_peak(self, order: int) -> Peak:
+        """The largest |derivative of the given order| and where."""
+        return self.peak(order + 1, lambda jets: jets[order], lambda jets: jets[order + 1])
+
+    def mean_square(self, order: int) -> float:
+        """The mean square of a derivative over the whole row.
+
+        Gauss-Legendre per piece with degree + phase + 13 nodes: exact for the powers, and for the waves below
+        rounding, since the rule converges faster than any power once it has more nodes than the phase in radians.
+        """
+        nodes = max(len(block.power) for block in self._blocks) + 13 + math.ceil(self._phase())
+        x, weight = np.polynomial.legendre.leggauss(nodes)
+        middle, half = 0.5 * (self.last_u + self.first_u), 0.5 * (self.last_u - self.first_u)
+        u = middle[:, None] + half[:, None] * x
+        index = np.repeat(np.arange(len(self)), nodes)
+        square = self.at(index, u.ravel(), order)[order].reshape(u.shape) ** 2
+        return float((square @ weight * half / self.rates).sum() / (self.edges[-1] - self.edges[0]))
+
+    def _phase(self) -> float:
+        """The largest phase, in radians, that a wave turns through on its piece."""
+        width = self.last_u - self.first_u
+        phases = [
+            float((block.w * width[self._block_of == number]).max())
+            for number, block in enumerate(self._blocks)
+            if block.w.size
+        ]
+        return max(phases, default=0.0)
