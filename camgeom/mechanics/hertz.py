@@ -1,0 +1,263 @@
+"""Hertz contact of roller and cam: pressure, width, approach, stresses below the surface; lines and ellipses.
+
+Units mm, N, MPa; `curvature` is the relative curvature of the pair, 1/mm; `compliance` is
+(1 - nu1²)/E1 + (1 - nu2²)/E2, 1/MPa. All functions broadcast over arrays of any shape. A curvature that is not
+positive is no Hertz contact (the bodies interfere or touch along a surface) and raises DesignError.
+Source of the formulas: K. L. Johnson, Contact Mechanics, 1985, chapters 3 to 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camgeom.errors import DesignError
+from camgeom.mechanics.material import Material
+from camgeom.mechanics.panels import bracketed_root
+
+Array = NDArray[np.float64]
+
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+SHEAR_DEPTH = float(np.sqrt(GOLDEN))
+"""Depth of the largest shear below a line contact over half-width: 0.78615, the root of q² + q = 1 in q = depth²."""
+SHEAR_SHARE = float(SHEAR_DEPTH - GOLDEN / np.sqrt(1.0 + GOLDEN))
+"""Largest shear below a line contact over peak pressure: 0.30028."""
+HALF_SPACE_LIMIT = 0.1
+"""Half-width over radius up to which half-space theory is good to about one per cent."""
+
+
+def line_pressure(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Array:
+    """Peak pressure of a line contact, MPa: sqrt(w k / (pi compliance)), w the load per length in N/mm."""
+    load, k = _loaded(line_load), _positive(curvature)
+    return np.asarray(np.sqrt(load) * np.sqrt(k) / np.sqrt(np.pi * np.asarray(compliance, dtype=np.float64)))
+
+
+def line_half_width(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Array:
+    """Half-width of a line contact, mm: sqrt(4 w compliance / (pi k))."""
+    load, k = _loaded(line_load), _positive(curvature)
+    return np.asarray(2.0 * np.sqrt(load) * np.sqrt(np.asarray(compliance, dtype=np.float64) / np.pi) / np.sqrt(k))
+
+
+def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike, compliance: ArrayLike) -> Array:
+    """Load, N, at which a line contact of this length (mm) reaches the peak pressure (MPa).
+
+    F = pi b rho_e sigma² compliance with rho_e = 1/curvature (T/WLJC 15-2018, equation 35).
+    """
+    sigma = np.asarray(pressure, dtype=np.float64)
+    return np.asarray(np.pi * np.asarray(length, dtype=np.float64) / _positive(curvature)
+                      * sigma * sigma * np.asarray(compliance, dtype=np.float64))
+
+
+def half_space_ratio(half_width: ArrayLike, radius: ArrayLike) -> Array:
+    """Half-width over the smallest radius of either body (1): half-space theory asks for HALF_SPACE_LIMIT or less."""
+    return np.asarray(np.asarray(half_width, dtype=np.float64) / np.asarray(radius, dtype=np.float64))
+
+
+def line_approach(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
+                  radius: ArrayLike, depth: ArrayLike) -> Array:
+    """Elastic approach of roller axis and cam body, mm, under line_load N/mm.
+
+    A line contact has no approach of its own: it depends on how far away the displacement is taken. Roller: from the
+    contact to its axis, w (1-nu²)/(pi E) (2 ln(4 r / b) - 1) (Johnson, section 5.6, for a roller pressed from
+    opposite sides, the usual estimate); cam: to a depth d,
+    w (1-nu²)/(pi E) (2 ln(2 d / b) - nu/(1-nu)) (same section).
+
+    Raises DesignError where the contact is wider than the roller or the depth, so that the formula has no meaning.
+    """
+    load = _loaded(line_load)
+    return np.asarray(load * line_flexibility(load, curvature, roller, cam, radius, depth))
+
+
+def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
+                     radius: ArrayLike, depth: ArrayLike) -> Array:
+    """Approach over load per length of a line contact, mm²/N; see `line_approach`. The load must be positive."""
+    half = line_half_width(line_load, curvature, roller.compliance + cam.compliance)
+    r, d = np.asarray(radius, dtype=np.float64), np.asarray(depth, dtype=np.float64)
+    if np.any(half > np.minimum(r, d)):
+        raise DesignError(f"the contact is {float(np.max(half / np.minimum(r, d))):.3g} times as wide as the roller or "
+                          "the cam body: half-space theory gives no approach there; lower the load")
+    safe = np.maximum(half, 1e-300)
+    own = roller.compliance / np.pi * (2.0 * np.log(4.0 * r / safe) - 1.0)
+    body = cam.compliance / np.pi * (2.0 * np.log(2.0 * d / safe) - cam.poisson / (1.0 - cam.poisson))
+    return np.asarray(own + body)
+
+
+def line_approach_palmgren(line_load: ArrayLike, length: ArrayLike) -> Array:
+    """Elastic approach of a steel roller and a steel raceway, mm: 3.84e-5 Q^0.9 / l^0.8, Q = load N, l = length mm.
+
+    Palmgren's measured rule for one contact, a rough check on `line_approach`; it knows neither radius nor material.
+    """
+    long = np.asarray(length, dtype=np.float64)
+    return np.asarray(3.84e-5 * (_loaded(line_load) * long) ** 0.9 / long**0.8)
+
+
+def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Array, Array, Array]:
+    """Stresses sigma_x, sigma_z, tau_xz below a line contact, over peak pressure (1), tension positive.
+
+    x across, z into the body, both over the half-width (McEwen; Johnson, equation 4.49). Far away they fall as 1/z.
+    """
+    across, down = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(z, dtype=np.float64))
+    sum_ = 1.0 - across * across + down * down
+    root = np.hypot(sum_, 2.0 * across * down)
+    m2, n2 = 0.5 * (root + sum_), 0.5 * (root - sum_)
+    # One of root ± sum_ cancels; their product is (x z)², which gives the lost one back.
+    product = (across * down) ** 2
+    m2 = np.where(sum_ >= 0.0, m2, np.divide(product, n2, out=np.zeros_like(root), where=n2 > 0.0))
+    n2 = np.where(sum_ >= 0.0, np.divide(product, m2, out=np.zeros_like(root), where=m2 > 0.0), n2)
+    m, n = np.sqrt(np.maximum(m2, 0.0)), np.sign(across) * np.sqrt(np.maximum(n2, 0.0))
+    share = np.divide(down * down + n2, m2 + n2, out=np.ones_like(root), where=m2 + n2 > 0.0)
+    bend = np.divide(m2 - down * down, m2 + n2, out=np.zeros_like(root), where=m2 + n2 > 0.0)
+    return (np.asarray(-(m * (1.0 + share) - 2.0 * down)), np.asarray(-m * (1.0 - share)), np.asarray(n * bend))
+
+
+def line_shear(z: ArrayLike) -> Array:
+    """Largest shear at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
+    down = np.asarray(z, dtype=np.float64)
+    # z - z²/sqrt(1+z²) without cancellation at depth.
+    root = np.sqrt(1.0 + down * down)
+    return np.asarray(down / (root * (root + down)))
+
+
+def line_mises(z: ArrayLike, poisson: ArrayLike) -> Array:
+    """Von Mises stress at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
+    across, down, _ = line_stress(0.0, z)
+    nu = np.asarray(poisson, dtype=np.float64)
+    return _mises(across, down, nu * (across + down))
+
+
+def line_mises_peak(poisson: float) -> tuple[float, float]:
+    """Largest von Mises stress below a line contact over peak pressure (1) and its depth over half-width (1).
+
+    The maximum is on the line of symmetry; for a Poisson ratio below about 0.19 it is at the surface: 1 - 2 nu.
+    """
+    grid = np.linspace(0.0, 2.0, 2001)
+    shape = line_mises(grid, poisson)
+    at = int(np.argmax(shape[1:])) + 1
+    lo, hi = grid[at - 1], grid[min(at + 1, 2000)]
+    ratio = GOLDEN
+    for _ in range(60):
+        left, right = hi - ratio * (hi - lo), lo + ratio * (hi - lo)
+        lo, hi = (lo, right) if line_mises(left, poisson) >= line_mises(right, poisson) else (left, hi)
+    depth = 0.5 * (lo + hi)
+    below = float(line_mises(depth, poisson))
+    return (below, float(depth)) if below >= float(shape[0]) else (float(shape[0]), 0.0)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LineContact:
+    """Line contact under load: every field has the broadcast shape of the inputs.
+
+    pressure: peak, MPa; half_width, mm; shear: largest below the surface, MPa, at shear_depth mm; mises: largest von
+    Mises stress in the cam, MPa, at mises_depth mm; half_space: half-width over roller radius, 1.
+    """
+
+    pressure: Array
+    half_width: Array
+    shear: Array
+    shear_depth: Array
+    mises: Array
+    mises_depth: Array
+    half_space: Array
+
+
+def line_contact(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
+                 radius: ArrayLike) -> LineContact:
+    """All of a line contact at once: load N/mm, relative curvature 1/mm, roller radius mm."""
+    pair = roller.compliance + cam.compliance
+    pressure = line_pressure(line_load, curvature, pair)
+    half = line_half_width(line_load, curvature, pair)
+    mises, mises_depth = line_mises_peak(cam.poisson)
+    return LineContact(pressure, half, pressure * SHEAR_SHARE, half * SHEAR_DEPTH, pressure * mises,
+                       half * mises_depth, half_space_ratio(half, radius))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PointContact:
+    """Elliptic contact: peak pressure MPa, semi-axes mm (long, short), elastic approach mm."""
+
+    pressure: Array
+    long: Array
+    short: Array
+    approach: Array
+
+
+def point_contact(load: ArrayLike, least_curvature: ArrayLike, most_curvature: ArrayLike,
+                  compliance: ArrayLike) -> PointContact:
+    """Elliptic Hertz contact under a load in N; relative curvatures, 1/mm, of the two principal planes, least first.
+
+    With t = short/long and the complete elliptic integrals K, D = (K - E)/(1 - t²), B = K - D (modulus² = 1 - t²):
+    most/least = B/(t² D), long³ = 3 F compliance D / (pi least), approach = p0 compliance short K.
+    Raises DesignError where a curvature is not positive (least = 0 is a line contact).
+    """
+    force, pair, one, two = np.broadcast_arrays(
+        _loaded(load), np.asarray(compliance, dtype=np.float64), _positive(least_curvature), _positive(most_curvature))
+    least, most = np.minimum(one, two), np.maximum(one, two)
+    t = np.asarray(np.exp(_axis_ratio(np.log(most) - np.log(least))))
+    whole, d, _ = elliptic(t)
+    long = np.cbrt(3.0 * force * pair * d / np.pi / least)
+    short = t * long
+    area = np.pi * long * short
+    pressure = np.divide(1.5 * force, area, out=np.zeros_like(area), where=area > 0.0)
+    return PointContact(pressure, long, short, pressure * pair * short * whole)
+
+
+def _axis_ratio(log_ratio: Array) -> Array:
+    """ln(short/long) of the contact ellipse from ln(most/least curvature), exact to rounding."""
+    wanted = np.atleast_1d(log_ratio)
+
+    def excess(log_t: Array) -> Array:
+        _, d, b = elliptic(np.exp(log_t))
+        return np.asarray(np.log(b / d) - 2.0 * log_t - wanted)
+
+    low = -wanted - 1e-12
+    found = bracketed_root(excess, low, np.zeros_like(wanted))
+    return np.asarray(np.where(wanted <= 1e-15, 0.0, found).reshape(log_ratio.shape))
+
+
+def elliptic(ratio: ArrayLike) -> tuple[Array, Array, Array]:
+    """Complete elliptic integrals K, D = (K - E)/m and B = K - D for m = 1 - ratio², 0 < ratio <= 1.
+
+    Arithmetic-geometric mean (Gauss); every term of D is positive, so nothing cancels at either end.
+    """
+    t = np.asarray(ratio, dtype=np.float64)
+    a, b = np.ones_like(t), t.copy()
+    # c_1² / m = (1 - t)/(4 (1 + t)); the later c_n follow from c_(n+1) = c_n² / (4 a_(n+1)).
+    total = np.full_like(t, 0.5)
+    c2_over_m = (1.0 - t) / (4.0 * (1.0 + t))
+    c = 0.5 * (1.0 - t)
+    weight = 1.0
+    for _ in range(12):
+        total = total + weight * c2_over_m
+        a, b = 0.5 * (a + b), np.sqrt(a * b)
+        following = c * c / (2.0 * (a + b))
+        shrink = np.divide(following, c, out=np.zeros_like(c), where=c > 0.0)
+        c2_over_m = c2_over_m * shrink * shrink
+        c = following
+        weight *= 2.0
+    whole = np.pi / (2.0 * a)
+    d = whole * total
+    return np.asarray(whole), np.asarray(d), np.asarray(whole - d)
+
+
+def _mises(one: Array, two: Array, three: Array) -> Array:
+    return np.asarray(np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2)))
+
+
+def _positive(curvature: ArrayLike) -> Array:
+    k = np.asarray(curvature, dtype=np.float64)
+    if not np.all(k > 0.0):
+        raise DesignError(f"the relative curvature of cam and roller is {float(np.min(k)):.6g} 1/mm, not positive: the "
+                          "roller does not fit the flank; use a smaller roller or a larger cam")
+    return k
+
+
+def _loaded(load: ArrayLike) -> Array:
+    value = np.asarray(load, dtype=np.float64)
+    if not np.all(value >= 0.0):
+        raise ValueError(f"a contact load is a pressure and cannot be negative (found {float(np.min(value)):.6g})")
+    return value

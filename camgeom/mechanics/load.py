@@ -1,0 +1,227 @@
+"""Forces on the follower, the contact and the camshaft over one turn.
+
+Units: N, mm, MPa, s, rad; mass kg, inertia kg m². A translating follower has a force in N; a swinging follower or a
+turret has a torque in N mm. Positive pushes towards larger lift, so that the wall behind the roller (towards smaller
+lift) carries it. Arrays are (..., p, n) on panels: leading axes are variants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camgeom.errors import DesignError
+from camgeom.mechanics.applied import Applied
+from camgeom.mechanics.panels import TURN, Panels, panels, resolved, roots
+
+Array = NDArray[np.float64]
+MILLI = 1e-3
+"""kg mm/s² in N"""
+KILO = 1e3
+"""kg m² rad/s² (N m) in N mm"""
+QUIET = 1e-9
+"""Share of the largest force below which a force counts as none: rounding in a dwell takes no side."""
+
+
+class Motion(Protocol):
+    """What a motion program offers: derivatives of the lift (mm or rad) and the cam angles where they may jump."""
+
+    @property
+    def knots(self) -> Array:
+        """Cam angles in [0, 2 pi], rad, where a derivative may jump."""
+
+    def jet(self, theta: Array, order: int = 3) -> Array:
+        """Lift and its derivatives per rad of cam angle, (order + 1, n)."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FollowerLoad:
+    """Everything that acts on a follower over a turn; `sampled` gives the force (N) or torque (N mm) it needs.
+
+    F = friction sign(s') + applied + m omega² s'' + preload + rate s + weight
+
+    kind "translating": mass kg, s mm, forces N, rate N/mm; kind "rotating" (swinging follower, turret): mass is the
+    inertia in kg m², s rad, every force a torque in N mm, rate N mm/rad. Any number may be an array (...) of variants.
+    speed: cam speed, rad/s, constant; friction acts against the motion and not in a dwell; weight: the component of
+    gravity along the motion, positive where it pulls towards smaller lift.
+    """
+
+    motion: Motion
+    speed: ArrayLike
+    mass: ArrayLike = 0.0
+    friction: ArrayLike = 0.0
+    preload: ArrayLike = 0.0
+    rate: ArrayLike = 0.0
+    weight: ArrayLike = 0.0
+    applied: Sequence[Applied] = ()
+    kind: Literal["translating", "rotating"] = "translating"
+
+    def breaks(self) -> Array:
+        """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
+        given = [np.array([0.0, TURN]), np.asarray(self.motion.knots, dtype=np.float64)]
+        given += [np.asarray(force.breaks, dtype=np.float64) for force in self.applied]
+        edges = np.concatenate(given)
+        rough = panels(edges[(edges >= 0.0) & (edges <= TURN)])
+        jet = _jet(self.motion, rough.theta)
+        found = [roots(rough, jet[k][None], QUIET * np.abs(jet[k]).max(initial=0.0))[0] for k in (1, 2)]
+        return np.concatenate([rough.breaks, *found])
+
+    def panels(self, widest: float = float(np.radians(10.0)), tolerance: float = 1e-10) -> Panels:
+        """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value)."""
+        return resolved(self._smooth, panels(self.breaks(), widest), tolerance)
+
+    def sampled(self, where: Panels | None = None) -> FollowerForce:
+        """The force over one turn, on the given panels or on ones that resolve it."""
+        on = self.panels() if where is None else where
+        jet = _jet(self.motion, on.theta)
+        omega, mass = _column(self.speed), _column(self.mass)
+        unit = MILLI if self.kind == "translating" else KILO
+        side = direction(on, jet[1])
+        inertia = unit * mass * omega * omega * jet[2]
+        force = (_column(self.friction) * side + inertia + _column(self.preload) + _column(self.rate) * jet[0]
+                 + _column(self.weight))
+        force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
+        return FollowerForce(on, jet[0], jet[1], jet[2], side, np.asarray(force), np.asarray(inertia))
+
+    def _force(self, one: Applied, theta: Array, jet: Array) -> Array:
+        omega = _column(self.speed)
+        return one(theta, jet[0], omega * jet[1], omega * omega * jet[2])
+
+    def _smooth(self, theta: Array) -> Array:
+        jet = _jet(self.motion, theta)
+        forces = [self._force(one, theta, jet).reshape(-1, *theta.shape) for one in self.applied]
+        return np.concatenate([jet, *forces])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FollowerForce:
+    """Motion and force on panels: lift (mm or rad) and derivatives (p, n), direction (p, 1), force (..., p, n).
+
+    direction: sign of the motion, 0 in a dwell; force: what the cam must give, N or N mm, positive towards larger
+    lift; inertia: the part of it that the mass takes.
+    """
+
+    panels: Panels
+    lift: Array
+    ds: Array
+    dds: Array
+    direction: Array
+    force: Array
+    inertia: Array
+
+    def normal(self, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0) -> Array:
+        """Signed normal force on the roller, N; see `normal_force`."""
+        return normal_force(self.force, cos_alpha, lever, _column(guide_friction), self.direction)
+
+    def camshaft_torque(self) -> Array:
+        """Torque that the cam takes from its shaft without losses at the roller, N mm: F ds/dtheta, (..., p, n)."""
+        return np.asarray(self.force * self.ds)
+
+    def work(self) -> Array:
+        """Work of the cam on the follower over a turn, N mm: what friction and applied forces consume."""
+        return self.panels.integral(self.camshaft_torque())
+
+    def reversals(self) -> list[tuple[Reversal, ...]]:
+        """Changes of the loaded wall, one tuple a variant (variants in flattened order)."""
+        return reversals(self.panels, self.force)
+
+
+def direction(where: Panels, ds: Array) -> Array:
+    """Sign of the motion (-1, 0, 1) in every panel, (p, 1); the panels' breaks hold every reversal of s'."""
+    total = (where.half[:, None] * ds).sum(axis=-1)
+    piece = where.piece
+    moved = np.bincount(piece, total, minlength=len(where.breaks) - 1)
+    largest = np.zeros(len(where.breaks) - 1)
+    np.maximum.at(largest, piece, np.abs(ds).max(axis=-1))
+    still = largest <= QUIET * np.abs(ds).max(initial=0.0)
+    return np.asarray(np.where(still, 0.0, np.sign(moved))[piece][:, None])
+
+
+def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0,
+                 side: ArrayLike = 0.0) -> Array:
+    """Signed normal force on the roller, N, from the follower's force (N) or torque (N mm) and the pressure angle.
+
+    Fn = F / (lever (cos(alpha) - sign(F) side mu sin(alpha))); lever 1 for a translating follower, the distance from
+    pivot to contact in mm for a rotating one. mu: Coulomb friction of the guides times the factor by which bearing
+    distance and overhang raise the guide reaction above the side thrust Fn sin(alpha) (1 or more); side: sign of the
+    motion. Raises DesignError where the follower jams (denominator not positive).
+    """
+    demand, cosine = np.asarray(force, dtype=np.float64), np.asarray(cos_alpha, dtype=np.float64)
+    sine = np.sqrt(np.maximum((1.0 - cosine) * (1.0 + cosine), 0.0))
+    friction = np.asarray(guide_friction, dtype=np.float64)
+    share = cosine - np.sign(demand) * np.asarray(side, dtype=np.float64) * friction * sine
+    if np.any(share <= 0.0):
+        angle = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).max()))
+        raise DesignError(f"the follower jams in its guides: pressure angle up to {angle:.4g} deg with guide friction "
+                          f"{float(np.max(friction)):.4g}; lower the pressure angle or the friction")
+    return np.asarray(demand / (np.asarray(lever, dtype=np.float64) * share))
+
+
+@final
+@dataclass(frozen=True)
+class Reversal:
+    """A change of the loaded wall: cam angles (rad) where one wall is left and the other taken, +1 behind, -1 ahead.
+
+    left < taken where the roller is free in between (an unloaded dwell).
+    """
+
+    left: float
+    taken: float
+    wall: int
+
+
+def reversals(where: Panels, force: Array) -> list[tuple[Reversal, ...]]:
+    """Changes of the loaded wall round the cam, one tuple for each row of force (..., p, n), located to 1e-9 rad.
+
+    Zeros of the force inside panels are refined; jumps at breaks count at the break. A force below QUIET of the
+    largest takes no side.
+    """
+    rows = force.reshape(-1, *force.shape[-2:])
+    floor = QUIET * np.abs(rows).max(axis=(1, 2), initial=0.0)
+    inside = roots(where, rows, floor)
+    return [_walls(where, rows[k], inside[k], float(floor[k])) for k in range(len(rows))]
+
+
+def _walls(where: Panels, force: Array, zeros: Array, floor: float) -> tuple[Reversal, ...]:
+    """Reversals of one row: the sign between consecutive zeros and breaks, followed round the turn."""
+    edges = np.unique(np.concatenate([where.edges, zeros]))
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    value = where.at(force, middle)
+    sign = np.where(np.abs(value) <= floor, 0, np.sign(value)).astype(int)
+    loaded = np.nonzero(sign)[0]
+    if not loaded.size:
+        return ()
+    found = []
+    for first, second in zip(loaded, np.roll(loaded, -1)):
+        if sign[first] != sign[second]:
+            found.append(Reversal(float(edges[first + 1]), float(edges[second]), int(sign[second])))
+    return tuple(sorted(found, key=lambda change: change.taken))
+
+
+def drive_torque(where: FollowerForce, normal: Array, path_rate: ArrayLike, roller_radius: ArrayLike,
+                 bearing_friction: float = 0.0, bearing_radius: float = 0.0, rolling_arm: float = 0.0) -> Array:
+    """Torque that the cam takes from its shaft, N mm, (..., p, n): F ds/dtheta plus the losses at the roller.
+
+    The roller turns path_rate / r per rad of cam angle; its bearing (coefficient, radius mm) resists with
+    mu r_b |Fn| and rolling on the wall with rolling_arm |Fn| (arm of rolling friction, mm).
+    """
+    moment = (bearing_friction * bearing_radius + rolling_arm) * np.abs(normal)
+    turns = np.asarray(path_rate, dtype=np.float64) / _column(roller_radius)
+    return np.asarray(where.camshaft_torque() + moment * turns)
+
+
+def _jet(motion: Motion, theta: Array) -> Array:
+    """s, s', s'' on (p, n) sample points, (3, p, n)."""
+    return np.asarray(motion.jet(theta.ravel(), 2)[:3], dtype=np.float64).reshape(3, *theta.shape)
+
+
+def _column(value: ArrayLike) -> Array:
+    """A number or an array (...) of variants, ready to meet (p, n)."""
+    array = np.asarray(value, dtype=np.float64)
+    return array if array.ndim == 0 else array[..., None, None]

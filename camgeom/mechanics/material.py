@@ -1,0 +1,58 @@
+"""Elastic and fatigue constants of the two bodies in contact."""
+
+from __future__ import annotations
+
+from typing import Annotated, final
+
+from pydantic import Field
+
+from camgeom.spec import Section
+
+STEEL_MODULUS = 206000.0
+"""MPa; hardened steel (T/WLJC 15-2018)"""
+CAST_IRON_MODULUS = 127000.0
+"""MPa; cast iron (T/WLJC 15-2018)"""
+STEEL_POISSON = 0.3
+STEEL_DENSITY = 7850.0
+"""kg/m³; carbon and bearing steel"""
+CONTACT_LIMIT = 2450.0
+"""MPa at CONTACT_CYCLES; rolling contact of steel at 60 HRC (doi 10.13705/j.issn.1671-6833.2023.01.017)"""
+CONTACT_CYCLES = 1e7
+EXPONENT = 6.0
+
+
+@final
+class Material(Section):
+    """Elastic modulus (MPa), Poisson ratio and contact fatigue line of one body; the defaults are hardened steel.
+
+    The fatigue line is N(sigma) = contact_cycles (contact_limit / sigma)^exponent, sigma the peak contact pressure.
+    """
+
+    name: str = Field("hardened steel", max_length=80, description="Name shown in reports")
+    elastic_modulus: Annotated[float, Field(ge=1e-3, le=1e7)] = Field(
+        STEEL_MODULUS, description="Young's modulus, MPa; hardened steel 206000, cast iron 127000")
+    poisson: Annotated[float, Field(ge=0.0, le=0.5)] = Field(STEEL_POISSON, description="Poisson ratio")
+    contact_limit: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
+        CONTACT_LIMIT, description="Peak contact pressure, MPa, endured for contact_cycles; 2450 for steel at 60 HRC")
+    contact_cycles: Annotated[float, Field(ge=1.0, le=1e15)] = Field(
+        CONTACT_CYCLES, description="Load cycles at which contact_limit is quoted")
+    exponent: Annotated[float, Field(ge=1.0, le=40.0)] = Field(
+        EXPONENT, description="Exponent of the fatigue line in stress")
+    density: Annotated[float, Field(gt=0.0, le=1e5)] = Field(STEEL_DENSITY, description="Density, kg/m³")
+    hardness: Annotated[float, Field(gt=0.0, le=80.0)] | None = Field(None, description="Surface hardness, HRC")
+
+    @property
+    def compliance(self) -> float:
+        """Plane-strain compliance (1 - nu²)/E, 1/MPa."""
+        return (1.0 - self.poisson * self.poisson) / self.elastic_modulus
+
+
+STEEL = Material()
+CAST_IRON = Material(name="cast iron", elastic_modulus=CAST_IRON_MODULUS, poisson=0.25, density=7200.0,
+                     contact_limit=1200.0)
+"""Grey iron; its contact limit is half that of hardened steel, an estimate to be replaced by a measured one."""
+
+
+def pair_compliance(first: Material, second: Material) -> float:
+    """Compliance of a contacting pair, (1 - nu1²)/E1 + (1 - nu2²)/E2, 1/MPa (the inverse of the contact modulus)."""
+    return first.compliance + second.compliance

@@ -1,0 +1,286 @@
+"""Functions of the cam angle held as Chebyshev panels: sampled once, then integrated, solved and maximised exactly.
+
+A smooth function on a panel is known by its values at the first-kind Chebyshev points, all strictly inside the panel:
+a jump at a panel edge (start of a force, start of a motion) never needs a side: each panel sees its own limit.
+Arrays are (..., p, n): any leading axes, p panels, n points in a panel.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camgeom.errors import NotConverged
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+POINTS = 12
+TURN = 2.0 * np.pi
+SMALLEST_PANEL = 1e-9
+"""rad; edges closer than this are taken as one"""
+
+
+def _nodes() -> Array:
+    return np.asarray(-np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS), dtype=np.float64)
+
+
+def _to_coefficients() -> Array:
+    """(n, n) matrix from values at the points to Chebyshev coefficients (discrete orthogonality)."""
+    angle = np.arccos(np.clip(_nodes(), -1.0, 1.0))
+    matrix = np.cos(np.outer(np.arange(POINTS), angle)) * 2.0 / POINTS
+    matrix[0] *= 0.5
+    return np.asarray(matrix, dtype=np.float64)
+
+
+def _antiderivative() -> Array:
+    """(n + 1, n) matrix from coefficients to those of the antiderivative that vanishes at x = -1."""
+    matrix = np.zeros((POINTS + 1, POINTS))
+    for k in range(POINTS):
+        if k == 0:
+            matrix[1, 0] += 1.0
+        elif k == 1:
+            matrix[2, 1] += 0.25
+        else:
+            matrix[k + 1, k] += 0.5 / (k + 1)
+            matrix[k - 1, k] -= 0.5 / (k - 1)
+    matrix[0] = -((-1.0) ** np.arange(1, POINTS + 1)) @ matrix[1:]
+    return matrix
+
+
+def _derivative() -> Array:
+    """(n, n) matrix from coefficients to those of the derivative with respect to x."""
+    matrix = np.zeros((POINTS, POINTS))
+    for k in range(1, POINTS):
+        for i in range(k - 1, -1, -2):
+            matrix[i, k] = k if i == 0 else 2.0 * k
+    return matrix
+
+
+NODES = _nodes()
+TO_COEFFICIENTS = _to_coefficients()
+ANTIDERIVATIVE = _antiderivative()
+DERIVATIVE = _derivative()
+WEIGHTS: Array = np.asarray(np.ones(POINTS + 1) @ ANTIDERIVATIVE @ TO_COEFFICIENTS, dtype=np.float64)
+
+
+def chebyshev(x: ArrayLike, degree: int) -> Array:
+    """Chebyshev polynomials T_0..T_degree at x in [-1, 1]: shape (degree + 1, *x.shape)."""
+    at = np.asarray(x, dtype=np.float64)
+    out = np.empty((degree + 1, *at.shape))
+    out[0] = 1.0
+    if degree:
+        out[1] = at
+    for k in range(2, degree + 1):
+        out[k] = 2.0 * at * out[k - 1] - out[k - 2]
+    return out
+
+
+def evaluate(coefficients: Array, x: Array) -> Array:
+    """Value of each row's Chebyshev series, coefficients (N, n), at its own x (N,)."""
+    older = np.zeros_like(x)
+    newer = np.zeros_like(x)
+    twice = 2.0 * x
+    for k in range(coefficients.shape[-1] - 1, 0, -1):
+        older, newer = newer, coefficients[..., k] + twice * newer - older
+    return np.asarray(coefficients[..., 0] + x * newer - older, dtype=np.float64)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """A division of a range of cam angle, rad, into panels on which every quantity of interest is smooth.
+
+    edges: (p + 1,) panel edges; breaks: (b + 1,) those edges where a quantity may jump (first and last included).
+    """
+
+    edges: Array
+    breaks: Array
+
+    @property
+    def theta(self) -> Array:
+        """Cam angle of the sample points, rad, (p, n)."""
+        return np.asarray(self.middle[:, None] + self.half[:, None] * NODES, dtype=np.float64)
+
+    @property
+    def half(self) -> Array:
+        """Half width of each panel, rad, (p,)."""
+        return np.asarray(0.5 * np.diff(self.edges), dtype=np.float64)
+
+    @property
+    def middle(self) -> Array:
+        """Centre of each panel, rad, (p,)."""
+        return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]), dtype=np.float64)
+
+    @property
+    def piece(self) -> Ints:
+        """Index of the piece (range between two breaks) that each panel belongs to, (p,)."""
+        return np.asarray(np.searchsorted(self.breaks, self.middle) - 1, dtype=np.intp)
+
+    @property
+    def break_edges(self) -> Ints:
+        """Index into `edges` of every break, (b + 1,)."""
+        return np.asarray(np.searchsorted(self.edges, self.breaks), dtype=np.intp)
+
+    def coefficients(self, values: Array) -> Array:
+        """Chebyshev coefficients of values (..., p, n) at `theta`."""
+        return np.asarray(values @ TO_COEFFICIENTS.T, dtype=np.float64)
+
+    def integral(self, values: Array) -> Array:
+        """Integral over the whole range of values (..., p, n) at `theta`: unit of the value times rad, shape (...)."""
+        return np.asarray(np.einsum("...pn,p,n->...", values, self.half, WEIGHTS), dtype=np.float64)
+
+    def running(self, values: Array) -> tuple[Array, Array]:
+        """Integral from the first edge: at the edges, (..., p + 1), and within panels as series, (..., p, n + 1)."""
+        inside = np.asarray(self.coefficients(values) @ ANTIDERIVATIVE.T, dtype=np.float64) * self.half[:, None]
+        steps = inside.sum(axis=-1)
+        at_edges = np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+        inside[..., 0] += at_edges[..., :-1]
+        return at_edges, inside
+
+    def at(self, values: Array, theta: ArrayLike) -> Array:
+        """Values (..., p, n) interpolated at cam angles theta (q,): (..., q); the right-hand limit at an edge."""
+        angle = np.atleast_1d(np.asarray(theta, dtype=np.float64))
+        panel = np.clip(np.searchsorted(self.edges, angle, side="right") - 1, 0, len(self.half) - 1)
+        x = np.clip((angle - self.middle[panel]) / self.half[panel], -1.0, 1.0)
+        return evaluate(self.coefficients(values)[..., panel, :], np.broadcast_to(x, (*values.shape[:-2], x.size)))
+
+    def tail(self, values: Array) -> Array:
+        """Share of the last coefficients in the largest value, per panel (p,): the error of the interpolation."""
+        series = np.abs(self.coefficients(values))
+        largest = np.abs(values).max(axis=(-1, -2), keepdims=True)
+        share = np.divide(series[..., -2:].sum(axis=-1, keepdims=True), largest,
+                          out=np.zeros((*series.shape[:-1], 1)), where=largest > 0.0)[..., 0]
+        return np.asarray(share.reshape(-1, share.shape[-1]).max(axis=0), dtype=np.float64)
+
+
+def panels(breaks: ArrayLike, widest: float = np.radians(10.0)) -> Panels:
+    """Panels no wider than `widest` rad over the range of the breaks (rad, any order; near equal ones are joined)."""
+    wanted = np.unique(np.asarray(breaks, dtype=np.float64))
+    if wanted.size < 2:
+        raise ValueError("a range of cam angle needs two different ends")
+    kept = [float(wanted[0])]
+    for value in wanted[1:-1]:
+        if value - kept[-1] > SMALLEST_PANEL and wanted[-1] - value > SMALLEST_PANEL:
+            kept.append(float(value))
+    kept.append(float(wanted[-1]))
+    return Panels(_divide(kept, widest), np.asarray(kept))
+
+
+def _divide(edges: Sequence[float], widest: float) -> Array:
+    parts = [np.linspace(lo, hi, int(np.ceil((hi - lo) / widest - 1e-9)) + 1)[:-1]
+             if hi - lo > widest else np.array([lo]) for lo, hi in itertools.pairwise(edges)]
+    return np.concatenate([*parts, [edges[-1]]])
+
+
+def resolved(sample: Callable[[Array], Array], start: Panels, tolerance: float = 1e-10, rounds: int = 8) -> Panels:
+    """Panels split until the interpolation error of sample(theta (p, n)) -> (..., p, n) is below the tolerance.
+
+    tolerance: share of the largest value. A kink inside a panel stops at 2^-rounds of the first width, which confines
+    its effect to that sliver; the caller reads what is left from `Panels.tail`.
+    """
+    current = start
+    for _ in range(rounds):
+        coarse = current.tail(sample(current.theta)) > tolerance
+        if not coarse.any():
+            break
+        current = Panels(np.sort(np.concatenate([current.edges, current.middle[coarse]])), current.breaks)
+    return current
+
+
+def roots(where: Panels, values: Array, zero: float | Array = 0.0, finer: int = 2 * POINTS) -> list[Array]:
+    """Cam angles, rad, where each row of values (r, p, n) crosses zero inside a panel: one sorted array a row.
+
+    zero: magnitude (scalar or (r,)) below which a value counts as zero, so that rounding in a dwell gives no crossing.
+    """
+    grid = np.linspace(-1.0, 1.0, finer + 1)
+    series = where.coefficients(values)
+    dense = series @ chebyshev(grid, POINTS - 1)
+    floor = np.broadcast_to(np.asarray(zero, dtype=np.float64), dense.shape[:1])[:, None, None]
+    sign = np.sign(np.where(np.abs(dense) <= floor, 0.0, dense))
+    row, panel, cell = np.nonzero(sign[..., :-1] * sign[..., 1:] < 0.0)
+    exact = _zero_nodes(sign)
+    lo, hi = grid[cell], grid[cell + 1]
+    chosen = series[row, panel]
+    x = bracketed_root(lambda at: evaluate(chosen, at), lo, hi)
+    angle = where.middle[panel] + where.half[panel] * x
+    extra = where.middle[exact[1]] + where.half[exact[1]] * grid[exact[2]]
+    return [np.sort(np.concatenate([angle[row == k], extra[exact[0] == k]])) for k in range(values.shape[0])]
+
+
+def _zero_nodes(sign: NDArray[np.float64]) -> tuple[Ints, Ints, Ints]:
+    """Dense points that hit a crossing exactly: zero there, opposite signs on both sides."""
+    row, panel, cell = np.nonzero((sign[..., 1:-1] == 0.0) & (sign[..., :-2] * sign[..., 2:] < 0.0))
+    return row, panel, cell + 1
+
+
+def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: ArrayLike, steps: int = 120) -> Array:
+    """Roots of a vectorised function, one in each bracket [low, high] with opposite signs, to rounding.
+
+    Inverse quadratic steps where the three points are monotone enough, bisection elsewhere (Chandrupatla 1997). Where
+    the ends do not differ in sign the end nearer zero is given.
+    """
+    b, a = np.array(low, dtype=np.float64), np.array(high, dtype=np.float64)
+    if not a.size:
+        return a
+    fb, fa = function(b), function(a)
+    opposite = np.sign(fa) * np.sign(fb) < 0.0
+    best = np.where(np.abs(fa) <= np.abs(fb), a, b)
+    share = np.full(a.shape, 0.5)
+    active = opposite.copy()
+    for _ in range(steps):
+        if not active.any():
+            return best
+        x = np.where(active, a + share * (b - a), a)
+        fx = function(x)
+        same = np.sign(fx) == np.sign(fa)
+        c, fc = np.where(same, a, b), np.where(same, fa, fb)
+        b, fb = np.where(same, b, a), np.where(same, fb, fa)
+        a, fa = x, fx
+        best = np.where(active, np.where(np.abs(fa) <= np.abs(fb), a, b), best)
+        least = np.maximum(2e-16 * np.abs(best), 1e-300)
+        span = np.abs(b - a)
+        active = active & (span > 2.0 * least) & (fx != 0.0)
+        share = _next_share(a, b, c, fa, fb, fc)
+        edge = np.minimum(np.divide(least, span, out=np.full(a.shape, 0.5), where=span > 2.0 * least), 0.5)
+        share = np.clip(share, edge, 1.0 - edge)
+    raise NotConverged("a root was bracketed but not found to rounding: is the function finite over the bracket?")
+
+
+def _next_share(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Array:
+    """Where the next trial point lies between a and b: inverse quadratic where that is safe, else the middle."""
+    usable = (fc != fb) & (c != b) & (fa != fb) & (fa != fc)
+    one = np.where(usable, 1.0, 0.0)
+    d_cb, d_ab, d_ac = np.where(usable, fc - fb, 1.0), np.where(usable, fa - fb, 1.0), np.where(usable, fa - fc, 1.0)
+    where = (a - b) / np.where(c == b, 1.0, c - b)
+    level = d_ab / d_cb * one
+    usable &= (level * level < where) & ((1.0 - level) ** 2 < 1.0 - where)
+    quadratic = (fa / -d_ab) * (fc / -d_cb) + (c - a) / np.where(a == b, 1.0, b - a) * (fa / -d_ac) * (fb / d_cb)
+    return np.asarray(np.where(usable, quadratic, 0.5), dtype=np.float64)
+
+
+def highest(where: Panels, values: Array) -> tuple[Array, Array]:
+    """Largest value of each function (..., p, n), limits at jumps included, and its cam angle in rad: (...)."""
+    lead = values.shape[:-2]
+    flat = values.reshape(-1, *values.shape[-2:])
+    series = where.coefficients(flat)
+    slope = series @ DERIVATIVE.T
+    grid = np.linspace(-1.0, 1.0, 2 * POINTS + 1)
+    dense = series @ chebyshev(grid, POINTS - 1)
+    best_value = dense.max(axis=(1, 2))
+    best_angle = np.empty(len(flat))
+    order = dense.reshape(len(flat), -1).argmax(axis=1)
+    panel, cell = np.divmod(order, grid.size)
+    rows = np.arange(len(flat))
+    lo, hi = grid[np.maximum(cell - 1, 0)], grid[np.minimum(cell + 1, grid.size - 1)]
+    local, down = series[rows, panel], slope[rows, panel]
+    inner = (evaluate(down, lo) > 0.0) & (evaluate(down, hi) < 0.0)
+    x = np.where(inner, bracketed_root(lambda at: evaluate(down, at), lo, hi), grid[cell])
+    best_value = np.maximum(best_value, evaluate(local, x))
+    best_angle = where.middle[panel] + where.half[panel] * x
+    return best_value.reshape(lead), best_angle.reshape(lead)

@@ -1,0 +1,98 @@
+"""Load along the roller: slices that approach alike, with crowning, misalignment and changing pressure angle.
+
+Last axis m: stations (slices) along the roller. Units N, mm, MPa.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camgeom.errors import NotConverged
+from camgeom.mechanics.hertz import line_flexibility, line_pressure
+from camgeom.mechanics.material import Material
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-12
+STEPS = 200
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SliceLoads:
+    """Load along the roller: line_load N/mm and pressure MPa (..., m); approach mm and mean station mm (...).
+
+    approach: of roller and cam along the force; centre: station at which the resultant acts.
+    """
+
+    line_load: Array
+    pressure: Array
+    approach: Array
+    centre: Array
+
+
+def uniform_slices(force: ArrayLike, widths: ArrayLike, cosines: ArrayLike = 1.0) -> Array:
+    """Line load, N/mm, (..., m), alike in every slice: F / sum(width cos); force N, (...), widths mm, (m,)."""
+    w, c = np.broadcast_arrays(np.asarray(widths, dtype=np.float64), np.asarray(cosines, dtype=np.float64))
+    total = np.asarray(force, dtype=np.float64)[..., None]
+    return np.asarray(total / (w * c).sum(axis=-1, keepdims=True) * np.ones_like(w))
+
+
+def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvature: ArrayLike, roller: Material,
+               cam: Material, radius: ArrayLike, depth: ArrayLike, gaps: ArrayLike = 0.0, tilt: ArrayLike = 0.0,
+               cosines: ArrayLike = 1.0) -> SliceLoads:
+    """Load of every slice such that all approach alike and together carry the force.
+
+    force: N along the follower's direction, (...); stations, widths: mm, (m,); curvature: relative, 1/mm, (..., m);
+    radius: roller radius mm; depth: to which the cam body yields, mm; gaps: separation of the unloaded profiles
+    (crowning) mm, (..., m); tilt: misalignment, rad, (...); cosines: of the pressure angle per slice, (..., m).
+    Slice i approaches by d cos_i - gap_i - tilt x_i, and carries approach over the flexibility of its line contact,
+    which hangs on the load by a logarithm only: solved exactly for fixed flexibilities and repeated until they stand.
+    Raises NotConverged where that does not settle, DesignError where the contact is wider than the roller.
+    """
+    x, w = np.asarray(stations, dtype=np.float64), np.asarray(widths, dtype=np.float64)
+    total = np.asarray(force, dtype=np.float64)
+    slope = np.asarray(tilt, dtype=np.float64)[..., None]
+    k, gap, cos, _ = np.broadcast_arrays(np.asarray(curvature, dtype=np.float64),
+                                         np.asarray(gaps, dtype=np.float64) + slope * x,
+                                         np.asarray(cosines, dtype=np.float64), total[..., None] + 0.0 * x)
+    if np.any(total < 0.0):
+        raise ValueError("the force that presses roller and cam together cannot be negative")
+    r, d = np.asarray(radius, dtype=np.float64), np.asarray(depth, dtype=np.float64)
+    mean = uniform_slices(np.broadcast_to(total, k.shape[:-1]), w, cos)
+    load = mean
+    # A slice without load gets the flexibility of a nearly unloaded one, so that it can come back into contact.
+    least = np.maximum(mean * 1e-6, 1e-30)
+    for _ in range(STEPS):
+        soft = line_flexibility(np.maximum(load, least), k, roller, cam, r, d)
+        reach = _approach(total, w * cos / soft, cos, gap)
+        new = np.maximum(reach[..., None] * cos - gap, 0.0) / soft
+        done = bool(np.all(np.abs(new - load) <= TOLERANCE * mean))
+        load = new
+        if done:
+            return _result(load, reach, x, w * cos, k, roller.compliance + cam.compliance)
+    raise NotConverged("the load along the roller did not settle: check crowning and misalignment against the load")
+
+
+def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> Array:
+    """Approach d with sum stiffness max(d cos - gap, 0) = total: piecewise linear, solved exactly by sorting."""
+    touch = gap / cosines
+    order = np.argsort(touch, axis=-1)
+    hard = np.take_along_axis(stiffness * cosines, order, axis=-1)
+    start = np.take_along_axis(touch, order, axis=-1)
+    # With the first j slices in contact d = (total + sum hard start) / sum hard, if that does not reach slice j + 1.
+    base = start[..., :1]
+    reach = (total[..., None] + np.cumsum(hard * (start - base), axis=-1)) / np.cumsum(hard, axis=-1)
+    following = np.concatenate([start[..., 1:] - base, np.full((*start.shape[:-1], 1), np.inf)], axis=-1)
+    first = np.argmax(reach <= following, axis=-1)[..., None]
+    return np.asarray((np.take_along_axis(reach, first, axis=-1) + base)[..., 0])
+
+
+def _result(load: Array, reach: Array, stations: Array, weights: Array, curvature: Array, pair: float) -> SliceLoads:
+    carried = load * weights
+    total = carried.sum(axis=-1)
+    centre = np.divide((carried * stations).sum(axis=-1), total, out=np.zeros_like(total), where=total > 0.0)
+    return SliceLoads(load, line_pressure(load, curvature, pair), reach, centre)
