@@ -7,6 +7,7 @@ the blank minus the groove bodies by one exact-topology boolean. Either way the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +41,17 @@ class Solid:
         return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
 
 
+class Part(Protocol):
+    """A body of the cam: a recipe that makes a Solid within a tolerance (mm)."""
+
+    @property
+    def name(self) -> str:
+        """The body's name in exports and reports."""
+
+    def solid(self, tolerance: float) -> Solid:
+        """Make the body. Raises DesignError, NotConverged or GeometryEngineError with the reason."""
+
+
 @dataclass(frozen=True, eq=False)
 class GroovedCylinder:
     """A cylinder 0 <= z <= length with one closed groove round it."""
@@ -56,6 +68,13 @@ class GroovedCylinder:
         t = np.array([self.track.meridian.parameter(self.radius)])
         first = 1.0 if column.wall(1.0, t)[2, 0, 0] < column.wall(-1.0, t)[2, 0, 0] else -1.0
         return GrooveSection(self.track, cylinder_level(self.radius), self.radius, first)
+
+    def fits(self) -> bool:
+        """True where the groove stays inside both end faces, so that the body is one closed grid."""
+        phi = np.linspace(*self.track.span, 721)
+        column, section = Column(self.track, phi), self.section()
+        z = [column.wall(side, column.reach(side, section.level, self.radius))[2] for side in (1.0, -1.0)]
+        return self.track.closed and float(np.min(z)) > 0.0 and float(np.max(z)) < self.length
 
     def grid(self, tolerance: float) -> tuple[Grid, tuple[str, ...]]:
         """The structured grid from the lower end ring to the upper one, and the name of each band."""

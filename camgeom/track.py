@@ -140,6 +140,7 @@ class Track:
     shift      added to the program's lift (turret rollers, second roller of a yoke)
     factor     multiplies the program's lift (-1 turns a hand)
     span       cam angles over which the roller cuts, rad; one turn for a closed track
+    sides      the flanks it works on: +1 and -1, or one of them (a rib's roller, a disc cam's)
     """
 
     meridian: Meridian
@@ -154,6 +155,7 @@ class Track:
     factor: float = 1.0
     span: tuple[float, float] = (0.0, TURN)
     name: str = "groove"
+    sides: tuple[float, ...] = (1.0, -1.0)
 
     @property
     def closed(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal
 
@@ -10,6 +11,8 @@ from pydantic import Field
 from camgeom.blank import Blank, Bore
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, SwingingFollower
+from camgeom.groove import cylinder_level
+from camgeom.solid import CutBlank, GroovedCylinder, Part, RibbedCylinder
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import Joint, Slide, Swing, Track
 
@@ -126,21 +129,45 @@ class Cam(Section):
         sense = 1.0 if self.direction == "ccw" else -1.0
         tip = centre - 0.5 * roller.diameter if isinstance(roller, SphereRoller) else low
 
-        def at(dz: float, name: str) -> Track:
+        def at(dz: float, name: str, sides: tuple[float, ...] = (1.0, -1.0)) -> Track:
             anchor, joint, shift = self._mount(setup, dz)
             return Track(
-                meridian, joint, anchor, (1.0, 0.0, 0.0), tip, (low, high), setup.program, sense, shift=shift, name=name
+                meridian=meridian,
+                joint=joint,
+                anchor=anchor,
+                axis=(1.0, 0.0, 0.0),
+                tip=tip,
+                contact=(low, high),
+                program=setup.program,
+                sense=sense,
+                shift=shift,
+                name=name,
+                sides=sides,
             )
 
         if self.form == "groove":
             return (at(0.0, "groove"),)
         half = 0.5 * (self.rib_thickness or 0.0) + 0.5 * roller.diameter
-        return at(-half, "lower roller"), at(half, "upper roller")
+        # u x v points towards smaller z where the cam turns counter-clockwise: side -1 is then a roller's upper flank.
+        return at(-half, "lower roller", (-sense,)), at(half, "upper roller", (sense,))
+
+    def parts(self, setup: Setup) -> tuple[Part, ...]:
+        """The drum: meshed directly where its groove or rib is one closed ring, cut by a boolean otherwise."""
+        blank, cutters = self.blank(setup), self.cutters(setup)
+        if self.form == "rib":
+            lower, upper = cutters
+            return (RibbedCylinder("cam", lower, upper, blank, self.floor_radius, self.radius, self.length),)
+        (track,) = cutters
+        ring = GroovedCylinder("cam", track, blank, self.radius, self.length)
+        if ring.fits():
+            return (ring,)
+        beyond = self.radius + max(0.05 * self.radius, 0.25 * self.groove_depth)
+        ridge = beyond + 0.5 * self.groove_depth
+        genus = 0 if blank.bore is None else 1
+        return (CutBlank("cam", cutters, blank, cylinder_level(beyond), beyond, ridge, genus),)
 
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tracks with the tool that cuts: larger by the running clearance, down to the groove floor."""
-        from dataclasses import replace
-
         tip = self.floor_radius if self.form == "groove" else self.floor_radius - 0.1 * self.groove_depth
         ball = isinstance(setup.roller, SphereRoller)
         cut = []
@@ -164,7 +191,8 @@ class Cam(Section):
     def _centred_distance(setup: Setup, start: float) -> float:
         """Pivot distance that lets the roller's arc swing equally to both sides of the cam axis plane, mm."""
         assert isinstance(setup.follower, SwingingFollower)
-        low, high = setup.program.range
+        lifts = [lift for span in setup.program.spans for lift in (span.before, span.after)]
+        low, high = min(lifts), max(lifts)
         angles = [start + low, start + high]
         cosines = [cos(a) for a in angles]
         if angles[0] <= 0.0 <= angles[1]:

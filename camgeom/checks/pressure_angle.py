@@ -1,0 +1,24 @@
+"""Pressure angle at every depth along the roller, on every flank it works on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import degrees
+from typing import TYPE_CHECKING
+
+from camgeom.checks import Finding, check
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+
+@check("pressure-angle", "tracks")
+def pressure_angle(model: Model) -> Iterable[Finding]:
+    """Largest pressure angle against the limit of the follower kind."""
+    limit = model.profile.limits.pressure_angle_deg
+    assert limit is not None
+    worst = max((survey.pressure_angle for survey in model.flanks), key=lambda e: e.value)
+    value = degrees(worst.value)
+    advice = "" if value <= limit else "give the motion more cam angle, enlarge the cam, or use a law of lower peak velocity"
+    where = f"at {worst.delta:.6g} mm along the roller axis"
+    yield Finding("pressure-angle", value, limit, "deg", value <= limit, degrees(worst.cam_angle) % 360.0, advice, where)

@@ -1,0 +1,170 @@
+"""Clearance between a finished mesh and the roller over the whole turn: a second look that owes nothing to the envelope.
+
+Each vertex of the mesh is measured against the roller body (meridian and flat end) at the cam angles at which the
+roller can be near it, and the least signed distance is refined. Vertices lie on the true surface, so a facet between
+them can stand in the roller's way by no more than the chord error besides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths.extremum import GOLDEN
+from camgeom.track import TURN, Arc, Meridian, Straight, Track
+
+Floats = npt.NDArray[np.float64]
+
+SAMPLES = 28
+ROUNDS = 16
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Least signed distance between roller and mesh, mm (negative: penetration), with the cam angle and the point."""
+
+    value: float
+    cam_angle: float
+    point: tuple[float, float, float]
+
+
+def least_clearance(track: Track, points: Floats, grow: float = 0.0) -> Clearance:
+    """Least distance of the points (v, 3) from the roller (enlarged by `grow` mm, normal) over its whole motion.
+
+    Only points that the roller can come near count; where none can, the distance is infinite at angle 0.
+    """
+    track = track.grown(grow)
+    reach = _largest_radius(track)
+    turns = _turns(track)
+    window = _Window.of(track, reach)
+    near = window.near(points)
+    if not np.any(near):
+        return Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
+    x = points[near]
+    best = Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
+    for turn in turns:
+        found = _search(track, x, window, turn)
+        if found.value < best.value:
+            best = found
+    return best
+
+
+def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
+    """Signed distance (…) of points x (3, ...) to the roller body standing at cam angles phi (...), mm."""
+    pose = track.pose(phi.ravel(), 0)
+    shape = (3, *phi.shape)
+    d = x - pose.a[0].reshape(shape)
+    u = pose.u[0].reshape(shape)
+    axial = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
+    across = np.sqrt(np.maximum(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - axial**2, 0.0))
+    return body_distance(track.meridian, track.tip, track.contact, axial, across)
+
+
+def body_distance(meridian: Meridian, tip: float, contact: tuple[float, float], axial: Floats, across: Floats) -> Floats:
+    """Signed distance in the meridian half plane to a roller between its tip and the far end of its contact stretch.
+
+    Exact inside and beside the roller; beyond its flat ends the distance to the end plane or rim.
+    """
+    if isinstance(meridian, Straight):
+        slope = meridian.slope
+        wall = (across - meridian.radius - slope * (axial - meridian.centre)) / np.sqrt(1.0 + slope * slope)
+    else:
+        wall = _arc_wall(meridian, axial, across)
+    if isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) < 1e-12 * meridian.arc:
+        return wall
+    low, high = min(tip, *contact), max(tip, *contact)
+    end = np.maximum(low - axial, axial - high)
+    outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
+    return np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end))
+
+
+def _arc_wall(meridian: Arc, axial: Floats, across: Floats) -> Floats:
+    return np.asarray(
+        np.hypot(across - (meridian.radius - meridian.arc), axial - meridian.centre) - meridian.arc
+    )
+
+
+def _largest_radius(track: Track) -> float:
+    ends = np.array([track.meridian.parameter(d) for d in (track.tip, *track.contact)])
+    grid = np.linspace(ends.min(), ends.max(), 33)
+    return float(track.meridian.jet(grid)[3].max())
+
+
+def _turns(track: Track) -> range:
+    return range(int(np.floor(track.span[0] / TURN + 1e-9)), int(np.ceil(track.span[1] / TURN - 1e-9)))
+
+
+@dataclass(frozen=True)
+class _Window:
+    """Where the roller can be in the machine frame: a sector of azimuth about the cam axis, and a radial stretch."""
+
+    middle: float
+    half: float
+    low: float
+    high: float
+    sense: float
+
+    @classmethod
+    def of(cls, track: Track, reach: float) -> _Window:
+        phi = np.linspace(*track.span, 721)
+        pose = track.pose(phi, 0)
+        axial = np.linspace(min(track.tip, *track.contact), max(track.tip, *track.contact), 9)
+        p = pose.a[0][:, :, None] + axial * pose.u[0][:, :, None]
+        z = (p[0] + 1j * p[1]) * np.conj(pose.turn)[:, None]
+        radius, angle = np.abs(z), np.angle(z * np.conj(z.mean() / abs(z.mean()))) if abs(z.mean()) > 0 else np.angle(z)
+        spread = np.where(radius > reach, np.arcsin(np.minimum(1.0, reach / np.maximum(radius, 1e-300))), np.pi)
+        low, high = float((angle - spread).min()), float((angle + spread).max())
+        half = min(np.pi, 0.5 * (high - low) + 1e-6)
+        middle = 0.5 * (low + high) + float(np.angle(z.mean()))
+        return cls(middle, half, float(radius.min()) - reach, float(radius.max()) + reach, track.sense)
+
+    def near(self, points: Floats) -> npt.NDArray[np.bool_]:
+        """Points within the radial stretch."""
+        radius = np.hypot(points[:, 0], points[:, 1])
+        return np.asarray((radius > self.low) & (radius < self.high))
+
+    def angles(self, points: Floats) -> Floats:
+        """Cam angle (v,) at which the middle of the sector faces each point: azimuth = middle - sense phi."""
+        azimuth = np.arctan2(points[:, 1], points[:, 0])
+        return np.asarray((self.sense * (self.middle - azimuth)) % TURN)
+
+
+def _search(track: Track, x: Floats, window: _Window, turn: int) -> Clearance:
+    """Best of coarse samples in each point's window, then golden section about it."""
+    share = np.linspace(-1.0, 1.0, SAMPLES)
+    step = window.half * (share[1] - share[0])
+    xt = np.ascontiguousarray(x.T)
+    phi = window.angles(x)[:, None] + TURN * turn + window.half * share
+    value = roller_distance(track, xt[:, :, None], phi)
+    best = np.argmin(value, axis=1)
+    centre = phi[np.arange(len(x)), best]
+    coarse = value[np.arange(len(x)), best]
+    slack = _lipschitz(track, step)
+    order = coarse - slack <= coarse.min() + 1e-9
+    xt, centre = xt[:, order], centre[order]
+    found, where = _golden_minimum(track, xt, centre - step, centre + step)
+    i = int(np.argmin(found))
+    return Clearance(float(found[i]), float(where[i]), tuple(float(c) for c in xt[:, i]))  # type: ignore[arg-type]
+
+
+def _lipschitz(track: Track, step: float) -> float:
+    """How much the distance can fall within half a coarse step, mm: the roller's largest speed per radian times it."""
+    phi = np.linspace(*track.span, 361)
+    pose = track.pose(phi, 1)
+    speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
+    return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds)) * step
+
+
+def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    fp, fq = roller_distance(track, x, p), roller_distance(track, x, q)
+    for _ in range(ROUNDS + 14):
+        lower = fp < fq
+        high, low = np.where(lower, q, high), np.where(lower, low, p)
+        p_next, q_next = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        fresh = roller_distance(track, x, np.where(lower, p_next, q_next))
+        fp, fq = np.where(lower, fresh, fq), np.where(lower, fp, fresh)
+        p, q = p_next, q_next
+    return np.where(fp < fq, fp, fq), np.where(fp < fq, p, q)

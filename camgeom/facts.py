@@ -1,0 +1,71 @@
+"""Facts computed when first asked for, once, with their cost: the descriptor under `Model`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any, Generic, Protocol, TypeVar, overload
+
+T = TypeVar("T")
+
+Observer = Callable[[str, str, float], None]
+"""Called as observer("start" or "done", fact name, seconds)."""
+
+
+class Ledger:
+    """What was computed and what it cost, without what it asked of others; nested facts are charged to themselves."""
+
+    def __init__(self, observer: Observer | None = None) -> None:
+        self.costs: dict[str, float] = {}
+        self._observer = observer
+        self._inner: list[float] = []
+
+    def charge(self, name: str, compute: Callable[[], T]) -> T:
+        """Run compute() and book its own time under `name`."""
+        if self._observer:
+            self._observer("start", name, 0.0)
+        self._inner.append(0.0)
+        began = perf_counter()
+        try:
+            return compute()
+        finally:
+            spent = perf_counter() - began
+            inner = self._inner.pop()
+            if self._inner:
+                self._inner[-1] += spent
+            self.costs[name] = self.costs.get(name, 0.0) + spent - inner
+            if self._observer:
+                self._observer("done", name, spent)
+
+
+class HasLedger(Protocol):
+    """An object whose facts are booked."""
+
+    @property
+    def ledger(self) -> Ledger:
+        """Where costs are booked."""
+
+
+class fact(Generic[T]):  # noqa: N801 - reads as a decorator
+    """An attribute computed on first access and kept; its cost is booked in the owner's ledger."""
+
+    def __init__(self, compute: Callable[[Any], T]) -> None:
+        self._compute = compute
+        self.__doc__ = compute.__doc__
+        self._name = compute.__name__
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> fact[T]: ...
+
+    @overload
+    def __get__(self, instance: HasLedger, owner: type) -> T: ...
+
+    def __get__(self, instance: Any, owner: type) -> Any:
+        if instance is None:
+            return self
+        value = instance.ledger.charge(self._name, lambda: self._compute(instance))
+        instance.__dict__[self._name] = value
+        return value

@@ -1,0 +1,192 @@
+"""One design and every fact about it, each computed when first asked for, and once.
+
+    model = camgeom.read("profiles/pin_insertion.toml")
+    model.flanks, model.solid, model.duty.contact, model.duty.roller_life
+
+There are no flags: what nobody asks for is not computed and what only it needs is not imported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.facts import Ledger, Observer, fact
+from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.profile import Profile
+from camgeom.survey import Survey
+from camgeom.track import Track
+
+if TYPE_CHECKING:
+    from camgeom.clearance import Clearance
+    from camgeom.duty import Duty
+    from camgeom.solid import Part, Solid
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Volume mm³, mass kg, centroid mm and inertia tensor about it, kg m² (uniform density)."""
+
+    volume: float
+    mass: float
+    centroid: tuple[float, float, float]
+    inertia: tuple[tuple[float, float, float], ...]
+
+
+class Model:
+    """A profile and its facts. Facts are attributes; `ledger.costs` says which were computed and what they cost."""
+
+    def __init__(self, profile: Profile, tolerance: float | None = None, observer: Observer | None = None) -> None:
+        self.profile = profile
+        self.tolerance = tolerance if tolerance is not None else profile.output.tolerance
+        self.ledger = Ledger(observer)
+
+    @property
+    def cam(self) -> Any:
+        """The cam section of its kind."""
+        return self.profile.cam
+
+    @fact
+    def setup(self) -> Setup:
+        """Follower, roller and motion program in internal units."""
+        return self.profile.setup()
+
+    @fact
+    def tracks(self) -> tuple[Track, ...]:
+        """The roller tracks; empty for followers without a roller."""
+        return tuple(self.cam.tracks(self.setup))
+
+    @fact
+    def cutters(self) -> tuple[Track, ...]:
+        """The tracks with the tool that cuts them (clearance, groove depth)."""
+        cutters = getattr(self.cam, "cutters", None)
+        return tuple(cutters(self.setup)) if cutters else self.tracks
+
+    @fact
+    def flanks(self) -> tuple[Survey, ...]:
+        """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
+        return tuple(Survey(track, cutter) for track, cutter in zip(self.tracks, self.cutters))
+
+    @fact
+    def parts(self) -> tuple[Part, ...]:
+        """The recipes of the bodies."""
+        return tuple(self.cam.parts(self.setup))
+
+    @fact
+    def solids(self) -> tuple[Solid, ...]:
+        """The finished bodies within the tolerance. Raises DesignError where the cam is undercut."""
+        self.refuse_folded()
+        return tuple(part.solid(self.tolerance) for part in self.parts)
+
+    @property
+    def solid(self) -> Solid:
+        """The cam's (first) body."""
+        return self.solids[0]
+
+    def refuse_folded(self) -> None:
+        """Raise DesignError where a flank folds back on itself or the motion jumps, so that no solid exists."""
+        continuity = self.setup.program.continuity
+        if continuity.order < 1 and self.tracks:
+            angles = ", ".join(f"{degrees(j.angle):.6g}" for j in continuity.jumps if j.order <= 1)
+            raise DesignError(f"the motion's velocity jumps at {angles} deg, so the flank has gaps there and no solid")
+        for survey in self.flanks:
+            if survey.margin.value <= 0.0:
+                at = survey.margin
+                raise DesignError(
+                    f"track {survey.track.name!r} is undercut at cam angle {degrees(at.cam_angle):.6g} deg "
+                    f"(margin 1 - r k = {at.value:.6g}, must be above 0), so its flank bounds no solid; use a smaller "
+                    "roller, a larger cam or a gentler motion"
+                )
+
+    @fact
+    def walls(self) -> tuple[Any, ...]:
+        """Wall thicknesses of the body: name, thickness mm, cam angle rad."""
+        walls = getattr(self.cam, "walls", None)
+        return tuple(walls(self.setup)) if walls else ()
+
+    @fact
+    def clearances(self) -> tuple[Clearance, ...]:
+        """Least distance between every roller and the final mesh over the whole turn."""
+        return self.clearances_with(0.0)
+
+    def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
+        """The same with rollers larger by `grow` mm (normal)."""
+        from camgeom.clearance import least_clearance
+
+        points = np.concatenate([solid.mesh.vertices for solid in self.solids])
+        return tuple(least_clearance(track, points, grow) for track in self.tracks)
+
+    @fact
+    def mass(self) -> tuple[MassProperties, ...]:
+        """Mass properties of every body from its mesh and the cam material's density."""
+        from camgeom.maths.massprops import mass_properties
+
+        density = self.profile.material.cam.density
+        return tuple(MassProperties(*mass_properties(solid.mesh, density)) for solid in self.solids)
+
+    @property
+    def loaded(self) -> bool:
+        """True where the profile has an [operation] and a roller follower that one roller at a time serves."""
+        simple = isinstance(self.setup.follower, TranslatingFollower | SwingingFollower)
+        return self.profile.operation is not None and bool(self.tracks) and simple
+
+    @fact
+    def duty(self) -> Duty:
+        """Force, contact stress, life and torque. Raises ProfileError where the profile has no [operation]."""
+        from camgeom.duty import Duty, angular_speed
+
+        operation = self.profile.operation
+        if operation is None:
+            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
+        track = self.tracks[0]
+        radius = self.cam.quoted_radius(self.setup)
+        low, high = track.contact
+        speed = angular_speed(operation.speed)
+        return Duty(
+            track,
+            track.meridian.parameter(radius),
+            high - low,
+            self._follower_load(speed),
+            self.profile.material.roller,
+            self.profile.material.cam,
+            speed,
+        )
+
+    def _follower_load(self, speed: float) -> Any:
+        from camgeom.mechanics.load import FollowerLoad
+
+        operation, follower = self.profile.operation, self.setup.follower
+        assert operation is not None
+        applied = tuple(force.applied() for force in operation.force)
+        if isinstance(follower, TranslatingFollower):
+            mass = follower.mass + operation.load_mass
+            rate, weight = operation.spring_rate, mass * operation.gravity
+        else:
+            assert isinstance(follower, SwingingFollower)
+            mass = follower.inertia + operation.load_inertia
+            rate, weight = operation.spring_rate * 180.0 / np.pi, 0.0
+        return FollowerLoad(
+            self.setup.program,
+            speed,
+            mass,
+            operation.friction,
+            operation.spring_preload,
+            rate,
+            weight,
+            applied,
+            "translating" if isinstance(follower, TranslatingFollower) else "rotating",
+        )
+
+
+def read(path: str) -> Model:
+    """The model of a profile file. Raises ProfileError with every problem found."""
+    from camgeom.profile import read as read_profile
+
+    return Model(read_profile(path))
