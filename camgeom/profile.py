@@ -1,0 +1,113 @@
+"""A profile: everything that describes one cam, its drive and what is wanted, as frozen types read from TOML.
+
+`read` and `parse` report every problem of a profile at once. Sections keep the edge units (mm, degrees, r/min);
+`Profile.setup` is the door at which angles become radians.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, final
+
+from pydantic import Field, SerializeAsAny, model_validator
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.follower import AnyFollower, AnyRoller, Setup, SwingingFollower, TurretFollower
+from camgeom.profile_motion import MAX_SEGMENTS, motion_problems, program_of, span_of
+from camgeom.profile_reader import Reader, first_of
+from camgeom.profile_sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile_text import MAX_BYTES, Path_, decode, load, read_bytes
+from camgeom.spec import Section
+
+
+@final
+class Profile(Section):
+    """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
+
+    name: Annotated[str, Field(min_length=1, max_length=120)] = Field("cam", description="shown in reports")
+    cam: SerializeAsAny[Section] = Field(description="the cam, by kind")
+    follower: AnyFollower = Field(description="the follower, by kind")
+    roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")
+    motion: Annotated[tuple[MotionSegment, ...], Field(min_length=1, max_length=MAX_SEGMENTS)] = Field(
+        description="segments of the motion round the cam, in order"
+    )
+    operation: Operation | None = Field(None, description="speed and forces; needed for contact, life and dynamics")
+    material: Materials = Field(Materials(), description="the two bodies in contact")
+    output: Output = Field(Output(), description="what is written")
+    limits: Limits = Field(Limits(), description="what the checks judge against")
+    dynamics: SerializeAsAny[Section] | None = Field(None, description="indexing dynamics")
+    impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
+    source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete_limits(cls, data: Any) -> Any:
+        """Limits that depend on the follower, filled in before the profile freezes."""
+        if isinstance(data, dict) and isinstance(data.get("follower"), AnyFollower):
+            limits = data.get("limits", Limits())
+            if isinstance(limits, Limits):
+                return {**data, "limits": limits.for_follower(data["follower"])}
+        return data
+
+    @property
+    def kind(self) -> str:
+        """The cam kind as it is written in the profile."""
+        return type(self.cam).__module__.rpartition(".")[2].replace("_", "-")
+
+    @property
+    def rotating(self) -> bool:
+        """True where positions of the motion are degrees: swinging followers and turrets."""
+        return isinstance(self.follower, SwingingFollower | TurretFollower)
+
+    def setup(self) -> Setup:
+        """Follower, roller and the motion program (mm or rad over rad).
+
+        Raises ProfileError where the motion cannot be made or does not close.
+        """
+        problems = motion_problems(self.motion, self.follower, span_of(type(self.cam)))
+        if problems:
+            raise ProfileError(problems, self.source)
+        program = program_of(self.motion, self.follower, span_of(type(self.cam)), _folder_name(self.source))
+        return Setup(self.follower, self.roller, program)
+
+
+def read(path: str | Path) -> Profile:
+    """The profile in a TOML file. Raises ProfileError with every problem found."""
+    shown = str(path)
+    try:
+        place = Path(path)
+    except (TypeError, ValueError) as error:
+        raise ProfileError([Problem("profile", f"is not a usable file name: {error}")], shown) from None
+    text = decode(read_bytes(place, MAX_BYTES, shown), shown)
+    return parse(text, shown)
+
+
+def parse(text: str, file: str = "") -> Profile:
+    """The profile in a TOML text; `file` is named in messages, and data files are looked for beside it."""
+    data, problems, dropped = load(text, file)
+    return from_data(data, file, problems, dropped)
+
+
+def from_data(
+    data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None
+) -> Profile:
+    """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
+    reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
+    profile = Profile(**reader.parts(), source=file)
+    if found := _cross_checks(profile):
+        raise ProfileError(first_of(found), file)
+    return profile
+
+
+def _cross_checks(profile: Profile) -> list[Problem]:
+    """What no single section can know: the motion as a whole, and what the cam type cannot build."""
+    try:
+        setup = profile.setup()
+    except ProfileError as error:
+        return error.problems
+    cam: Any = profile.cam
+    return list(cam.problems(setup))
+
+
+def _folder_name(file: str) -> str:
+    return str(Path(file).parent) if file else ""

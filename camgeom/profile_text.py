@@ -1,0 +1,259 @@
+"""Reading a profile file safely: size, encoding, TOML syntax and structure, each refused with one plain message.
+
+Nothing here knows a cam word. `load` gives plain data (tables as dict, arrays as tuple) whose numbers are finite and of
+sane size, whose strings are printable and whose depth and number of entries are bounded, so that what follows cannot be
+flooded by a hostile file.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import stat
+import tomllib
+from dataclasses import dataclass, field
+from datetime import date, time
+from pathlib import Path
+from typing import Any
+
+from camgeom.errors import Problem, ProfileError
+
+MAX_BYTES = 1_000_000
+"""B; a profile with 10 000 segments is half of that"""
+MAX_TABLE_BYTES = 10_000_000
+"""B; a measured table beside the profile"""
+MAX_DEPTH = 12
+MAX_ENTRIES = 200_000
+MAX_TEXT = 20_000
+"""characters in one string"""
+MAX_KEY_PARTS = 32
+"""parts of a dotted key; the TOML reader's work grows with its square"""
+MAX_WHOLE = 2**63
+MAX_TABLE_ROWS = 200_000
+MOST_BAD_VALUES = 100
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+_NOT_IN_KEY = re.compile(r"[\n=,\[{#]")
+_QUOTED_PART = re.compile(r"[\"'][ \t]*\.")
+
+Path_ = tuple[str | int, ...]
+
+
+def dotted(path: Path_) -> str:
+    """A key path as it is written in messages: motion[3].until (the first entry of an array is 0)."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            shown = part if len(part) <= 60 else part[:59] + "…"
+            shown = shown if re.fullmatch(r"[A-Za-z0-9_…-]+", shown) else repr(shown)
+            text += f".{shown}" if text else shown
+    return text or "profile"
+
+
+def refuse(message: str, file: str, *, key: str = "file", value: object = None, allowed: str = "") -> ProfileError:
+    """A ProfileError with a single problem."""
+    return ProfileError([Problem(key, message, value, allowed)], file)
+
+
+def read_bytes(path: Path, limit: int, shown: str, key: str = "file") -> bytes:
+    """The bytes of a regular file of at most `limit` bytes; the size is looked at before a byte is read.
+
+    Raises ProfileError for a missing or unreadable file, a folder, a device or pipe, a loop of links, a large file.
+    """
+    try:
+        # Not blocking, so that a pipe with no writer is refused instead of waited for.
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as error:
+        raise refuse(_os_reason(error), shown, key=key) from None
+    try:
+        info = os.fstat(handle)
+        if stat.S_ISDIR(info.st_mode):
+            raise refuse("is a folder, not a file", shown, key=key)
+        if not stat.S_ISREG(info.st_mode):
+            raise refuse("is not a regular file", shown, key=key)
+        content = b"" if info.st_size > limit else _up_to(handle, limit + 1)
+    except OSError as error:
+        raise refuse(_os_reason(error), shown, key=key) from None
+    finally:
+        os.close(handle)
+    size = max(info.st_size, len(content))
+    if size > limit:
+        raise refuse("the file is too large", shown, key=key, value=size, allowed=f"at most {limit} bytes")
+    return content
+
+
+def _up_to(handle: int, most: int) -> bytes:
+    """The file's bytes to its end, at most so many; a file may grow while it is read."""
+    chunks: list[bytes] = []
+    while most > 0 and (chunk := os.read(handle, most)):
+        chunks.append(chunk)
+        most -= len(chunk)
+    return b"".join(chunks)
+
+
+def _os_reason(error: OSError | ValueError) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file"
+    if isinstance(error, PermissionError):
+        return "may not be read (no permission)"
+    if isinstance(error, IsADirectoryError):
+        return "is a folder, not a file"
+    if isinstance(error, OSError) and error.strerror:
+        return f"cannot be opened: {error.strerror}"
+    return f"is not a usable file name: {error}"
+
+
+def decode(content: bytes, shown: str, key: str = "file") -> str:
+    """UTF-8 text; a byte order mark is dropped. ProfileError names the line of the first bad byte."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise refuse(f"is not UTF-8 text (byte {error.start + 1}, line {line})", shown, key=key) from None
+    if "\x00" in text:
+        line = text.count("\n", 0, text.index("\x00")) + 1
+        raise refuse(f"is not text: it holds a NUL byte (line {line})", shown, key=key)
+    return text
+
+
+def load(text: str, file: str) -> tuple[dict[str, Any], list[Problem], set[Path_]]:
+    """TOML text as plain data, the problems of single values, and the paths of the values left out for them.
+
+    Raises ProfileError at once where nothing can be read: syntax (with its line), nesting, number of entries.
+    """
+    if len(text) > MAX_BYTES:
+        raise refuse("the text is too long", file, value=len(text), allowed=f"at most {MAX_BYTES} characters")
+    _refuse_long_keys(text, file)
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise refuse(_first_lower(str(error)), file, key="TOML syntax") from None
+    except RecursionError:
+        raise refuse("arrays or tables are nested too deeply", file, allowed=f"at most {MAX_DEPTH} levels") from None
+    except ValueError as error:
+        # int() refuses numbers of more than a few thousand digits, dates may be impossible ones.
+        reason = "a whole number has too many digits" if "digits" in str(error) else str(error)
+        raise refuse(reason, file, key="TOML value") from None
+    cleaner = _Cleaner(file)
+    return cleaner.table(data, ()), cleaner.problems, cleaner.dropped
+
+
+def _first_lower(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def _refuse_long_keys(text: str, file: str) -> None:
+    run = 0
+    for part in text.split("."):
+        run = run + 1 if part and not part.isspace() and not _NOT_IN_KEY.search(part) else 0
+        if run > MAX_KEY_PARTS:
+            raise refuse("a dotted key has too many parts", file, allowed=f"at most {MAX_KEY_PARTS}")
+    if sum(1 for _ in _QUOTED_PART.finditer(text)) > 10 * MAX_KEY_PARTS:
+        raise refuse("there are too many quoted dotted keys", file, allowed=f"at most {10 * MAX_KEY_PARTS}")
+
+
+def _text_fault(text: str) -> str:
+    if len(text) > MAX_TEXT:
+        return f"the text is too long ({len(text)} characters; allowed: at most {MAX_TEXT})"
+    return "the text holds control characters" if _CONTROL.search(text) else ""
+
+
+@dataclass
+class _Cleaner:
+    """Walks parsed TOML: bounds its depth and size, drops values that are no number, text, flag, array or table."""
+
+    file: str
+    problems: list[Problem] = field(default_factory=list)
+    dropped: set[Path_] = field(default_factory=set)
+    entries: int = 0
+
+    def table(self, data: dict[str, Any], path: Path_) -> dict[str, Any]:
+        self._count(path, len(data))
+        pairs = ((key, self.value(value, (*path, key))) for key, value in data.items())
+        return {key: value for key, value in pairs if value is not None}
+
+    def value(self, value: Any, path: Path_) -> Any:
+        if isinstance(value, dict):
+            return self.table(value, path)
+        if isinstance(value, list):
+            self._count(path, len(value))
+            return tuple(self.value(item, (*path, i)) for i, item in enumerate(value))
+        if isinstance(value, bool):
+            return value
+        if isinstance(value, int):
+            reason = "" if abs(value) <= MAX_WHOLE else "the whole number is too large"
+        elif isinstance(value, float):
+            reason = "" if math.isfinite(value) else f"must be a finite number (found {value})"
+        elif isinstance(value, str):
+            reason = _text_fault(value)
+        elif isinstance(value, date | time):
+            reason = f"a date or time has no place in a profile (found {value})"
+        else:
+            reason = f"a {type(value).__name__} has no place in a profile"
+        if not reason:
+            return value
+        if len(self.problems) < MOST_BAD_VALUES:
+            self.problems.append(Problem(dotted(path), reason))
+        self.dropped.add(path)
+        return None
+
+    def _count(self, path: Path_, more: int) -> None:
+        self.entries += more
+        if len(path) > MAX_DEPTH:
+            raise refuse("arrays or tables are nested too deeply", self.file, allowed=f"at most {MAX_DEPTH} levels")
+        if self.entries > MAX_ENTRIES:
+            raise refuse("the profile has too many entries", self.file, allowed=f"at most {MAX_ENTRIES}")
+
+
+def beside(name: str, folder: Path | None, key: str) -> Path | Problem:
+    """The path of a data file named in a profile: relative to the profile's folder and inside it, links followed."""
+    allowed = "a file in the profile's folder or below it, as a relative path"
+    if folder is None:
+        return Problem(key, "a data file needs a profile that is read from a file", name, allowed)
+    parts = re.split(r"[\\/]", name)
+    if not name or name.startswith(("/", "\\", "~")) or ":" in name or ".." in parts or "\x00" in name:
+        return Problem(key, "may not leave the profile's folder", name, allowed)
+    try:
+        home, target = folder.resolve(strict=True), (folder / name).resolve(strict=True)
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = _os_reason(error) if isinstance(error, OSError) else "is a loop of links"
+        return Problem(key, reason, name, allowed)
+    if not target.is_relative_to(home):
+        return Problem(key, "may not leave the profile's folder (a link leads out of it)", name, allowed)
+    return target
+
+
+def number_table(path: Path, columns: int, key: str, shown: str) -> tuple[tuple[float, ...], ...] | Problem:
+    """Rows of a CSV file (comma, semicolon or blank between numbers, # comments, one optional heading line)."""
+    try:
+        text = decode(read_bytes(path, MAX_TABLE_BYTES, "", key), "", key)
+    except ProfileError as error:
+        return error.problems[0]
+    rows: list[tuple[float, ...]] = []
+    heading_allowed = True
+    for line_number, line in enumerate(text.splitlines(), 1):
+        stripped = line.split("#", 1)[0].strip()
+        if not stripped:
+            continue
+        row = _numbers(stripped)
+        if row is None and heading_allowed:
+            heading_allowed = False
+            continue
+        heading_allowed = False
+        if row is None or len(row) != columns:
+            return Problem(key, f"{shown} line {line_number}: needs {columns} finite numbers", stripped)
+        rows.append(row)
+        if len(rows) > MAX_TABLE_ROWS:
+            return Problem(key, f"{shown} has too many rows", allowed=f"at most {MAX_TABLE_ROWS}")
+    return tuple(rows)
+
+
+def _numbers(line: str) -> tuple[float, ...] | None:
+    try:
+        row = tuple(float(word) for word in re.split(r"\s*[,;\t]\s*|\s+", line))
+    except ValueError:
+        return None
+    return row if all(math.isfinite(x) for x in row) else None
