@@ -117,6 +117,16 @@ class Blank:
         return builder.mesh()
 
 
+@dataclass(frozen=True)
+class Wall:
+    """A wall of the finished body: its name, thickness (mm), the cam angle (rad) where it is thinnest, and advice."""
+
+    name: str
+    thickness: float
+    cam_angle: float | None
+    advice: str
+
+
 class Builder:
     """Collects vertices and named triangles into one mesh."""
 

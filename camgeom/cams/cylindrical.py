@@ -8,13 +8,14 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from camgeom.blank import Blank, Bore
+from camgeom.blank import Blank, Bore, Wall
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, SwingingFollower
 from camgeom.groove import cylinder_level
 from camgeom.solid import CutBlank, GroovedCylinder, Part, RibbedCylinder
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import Joint, Slide, Swing, Track
+from camgeom.webs import drum_walls
 
 
 class Cam(Section):
@@ -165,6 +166,10 @@ class Cam(Section):
         ridge = beyond + 0.5 * self.groove_depth
         genus = 0 if blank.bore is None else 1
         return (CutBlank("cam", cutters, blank, cylinder_level(beyond), beyond, ridge, genus),)
+
+    def walls(self, setup: Setup) -> list[Wall]:
+        """Thinnest walls of the drum: to the ends, between passes of the groove, and to the bore."""
+        return drum_walls(self.cutters(setup), self.radius, self.floor_radius, self.length, self.bore_spec())
 
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tracks with the tool that cuts: larger by the running clearance, down to the groove floor."""

@@ -1,0 +1,277 @@
+"""A job: the facts a command asks for, as the result that scripts rely on, and the files it leaves.
+
+Products are named pieces of the result; a job computes those asked for and nothing they do not need.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import degrees, isfinite, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
+
+if TYPE_CHECKING:
+    from camgeom.checks import Finding
+    from camgeom.model import Model
+
+PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "exports", "report")
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "run": PRODUCTS,
+    "build": ("motion", "solid", "exports"),
+    "check": ("motion", "flank", "checks"),
+    "solve": ("motion", "contact", "fatigue", "dynamics"),
+    "report": ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "report"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What a job found: plain data for result.json, the findings, and whether all passed."""
+
+    data: dict[str, Any]
+    findings: tuple[Finding, ...]
+    refused: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """True where every finding passes and every body asked for could be made."""
+        return not self.refused and all(finding.passed for finding in self.findings)
+
+
+def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
+    """Products and checks that a command computes; `only` narrows them. Raises ProfileError for an unknown name."""
+    products = COMMANDS[command]
+    if only is None:
+        return products, None
+    from difflib import get_close_matches
+
+    from camgeom.checks import checks
+
+    names = tuple(only)
+    known = (*PRODUCTS, *checks())
+    for name in names:
+        if name not in known:
+            near = get_close_matches(name, known, 1, 0.5)
+            hint = f"did you mean {near[0]}?" if near else ""
+            raise ProfileError([Problem("--only", "unknown product or check", name, ", ".join(known), hint)])
+    wanted = tuple(name for name in names if name in PRODUCTS)
+    single = tuple(name for name in names if name not in PRODUCTS)
+    return tuple(dict.fromkeys((*wanted, *(("checks",) if single else ())))), single or None
+
+
+def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | None = None) -> Result:
+    """The result of the named products. A body that cannot be made is reported, not raised."""
+    from camgeom import __version__
+
+    wanted = set(products)
+    data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
+    found: tuple[Finding, ...] = ()
+    refused = ""
+    if "motion" in wanted:
+        data["motion"] = motion_data(model)
+    if "flank" in wanted and model.tracks:
+        data["flank"] = flank_data(model)
+    if "checks" in wanted:
+        from camgeom.checks import findings
+
+        found = findings(model, only_checks)
+        data["checks"] = [finding.as_dict() for finding in found]
+    if "solid" in wanted:
+        try:
+            data["solid"] = solid_data(model)
+        except DesignError as error:
+            refused = str(error)
+            data["solid"] = {"refused": refused}
+    if model.loaded and wanted & {"contact", "fatigue"}:
+        if "contact" in wanted:
+            data["contact"] = contact_data(model)
+        if "fatigue" in wanted:
+            data["fatigue"] = fatigue_data(model)
+    data["files"] = []
+    return Result(data, found, refused)
+
+
+def with_costs(result: Result, model: Model) -> Result:
+    """The result with what every computed fact cost, s."""
+    result.data["cost_s"] = {name: round(seconds, 6) for name, seconds in model.ledger.costs.items()}
+    return result
+
+
+def motion_data(model: Model) -> dict[str, Any]:
+    """Characteristic values of the program, per radian of cam angle and, with a speed, in time."""
+    program = model.setup.program
+    rotating = model.profile.rotating
+    unit, name = (180.0 / pi, "deg") if rotating else (1.0, "mm")
+    peaks = [program.peak(order) for order in (1, 2, 3)]
+    data: dict[str, Any] = {
+        f"stroke_{name}": unit * _stroke(model),
+        f"peak_velocity_{name}_per_rad": unit * abs(peaks[0].value),
+        f"peak_acceleration_{name}_per_rad2": unit * abs(peaks[1].value),
+        f"peak_jerk_{name}_per_rad3": unit * abs(peaks[2].value),
+        "peak_velocity_at_deg": degrees(peaks[0].at),
+        "peak_acceleration_at_deg": degrees(peaks[1].at),
+        "continuity": program.continuity.order,
+        "jumps": [
+            {"cam_angle_deg": degrees(j.angle), "order": j.order, "size": unit * j.size}
+            for j in program.continuity.jumps
+        ],
+    }
+    operation = model.profile.operation
+    if operation is not None:
+        omega = operation.speed * pi / 30.0
+        for order, word in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+            key = f"peak_{word}_{name}_per_s{'' if order == 1 else order}"
+            data[key] = unit * abs(peaks[order - 1].value) * omega**order
+    return data
+
+
+def _stroke(model: Model) -> float:
+    lifts = [lift for span in model.setup.program.spans for lift in (span.before, span.after)]
+    return max(lifts) - min(lifts)
+
+
+def flank_data(model: Model) -> dict[str, Any]:
+    """Extremes over all tracks and flanks."""
+    surveys = model.flanks
+    angle = max((s.pressure_angle for s in surveys), key=lambda e: e.value)
+    axis = max((s.axis_pressure_angle for s in surveys), key=lambda e: e.value)
+    sharp = max((s.largest_relative_curvature for s in surveys), key=lambda e: e.value)
+    margin = min((s.margin for s in surveys), key=lambda e: e.value)
+    return {
+        "max_pressure_angle_deg": degrees(angle.value),
+        "max_pressure_angle_at_deg": degrees(angle.cam_angle) % 360.0,
+        "max_pressure_angle_delta_mm": angle.delta,
+        "max_axis_pressure_angle_deg": degrees(axis.value),
+        "min_relative_radius_mm": 1.0 / sharp.value if sharp.value > 0.0 else 0.0,
+        "min_relative_radius_at_deg": degrees(sharp.cam_angle) % 360.0,
+        "undercut_margin": margin.value,
+        "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,
+        **_quoted(model),
+    }
+
+
+def _quoted(model: Model) -> dict[str, Any]:
+    quoted = getattr(model.cam, "quoted_radius", None)
+    if quoted is None:
+        return {}
+    radius = quoted(model.setup)
+    at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
+    return {"pitch_radius_mm": radius, "pitch_pressure_angle_deg": degrees(at.value)}
+
+
+def solid_data(model: Model) -> dict[str, Any]:
+    """The body (for several, sums and the list of them)."""
+    bodies = []
+    for solid, mass in zip(model.solids, model.mass):
+        mesh = solid.mesh
+        bodies.append(
+            {
+                "name": solid.name,
+                "watertight": mesh.watertight,
+                "volume_mm3": mass.volume,
+                "area_mm2": mesh.area,
+                "triangles": len(mesh.faces),
+                "chord_error_mm": solid.chord_error,
+                "genus": mesh.genus,
+                "mass_kg": mass.mass,
+                "method": solid.method,
+                "centroid_mm": list(mass.centroid),
+                "inertia_kg_m2": [list(row) for row in mass.inertia],
+                "size_mm": (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).tolist(),
+            }
+        )
+    first = dict(bodies[0])
+    if len(bodies) > 1:
+        first["bodies"] = bodies
+    return first
+
+
+def contact_data(model: Model) -> dict[str, Any]:
+    """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear."""
+    duty = model.duty
+    peak, slices = duty.contact.peak(), duty.slices.peak()
+    worst = int(np.argmax(slices.pressure))
+    hardest = duty.peak_contact
+    force, _ = duty.peak_of(np.abs(duty.normal))
+    torque, torque_at = duty.peak_of(duty.torque)
+    return {
+        "peak_pressure_mpa": _finite(peak.pressure),
+        "cam_angle_deg": degrees(float(peak.theta)),
+        "peak_force_n": force,
+        "peak_slice_pressure_mpa": _finite(slices.pressure[worst]),
+        "peak_slice_delta_mm": float(duty.slice_stations[worst]),
+        "peak_slice_cam_angle_deg": degrees(float(slices.theta[worst])),
+        "half_width_mm": float(hardest.half_width),
+        "peak_shear_mpa": float(hardest.shear),
+        "shear_depth_mm": float(hardest.shear_depth),
+        "peak_torque_n_m": torque * 1e-3,
+        "peak_torque_at_deg": degrees(torque_at),
+        "mean_torque_n_m": float(duty.force.work()) / (2.0 * pi) * 1e-3,
+        "wall_reversals_deg": [degrees(r.taken) for r in duty.force.reversals()[0]],
+    }
+
+
+def fatigue_data(model: Model) -> dict[str, Any]:
+    """Lives of roller, cam and bearing."""
+    duty = model.duty
+    life, slices = duty.roller_life, duty.slice_life
+    data = {
+        "roller_life_h": _finite(life.life_h),
+        "roller_slice_life_h": _finite(np.min(slices.life_h)),
+        "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,
+        "cam_life_h": _finite(duty.cam_life.life_h),
+        "path_per_turn_m": float(life.path) * 1e-3,
+    }
+    roller = model.setup.roller
+    if roller is not None and roller.dynamic_rating is not None:
+        bearing = duty.bearing(roller.dynamic_rating, roller.static_rating)
+        data["bearing_life_h"] = _finite(bearing.life_h)
+        data["bearing_mean_load_n"] = float(bearing.mean_load)
+        if roller.static_rating is not None:
+            data["bearing_static_safety"] = _finite(bearing.static_safety)
+    return data
+
+
+def _finite(value: Any) -> float | None:
+    """A number for JSON; null where there is no end (an unloaded contact lives for ever)."""
+    number = float(value)
+    return number if isfinite(number) else None
+
+
+def write_result(result: Result, folder: Path) -> Path:
+    """result.json in the folder, whole or not at all."""
+    from camgeom.export.atomic import atomic_write
+
+    path = folder / "result.json"
+    text = json.dumps(result.data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    with atomic_write(path) as file:
+        file.write(text.encode())
+    return path
+
+
+def explain(model: Model, products: Iterable[str]) -> list[str]:
+    """What was computed and what it cost, and what was skipped and why."""
+    lines = [f"{seconds * 1e3:9.2f} ms  {name}" for name, seconds in model.ledger.costs.items()]
+    facts = ("flanks", "solids", "clearances", "mass", "duty")
+    skipped = [name for name in facts if name not in model.ledger.costs]
+    reasons = {name: "not asked for" for name in skipped}
+    if "duty" in skipped and not model.loaded:
+        reasons["duty"] = "the profile has no [operation], or no roller that one load bears on"
+    lines += [f"  skipped     {name}: {reason}" for name, reason in reasons.items()]
+    missing = [name for name in PRODUCTS if name not in set(products)]
+    if missing:
+        lines.append(f"  not asked   {', '.join(missing)}")
+    import sys
+
+    heavy = [m for m in ("scipy", "trimesh", "pyvista", "meshio", "manifold3d", "ezdxf") if m in sys.modules]
+    lines.append(f"  imported    {', '.join(heavy) if heavy else 'none of the heavy libraries'}")
+    return lines
+
+
+__all__ = ["COMMANDS", "PRODUCTS", "CamgeomError", "Result", "chosen", "compute", "explain", "with_costs", "write_result"]
