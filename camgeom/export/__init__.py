@@ -1,0 +1,145 @@
+"""Writers of files, found by extension.
+
+One format is one file here. A writer is a function decorated with @writer: it takes the path and the bodies (or what
+`takes` says), writes through `atomic_write` and returns the number of bytes.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any, Protocol, TypeVar
+
+from camgeom.errors import ExportError
+from camgeom.maths.mesh import Mesh
+
+Colour = tuple[float, float, float]
+"""Red, green, blue, each 0 to 1 (sRGB)."""
+_Function = TypeVar("_Function", bound=Callable[..., int])
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One named solid of a file: its mesh in mm in the cam frame, and a colour (sRGB, 0 to 1) or None."""
+
+    name: str
+    mesh: Mesh
+    colour: Colour | None = None
+
+
+class HasSolid(Protocol):
+    """What `write` asks of a model."""
+
+    @property
+    def name(self) -> str:
+        """The name that the file carries."""
+
+    @property
+    def solid(self) -> Any:
+        """A Mesh or a sequence of Body or (name, Mesh)."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """One way to write a file.
+
+    extension  with its dot, `.stl`; a compound one (`.points.ply`) wins over its last part
+    takes      what the writer is given after the path: "bodies" (a sequence of Body), or an attribute of Model such as
+               "flanks", or "model" itself
+    about      one line for lists and help
+    write      (path, what it takes) -> bytes written
+    """
+
+    extension: str
+    takes: str
+    about: str
+    write: Callable[..., int]
+
+
+_FORMATS: dict[str, Format] = {}
+
+
+def writer(extension: str, about: str, takes: str = "bodies") -> Callable[[_Function], _Function]:
+    """Register a function as the writer of an extension; the registry finds it by the file it stands in."""
+
+    def register(function: _Function) -> _Function:
+        other = _FORMATS.get(extension)
+        if other and other.write.__module__ != function.__module__:
+            raise ValueError(f"{extension} has two writers: {other.write.__module__} and {function.__module__}")
+        _FORMATS[extension] = Format(extension, takes, about, function)
+        return function
+
+    return register
+
+
+@cache
+def _discover() -> None:
+    for module in iter_modules(__path__):
+        import_module(f"{__name__}.{module.name}")
+
+
+def formats() -> dict[str, Format]:
+    """Every format by extension, sorted."""
+    _discover()
+    return dict(sorted(_FORMATS.items()))
+
+
+def format_of(path: Path | str, takes: str | None = None) -> Format:
+    """The format a file name (or a bare name such as "3mf") asks for, the longest matching extension first.
+
+    `takes` limits the choice to the formats that are written from that. Raises ExportError with the formats there are
+    and the nearest spelling.
+    """
+    name = Path(path).name.lower()
+    name = name if "." in name else f".{name}"
+    offered = {ext: form for ext, form in formats().items() if takes is None or form.takes == takes}
+    matching = [ext for ext in offered if name.endswith(ext)]
+    if matching:
+        return offered[max(matching, key=len)]
+    suffix = Path(name).suffix or name
+    near = difflib.get_close_matches(suffix, list(offered), 1, 0.4)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise ExportError(f"{path}: no writer for {suffix}{hint} (there are {', '.join(offered)})")
+
+
+def as_bodies(solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], name: str = "cam") -> tuple[Body, ...]:
+    """A mesh, a body or a sequence of bodies or (name, mesh) pairs as bodies; ExportError where one is empty."""
+    if isinstance(solid, Mesh):
+        return as_bodies([Body(name, solid)])
+    if isinstance(solid, Body):
+        return as_bodies([solid])
+    bodies = tuple(item if isinstance(item, Body) else Body(item[0], item[1]) for item in solid)
+    if not bodies:
+        raise ExportError("nothing to write: no body given")
+    for body in bodies:
+        if len(body.mesh.faces) == 0:
+            raise ExportError(f"nothing to write: body {body.name!r} has no faces")
+    return bodies
+
+
+def write_mesh(
+    solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], path: Path | str, *, name: str = "cam", **options: Any
+) -> int:
+    """Write a mesh or several bodies to a file, the format by extension; returns the bytes written.
+
+    `options` go to the writer. Raises ExportError where the extension is unknown, there is nothing to write, or the
+    file cannot be written; an earlier file then stands.
+    """
+    return format_of(path, takes="bodies").write(Path(path), as_bodies(solid, name), **options)
+
+
+def write(model: HasSolid, path: Path | str, **options: Any) -> int:
+    """Write a model to a file, the format by extension; returns the bytes written.
+
+    Formats of triangles get `model.solid`, the others the model itself or the attribute that the format names.
+    `options` and errors as in `write_mesh`; what computing the solid raises passes through.
+    """
+    form = format_of(path)
+    if form.takes == "bodies":
+        return write_mesh(model.solid, path, name=model.name, **options)
+    return form.write(Path(path), model if form.takes == "model" else getattr(model, form.takes), **options)

@@ -1,0 +1,40 @@
+"""Exact cam geometry, watertight solids, contact stress, fatigue life and dynamics from one profile.
+
+The public names are read, Model, check, write, LAWS and the errors; each is imported when it is first asked for, so
+that `import camgeom` costs a millisecond.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "read": "camgeom.model",
+    "Model": "camgeom.model",
+    "check": "camgeom.checks",
+    "write": "camgeom.export",
+    "LAWS": "camgeom.motion",
+    "CamgeomError": "camgeom.errors",
+    "Problem": "camgeom.errors",
+    "ProfileError": "camgeom.errors",
+    "DesignError": "camgeom.errors",
+    "NotConverged": "camgeom.errors",
+    "GeometryEngineError": "camgeom.errors",
+    "ExportError": "camgeom.errors",
+}
+"""Each public name and the module it lives in."""
+
+
+def __getattr__(name: str) -> object:
+    """A public name from its module; AttributeError for any other."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'camgeom' has no attribute {name!r}; it offers {', '.join(_HOME)}")
+    value: object = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

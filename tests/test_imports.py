@@ -1,0 +1,87 @@
+"""`import camgeom` is cheap, heavy modules load inside the function that uses them, and every public name resolves."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import camgeom
+
+HEAVY = {"scipy", "trimesh", "pyvista", "vtk", "vtkmodules", "meshio", "matplotlib", "ezdxf", "manifold3d"}
+CHEAP = {"manifold3d"}
+"""Heavy for `import camgeom`, but 9 ms: a module that always needs it may import it at its top."""
+PACKAGE = Path(camgeom.__file__).parent
+
+
+def loaded_after(code: str) -> set[str]:
+    """The top-level modules of a fresh interpreter after the code."""
+    program = f"import sys\n{code}\nprint(*sorted({{name.partition('.')[0] for name in sys.modules}}))"
+    command = [sys.executable, "-c", program]
+    return set(subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent).stdout.split())
+
+
+def exists(module: str) -> bool:
+    """The module is there, and is more than an empty file."""
+    spec = find_spec(module)
+    return spec is not None and spec.origin is not None and Path(spec.origin).stat().st_size > 0
+
+
+def test_import_camgeom_loads_nothing_heavy() -> None:
+    assert not loaded_after("import camgeom") & (HEAVY | {"numpy", "pydantic"})
+
+
+@pytest.mark.skipif(not exists("camgeom.cli"), reason="no command line in this checkout")
+def test_import_of_the_command_line_loads_nothing_heavy() -> None:
+    assert not loaded_after("import camgeom.cli") & HEAVY
+
+
+def test_import_of_the_writers_loads_nothing_heavy() -> None:
+    assert not loaded_after("import camgeom.export as e; e.formats()") & HEAVY
+
+
+def module_level_imports(tree: ast.Module) -> set[str]:
+    """Top-level packages imported outside functions and outside `if TYPE_CHECKING`."""
+    found: set[str] = set()
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            waiting.extend(node.orelse)
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module.partition(".")[0])
+        waiting.extend(ast.iter_child_nodes(node))
+    return found
+
+
+@pytest.mark.parametrize("file", sorted(PACKAGE.rglob("*.py")), ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_no_module_imports_a_heavy_package_at_its_top(file: Path) -> None:
+    assert not module_level_imports(ast.parse(file.read_text(encoding="utf-8"))) & (HEAVY - CHEAP)
+
+
+def test_the_search_for_imports_sees_them() -> None:
+    source = "from scipy import linalg\nif TYPE_CHECKING:\n    import trimesh\n"
+    source += "def f():\n    import vtk\nclass A:\n    import pyvista\n"
+    assert module_level_imports(ast.parse(source)) == {"scipy", "pyvista"}
+
+
+@pytest.mark.parametrize("name", camgeom._HOME)
+def test_public_name_resolves_and_is_listed(name: str) -> None:
+    if not exists(camgeom._HOME[name]):
+        pytest.skip(f"{camgeom._HOME[name]} is not in this checkout")
+    assert getattr(camgeom, name) is not None
+    assert name in dir(camgeom)
+
+
+def test_unknown_name_says_what_there_is() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'raed'.*read"):
+        camgeom.raed  # noqa: B018
