@@ -13,10 +13,13 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from camgeom.errors import ExportError
 from camgeom.maths.mesh import Mesh
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
 
 Colour = tuple[float, float, float]
 """Red, green, blue, each 0 to 1 (sRGB)."""
@@ -30,18 +33,6 @@ class Body:
     name: str
     mesh: Mesh
     colour: Colour | None = None
-
-
-class HasSolid(Protocol):
-    """What `write` asks of a model."""
-
-    @property
-    def name(self) -> str:
-        """The name that the file carries."""
-
-    @property
-    def solid(self) -> Any:
-        """A Mesh or a sequence of Body or (name, Mesh)."""
 
 
 @dataclass(frozen=True)
@@ -133,13 +124,13 @@ def write_mesh(
     return format_of(path, takes="bodies").write(Path(path), as_bodies(solid, name), **options)
 
 
-def write(model: HasSolid, path: Path | str, **options: Any) -> int:
+def write(model: Model, path: Path | str, **options: Any) -> int:
     """Write a model to a file, the format by extension; returns the bytes written.
 
-    Formats of triangles get `model.solid`, the others the model itself or the attribute that the format names.
+    Formats of triangles get `model.solids`, the others the model itself or the attribute that the format names.
     `options` and errors as in `write_mesh`; what computing the solid raises passes through.
     """
     form = format_of(path)
     if form.takes == "bodies":
-        return write_mesh(model.solid, path, name=model.name, **options)
+        return write_mesh([Body(solid.name, solid.mesh) for solid in model.solids], path, **options)
     return form.write(Path(path), model if form.takes == "model" else getattr(model, form.takes), **options)
