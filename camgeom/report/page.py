@@ -1,0 +1,230 @@
+"""The report page: one HTML file with its styles, plots and 3D view inside, which asks the network for nothing."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from itertools import count, groupby
+
+from camgeom.report.content import (
+    Block,
+    Cell,
+    Chart,
+    Column,
+    Cost,
+    Drawing,
+    Figure,
+    Finding,
+    Map,
+    Page,
+    Polar,
+    Scene,
+    Section,
+    Table,
+    Text,
+)
+from camgeom.report.drawing import drawing_sheet
+from camgeom.report.frame import NARROW, WIDE
+from camgeom.report.maps import map_sheet
+from camgeom.report.numerals import number
+from camgeom.report.plots import chart_sheet
+from camgeom.report.polar import polar_sheet
+from camgeom.report.scene import scene_json
+from camgeom.report.svg import Sheet
+
+Plot = Chart | Map | Polar | Drawing
+
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+
+
+def render(page: Page) -> str:
+    """The page as one HTML text; it opens from disk, prints on A4 and follows the reader's light or dark setting."""
+    has_scene = any(isinstance(block, Scene) for section in page.sections for block in section.blocks)
+    figures, tables = count(1), count(1)
+    body = [
+        _title(page),
+        _contents(page),
+        "<main>",
+        _verdict(page),
+        _key_figures(page.figures),
+        *(_section(n, section, figures, tables) for n, section in enumerate(page.sections, start=1)),
+        "<footer>Lengths in mm and angles in degrees unless stated. The 3D view and the plots are drawn to picture "
+        "accuracy; decisions rest on the numbers in the tables.</footer></main>",
+        f"<script>{_asset('report.js')}</script>",
+        f"<script>{_asset('viewer.js')}</script>" if has_scene else "",
+    ]
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<meta name="color-scheme" content="light dark">'
+        f"<title>{escape(page.title)}</title><style>{_asset('report.css')}{_running_foot(page)}</style></head><body>"
+        + "\n".join(body)
+        + "</body></html>\n"
+    )
+
+
+def _asset(name: str) -> str:
+    return (files("camgeom.report") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _running_foot(page: Page) -> str:
+    """Title and page number at the foot of printed pages; every character of the title as a CSS escape."""
+    title = "".join(f"\\{ord(char):06x}" for char in page.title[:90])
+    grey = "font:8pt system-ui,sans-serif;color:#56606b"
+    return (
+        f'@page{{@bottom-left{{content:"{title}";{grey}}}'
+        f'@bottom-right{{content:counter(page) " / " counter(pages);{grey}}}}}'
+    )
+
+
+def _title(page: Page) -> str:
+    details = "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in page.details)
+    return (
+        f'<header class="title"><div><div class="name"><h1>{escape(page.title)}</h1><p>{escape(page.kind)}</p></div>'
+        f"<dl>{details}</dl></div></header>"
+    )
+
+
+def _contents(page: Page) -> str:
+    if len(page.sections) < 2:
+        return ""
+    rows = (
+        f'<li><a href="#{escape(section.key)}"><span class="number">{n}</span>{escape(section.title)}</a></li>'
+        for n, section in enumerate(page.sections, start=1)
+    )
+    return f'<nav aria-label="Contents"><ol>{"".join(rows)}</ol></nav>'
+
+
+def _verdict(page: Page) -> str:
+    failed = [finding for finding in page.findings if not finding.passed]
+    checked = len(page.findings)
+    head = {True: f"Passes all {checked} checks", False: f"Fails {len(failed)} of {checked} checks", None: "Not judged"}
+    if page.passed and checked == 1:
+        head[True] = "Passes the one check made"
+    style = {True: " passed", False: " failed", None: ""}[page.passed]
+    summary = f"<p>{escape(page.summary)}</p>" if page.summary else ""
+    return (
+        f'<section class="verdict{style}" id="verdict"><h2>{escape(head[page.passed])}</h2>{summary}'
+        + "".join(map(_finding, failed))
+        + "</section>"
+    )
+
+
+def _finding(finding: Finding) -> str:
+    fact = [_value(finding.value, finding.unit)] if finding.value is not None else []
+    fact += [f"limit {_value(finding.limit, finding.unit)}"] if finding.limit is not None else []
+    fact += [escape(finding.where)] if finding.where else []
+    advice = f'<p class="advice">{escape(finding.advice)}</p>' if finding.advice else ""
+    return f'<div class="finding"><h3>{escape(finding.check)}</h3><p class="fact">{", ".join(fact)}</p>{advice}</div>'
+
+
+def _value(value: Cell, unit: str) -> str:
+    return f"{_cell(value)}\N{NARROW NO-BREAK SPACE}{escape(unit)}" if unit else _cell(value)
+
+
+def _key_figures(figures: tuple[Figure, ...]) -> str:
+    if not figures:
+        return ""
+    rows = []
+    for figure in figures:
+        unit = f" <small>{escape(figure.unit)}</small>" if figure.unit else ""
+        note = f'<dd class="note">{escape(figure.note)}</dd>' if figure.note else ""
+        rows.append(f"<div><dt>{escape(figure.label)}</dt><dd>{_cell(figure.value)}{unit}</dd>{note}</div>")
+    return f'<dl class="figures">{"".join(rows)}</dl>'
+
+
+def _section(n: int, section: Section, figures: count[int], tables: count[int]) -> str:
+    parts = []
+    for width, run in groupby(section.blocks, key=_width):
+        inner = "".join(_block(block, figures, tables) for block in run)
+        parts.append(f'<div class="pair">{inner}</div>' if width == "half" else inner)
+    return (
+        f'<section id="{escape(section.key)}"><h2><span class="number">{n}</span>{escape(section.title)}</h2>'
+        + "".join(parts)
+        + "</section>"
+    )
+
+
+def _width(block: Block) -> str:
+    return "full" if isinstance(block, (Text, Scene, Cost)) else block.width
+
+
+def _block(block: Block, figures: count[int], tables: count[int]) -> str:
+    if isinstance(block, Text):
+        return "".join(f"<p>{escape(paragraph)}</p>" for paragraph in block.paragraphs)
+    if isinstance(block, Table):
+        return _table(block, next(tables))
+    if isinstance(block, Cost):
+        return _cost(block, next(tables))
+    caption = f"<figcaption><b>Figure {next(figures)}</b>{escape(block.caption)}</figcaption>"
+    if isinstance(block, Scene):
+        return (
+            f'<figure class="scene full">{caption}<div class="stage">The 3D view needs scripts.</div>'
+            f'<div class="controls"></div><script type="application/json">{scene_json(block)}</script></figure>'
+        )
+    narrow = sheet(block, NARROW).render(block.caption)
+    if block.width == "half":
+        return f'<figure class="half">{caption}{narrow}</figure>'
+    wide = sheet(block, WIDE).render(block.caption)
+    return f'<figure class="full">{caption}<div class="wide">{wide}</div><div class="narrow">{narrow}</div></figure>'
+
+
+def sheet(block: Plot, width: float) -> Sheet:
+    """A plot of any kind set at a width, px."""
+    if isinstance(block, Chart):
+        return chart_sheet(block, width)
+    if isinstance(block, Map):
+        return map_sheet(block, width)
+    if isinstance(block, Polar):
+        return polar_sheet(block, width)
+    return drawing_sheet(block, width)
+
+
+def _cell(value: Cell) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return '<span class="pass">✓ passes</span>' if value else '<span class="fail">✗ fails</span>'
+    return escape(value if isinstance(value, str) else number(value))
+
+
+def _table(table: Table, n: int) -> str:
+    numeric = [_is_numeric(table, i) for i in range(len(table.columns))]
+    head = "".join(_heading(column, right) for column, right in zip(table.columns, numeric))
+    rows = []
+    for row in table.rows:
+        cells = "".join(f"<td{' class=n' if right else ''}>{_cell(v)}</td>" for v, right in zip(row, numeric))
+        failed = any(value is False for value in row)
+        rows.append(f"<tr{' class=failed' if failed else ''}>{cells}</tr>")
+    return (
+        f'<div class="scroll"><table><caption><b>Table {n}</b>{escape(table.caption)}</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _is_numeric(table: Table, i: int) -> bool:
+    """A column of numbers (and blanks) is set right."""
+    cells = [row[i] for row in table.rows if row[i] is not None]
+    return bool(cells) and all(isinstance(c, (int, float)) and not isinstance(c, bool) for c in cells)
+
+
+def _heading(column: Column, right: bool) -> str:
+    unit = f" <small>{escape(column.unit)}</small>" if column.unit else ""
+    return f"<th{' class=n' if right else ''}>{escape(column.label)}{unit}</th>"
+
+
+def _cost(cost: Cost, n: int) -> str:
+    most = max((seconds for _, seconds in cost.computed), default=0.0) or 1.0
+    total = sum(seconds for _, seconds in cost.computed)
+    rows = "".join(
+        f'<tr><td>{escape(name)}</td><td class="n">{number(seconds, 3)}</td>'
+        f'<td class="bar"><span style="width:{100.0 * seconds / most:.1f}%"></span></td></tr>'
+        for name, seconds in sorted(cost.computed, key=lambda item: -item[1])
+    )
+    skipped = f"<p>Not asked for, so not computed: {escape(', '.join(cost.skipped))}.</p>" if cost.skipped else ""
+    return (
+        f'<div class="scroll"><table><caption><b>Table {n}</b>What was computed, {number(total, 3)} s in all</caption>'
+        '<thead><tr><th>Product</th><th class="n">Time <small>s</small></th><th></th></tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>{skipped}"
+    )
