@@ -1,0 +1,334 @@
+"""Pairs of contacts with free play: two rollers on a rocker or a slide, a frame, a roller in a groove (SI units)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from camgeom.dynamics.impact_lift import Lift, LiftJets
+from camgeom.dynamics.impact_roller import (
+    CurveSide,
+    DevelopedCurve,
+    DiscCurve,
+    SlideArm,
+    SwingArm,
+    check_profile,
+    profile_problem,
+)
+from camgeom.dynamics.impact_side import ClearanceKind, Floats, Pair, Side, Touch, Toucher, TouchMany
+from camgeom.errors import Problem, ProfileError
+
+_CHORD = "chord between the two limiting positions of the roller centre"
+_NORMAL = "gap along the common normal"
+
+
+def _check_clearance(clearance: float) -> None:
+    if not 0.0 < clearance < math.inf:
+        raise ProfileError([Problem("clearance", "contact with free play needs a gap", clearance, "> 0 m")])
+
+
+@final
+@dataclass(frozen=True)
+class RockerPair(Pair):
+    """Two disc cams and a rocker with two rollers, one a cam; the rocker turns by q [rad] from its lowest position.
+
+    `center_distance` of cam shaft and pivot, `arm_main`, `arm_back`, `roller_radius`, `base_radius` of the main
+    profile, `arm_angle` between the arms (None: the angle that makes two equal arms mirror images), `clearance`, in m
+    and rad. By "chord" the back cam is cut for a rocker ahead by 2 asin(c/(2 l)); by "normal" it is cut for the same
+    position and lies back by c along its normal. Raises ProfileError where the triangle does not close or the profile is undercut.
+    """
+
+    lift: Lift
+    center_distance: float
+    arm_main: float
+    arm_back: float
+    roller_radius: float
+    base_radius: float
+    clearance: float
+    clearance_kind: ClearanceKind = "chord"
+    arm_angle: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_clearance(self.clearance)
+        profile_problem(
+            rocker_problems(
+                self.center_distance, self.arm_main, self.roller_radius, self.base_radius, self.lift.peaks[0]
+            )
+        )
+        main, back = self.sides
+        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "back"))
+
+    @cached_property
+    def lowest(self) -> float:
+        """Angle [rad] between main arm and line of centres at zero lift."""
+        a, l, r = self.center_distance, self.arm_main, self.base_radius + self.roller_radius
+        return math.acos((a * a + l * l - r * r) / (2.0 * a * l))
+
+    @cached_property
+    def angle_between(self) -> float:
+        """Angle [rad] from the main arm to the back arm."""
+        return 2.0 * self.lowest + self.lift.peaks[0] if self.arm_angle is None else self.arm_angle
+
+    @property
+    def play(self) -> float:
+        return 2.0 * math.asin(self.clearance / (2.0 * self.arm_back))
+
+    @property
+    def clearance_text(self) -> str:
+        return _CHORD if self.clearance_kind == "chord" else _NORMAL
+
+    @cached_property
+    def sides(self) -> tuple[CurveSide, CurveSide]:
+        a = self.center_distance
+        arms = (
+            SwingArm(a, self.arm_main, -self.lowest),
+            SwingArm(a, self.arm_back, self.angle_between - self.lowest),
+        )
+        return _disc_sides(arms, self.roller_radius, self.clearance, self.play, self.clearance_kind)
+
+    def with_clearance(self, clearance: float) -> RockerPair:
+        return replace(self, clearance=clearance)
+
+    def pressure_angle(self, count: int = 721) -> float:
+        """Largest pressure angle [rad] of the two rollers over a turn."""
+        angle = np.linspace(0.0, 2.0 * math.pi, count)
+        worst = 0.0
+        for side, arm in zip(self.sides, (self.arm_main, self.arm_back), strict=True):
+            levers = side.many(self.lift, angle, np.zeros(count))[1]
+            worst = max(worst, float(np.arccos(np.clip(np.abs(levers) / arm, 0.0, 1.0)).max()))
+        return worst
+
+
+@final
+@dataclass(frozen=True)
+class SlidePair(Pair):
+    """Two disc cams and a slide along +x with a roller on either side of the shaft; q is the slide's lift [m].
+
+    `base_main`, `base_back` [m] are the profile radii under the rollers at zero lift, `offset` [m] that of the slide's
+    line towards +y. By "chord" the back cam is cut for a slide ahead by the clearance.
+    """
+
+    lift: Lift
+    base_main: float
+    base_back: float
+    roller_radius: float
+    clearance: float
+    clearance_kind: ClearanceKind = "chord"
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_clearance(self.clearance)
+        problems = []
+        for key, base in (("base_main", self.base_main), ("base_back", self.base_back)):
+            least = abs(self.offset) - self.roller_radius
+            if not base > max(least, 0.0):
+                problems.append(Problem(key, "the roller does not reach its line", base, f"> {max(least, 0.0):g} m"))
+        if self.base_back <= self.lift.peaks[0]:
+            problems.append(Problem("base_back", "below the stroke", self.base_back, f"> {self.lift.peaks[0]:g} m"))
+        profile_problem(problems)
+        main, back = self.sides
+        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "back"))
+
+    @property
+    def play(self) -> float:
+        return self.clearance
+
+    @property
+    def clearance_text(self) -> str:
+        return _CHORD if self.clearance_kind == "chord" else _NORMAL
+
+    @cached_property
+    def sides(self) -> tuple[CurveSide, CurveSide]:
+        r, e = self.roller_radius, self.offset
+        front, rear = (math.sqrt((base + r) ** 2 - e * e) for base in (self.base_main, self.base_back))
+        arms = (SlideArm(complex(front, e)), SlideArm(complex(-rear, e)))
+        return _disc_sides(arms, r, self.clearance, self.play, self.clearance_kind)
+
+    def with_clearance(self, clearance: float) -> SlidePair:
+        return replace(self, clearance=clearance)
+
+
+def _disc_sides(
+    arms: tuple[SwingArm, SwingArm] | tuple[SlideArm, SlideArm],
+    radius: float,
+    clearance: float,
+    play: float,
+    kind: ClearanceKind,
+) -> tuple[CurveSide, CurveSide]:
+    """The main profile is cut to touch at eta = 0; the back profile leaves the play."""
+    chord = kind == "chord"
+    main = CurveSide(arms[0], DiscCurve(arms[0]), radius, 1, begins=0.0)
+    curve = DiscCurve(arms[1], play if chord else 0.0)
+    gap = 0.0 if chord else clearance
+    return main, CurveSide(arms[1], curve, radius, -1, gap=gap, begins=play if chord else None)
+
+
+@final
+@dataclass(frozen=True)
+class GroovePair(Pair):
+    """A roller on a slide in a groove of constant width, roller diameter plus clearance, on the developed cylinder.
+
+    q is the lift along the cam axis [m], `pitch_radius` [m] that of the development. The clearance is the gap along the
+    normal, half on either side of the path; it has no chord that is the same all round.
+    """
+
+    lift: Lift
+    pitch_radius: float
+    roller_radius: float
+    clearance: float
+
+    def __post_init__(self) -> None:
+        _check_clearance(self.clearance)
+        main, back = self.sides
+        profile_problem(check_profile(main, self.lift, "lower wall") + check_profile(back, self.lift, "upper wall"))
+
+    @property
+    def play(self) -> float:
+        angle = np.linspace(0.0, 2.0 * math.pi, 361)[:-1]
+        slope = self.lift.many(angle, 1)[1] / self.pitch_radius
+        return self.clearance * float(np.sqrt(1.0 + slope**2).mean())
+
+    @property
+    def clearance_text(self) -> str:
+        return _NORMAL
+
+    @cached_property
+    def sides(self) -> tuple[CurveSide, CurveSide]:
+        arm, curve, half = SlideArm(0j), DevelopedCurve(self.pitch_radius), 0.5 * self.clearance
+        r = self.roller_radius
+        return CurveSide(arm, curve, r, 1, 1, half), CurveSide(arm, curve, r, -1, -1, half)
+
+    def with_clearance(self, clearance: float) -> GroovePair:
+        return replace(self, clearance=clearance)
+
+
+@final
+@dataclass(frozen=True)
+class FrameSide(Side):
+    """A flat face on a cam of support function P = base + s; the return face sees the width less P."""
+
+    base: float
+    width: float
+    gap: float
+    push: int
+
+    @property
+    def limit(self) -> float:
+        return 0.0 if self.push > 0 else self.gap
+
+    @property
+    def sense(self) -> int:
+        return self.push
+
+    def compiled(self, jets: LiftJets) -> Toucher:
+        base, width, gap = self.base, self.width, self.gap
+        if self.push > 0:
+
+            def main(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Touch:
+                support = base + s0
+                return -eta, 1.0, s1, 0.0, support, 1.0 / (support + s2)
+
+            return main
+
+        def back(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Touch:
+            support = width - base - s0
+            return eta - gap, -1.0, -s1, 0.0, support, 1.0 / (support - s2)
+
+        return back
+
+    def many(self, lift: Lift, angle: Floats, eta: Floats) -> TouchMany:
+        s0, s1, s2 = lift.many(angle, 2)
+        one, zero = np.ones_like(eta), np.zeros_like(eta)
+        if self.push > 0:
+            support = self.base + s0
+            return -eta, one, s1, zero, support, 1.0 / (support + s2)
+        support = self.width - self.base - s0
+        return eta - self.gap, -one, -s1, zero, support, 1.0 / (support - s2)
+
+
+@final
+@dataclass(frozen=True)
+class FramePair(Pair):
+    """A frame with two parallel faces on a constant-width cam; q is the frame's lift [m], the faces stand square to it.
+
+    The width is D = 2 base + stroke; the faces are D + clearance apart. Raises ProfileError where the motion is not one
+    of constant width (s(phi + pi) = stroke - s(phi)) or the radius of curvature P + P'' leaves 0..D.
+    """
+
+    lift: Lift
+    base_radius: float
+    clearance: float
+
+    def __post_init__(self) -> None:
+        _check_clearance(self.clearance)
+        inside = np.concatenate([np.linspace(a.start, a.end, 183)[1:-1] for a in self.lift.arcs])
+        s0, _, s2 = self.lift.many(inside, 2)
+        stroke = self.lift.peaks[0]
+        odd = float(np.abs(s0 + self.lift.many(inside + math.pi, 0)[0] - stroke).max())
+        problems = []
+        if odd > 1e-7 * stroke:
+            message = "not a motion of constant width: s(phi + 180 deg) + s(phi) must be the stroke"
+            problems.append(Problem("motion", message, odd, "0 m"))
+        radius = self.base_radius + s0 + s2
+        if not (radius.min() > 0.0 and radius.max() < self.width):
+            least = self.base_radius - float(min(radius.min(), (self.width - radius).min()))
+            problems.append(Problem("base_radius", "the cam is not convex", self.base_radius, f"> {least:.6g} m"))
+        profile_problem(problems)
+
+    @property
+    def width(self) -> float:
+        """Width of the cam [m]."""
+        return 2.0 * self.base_radius + self.lift.peaks[0]
+
+    @property
+    def play(self) -> float:
+        return self.clearance
+
+    @property
+    def clearance_text(self) -> str:
+        return f"{_NORMAL} (which is the direction of motion)"
+
+    @cached_property
+    def sides(self) -> tuple[FrameSide, FrameSide]:
+        main = FrameSide(self.base_radius, self.width, self.clearance, 1)
+        return main, FrameSide(self.base_radius, self.width, self.clearance, -1)
+
+    def with_clearance(self, clearance: float) -> FramePair:
+        return replace(self, clearance=clearance)
+
+
+def rocker_problems(
+    center_distance: float, arm: float, roller_radius: float, base_radius: float, swing: float
+) -> list[Problem]:
+    """What keeps a rocker from being assembled: the triangle of cam shaft, pivot and roller centre must close.
+
+    The hints give the range of each length, the others kept. Lengths in m.
+    """
+    a, l, r = center_distance, arm, base_radius + roller_radius
+    if not min(a, l, roller_radius, base_radius) > 0.0:
+        return [Problem("center_distance", "lengths must be positive", min(a, l, roller_radius, base_radius), "> 0 m")]
+    problems = []
+    if not abs(a - l) < r < a + l:
+        cosine = (a * a + l * l - r * r) / (2.0 * a * l)
+        least, most = abs(a - l) - roller_radius, a + l - roller_radius
+        hint = (
+            f"the roller centre would need cos(psi) = {cosine:.6f}; keep the other lengths and take base_radius "
+            f"{_mm(least)}..{_mm(most)} mm, or arm {_mm(abs(a - r))}..{_mm(a + r)} mm, "
+            f"or center_distance {_mm(abs(l - r))}..{_mm(l + r)} mm"
+        )
+        problems.append(
+            Problem(
+                "base_radius", "the mechanism cannot be assembled", base_radius, f"{least:.6g} to {most:.6g} m", hint
+            )
+        )
+    elif math.acos((a * a + l * l - r * r) / (2.0 * a * l)) + swing >= math.pi:
+        problems.append(Problem("motion", "the rocker swings through the line of centres", swing, "less swing"))
+    return problems
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.6g}"

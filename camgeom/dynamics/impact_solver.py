@@ -1,0 +1,302 @@
+"""The stepping of the contact solver: accepted steps, events placed to rounding, restarts (SI units)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from camgeom.dynamics.impact import Event, ImpactProblem, Recorded, Regime, State, StepRecord
+from camgeom.dynamics.impact_lift import TURN
+from camgeom.dynamics.impact_rates import Machine
+from camgeom.dynamics.impact_stepper import Rate, Stepped, error_norm, next_step, step
+from camgeom.dynamics.contact_losses import ImpactDamping
+from camgeom.errors import NotConverged, Problem, ProfileError
+
+FIRST_STEP = 1e-6
+"""of a turn, after every restart: an automatic first step would be judged at zero force"""
+LONGEST_STEP = math.radians(1.0)
+"""of the cam: in free flight the error says nothing and the step would grow past contacts"""
+SUBPOINTS = 8
+_MOST_EVENTS = 20_000
+_MOST_STEPS = 2_000_000
+
+
+def hermite_row(u: float) -> tuple[float, float, float, float, float, float]:
+    """Weights of y0, h y0', h^2 y0'', y1, h y1', h^2 y1'' in the quintic Hermite interpolant at the share u of a step."""
+    v = 1.0 - u
+    u3, v3 = u * u * u, v * v * v
+    return (
+        v3 * (1.0 + 3.0 * u + 6.0 * u * u),
+        v3 * u * (1.0 + 3.0 * u),
+        0.5 * v3 * u * u,
+        u3 * (1.0 + 3.0 * v + 6.0 * v * v),
+        -u3 * v * (1.0 + 3.0 * v),
+        0.5 * u3 * v * v,
+    )
+
+
+_ROWS = tuple(hermite_row(j / SUBPOINTS) for j in range(1, SUBPOINTS))
+
+
+class _Trial(NamedTuple):
+    """A step that met its tolerance, with the rate at its end."""
+
+    time: float
+    length: float
+    state: Any
+    rate: Any
+    powers: complex
+    work: complex
+
+
+@final
+@dataclass
+class _Walk:
+    """The walk through time. Mutable: it is the one place that accumulates."""
+
+    machine: Machine
+    rtol: float
+    end: float
+
+    def run(self, angle: float, start: Any) -> Recorded:
+        """From a cam angle [rad] (time 0) and a state to the end time."""
+        machine, w = self.machine, self.machine.speed
+        lift = machine.lift
+        turns, inside = divmod(angle, TURN)
+        arc = lift.arc_at(inside)
+        begin = (lift.starts[arc] - inside) / w
+        regime = self._first_regime(Regime(State.FREE, arc, begin, 1.0, False), start)
+        self.steps: list[StepRecord] = []
+        self.work: list[complex] = [0j]
+        self.regimes: list[Regime] = []
+        self.events: list[Event] = []
+        self.calls = 0
+        t, y = 0.0, start
+        while t < self.end:
+            knot = regime.begin + machine.jets.spans[regime.arc] / w
+            t, y, regime = self._until(t, y, regime, min(knot, self.end))
+            if t == knot and t < self.end:
+                following = regime.arc + 1 if regime.arc + 1 < len(lift.arcs) else 0
+                regime = regime._replace(arc=following, begin=knot)
+            if len(self.events) > _MOST_EVENTS or len(self.steps) > _MOST_STEPS:
+                raise NotConverged(
+                    f"{len(self.events)} contact events and {len(self.steps)} steps by {t:.6g} s: the contact chatters; "
+                    "a softer law, more damping, or a larger speed_floor would settle it"
+                )
+        return Recorded(self.steps, t, y, self.work, self.regimes, self.events, self.calls)
+
+    def _first_regime(self, regime: Regime, y: Any) -> Regime:
+        """Start in contact where the state is past a limit, or on it and moving in."""
+        for which in (0, 1):
+            depth, rate = self.machine.depth(which, regime, 0.0, y)
+            if depth > 0.0 or (depth == 0.0 and rate > 0.0):
+                return self._entered(regime, which, 0.0, y)
+        return regime
+
+    def _entered(self, regime: Regime, which: int, t: float, y: Any) -> Regime:
+        speed = self.machine.approach(which, regime, t, y)[1]
+        damping = self.machine.problem.damping
+        floor = damping.speed_floor if isinstance(damping, ImpactDamping) else 0.0
+        return regime._replace(state=State(which + 1), approach=max(speed, floor), clipped=False)
+
+    def _until(self, t: float, y: Any, regime: Regime, stop: float) -> tuple[float, Any, Regime]:
+        """Step within one regime until it changes or `stop` is reached."""
+        machine = self.machine
+        rate = machine.rate(regime)
+        number = len(self.regimes)
+        self.regimes.append(regime)
+        k, p = rate(t, y)
+        self.calls += 1
+        h = FIRST_STEP * machine.problem.period
+        while t < stop:
+            trial, h = self._step(rate, t, y, k, p, h, stop)
+            record = StepRecord(t, trial.length, y, k, p, number)
+            found = self._event(regime, rate, record, trial)
+            if found is not None:
+                tau, made, which = found
+                self._accept(record._replace(length=tau), made.work)
+                t, y = t + tau, made.state
+                return t, y, self._changed(regime, which, t, y)
+            self._accept(record, trial.work)
+            t, y, k, p = trial.time, trial.state, trial.rate, trial.powers
+        return t, y, regime
+
+    def _accept(self, record: StepRecord, work: complex) -> None:
+        if record.length > 0.0:
+            self.steps.append(record)
+            self.work.append(self.work[-1] + work)
+
+    def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[_Trial, float]:
+        """One step that meets the tolerance, and the length to try next."""
+        longest = LONGEST_STEP / self.machine.speed
+        while True:
+            h = min(h, longest)
+            last = t + 1.01 * h >= stop
+            if last:
+                h = stop - t
+            made = step(rate, t, y, k, p, h)
+            self.calls += 11
+            error = self._error(made, h)
+            if error <= 1.0:
+                t1 = stop if last else t + h
+                k1, p1 = rate(t1, made.state)
+                self.calls += 1
+                return _Trial(t1, h, made.state, k1, p1, made.work), next_step(h, error)
+            if not error < math.inf or h < 1e-16 + 1e-15 * abs(t):
+                raise NotConverged(
+                    f"the step fell to {h:.3g} s at {t:.9g} s without meeting rtol {self.rtol:g}; "
+                    "use a tolerance not below 1e-12, or check the contact data"
+                )
+            h = next_step(h, error)
+
+    def _error(self, made: Stepped, h: float) -> float:
+        machine, rtol = self.machine, self.rtol
+        if isinstance(made.state, complex):
+            scale = complex(rtol * machine.eta_scale, rtol * max(machine.rate_scale, abs(made.state.imag)))
+            return error_norm(made, h, scale)
+        first = Stepped(complex(made.state[0]), complex(made.fifth[0]), complex(made.third[0]), 0j)
+        spin = rtol * max(float(np.abs(made.state[1])), machine.speed)
+        turned = Stepped(complex(made.state[1]), complex(made.fifth[1]), complex(made.third[1]), 0j)
+        scale = complex(rtol * machine.eta_scale, rtol * max(machine.rate_scale, abs(first.state.imag)))
+        return max(error_norm(first, h, scale), error_norm(turned, h, complex(spin, spin)))
+
+    def _event(self, regime: Regime, rate: Rate, record: StepRecord, trial: _Trial) -> tuple[float, Stepped, int] | None:
+        """The first event inside a step: (time past its start, the step up to it, event number), or None.
+
+        Events: 0, 1 contact with main, back side; 2 contact lost; 3 force clipped or released.
+        """
+        watched: list[int]
+        if regime.state == State.FREE:
+            watched = [0, 1]
+        else:
+            watched = [2, 3] if regime.clipped or self._may_clip(regime, record, trial) else [2]
+        points = self._subpoints(record, trial)
+        for j, (share, state) in enumerate(points):
+            t = record.time + share * trial.length if share < 1.0 else trial.time
+            for which in watched:
+                if self._crossed(regime, which, t, state) > 0.0:
+                    low = points[j - 1][0] if j else 0.0
+                    return self._placed(regime, rate, record, which, low * trial.length, share * trial.length)
+        return None
+
+    def _subpoints(self, record: StepRecord, trial: _Trial) -> list[tuple[float, Any]]:
+        h = trial.length
+        y, k, y1, k1 = record.state, record.rate, trial.state, trial.rate
+        if not isinstance(y, complex):
+            y, k, y1, k1 = complex(y[0]), complex(k[0]), complex(y1[0]), complex(k1[0])
+        # Quintic in the deviation, linear in its rate: the rate only serves to watch the clip, to be placed exactly.
+        a, b, c = y.real, h * y.imag, h * h * k.imag
+        d, e, f = y1.real, h * y1.imag, h * h * k1.imag
+        rise = y1.imag - y.imag
+        points: list[tuple[float, Any]] = []
+        for j, (ra, rb, rc, rd, re, rf) in enumerate(_ROWS, 1):
+            eta = ra * a + rb * b + rc * c + rd * d + re * e + rf * f
+            points.append((j / SUBPOINTS, complex(eta, y.imag + rise * j / SUBPOINTS)))
+        points.append((1.0, y1))
+        return points
+
+    def _may_clip(self, regime: Regime, record: StepRecord, trial: _Trial) -> bool:
+        """Whether the separating speed can come near the one at which damping cancels the elastic force."""
+        if not isinstance(self.machine.problem.damping, ImpactDamping):
+            return self.machine.problem.damping.coefficient > 0.0
+        first, second = record.state, trial.state
+        if not isinstance(first, complex):
+            first, second = complex(first[0]), complex(second[0])
+        fastest = max(abs(first.imag), abs(second.imag)) * self.machine.levers[regime.state - 1]
+        return 2.0 * fastest * self.machine.factor > regime.approach
+
+    def _crossed(self, regime: Regime, which: int, t: float, y: Any) -> float:
+        """Positive once the event has happened."""
+        if which < 2:
+            return self.machine.depth(which, regime, t, y)[0]
+        side = regime.state - 1
+        if which == 2:
+            return -self.machine.depth(side, regime, t, y)[0]
+        share = self.machine.approach(side, regime, t, y)[2]
+        return share if regime.clipped else -share
+
+    def _placed(
+        self, regime: Regime, rate: Rate, record: StepRecord, which: int, low: float, high: float
+    ) -> tuple[float, Stepped, int] | None:
+        """The event between two times past the start of the step, by repeating the step to ever better guesses."""
+
+        def at(tau: float) -> tuple[float, Stepped]:
+            made = step(rate, record.time, record.state, record.rate, record.powers, tau)
+            self.calls += 11
+            return self._crossed(regime, which, record.time + tau, made.state), made
+
+        value_high, made = at(high)
+        if value_high <= 0.0:
+            return None
+        if low == 0.0:
+            value_low = min(self._crossed(regime, which, record.time, record.state), 0.0)
+        else:
+            value_low = at(low)[0]
+            if value_low > 0.0:
+                return self._placed(regime, rate, record, which, 0.0, low)
+        return (*_illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
+
+    def _changed(self, regime: Regime, which: int, t: float, y: Any) -> Regime:
+        """The regime after an event, which is noted."""
+        if which < 2:
+            after = self._entered(regime, which, t, y)
+            kind = "on"
+        elif which == 2:
+            after = regime._replace(state=State.FREE, clipped=False)
+            kind = "off"
+        else:
+            after = regime._replace(clipped=not regime.clipped)
+            kind = "release" if regime.clipped else "clip"
+        side = max(after.state, regime.state) - 1
+        speed = self.machine.approach(side, regime, t, y)[1]
+        self.events.append(Event(t, kind, State(side + 1), speed))
+        return after
+
+
+def _illinois(
+    at: Any, low: float, high: float, value_low: float, value_high: float, made: Stepped, width: float
+) -> tuple[float, Stepped]:
+    """A sign change from not positive to positive by the Illinois rule; returns the end just past it and its step."""
+    kept = 0
+    for _ in range(100):
+        if high - low <= width or value_high == 0.0:
+            break
+        tau = low + (high - low) * value_low / (value_low - value_high) if value_low < 0.0 else 0.5 * (low + high)
+        if not low < tau < high:
+            break
+        value, trial = at(tau)
+        if value > 0.0:
+            if kept == 1:
+                value_low *= 0.5
+            kept, high, value_high, made = 1, tau, value, trial
+        else:
+            if kept == -1:
+                value_high *= 0.5
+            kept, low, value_low = -1, tau, value
+            if value == 0.0:
+                return tau, trial
+    return high, made
+
+
+def walk(
+    problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float
+) -> tuple[Machine, Recorded]:
+    """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default at rest in the middle of the play.
+
+    At rest means that the follower, not the deviation, is at rest. Raises NotConverged.
+    """
+    if not 1e-13 <= rtol <= 1e-2:
+        raise ProfileError([Problem("tolerance", "outside its range", rtol, "1e-13 to 1e-2")])
+    if not end_angle > angle:
+        raise ProfileError([Problem("end_angle", "must lie beyond the start", end_angle, f"> {angle:g} rad")])
+    machine = Machine(problem)
+    slope = float(machine.lift.many(angle, 1)[1, 0])
+    begin = start or (problem.pair.middle(angle), -slope * problem.speed)
+    state: Any = complex(*begin)
+    if problem.spin is not None:
+        state = np.array([state, 0j])
+    runner = _Walk(machine, rtol, (end_angle - angle) / problem.speed)
+    return machine, runner.run(angle, state)
