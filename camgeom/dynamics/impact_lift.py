@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, final
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.motion.program import Program
 
 Floats = NDArray[np.float64]
 Jet = tuple[float, float, float]
@@ -20,25 +21,13 @@ Jet = tuple[float, float, float]
 TURN = 2.0 * math.pi
 
 
-class PieceLike(Protocol):
-    """One formula of a motion program: sum power[k] u^k + sum (a (cos(w u) - 1) + b sin(w u)), u = x - anchor."""
-
-    @property
-    def start(self) -> float: ...
-    @property
-    def end(self) -> float: ...
-    @property
-    def anchor(self) -> float: ...
-    @property
-    def power(self) -> tuple[float, ...]: ...
-    @property
-    def waves(self) -> tuple[tuple[float, float, float], ...]: ...
-
-
 @final
 @dataclass(frozen=True)
 class Arc:
-    """A formula over one stretch of the cam angle [rad], lift in m or rad; the terms are those of `PieceLike`."""
+    """One formula of the motion from `start` to `end` [rad], lift in m or rad, in u = angle - anchor:
+
+    sum power[k] u^k + sum (a (cos(w u) - 1) + b sin(w u)) over the waves (w, a, b).
+    """
 
     start: float
     end: float
@@ -116,20 +105,18 @@ class Lift:
             raise ProfileError([Problem("motion", message, float(rise), "0 m or rad")])
 
     @classmethod
-    def from_pieces(cls, pieces: Iterable[PieceLike], unit: float) -> Lift:
-        """The motion from the pieces of a program over the cam angle in rad; `unit` is m (or rad) per unit of lift."""
-        return cls(
-            tuple(
-                Arc(
-                    piece.start,
-                    piece.end,
-                    piece.anchor,
-                    tuple(unit * c for c in piece.power),
-                    tuple((w, unit * a, unit * b) for w, a, b in piece.waves),
-                )
-                for piece in pieces
-            )
-        )
+    def from_program(cls, program: Program, unit: float) -> Lift:
+        """The motion of a program; `unit` is m (or rad) per unit of its lift: 1e-3 for mm, 1 for rad."""
+        arcs = []
+        for span, pieces in zip(program.spans, program.pieces, strict=True):
+            width = span.end - span.start
+            places = [span.start + width * piece.start for piece in pieces] + [span.end]
+            for piece, start, end in zip(pieces, places, places[1:]):
+                anchor = span.end if piece.anchor == 1.0 else span.start + piece.anchor * width
+                power = tuple(unit * c / width**k for k, c in enumerate(piece.power))
+                waves = tuple((w / width, unit * a, unit * b) for w, a, b in piece.waves)
+                arcs.append(Arc(start, end, anchor, power, waves))
+        return cls(tuple(arcs))
 
     @cached_property
     def starts(self) -> tuple[float, ...]:

@@ -39,7 +39,8 @@ class RockerPair(Pair):
     `center_distance` of cam shaft and pivot, `arm_main`, `arm_back`, `roller_radius`, `base_radius` of the main
     profile, `arm_angle` between the arms (None: the angle that makes two equal arms mirror images), `clearance`, in m
     and rad. By "chord" the back cam is cut for a rocker ahead by 2 asin(c/(2 l)); by "normal" it is cut for the same
-    position and lies back by c along its normal. Raises ProfileError where the triangle does not close or the profile is undercut.
+    position and lies back by c along its normal. Raises ProfileError where the triangle does not close or the
+    profile is undercut.
     """
 
     lift: Lift
@@ -198,7 +199,7 @@ class GroovePair(Pair):
 
     @cached_property
     def sides(self) -> tuple[CurveSide, CurveSide]:
-        arm, curve, half = SlideArm(0j), DevelopedCurve(self.pitch_radius), 0.5 * self.clearance
+        arm, curve, half = SlideArm(0j, 1j), DevelopedCurve(self.pitch_radius), 0.5 * self.clearance
         r = self.roller_radius
         return CurveSide(arm, curve, r, 1, 1, half), CurveSide(arm, curve, r, -1, -1, half)
 

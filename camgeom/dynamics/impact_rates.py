@@ -16,7 +16,12 @@ from camgeom.errors import NotConverged
 
 @final
 class Machine:
-    """The problem compiled to plain functions of floats."""
+    """The problem compiled to plain functions of floats.
+
+    Every right-hand side also gives two powers: what the cam supplies, and what is lost in damping and friction. Where
+    the elastic force depends on the place as well as the penetration it has no potential, and the second power then
+    holds all that goes into the contact.
+    """
 
     def __init__(self, problem: ImpactProblem) -> None:
         self.problem = problem
@@ -87,9 +92,9 @@ class Machine:
         plain = self.problem.friction is None and not self.problem.load.acts
         if self.problem.spin is not None:
             return self._spinning(regime)
-        if regime.state == State.FREE or regime.clipped:
+        if regime.state == State.FREE:
             return self._flight(regime)
-        if plain and isinstance(self.problem.damping, ImpactDamping):
+        if plain and not regime.clipped and isinstance(self.problem.damping, ImpactDamping):
             return self._contact(regime)
         return self._general(regime)
 
@@ -111,6 +116,7 @@ class Machine:
         arc, begin, w = regime.arc, regime.begin, self.speed
         jet, touch, law = self.jets.jets[arc], self.touches[regime.state - 1], self.problem.law.force
         ww, inverse, damp = w * w, 1.0 / self.problem.inertia, self.factor / regime.approach
+        whole = self.problem.law.uses_curvature
 
         def rate(t: float, y: complex) -> tuple[complex, complex]:
             x = w * (t - begin)
@@ -121,7 +127,9 @@ class Machine:
             elastic = law(delta, bend)
             lost = elastic * damp * speed
             force = elastic + lost
-            return complex(rate, force * h * inverse - s2 * ww), complex(force * g * w, lost * speed)
+            return complex(rate, force * h * inverse - s2 * ww), complex(
+                force * g * w, (force if whole else lost) * speed
+            )
 
         return rate
 
@@ -129,6 +137,7 @@ class Machine:
         arc, begin, w = regime.arc, regime.begin, self.speed
         jet, touch, forces = self.jets.jets[arc], self.touches[regime.state - 1], self._forces(regime)
         load, inverse = self.problem.load, 1.0 / self.problem.inertia
+        whole = self.problem.law.uses_curvature
         mu = self.problem.friction.coefficient if self.problem.friction is not None else None
 
         def rate(t: float, y: complex) -> tuple[complex, complex]:
@@ -139,7 +148,7 @@ class Machine:
             speed = g * w - h * q1
             elastic, lost = forces(delta, bend, speed)
             force = elastic + lost
-            torque, given, spent = force * h, force * g * w, lost * speed
+            torque, given, spent = force * h, force * g * w, (force if whole else lost) * speed
             if mu is not None:
                 slide = ht * q1 - gt * w
                 rub = mu(slide) * force
@@ -154,8 +163,15 @@ class Machine:
         return rate
 
     def _forces(self, regime: Regime) -> Callable[[float, float, float], tuple[float, float]]:
-        """(penetration, curvature, penetration rate) -> elastic force and damping force [N]."""
+        """(penetration, curvature, penetration rate) -> elastic force and damping force [N]; clipped they cancel."""
         law, damping = self.problem.law.force, self.problem.damping
+        if regime.clipped:
+
+            def clipped(delta: float, bend: float, speed: float) -> tuple[float, float]:
+                elastic = law(delta, bend)
+                return elastic, -elastic
+
+            return clipped
         if isinstance(damping, ImpactDamping):
             damp = damping.factor / regime.approach
 
@@ -174,8 +190,8 @@ class Machine:
             raise NotConverged("roller spin asked for without spin data")
         arc, begin, w = regime.arc, regime.begin, self.speed
         load, inverse, mu = self.problem.load, 1.0 / self.problem.inertia, friction.coefficient
-        jet, free = self.jets.jets[arc], regime.state == State.FREE or regime.clipped
-        which = 0 if free else regime.state - 1
+        jet, free = self.jets.jets[arc], regime.state == State.FREE
+        which, whole = 0 if free else regime.state - 1, self.problem.law.uses_curvature
         touch, forces = self.touches[which], self._forces(regime)
         radius = float(getattr(self.problem.pair.sides[which], "radius", 0.0))
 
@@ -193,20 +209,20 @@ class Machine:
                 force = elastic + lost
                 own = spins.real if which == 0 else spins.imag
                 # The contact point of a turning roller: that of the centre, less the surface speed of the spin.
-                centre = ht + radius * self._turn(which)
+                centre = ht + radius * self.carrier_turn(which)
                 slide = centre * q1 - radius * own - gt * w
                 rub = mu(slide) * force
                 torque += force * h - rub * centre
                 given = force * g * w - rub * gt * w
-                spent += lost * (g * w - h * q1) + rub * slide
+                spent += (force if whole else lost) * (g * w - h * q1) + rub * slide
                 gain = rub * radius / spin.inertia
                 turning += gain if which == 0 else 1j * gain
             return np.array([complex(eta1, torque * inverse - s2 * w * w), turning]), complex(given, spent)
 
         return rate
 
-    def _turn(self, which: int) -> float:
-        """How fast the roller's carrier turns anticlockwise per unit of the follower coordinate (-1 rocker, 0 slide)."""
+    def carrier_turn(self, which: int) -> float:
+        """How fast the roller's carrier turns anticlockwise per unit of the coordinate (-1 rocker, 0 slide)."""
         arm = getattr(self.problem.pair.sides[which], "arm", None)
         return -1.0 if hasattr(arm, "pivot") else 0.0
 

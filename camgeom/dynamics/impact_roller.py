@@ -45,17 +45,18 @@ class SwingArm:
 @final
 @dataclass(frozen=True)
 class SlideArm:
-    """A roller on a slide that moves along +x: centre at origin + q [m]."""
+    """A roller on a slide: centre at origin + q direction [m], the direction of unit length (1: along +x)."""
 
     origin: complex
+    direction: complex = 1.0 + 0.0j
 
     def pose(self, q: Any, exp: Callable[[Any], Any]) -> tuple[Any, Any, Any]:
         """Roller centre [m] and its first two derivatives over q."""
-        return self.origin + q, 1.0 + 0.0j, 0.0j
+        return self.origin + q * self.direction, self.direction, 0.0j
 
     def carried(self, point: Any) -> Any:
         """Velocity over q of a point [m] fixed to the follower."""
-        return 1.0 + 0.0j
+        return self.direction
 
 
 Arm = SwingArm | SlideArm

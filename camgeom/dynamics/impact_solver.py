@@ -8,11 +8,11 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from camgeom.dynamics.contact_losses import ImpactDamping
 from camgeom.dynamics.impact import Event, ImpactProblem, Recorded, Regime, State, StepRecord
 from camgeom.dynamics.impact_lift import TURN
 from camgeom.dynamics.impact_rates import Machine
 from camgeom.dynamics.impact_stepper import Rate, Stepped, error_norm, next_step, step
-from camgeom.dynamics.contact_losses import ImpactDamping
 from camgeom.errors import NotConverged, Problem, ProfileError
 
 FIRST_STEP = 1e-6
@@ -25,7 +25,7 @@ _MOST_STEPS = 2_000_000
 
 
 def hermite_row(u: float) -> tuple[float, float, float, float, float, float]:
-    """Weights of y0, h y0', h^2 y0'', y1, h y1', h^2 y1'' in the quintic Hermite interpolant at the share u of a step."""
+    """Weights of y0, h y0', h^2 y0'', y1, h y1', h^2 y1'' in the quintic Hermite form at the share u of a step."""
     v = 1.0 - u
     u3, v3 = u * u * u, v * v * v
     return (
@@ -65,7 +65,7 @@ class _Walk:
         """From a cam angle [rad] (time 0) and a state to the end time."""
         machine, w = self.machine, self.machine.speed
         lift = machine.lift
-        turns, inside = divmod(angle, TURN)
+        inside = angle % TURN
         arc = lift.arc_at(inside)
         begin = (lift.starts[arc] - inside) / w
         regime = self._first_regime(Regime(State.FREE, arc, begin, 1.0, False), start)
@@ -83,8 +83,8 @@ class _Walk:
                 regime = regime._replace(arc=following, begin=knot)
             if len(self.events) > _MOST_EVENTS or len(self.steps) > _MOST_STEPS:
                 raise NotConverged(
-                    f"{len(self.events)} contact events and {len(self.steps)} steps by {t:.6g} s: the contact chatters; "
-                    "a softer law, more damping, or a larger speed_floor would settle it"
+                    f"{len(self.events)} contact events and {len(self.steps)} steps by {t:.6g} s: the contact "
+                    "chatters; a softer law, more damping, or a larger speed_floor would settle it"
                 )
         return Recorded(self.steps, t, y, self.work, self.regimes, self.events, self.calls)
 
@@ -111,6 +111,9 @@ class _Walk:
         k, p = rate(t, y)
         self.calls += 1
         h = FIRST_STEP * machine.problem.period
+        moving = abs(y.imag if isinstance(y, complex) else complex(y[0]).imag)
+        if moving > 0.0:
+            h = min(h, 0.01 * machine.eta_scale / moving)
         while t < stop:
             trial, h = self._step(rate, t, y, k, p, h, stop)
             record = StepRecord(t, trial.length, y, k, p, number)
@@ -132,20 +135,28 @@ class _Walk:
     def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[_Trial, float]:
         """One step that meets the tolerance, and the length to try next."""
         longest = LONGEST_STEP / self.machine.speed
+        shortest = 1e-15 * (self.machine.problem.period + abs(t))
         while True:
             h = min(h, longest)
             last = t + 1.01 * h >= stop
             if last:
                 h = stop - t
-            made = step(rate, t, y, k, p, h)
             self.calls += 11
-            error = self._error(made, h)
+            try:
+                made = step(rate, t, y, k, p, h)
+                error = self._error(made, h)
+            except NotConverged as beyond:
+                # A trial that is far too long may look outside the range of a law; only a short one may not.
+                if h < shortest:
+                    raise NotConverged(f"at {t:.9g} s: {beyond}") from beyond
+                h *= 0.1
+                continue
             if error <= 1.0:
                 t1 = stop if last else t + h
                 k1, p1 = rate(t1, made.state)
                 self.calls += 1
                 return _Trial(t1, h, made.state, k1, p1, made.work), next_step(h, error)
-            if not error < math.inf or h < 1e-16 + 1e-15 * abs(t):
+            if not error < math.inf or h < shortest:
                 raise NotConverged(
                     f"the step fell to {h:.3g} s at {t:.9g} s without meeting rtol {self.rtol:g}; "
                     "use a tolerance not below 1e-12, or check the contact data"
@@ -163,7 +174,9 @@ class _Walk:
         scale = complex(rtol * machine.eta_scale, rtol * max(machine.rate_scale, abs(first.state.imag)))
         return max(error_norm(first, h, scale), error_norm(turned, h, complex(spin, spin)))
 
-    def _event(self, regime: Regime, rate: Rate, record: StepRecord, trial: _Trial) -> tuple[float, Stepped, int] | None:
+    def _event(
+        self, regime: Regime, rate: Rate, record: StepRecord, trial: _Trial
+    ) -> tuple[float, Stepped, int] | None:
         """The first event inside a step: (time past its start, the step up to it, event number), or None.
 
         Events: 0, 1 contact with main, back side; 2 contact lost; 3 force clipped or released.
@@ -206,7 +219,7 @@ class _Walk:
         if not isinstance(first, complex):
             first, second = complex(first[0]), complex(second[0])
         fastest = max(abs(first.imag), abs(second.imag)) * self.machine.levers[regime.state - 1]
-        return 2.0 * fastest * self.machine.factor > regime.approach
+        return bool(2.0 * fastest * self.machine.factor > regime.approach)
 
     def _crossed(self, regime: Regime, which: int, t: float, y: Any) -> float:
         """Positive once the event has happened."""
@@ -284,9 +297,8 @@ def _illinois(
 def walk(
     problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float
 ) -> tuple[Machine, Recorded]:
-    """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default at rest in the middle of the play.
-
-    At rest means that the follower, not the deviation, is at rest. Raises NotConverged.
+    """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default the middle of the play with the
+    follower (not the deviation) at rest. Raises NotConverged.
     """
     if not 1e-13 <= rtol <= 1e-2:
         raise ProfileError([Problem("tolerance", "outside its range", rtol, "1e-13 to 1e-2")])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.contact_losses import ImpactDamping
-from camgeom.dynamics.impact import Recorded, Regime, State
+from camgeom.dynamics.impact import Recorded, Regime
 from camgeom.dynamics.impact_rates import Machine
 from camgeom.dynamics.impact_solver import hermite_row
 
@@ -23,9 +23,9 @@ SHARES = 8
 class Trace:
     """Arrays over time, shape (steps, 9) or whatever times were asked for; both sides in the last axis of the pairs.
 
-    `time` s, `angle` cam angle rad (counted on over turns), `deviation` m or rad, `position`, `speed`, `acceleration` of
-    the follower (m or rad, per s, per s^2), `force` (..., 2) N, `penetration` (..., 2) m (0 out of contact), `sliding`
-    (..., 2) m/s, `pressure` (..., 2) Pa, `cam_torque` N m that the cam needs, `state`.
+    `time` s, `angle` cam angle rad (counted on over turns), `deviation` m or rad, `position`, `speed`,
+    `acceleration` of the follower (m or rad, per s, per s^2), `force` (..., 2) N, `penetration` (..., 2) m
+    (0 out of contact), `sliding` (..., 2) m/s, `pressure` (..., 2) Pa, `cam_torque` N m that the cam needs, `state`.
     """
 
     time: Floats
@@ -99,13 +99,11 @@ def evaluate(
         if problem.patch is not None:
             pairs["pressure"][on, side] = problem.patch.pressure(force, bend)
     whole = w * time
-    return Trace(
-        time, whole, eta, q, q1, torque / problem.inertia, cam_torque=needed, state=state, **pairs
-    )
+    return Trace(time, whole, eta, q, q1, torque / problem.inertia, cam_torque=needed, state=state, **pairs)
 
 
 def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
-    """The trace in nine points of every step, by quintic Hermite in the deviation (error far below 1e-6 of its range)."""
+    """The trace in nine points of every step, by quintic Hermite in the deviation (error below 1e-6 of its range)."""
     steps = made.steps
     t0 = np.array([s.time for s in steps])
     h = np.array([s.length for s in steps])
@@ -114,7 +112,7 @@ def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
     spinning = not isinstance(made.state, complex)
     y = np.array([complex(s[0]) for s in states] if spinning else states)
     a0 = np.array([complex(s.rate[0]) if spinning else s.rate for s in steps]).imag
-    lift, w = machine.lift, machine.speed
+    w = machine.speed
     # The rate at a step's end belongs to its own regime: at a knot of the motion the next one begins with another.
     ends = evaluate(machine, made.regimes, which, t0 + h, y[1:], _spins(states[1:]) if spinning else None)
     a1 = ends.acceleration - _ideal(machine, made.regimes, which, t0 + h) * w * w
@@ -166,8 +164,3 @@ def _hermite_slope(u: float) -> tuple[float, ...]:
         u * u * (1.0 + 2.0 * v - 15.0 * v * v),
         -0.5 * u * u * v * (2.0 - 5.0 * v),
     )
-
-
-def contact_states() -> tuple[State, State]:
-    """The two states of contact, main and back."""
-    return State.MAIN, State.BACK
