@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import difflib
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
@@ -110,8 +111,11 @@ def compile_expression(text: str, key: str = "expression") -> Expression:
 
 def _parse(text: str) -> ast.expr:
     try:
-        return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError) as error:
+        # What the parser only warns of, like 1or 2, is no arithmetic either: made an error, it ends as a Problem.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, Warning) as error:
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
         raise _Refused(f"not an arithmetic expression: {reason}", "write for example 12.5 * sin(2*phi) + 3") from None
     except (MemoryError, RecursionError):
@@ -131,7 +135,8 @@ def _emit(node: ast.expr, steps: list[Step], depth: int) -> None:
         if isinstance(node.op, ast.USub):
             steps.append(("operator", "negative", 1.0))
     elif isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        _emit(node.left, steps, depth + 1)
+        # A chain of terms nests to the left as deep as it is long, which MAX_CHARACTERS bounds.
+        _emit(node.left, steps, depth)
         before = len(steps)
         _emit(node.right, steps, depth + 1)
         if isinstance(node.op, ast.Pow):

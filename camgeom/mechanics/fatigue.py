@@ -12,7 +12,7 @@ all images of those jumps and refined on the derivative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import final
 
 import numpy as np
@@ -25,12 +25,14 @@ from camgeom.mechanics.rolling import Count, Rolling
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
-FINE = 16
-"""Points a panel at which damage is tabled for the first search"""
-SCREEN = 256
+FINE = 32
+"""Points a panel at which damage is tabled for the first search, and roller angles that fall into a panel"""
+FEWEST = 64
 """Least number of roller angles in the first search"""
-KEEP = 0.97
-"""Local maxima of the first search within this share of the largest are refined; its error is well below 1 per cent"""
+KEEP = 0.9
+"""Local maxima of the first search within this share of the largest are refined; its error is below a third of that"""
+ANGLE_TOLERANCE = 1e-12
+"""rad; the hot spot's angle, at which the damage itself has long settled"""
 CHUNK = 400_000
 """Table look-ups done at once: a few megabytes"""
 
@@ -131,9 +133,9 @@ def _hot_spots(rolling: Rolling) -> tuple[Array, Array]:
     """Largest damage and its roller angle, (V,) each."""
     total = len(rolling.radius)
     brackets = [_candidates(rolling, chunk) for chunk in _chunks(rolling)]
-    variant = np.concatenate([one[0] for one in brackets])
-    low, high, middle = (np.concatenate([one[k] for one in brackets]) for k in (1, 2, 3))
-    value, angle = _refined(rolling, variant, low, high, middle)
+    within = _Brackets(*(np.concatenate([getattr(one, key.name) for one in brackets]) for key in fields(_Brackets)))
+    variant = within.variant
+    value, angle = _refined(rolling, within)
     damage, spot = np.zeros(total), np.zeros(total)
     order = np.lexsort((-value, variant))
     owners, first = np.unique(variant[order], return_index=True)
@@ -143,9 +145,8 @@ def _hot_spots(rolling: Rolling) -> tuple[Array, Array]:
 
 def _chunks(rolling: Rolling) -> list[Ints]:
     """Variants in groups whose first search needs about CHUNK look-ups."""
-    contacts = np.max(rolling.path / rolling.radius) / np.pi + 2.0
-    size = max(1, int(CHUNK / (contacts * 2.0 * SCREEN)))
     count = len(rolling.radius)
+    size = max(1, CHUNK // (4 * FINE * rolling.edges.shape[1]))
     return [np.arange(start, min(start + size, count)) for start in range(0, count, size)]
 
 
@@ -157,11 +158,29 @@ def _images(rolling: Rolling, chunk: Ints) -> Array:
     return np.sort(np.concatenate([both, ends, ends + TURN], axis=1), axis=1)
 
 
-def _candidates(rolling: Rolling, chunk: Ints) -> tuple[Ints, Array, Array, Array]:
-    """Brackets that may hold the maximum: variant, low and high roller angle, and the middle of the smooth range."""
+@final
+@dataclass(frozen=True, eq=False)
+class _Brackets:
+    """Ranges of roller angle, rad, that may hold the maximum, and the smooth ranges they lie in; (T,) each."""
+
+    variant: Ints
+    low: Array
+    high: Array
+    begin: Array
+    end: Array
+
+    @property
+    def middle(self) -> Array:
+        return 0.5 * (self.begin + self.end)
+
+
+def _candidates(rolling: Rolling, chunk: Ints) -> _Brackets:
+    """Brackets about the local maxima of the first search that may turn out to be the largest."""
     images = _images(rolling, chunk)
     low, width = images[:, :-1], np.diff(images, axis=1)
-    per = max(8, -(-SCREEN // width.shape[1]))
+    # Steps of the roller angle over the whole turn such that FINE of them fall into a panel of mean length.
+    steps = FINE * rolling.edges.shape[1] * TURN * np.max(rolling.radius[chunk] / rolling.path[chunk])
+    per = int(np.ceil(max(FEWEST, steps) / width.shape[1])) + 2
     share = np.linspace(0.0, 1.0, per + 1)
     inner = np.clip(share, 1e-7, 1.0 - 1e-7)
     theta = low[..., None] + width[..., None] * inner
@@ -176,7 +195,7 @@ def _candidates(rolling: Rolling, chunk: Ints) -> tuple[Ints, Array, Array, Arra
     c, e, i = c[~plateau], e[~plateau], i[~plateau]
     left = low[c, e] + width[c, e] * share[np.maximum(i - 1, 0)]
     right = low[c, e] + width[c, e] * share[np.minimum(i + 1, per)]
-    return chunk[c], left, right, low[c, e] + 0.5 * width[c, e]
+    return _Brackets(chunk[c], left, right, low[c, e], images[:, 1:][c, e])
 
 
 def _table(rolling: Rolling, chunk: Ints, theta: Array) -> Array:
@@ -199,17 +218,57 @@ def _table(rolling: Rolling, chunk: Ints, theta: Array) -> Array:
     return value / rolling.cycles
 
 
-def _refined(rolling: Rolling, variant: Ints, low: Array, high: Array, middle: Array) -> tuple[Array, Array]:
-    """Maximum of the damage in each bracket and its roller angle: a root of the derivative, or an end."""
-    rising, falling = rolling.damage(variant, low, middle), rolling.damage(variant, high, middle)
-    inner = (rising[1] > 0.0) & (falling[1] < 0.0)
-    value = np.where(rising[0] >= falling[0], rising[0], falling[0])
-    angle = np.where(rising[0] >= falling[0], low, high)
+def _refined(rolling: Rolling, within: _Brackets) -> tuple[Array, Array]:
+    """Maximum of the damage near each bracket and its roller angle: a root of the derivative, or an end."""
+    variant, middle = within.variant, within.middle
+    ends = _climbed(rolling, within)
+    value = np.maximum(ends.low_value, ends.high_value)
+    angle = np.where(ends.low_value >= ends.high_value, ends.low, ends.high)
+    # Between the ends a concave maximum stays below what the steeper tangent reaches half way: most brackets drop out.
+    most = value + 0.5 * (ends.high - ends.low) * np.maximum(ends.low_slope, -ends.high_slope)
+    best = np.zeros(len(rolling.radius))
+    np.maximum.at(best, variant, value)
+    inner = (ends.low_slope > 0.0) & (ends.high_slope < 0.0) & (most >= best[variant])
     if inner.any():
         v, m = variant[inner], middle[inner]
-        root = bracketed_root(lambda at: rolling.damage(v, at, m)[1], low[inner], high[inner])
+        low, high = ends.low[inner], ends.high[inner]
+        root = bracketed_root(lambda at: rolling.damage(v, at, m)[1], low, high, ANGLE_TOLERANCE)
         found = rolling.damage(v, root, m)[0]
         better = found >= value[inner]
         value[inner] = np.where(better, found, value[inner])
         angle[inner] = np.where(better, root, angle[inner])
     return value, angle
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """Both ends of every bracket: roller angle, damage and its derivative, (T,) each."""
+
+    low: Array
+    high: Array
+    low_value: Array
+    high_value: Array
+    low_slope: Array
+    high_slope: Array
+
+
+def _climbed(rolling: Rolling, within: _Brackets) -> _Ends:
+    """Ends of the brackets moved uphill, by doubling steps, until the maximum lies between or the range ends.
+
+    The table's error may show a flat maximum some steps away from where it is.
+    """
+    variant, middle = within.variant, within.middle
+    low, high = within.low.copy(), within.high.copy()
+    low_value, low_slope = rolling.damage(variant, low, middle)
+    high_value, high_slope = rolling.damage(variant, high, middle)
+    for _ in range(64):
+        down, up = (low_slope < 0.0) & (low > within.begin), (high_slope > 0.0) & (high < within.end)
+        if not (down.any() or up.any()):
+            break
+        wide = high - low
+        low[down] = np.maximum(low - wide, within.begin)[down]
+        high[up] = np.minimum(high + wide, within.end)[up]
+        low_value[down], low_slope[down] = rolling.damage(variant[down], low[down], middle[down])
+        high_value[up], high_slope[up] = rolling.damage(variant[up], high[up], middle[up])
+    return _Ends(low, high, low_value, high_value, low_slope, high_slope)

@@ -108,9 +108,11 @@ def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Array, Array, Array]:
     m2 = np.where(sum_ >= 0.0, m2, np.divide(product, n2, out=np.zeros_like(root), where=n2 > 0.0))
     n2 = np.where(sum_ >= 0.0, np.divide(product, m2, out=np.zeros_like(root), where=m2 > 0.0), n2)
     m, n = np.sqrt(np.maximum(m2, 0.0)), np.sign(across) * np.sqrt(np.maximum(n2, 0.0))
-    share = np.divide(down * down + n2, m2 + n2, out=np.ones_like(root), where=m2 + n2 > 0.0)
-    bend = np.divide(m2 - down * down, m2 + n2, out=np.zeros_like(root), where=m2 + n2 > 0.0)
-    return (np.asarray(-(m * (1.0 + share) - 2.0 * down)), np.asarray(-m * (1.0 - share)), np.asarray(n * bend))
+    # m² - z² without cancellation, from m² - n² = 1 - x² + z² and m n = x z.
+    rest = np.divide(m2, m2 + across * across, out=np.zeros_like(root), where=m2 > 0.0)
+    bend = np.divide(rest, m2 + n2, out=np.zeros_like(root), where=m2 + n2 > 0.0)
+    above = np.divide(rest, m + down, out=np.zeros_like(root), where=m + down > 0.0)
+    return np.asarray(m * bend - 2.0 * above), np.asarray(-m * bend), np.asarray(-n * bend)
 
 
 def line_shear(z: ArrayLike) -> Array:

@@ -168,7 +168,7 @@ def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0,
 class Reversal:
     """A change of the loaded wall: cam angles (rad) where one wall is left and the other taken, +1 behind, -1 ahead.
 
-    left < taken where the roller is free in between (an unloaded dwell).
+    left differs from taken where the roller is free in between (an unloaded dwell), which may run past the turn's end.
     """
 
     left: float

@@ -24,6 +24,8 @@ POINTS = 12
 TURN = 2.0 * np.pi
 SMALLEST_PANEL = 1e-9
 """rad; edges closer than this are taken as one"""
+NEAR = 0.05
+"""Share of the range of a function within which a sampled local maximum may turn out to be the largest"""
 
 
 def _nodes() -> Array:
@@ -219,8 +221,9 @@ def _zero_nodes(sign: NDArray[np.float64]) -> tuple[Ints, Ints, Ints]:
     return row, panel, cell + 1
 
 
-def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: ArrayLike, steps: int = 120) -> Array:
-    """Roots of a vectorised function, one in each bracket [low, high] with opposite signs, to rounding.
+def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: ArrayLike, tolerance: float = 0.0,
+                   steps: int = 120) -> Array:
+    """Roots of a vectorised function, one in each bracket [low, high] with opposite signs, to tolerance or rounding.
 
     Inverse quadratic steps where the three points are monotone enough, bisection elsewhere (Chandrupatla 1997). Where
     the ends do not differ in sign the end nearer zero is given.
@@ -243,7 +246,7 @@ def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: Arr
         b, fb = np.where(same, b, a), np.where(same, fb, fa)
         a, fa = x, fx
         best = np.where(active, np.where(np.abs(fa) <= np.abs(fb), a, b), best)
-        least = np.maximum(2e-16 * np.abs(best), 1e-300)
+        least = np.maximum(2e-16 * np.abs(best), max(0.5 * tolerance, 1e-300))
         span = np.abs(b - a)
         active = active & (span > 2.0 * least) & (fx != 0.0)
         share = _next_share(a, b, c, fa, fb, fc)
@@ -267,20 +270,22 @@ def _next_share(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -
 def highest(where: Panels, values: Array) -> tuple[Array, Array]:
     """Largest value of each function (..., p, n), limits at jumps included, and its cam angle in rad: (...)."""
     lead = values.shape[:-2]
-    flat = values.reshape(-1, *values.shape[-2:])
-    series = where.coefficients(flat)
-    slope = series @ DERIVATIVE.T
+    series = where.coefficients(values.reshape(-1, *values.shape[-2:]))
     grid = np.linspace(-1.0, 1.0, 2 * POINTS + 1)
     dense = series @ chebyshev(grid, POINTS - 1)
-    best_value = dense.max(axis=(1, 2))
-    best_angle = np.empty(len(flat))
-    order = dense.reshape(len(flat), -1).argmax(axis=1)
-    panel, cell = np.divmod(order, grid.size)
-    rows = np.arange(len(flat))
+    best, least = dense.max(axis=(1, 2), keepdims=True), dense.min(axis=(1, 2), keepdims=True)
+    padded = np.pad(dense, ((0, 0), (0, 0), (1, 1)), constant_values=-np.inf)
+    peak = (dense >= padded[..., :-2]) & (dense >= padded[..., 2:]) & (dense > best - NEAR * (best - least))
+    # The sampled maximum itself, also of a constant.
+    peak.reshape(len(dense), -1)[np.arange(len(dense)), dense.reshape(len(dense), -1).argmax(axis=1)] = True
+    row, panel, cell = np.nonzero(peak)
     lo, hi = grid[np.maximum(cell - 1, 0)], grid[np.minimum(cell + 1, grid.size - 1)]
-    local, down = series[rows, panel], slope[rows, panel]
+    local = series[row, panel]
+    down = local @ DERIVATIVE.T
     inner = (evaluate(down, lo) > 0.0) & (evaluate(down, hi) < 0.0)
     x = np.where(inner, bracketed_root(lambda at: evaluate(down, at), lo, hi), grid[cell])
-    best_value = np.maximum(best_value, evaluate(local, x))
-    best_angle = where.middle[panel] + where.half[panel] * x
-    return best_value.reshape(lead), best_angle.reshape(lead)
+    value = np.maximum(evaluate(local, x), dense[row, panel, cell])
+    order = np.lexsort((-value, row))
+    chosen = order[np.unique(row[order], return_index=True)[1]]
+    angle = where.middle[panel[chosen]] + where.half[panel[chosen]] * x[chosen]
+    return value[chosen].reshape(lead), angle.reshape(lead)

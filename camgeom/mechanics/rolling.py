@@ -74,14 +74,10 @@ class Rolling:
 
     def mean(self) -> Array:
         """Damage averaged over the circumference: the damage per path integrated over the path, over 2 pi r."""
-        grid = np.linspace(-1.0, 1.0, 4 * POINTS + 1)
+        grid, weights = np.polynomial.legendre.leggauss(2 * POINTS)
         basis = chebyshev(grid, POINTS - 1)
-        simpson = np.full(grid.size, 2.0)
-        simpson[1::2] = 4.0
-        simpson[[0, -1]] = 1.0
-        simpson *= (grid[1] - grid[0]) / 3.0
         damage = (np.maximum(self.squares @ basis, 0.0) ** self.power).sum(axis=0) / self.cycles
-        each = (damage * (self.rates @ basis)) @ simpson
+        each = (damage * (self.rates @ basis)) @ weights
         return np.asarray(each.sum(axis=-1) / (TURN * self.radius))
 
     def contacts(self, variant: Ints, theta: Array, middle: Array) -> tuple[Array, Ints, Ints]:
@@ -119,6 +115,8 @@ class Rolling:
         Each contact stays in the piece (range between jumps) in which it is for the roller angle `middle`, so that at
         the end of such a range the one-sided limit is given.
         """
+        if not theta.size:
+            return np.zeros(0), np.zeros(0)
         path, wall, task = self.contacts(variant, theta, middle)
         owner = variant[task]
         path, panel = self._kept(owner, path, path + (middle - theta)[task] * self.radius[owner])

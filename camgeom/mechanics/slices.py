@@ -41,6 +41,18 @@ def uniform_slices(force: ArrayLike, widths: ArrayLike, cosines: ArrayLike = 1.0
     return np.asarray(total / (w * c).sum(axis=-1, keepdims=True) * np.ones_like(w))
 
 
+def crown_gaps(stations: ArrayLike, arc: ArrayLike, centre: ArrayLike = 0.0) -> Array:
+    """Gap, mm, of a roller crowned to the radius `arc` (mm) at each station (mm): arc - sqrt(arc² - (x - centre)²).
+
+    Raises ValueError where a station lies beyond the arc.
+    """
+    x = np.asarray(stations, dtype=np.float64) - np.asarray(centre, dtype=np.float64)
+    radius = np.asarray(arc, dtype=np.float64)
+    if np.any(np.abs(x) > radius):
+        raise ValueError("a station lies beyond the crown's arc")
+    return np.asarray(x * (x / (radius + np.sqrt((radius - x) * (radius + x)))))
+
+
 def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvature: ArrayLike, roller: Material,
                cam: Material, radius: ArrayLike, depth: ArrayLike, gaps: ArrayLike = 0.0, tilt: ArrayLike = 0.0,
                cosines: ArrayLike = 1.0) -> SliceLoads:
@@ -68,17 +80,20 @@ def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvatu
     least = np.maximum(mean * 1e-6, 1e-30)
     for _ in range(STEPS):
         soft = line_flexibility(np.maximum(load, least), k, roller, cam, r, d)
-        reach = _approach(total, w * cos / soft, cos, gap)
-        new = np.maximum(reach[..., None] * cos - gap, 0.0) / soft
+        base, reach = _approach(total, w * cos / soft, cos, gap)
+        new = cos * np.maximum(reach - (gap / cos - base), 0.0) / soft
         done = bool(np.all(np.abs(new - load) <= TOLERANCE * mean))
         load = new
         if done:
-            return _result(load, reach, x, w * cos, k, roller.compliance + cam.compliance)
+            return _result(load, (base + reach)[..., 0], x, w * cos, k, roller.compliance + cam.compliance)
     raise NotConverged("the load along the roller did not settle: check crowning and misalignment against the load")
 
 
-def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> Array:
-    """Approach d with sum stiffness max(d cos - gap, 0) = total: piecewise linear, solved exactly by sorting."""
+def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> tuple[Array, Array]:
+    """Approach d with sum stiffness max(d cos - gap, 0) = total: piecewise linear, solved exactly by sorting.
+
+    Given as the approach of the first touch and the rest beyond it, (..., 1) each: their sum would lose a small rest.
+    """
     touch = gap / cosines
     order = np.argsort(touch, axis=-1)
     hard = np.take_along_axis(stiffness * cosines, order, axis=-1)
@@ -88,7 +103,7 @@ def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> Arr
     reach = (total[..., None] + np.cumsum(hard * (start - base), axis=-1)) / np.cumsum(hard, axis=-1)
     following = np.concatenate([start[..., 1:] - base, np.full((*start.shape[:-1], 1), np.inf)], axis=-1)
     first = np.argmax(reach <= following, axis=-1)[..., None]
-    return np.asarray((np.take_along_axis(reach, first, axis=-1) + base)[..., 0])
+    return base, np.asarray(np.take_along_axis(reach, first, axis=-1))
 
 
 def _result(load: Array, reach: Array, stations: Array, weights: Array, curvature: Array, pair: float) -> SliceLoads:
