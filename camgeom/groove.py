@@ -20,16 +20,26 @@ import numpy.typing as npt
 from camgeom.errors import DesignError, NotConverged
 from camgeom.flank import Flank
 from camgeom.maths.surface import cross, dot
-from camgeom.track import Arc, Pose, Track
+from camgeom.track import Arc, Pose, Slide, Straight, Track
 
 Floats = npt.NDArray[np.float64]
 Level = Callable[[Floats], Floats]
 """Scalar field on points (3, ...): zero on the blank's surface, positive outside."""
 
 
-def cylinder_level(radius: float) -> Level:
+@dataclass(frozen=True)
+class CylinderLevel:
     """Field of a cylinder about Z: (x² + y² - R²) / 2R, about the radial distance in mm."""
-    return lambda x: (x[0] * x[0] + x[1] * x[1] - radius * radius) / (2.0 * radius)
+
+    radius: float
+
+    def __call__(self, x: Floats) -> Floats:
+        return np.asarray((x[0] * x[0] + x[1] * x[1] - self.radius**2) / (2.0 * self.radius))
+
+
+def cylinder_level(radius: float) -> CylinderLevel:
+    """Level field of a cylinder of the given radius about Z."""
+    return CylinderLevel(radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +99,8 @@ class Column:
         """
         n = len(self.phi)
         meridian = self.track.meridian
+        if isinstance(level, CylinderLevel) and self._radial_cylinder:
+            return self._closed_reach(level.radius)
         t0 = np.full((n, 1), meridian.parameter(guess))
         step = 1e-4 * abs(self.track.contact[1] - self.track.contact[0])
         t1 = np.full((n, 1), meridian.parameter(guess - step * np.sign(guess - self.track.tip)))
@@ -108,6 +120,26 @@ class Column:
             f"the flank of track {self.track.name!r} does not meet the blank's surface at cam angle "
             f"{np.degrees(self.phi[worst]):.6g} deg; check roller, groove depth and blank"
         )
+
+    @property
+    def _radial_cylinder(self) -> bool:
+        """True for a cylindrical roller whose axis stays radial while it slides along Z."""
+        track = self.track
+        plain = isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
+        slides = isinstance(track.joint, Slide) and track.joint.direction == (0.0, 0.0, 1.0)
+        return plain and slides and track.anchor[:2] == (0.0, 0.0) and track.axis == (1.0, 0.0, 0.0)
+
+    def _closed_reach(self, radius: float) -> Floats:
+        """delta (n, 1) where the wall of a radial cylinder meets a cylinder of `radius`, in closed form.
+
+        The contact point lies at the tangential distance r |s'| / sqrt(delta² + s'²) from the axis plane, so that
+        delta² = x solves x² + (s'² - R²) x + s'² (r² - R²) = 0.
+        """
+        assert isinstance(self.track.meridian, Straight)
+        slope2, square = self.pose.a[1][2] ** 2, radius * radius
+        b = square - slope2
+        x = 0.5 * (b + np.sqrt(b * b + 4.0 * slope2 * (square - self.track.meridian.radius**2)))
+        return np.sqrt(x)[:, None]
 
     @cached_property
     def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
@@ -196,8 +228,9 @@ class GrooveSection:
         up = self._wall(column, last, counts[-1])[:, :, ::-1]
         if self._ball:
             return np.concatenate([down, up[:, :, 1:]], axis=2)
-        arc1 = column.edge(first, np.arange(1, counts[1] + 1) / counts[1])
-        arc2 = column.edge(last, np.arange(counts[3], 0, -1) / counts[3])
+        # The edge sweep bends sharply beside the flank's foot and hardly beside the floor: rows at squared shares.
+        arc1 = column.edge(first, (np.arange(1, counts[1] + 1) / counts[1]) ** 2)
+        arc2 = column.edge(last, (np.arange(counts[3], 0, -1) / counts[3]) ** 2)
         floor = self._floor(arc1[:, :, -1], arc2[:, :, 0], counts[2])
         return np.concatenate([down, arc1, floor, arc2, up], axis=2)
 

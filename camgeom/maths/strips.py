@@ -20,11 +20,16 @@ Counts = tuple[int, ...]
 Section = Callable[[Floats, Counts], Floats]
 """(phi (n,), cells across each band) -> points (3, n, 1 + sum(counts)); band b spans counts[b] cells."""
 
-FILL = 0.93
+FILL = 0.96
 """aim of the knots as a share of the tolerance, so that third-order terms stay inside it"""
-ACROSS = 0.5
+ACROSS = 0.7
 """share of the tolerance that the sag across a band may take; the rest is left to the steps along phi"""
+PROBE = 12
+"""cells in which each knot interval is measured first"""
 PASSES = 12
+PROBED_CELLS = 60_000
+SPARSE = 0.995
+"""share of the tolerance that counts as met where only a part of the cells was measured"""
 MAX_CELLS = 40_000_000
 
 
@@ -59,19 +64,18 @@ def patch_sag(a: Floats, b: Floats, c: Floats) -> Floats:
     return np.asarray(np.where(inside, np.maximum(edge, np.abs(a * s + c * t) / 4.0), edge))
 
 
-def measure(corner: Floats, middle: Floats) -> Cells:
-    """Sags of the cells between consecutive phi.
+def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
+    """Sags of cells between two values of phi each.
 
-    corner  (3, n + 1, k + 1) exact points at the knots
-    middle  (3, n, 2 k + 1) exact points at the middle phi of each cell, rows doubled
+    start, stop  (3, n, k + 1) exact points at the beginning and end of each cell along phi
+    middle       (3, n, 2 k + 1) exact points at the middle phi of each cell, rows doubled
     """
-    p00, p01 = corner[:, :-1, :-1], corner[:, :-1, 1:]
-    p10, p11 = corner[:, 1:, :-1], corner[:, 1:, 1:]
+    p00, p01, p10, p11 = start[:, :, :-1], start[:, :, 1:], stop[:, :, :-1], stop[:, :, 1:]
     d1, d2 = p11 - p00, p10 - p01
     n = np.stack([d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2], d1[0] * d2[1] - d1[1] * d2[0]])
     length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
     n /= np.where(length > 0.0, length, 1.0)
-    row = 0.5 * (corner[:, :-1] + corner[:, 1:]) - middle[:, :, ::2]
+    row = 0.5 * (start + stop) - middle[:, :, ::2]
     centre = 0.25 * (p00 + p01 + p10 + p11) - middle[:, :, 1::2]
     low, high = _along(n, row[:, :, :-1]), _along(n, row[:, :, 1:])
     a = 8.0 * np.where(np.abs(low) > np.abs(high), low, high)
@@ -101,10 +105,10 @@ def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_co
     max_counts  upper bound of the cells across each band (1 for bands that are straight across)
     Raises NotConverged where the tolerance would need more than MAX_CELLS cells.
     """
-    phi = _subdivided(knots, 12)
-    coarse = tuple(min(4, m) for m in max_counts)
+    phi = _subdivided(knots, PROBE)
+    coarse = tuple(min(6, m) for m in max_counts)
     cells = _measured(section, phi, coarse)
-    counts = _choose_counts(cells, phi, coarse, tolerance, max_counts)
+    counts = _choose_counts(cells, coarse, tolerance, max_counts)
     owner = np.repeat(np.arange(bands), coarse)
     steps = _steps(cells, np.array(coarse)[owner] / np.array(counts)[owner], FILL * tolerance)
     for _ in range(PASSES):
@@ -113,12 +117,16 @@ def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_co
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
             )
-        corner, middle = section(phi, counts), _middle(section, phi, counts)
-        cells = measure(corner, middle)
+        corner = section(phi, counts)
+        chosen = _probed(knots, phi, sum(counts))
+        cells = _at(section, phi, corner, counts, chosen)
         error, rising = cells.error()
         worst = float(error.max())
-        if worst <= tolerance:
-            return Grid(phi, corner, counts, rising, worst)
+        if worst <= tolerance * (1.0 if len(chosen) == len(phi) - 1 else SPARSE):
+            nearest = np.searchsorted(0.5 * (chosen[1:] + chosen[:-1]), np.arange(len(phi) - 1))
+            return Grid(phi, corner, counts, rising[nearest], worst)
+        if len(chosen) < len(phi) - 1:
+            cells = _at(section, phi, corner, counts, np.arange(len(phi) - 1))
         widths, counts = _widened(cells, counts, tolerance, max_counts)
         steps = _steps(cells, widths, FILL * tolerance)
     raise NotConverged(
@@ -127,16 +135,36 @@ def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_co
     )
 
 
+def _probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
+    """Cells along phi whose error is measured: all of a small grid; of a large one every few, and those at knots.
+
+    In a large grid neighbouring cells differ by a share of about one over their number, which SPARSE leaves room for.
+    """
+    n = len(phi) - 1
+    stride = max(1, n * across // PROBED_CELLS)
+    if stride == 1 or n < 400:
+        return np.arange(n)
+    at = np.searchsorted(phi, knots)
+    return np.unique(np.clip(np.concatenate([np.arange(0, n, stride), at, at - 1]), 0, n - 1))
+
+
+def _at(
+    section: Section, phi: Floats, corner: Floats, counts: Counts, chosen: npt.NDArray[np.int64]
+) -> Cells:
+    """Measure the chosen cells along phi."""
+    middle = section(0.5 * (phi[chosen] + phi[chosen + 1]), tuple(2 * c for c in counts))
+    if len(chosen) == corner.shape[1] - 1:
+        return measure(corner[:, :-1], corner[:, 1:], middle)
+    return measure(corner[:, chosen], corner[:, chosen + 1], middle)
+
+
 def _measured(section: Section, phi: Floats, counts: Counts) -> Cells:
-    return measure(section(phi, counts), _middle(section, phi, counts))
-
-
-def _middle(section: Section, phi: Floats, counts: Counts) -> Floats:
-    return section(0.5 * (phi[1:] + phi[:-1]), tuple(2 * c for c in counts))
+    return _at(section, phi, section(phi, counts), counts, np.arange(len(phi) - 1))
 
 
 def _subdivided(knots: Floats, parts: int) -> Floats:
-    share = np.arange(parts) / parts
+    """Every knot interval cut into parts that are finer towards its ends, where motion laws change fastest."""
+    share = 0.5 * (1.0 - np.cos(np.pi * np.arange(parts) / parts))
     inner = (knots[:-1, None] + np.diff(knots)[:, None] * share).ravel()
     return np.append(inner, knots[-1])
 
@@ -160,30 +188,29 @@ def _bound(cells: Cells, k: Floats, tolerance: float) -> Floats:
 
 
 def _placed(knots: Floats, phi: Floats, factors: Floats) -> Floats:
-    """New parameters: each knot interval cut into equal shares of the density 1 / (step * factor)."""
-    density = 1.0 / factors
-    total = np.concatenate([[0.0], np.cumsum(density)])
-    at = np.interp(knots, phi, total)
+    """New parameters: each knot interval cut into equal shares of the density 1 / (step * factor).
+
+    The density at a parameter is the larger one of the cells on its two sides (none beyond a knot), linear in between,
+    so that a cell next to a sharper one is already refined.
+    """
+    width = np.diff(phi)
+    density = 1.0 / (factors * width)
+    inner = ~np.isin(phi[1:-1], knots)
+    left, right = density.copy(), density.copy()
+    left[1:] = np.where(inner, np.maximum(density[1:], density[:-1]), density[1:])
+    right[:-1] = np.where(inner, np.maximum(density[1:], density[:-1]), density[:-1])
+    share = np.arange(4) / 4.0
+    fine = np.append((phi[:-1, None] + width[:, None] * share).ravel(), phi[-1])
+    mean = left[:, None] + (right - left)[:, None] * (share + 0.125)
+    total = np.concatenate([[0.0], np.cumsum((mean * 0.25 * width[:, None]).ravel())])
+    at = np.interp(knots, fine, total)
     pieces = []
     for low, high, start, stop in zip(at[:-1], at[1:], knots[:-1], knots[1:]):
         parts = max(1, int(np.ceil(high - low)))
-        piece = np.interp(low + (high - low) * np.arange(parts) / parts, total, phi)
+        piece = np.interp(low + (high - low) * np.arange(parts) / parts, total, fine)
         piece[0] = start
         pieces.append(np.minimum(piece, stop))
     return np.append(np.concatenate(pieces), knots[-1])
-
-
-def _choose_counts(cells: Cells, phi: Floats, coarse: Counts, tolerance: float, most: Counts) -> Counts:
-    """Cells across each band: the choice with the fewest cells in all, band by band around a common step."""
-    edges = np.concatenate([[0], np.cumsum(coarse)])
-    counts = []
-    for b, (low, high) in enumerate(zip(edges[:-1], edges[1:])):
-        if most[b] == 1:
-            counts.append(1)
-            continue
-        band = Cells(cells.a[:, low:high], cells.b[:, low:high], cells.c[:, low:high])
-        counts.append(_best_count(band, coarse[b], tolerance, most[b]))
-    return tuple(counts)
 
 
 def _widened(cells: Cells, counts: Counts, tolerance: float, most: Counts) -> tuple[Floats, Counts]:
@@ -193,24 +220,49 @@ def _widened(cells: Cells, counts: Counts, tolerance: float, most: Counts) -> tu
     start = 0
     for count, top in zip(counts, most):
         sag = float(np.abs(cells.c[:, start : start + count]).max()) / 8.0
-        want = count if sag <= 1.3 * ACROSS * tolerance else int(np.ceil(count * np.sqrt(sag / (ACROSS * tolerance))))
+        want = count if sag <= 0.93 * tolerance else int(np.ceil(count * np.sqrt(sag / (ACROSS * tolerance))))
         grown.append(min(want, top))
         widths.append(np.full(count, count / grown[-1]))
         start += count
     return np.concatenate(widths), tuple(grown)
 
 
-def _best_count(band: Cells, coarse: int, tolerance: float, most: int) -> int:
-    best, least = most, np.inf
+def _choose_counts(cells: Cells, coarse: Counts, tolerance: float, most: Counts) -> Counts:
+    """Cells across each band such that the whole grid has the fewest: the step along phi is set by the worst band.
+
+    For every band the allowed step is tabled over a geometric series of counts; counts are then improved one band at a
+    time, since each change shows at once in the product (sum of counts) x (number of steps).
+    """
+    edges = np.concatenate([[0], np.cumsum(coarse)])
+    tables = []
+    for b, (low, high) in enumerate(zip(edges[:-1], edges[1:])):
+        band = Cells(cells.a[:, low:high], cells.b[:, low:high], cells.c[:, low:high])
+        tables.append(_step_table(band, coarse[b], tolerance, most[b]))
+    pick = [0] * len(tables)
+    best = _grid_size(tables, pick)
+    improved = True
+    while improved:
+        improved = False
+        for b, (series, _) in enumerate(tables):
+            for k in range(len(series)):
+                trial = [*pick[:b], k, *pick[b + 1 :]]
+                size = _grid_size(tables, trial)
+                if size < 0.999 * best:
+                    best, pick, improved = size, trial, True
+    return tuple(int(series[k]) for (series, _), k in zip(tables, pick))
+
+
+def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Counts (q,) to choose from and the step factor (q, n) that each allows."""
     sag = float(np.abs(band.c).max()) / 8.0
-    count = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
-    while count <= most:
-        k = np.full((1, band.a.shape[1]), coarse / count)
-        factors = np.minimum(_bound(band, k, FILL * tolerance).min(axis=1), 64.0)
-        size = (count + 3) * float(np.sum(1.0 / factors))
-        if size < least:
-            best, least = count, size
-        elif size > 1.3 * least:
-            break
-        count = max(count + 1, int(1.2 * count))
-    return best
+    least = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
+    series = np.unique(np.minimum(most, np.ceil(least * 1.35 ** np.arange(6)))).astype(np.int64)
+    factors = np.stack(
+        [np.minimum(_bound(band, np.array(coarse / c), FILL * tolerance).min(axis=1), 64.0) for c in series]
+    )
+    return series, factors
+
+
+def _grid_size(tables: list[tuple[npt.NDArray[np.int64], Floats]], pick: list[int]) -> float:
+    step = np.minimum.reduce([factors[k] for (_, factors), k in zip(tables, pick)])
+    return float(sum(int(series[k]) for (series, _), k in zip(tables, pick)) * np.sum(1.0 / step))
