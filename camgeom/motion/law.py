@@ -162,6 +162,10 @@ class Ends:
     unit: float = 1.0
     folder: str = ""
 
+    def values(self, order: int) -> tuple[Floats, Floats]:
+        """Value and `order` derivatives per unit travel at the start and at the end, (order + 1,) each."""
+        return np.array([0.0, *self.start[:order]]), np.array([self.lift, *self.end[:order]])
+
 
 @final
 @dataclass(frozen=True)
@@ -182,11 +186,19 @@ class Parameter:
 
     def accepts(self, value: ParamValue) -> bool:
         """Whether the value is of the right kind and in range; lists are looked at by the law itself."""
-        if self.kind in ("switch", "text", "list"):
-            return isinstance(value, {"switch": bool, "text": str, "list": tuple}[self.kind])
+        if self.kind == "list":
+            return isinstance(value, tuple) and _all_numbers(value)
+        if self.kind in ("switch", "text"):
+            return isinstance(value, bool if self.kind == "switch" else str)
         whole = isinstance(value, int) and not isinstance(value, bool)
-        number = whole or (self.kind == "number" and isinstance(value, float))
-        return number and math.isfinite(value) and self.low <= value <= self.high
+        return (whole or (self.kind == "number" and isinstance(value, float))) and self.low <= value <= self.high
+
+
+def _all_numbers(value: ParamValue) -> bool:
+    """Whether a nested tuple holds finite numbers alone."""
+    if isinstance(value, tuple):
+        return all(_all_numbers(item) for item in value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 Factory = Callable[..., Sequence[Piece]]

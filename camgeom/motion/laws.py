@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion import laws_basic, laws_blocks
+from camgeom.motion import laws_basic, laws_blocks, laws_joining
 from camgeom.motion.law import LAWS, Law, LawEntry, ParamValue, nearest
 
-__all__ = ["LAWS", "entry", "laws_basic", "laws_blocks", "make", "unknown_law"]
+__all__ = ["LAWS", "entry", "laws_basic", "laws_blocks", "laws_joining", "make", "unknown_law"]
 
 
 def unknown_law(name: str, key: str) -> Problem:

@@ -4,17 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
 
-from camgeom.motion.law import Claims, law
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.law import Claims, Parameter, law
 from camgeom.motion.piece import Piece
 
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009"
+ROTHBART = "H. A. Rothbart (ed.), Cam Design Handbook, McGraw-Hill 2004"
+FREUDENSTEIN = (
+    f"F. Freudenstein, On the dynamics of high-speed cam profiles, Int. J. Mech. Sci. 1 (1960); {ROTHBART}, ch. 4"
+)
 
 
 def symmetric(power: Sequence[float], *waves: tuple[float, float, float]) -> list[Piece]:
     """The law whose first half is the given formula about x = 0 and whose second half is its point reflection."""
     first = Piece(0.0, 0.5, 0.0, tuple(power), waves)
     return [first, first.mirrored()]
+
+
+def reversed_if(reverse: bool, pieces: list[Piece]) -> list[Piece]:
+    """The law run backwards, so that its end becomes its start."""
+    return [piece.mirrored() for piece in reversed(pieces)] if reverse else pieces
+
+
+def sine_series(*heights: float) -> list[Piece]:
+    """The law with acceleration sum_k heights[k - 1] sin(2 pi k x), where sum_k heights[k - 1] / (2 pi k) = 1."""
+    turns = [2.0 * math.pi * k for k in range(1, len(heights) + 1)]
+    waves = [(w, 0.0, -height / w**2) for w, height in zip(turns, heights, strict=True) if height != 0.0]
+    return symmetric((0.0, 1.0), *waves)
+
+
+def _reverse(what: str) -> Parameter:
+    return Parameter(False, 0, 1, f"run the law backwards: {what}", "switch")
 
 
 @law("constant-velocity", source=NORTON, claims=Claims(1.0, math.inf, math.inf, math.inf, math.inf, 0, 0))
@@ -34,13 +57,75 @@ def simple_harmonic() -> list[Piece]:
 
 
 @law(
+    "double-harmonic",
+    source=f"{ROTHBART}, ch. 2",
+    claims=Claims(2.0405, 9.8696, math.inf, 0.0, 0.0, 2, 1),
+    reverse=_reverse("smooth against a dwell at the end instead of the start"),
+)
+def double_harmonic(reverse: bool) -> list[Piece]:
+    """Two cosines: smooth out of a dwell, full acceleration at the turning point: for rise-return-dwell."""
+    first = Piece(0.0, 0.5, 0.0, (0.0,), ((math.pi, -0.5, 0.0), (2 * math.pi, 0.125, 0.0)))
+    second = Piece(0.5, 1.0, 1.0, (1.0,), ((math.pi, 0.5, 0.0), (2 * math.pi, 0.125, 0.0)))
+    return reversed_if(reverse, [first, second])
+
+
+@law(
     "cycloidal",
     source=NORTON,
-    claims=Claims(2.0, 2 * math.pi, 4 * math.pi**2, 8.1620971, math.sqrt(2) * math.pi, 2, 2),
+    claims=Claims(2.0, 2 * math.pi, 4 * math.pi**2, 3 * math.sqrt(3) * math.pi / 2, math.sqrt(2) * math.pi, 2, 2),
 )
 def cycloidal() -> list[Piece]:
     """A full sine of acceleration: gentle ends, high peak."""
-    return symmetric((0.0, 1.0), (2 * math.pi, 0.0, -0.5 / math.pi))
+    return sine_series(2 * math.pi)
+
+
+@law(
+    "gutman-1-3",
+    source=f"A. S. Gutman, To avoid vibration - try this new cam profile, Product Engineering 1961; {ROTHBART}, ch. 4",
+    claims=Claims(2.0, 5.13, 6 * math.pi**2, 0.0, 0.0, 2, 2),
+)
+def gutman_1_3() -> list[Piece]:
+    """Sine and third harmonic of acceleration, the parabola's shape with little vibration: the law "Gutman 1-3"."""
+    return sine_series(15 * math.pi / 8, 0.0, 3 * math.pi / 8)
+
+
+@law("freudenstein-1-3", source=FREUDENSTEIN, claims=Claims(2.0, 5.385, 46.05, 0.0, 0.0, 2, 2))
+def freudenstein_1_3() -> list[Piece]:
+    """Sine and third harmonic that weigh peak acceleration against its harmonics."""
+    return sine_series(2 * math.pi * 27 / 28, 0.0, 2 * math.pi * 3 / 28)
+
+
+@law("freudenstein-1-3-5", source=FREUDENSTEIN, claims=Claims(2.0, 5.06, 61.0, 0.0, 0.0, 2, 2))
+def freudenstein_1_3_5() -> list[Piece]:
+    """Sine, third and fifth harmonic that weigh peak acceleration against its harmonics."""
+    unit = 2 * math.pi * 1125 / 1192
+    return sine_series(unit, 0.0, unit / 6, 0.0, unit / 50)
+
+
+@law(
+    "triple-harmonic",
+    source=f"finite sine series, {ROTHBART}, ch. 4; the default lies near the first terms of the modified sine",
+    claims=Claims(1.76, 5.5, 69.0, 0.0, 0.0, 2, 2),
+    first=Parameter(5.31, 0.0, 12.0, "height of sin(2 pi x) in the acceleration"),
+    second=Parameter(1.38, -12.0, 12.0, "height of sin(4 pi x); sin(6 pi x) takes what a lift of one needs"),
+)
+def triple_harmonic(first: float, second: float) -> list[Piece]:
+    """Three sines of acceleration with free shares: one formula that imitates most symmetric laws."""
+    return sine_series(first, second, 6 * math.pi - 3 * first - 1.5 * second)
+
+
+@law(
+    "cubic-1", source=f"{ROTHBART}, ch. 2: constant pulse No. 1", claims=Claims(3.0, 12.0, math.inf, 36.0, 6.9, 2, 2, 1)
+)
+def cubic_1() -> list[Piece]:
+    """Constant jerk in each half: acceleration grows from zero and flips at the middle."""
+    return symmetric((0.0, 0.0, 0.0, 4.0))
+
+
+@law("cubic-2", source=f"{ROTHBART}, ch. 2: constant pulse No. 2", claims=Claims(1.5, 6.0, math.inf, 0.0, 0.0, 1, 1))
+def cubic_2() -> list[Piece]:
+    """The 2-3 polynomial, constant jerk throughout: straight acceleration, which jumps against a dwell."""
+    return symmetric((0.0, 0.0, 3.0, -2.0))
 
 
 @law("3-4-5", source=NORTON, claims=Claims(1.875, 10 / math.sqrt(3), 60.0, 6.69, 4.14, 2, 2))
@@ -53,3 +138,32 @@ def polynomial_345() -> list[Piece]:
 def polynomial_4567() -> list[Piece]:
     """The polynomial of seventh degree with zero end jerk: quiet ends, higher peaks."""
     return symmetric((0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0))
+
+
+@law("5-6-7-8-9", source=NORTON, claims=Claims(2.4609375, 9.37, 78.75, 10.0, 4.9, 4, 4))
+def polynomial_56789() -> list[Piece]:
+    """The polynomial of ninth degree with zero fourth end derivative: quietest ends, highest peaks."""
+    return symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0))
+
+
+@law(
+    "power-polynomial",
+    source=f"D. A. Stoddart, Polydyne cam design, Machine Design 25 (1953); {ROTHBART}, ch. 3",
+    claims=Claims(2.0, 6.0, 60.0, 0.0, 0.0, 2, 3),
+    exponents=Parameter(
+        (3, 4, 5, 6), 1, 24, "rising exponents; n of them make n - 1 derivatives vanish at the end", "list"
+    ),
+    reverse=_reverse("the start gets the end's smoothness"),
+)
+def power_polynomial(exponents: tuple[int, ...], reverse: bool) -> list[Piece]:
+    """A polynomial of chosen exponents, for example 2-10-12-14: as smooth at the end as it has terms."""
+    whole = all(isinstance(p, int) and not isinstance(p, bool) and 1 <= p <= 24 for p in exponents)
+    if not whole or not 1 <= len(exponents) <= 12 or any(p >= q for p, q in pairwise(exponents)):
+        message = "the exponents must be whole numbers that rise"
+        raise ProfileError([Problem("exponents", message, exponents, "1 to 12 whole numbers from 1 to 24, rising")])
+    terms = {p: math.prod((Fraction(q, q - p) for q in exponents if q != p), start=Fraction(1)) for p in exponents}
+    about_start = [terms.get(k, Fraction(0)) for k in range(exponents[-1] + 1)]
+    # Exact fractions: shifting a polynomial of high degree to the other end in floating point would cost its digits.
+    about_end = [sum((c * math.comb(p, k) for p, c in terms.items()), Fraction(0)) for k in range(len(about_start))]
+    first = Piece(0.0, 0.5, 0.0, tuple(float(c) for c in about_start))
+    return reversed_if(reverse, [first, Piece(0.5, 1.0, 1.0, tuple(float(c) for c in about_end))])

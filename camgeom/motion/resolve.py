@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.motion.joining import all_ends, pin_problems
 from camgeom.motion.law import Ends
 from camgeom.motion.laws import LAWS, unknown_law
 from camgeom.motion.piece import Piece
@@ -21,30 +22,45 @@ def resolve(
     segments: Sequence[Segment], start: float, closed: bool, unit: float, folder: str, key: str
 ) -> tuple[tuple[Span, ...], tuple[tuple[Piece, ...], ...]]:
     """The spans and the pieces (lift over unit travel) of each segment; raises ProfileError with every problem."""
-    problems = _problems(segments, start, closed, unit, key)
+    problems = _problems(segments, start, closed, unit, folder, key)
     if problems:
         raise ProfileError(problems)
     spans = _spans(segments, start, closed)
-    pieces = tuple(_pieces(segment, span, unit, folder) for segment, span in zip(segments, spans, strict=True))
-    return spans, pieces
+    ends = all_ends(segments, spans, unit, folder, key)
+    return spans, tuple(_pieces(*row) for row in zip(segments, spans, ends, strict=True))
 
 
-def _problems(segments: Sequence[Segment], start: float, closed: bool, unit: float, key: str) -> list[Problem]:
+def _problems(
+    segments: Sequence[Segment], start: float, closed: bool, unit: float, folder: str, key: str
+) -> list[Problem]:
     if not segments:
         return [Problem(key, "a program needs at least one segment")]
     found: list[Problem] = []
+    if not abs(start) <= MOST_LIFT:
+        found.append(Problem(key, "no such start position", start / unit, _lift_range(unit)))
+        start = 0.0
     previous, position = 0.0, start
     for i, segment in enumerate(segments):
         where = f"{key}[{i}]."
         found += _until_problems(segment, previous, i == len(segments) - 1, where)
-        found += _law_problems(segment, unit, where)
         previous = segment.until if math.isfinite(segment.until) else previous
-        position = segment.to if segment.to is not None else position
-    slip = 1e-9 * max([abs(start), *(abs(s.to) for s in segments if s.to is not None)])
-    if closed and not abs(position - start) <= slip:
+        reached = segment.to if segment.to is not None else position
+        bad_lift = not abs(reached) <= MOST_LIFT
+        if bad_lift:
+            found.append(Problem(where + "to", "no such position", reached / unit, _lift_range(unit)))
+            reached = position
+        ends = Ends(lift=reached - position, unit=unit, folder=folder)
+        found += _law_problems(segment, ends, where)
+        position = reached
+    slip = 1e-9 * max(abs(start), *(abs(s.to) for s in segments if s.to is not None), 0.0)
+    if closed and not bad_lift and abs(position - start) > slip:
         message = "the program must end where it began"
         found.append(Problem(f"{key}[{len(segments) - 1}].to", message, position / unit, f"{start / unit:.12g}"))
-    return found
+    return found or pin_problems(segments, key)
+
+
+def _lift_range(unit: float) -> str:
+    return f"{-MOST_LIFT / unit:.6g} to {MOST_LIFT / unit:.6g}"
 
 
 def _until_problems(segment: Segment, previous: float, last: bool, where: str) -> list[Problem]:
@@ -61,25 +77,21 @@ def _until_problems(segment: Segment, previous: float, last: bool, where: str) -
     return []
 
 
-def _law_problems(segment: Segment, unit: float, where: str) -> list[Problem]:
+def _law_problems(segment: Segment, ends: Ends, where: str) -> list[Problem]:
     found: list[Problem] = []
-    if segment.to is not None and not abs(segment.to) <= MOST_LIFT:
-        found.append(Problem(where + "to", "no such position", segment.to / unit, f"{-MOST_LIFT:g} to {MOST_LIFT:g}"))
     if segment.law is None:
         if segment.to is not None:
             found.append(Problem(where + "law", "a segment with `to` needs a law", None, "a name from `camgeom laws`"))
-        found += [Problem(where + name, "a dwell takes no such key") for name in dict(segment.params)]
-        return found
+        return found + [Problem(where + name, "a dwell takes no such key") for name in dict(segment.params)]
     if segment.to is None:
         found.append(Problem(where + "to", "a segment with a law needs the position it reaches"))
-    entry = LAWS.get(segment.law)
-    if entry is None:
+    if segment.law not in LAWS:
         return [*found, unknown_law(segment.law, where + "law")]
-    params = dict(segment.params)
+    entry, params = LAWS[segment.law], dict(segment.params)
     problems = entry.problems(params, where)
-    if not problems and not entry.joins:
+    if not problems:
         try:
-            entry.make(params)
+            entry.pieces(params, ends)
         except ProfileError as error:
             problems = [Problem(where + p.key, p.message, p.value, p.allowed, p.hint) for p in error.problems]
     return found + problems
@@ -99,14 +111,9 @@ def _spans(segments: Sequence[Segment], start: float, closed: bool) -> tuple[Spa
     return tuple(spans)
 
 
-def _pieces(segment: Segment, span: Span, unit: float, folder: str) -> tuple[Piece, ...]:
+def _pieces(segment: Segment, span: Span, ends: Ends) -> tuple[Piece, ...]:
+    """The segment's pieces in its place; the last, anchored at its end, stands there to the last digit."""
     if segment.law is None:
         return (Piece(0.0, 1.0, 0.0, (span.before,)),)
-    ends = Ends(lift=span.after - span.before, unit=unit, folder=folder)
-    return placed(LAWS[segment.law].pieces(dict(segment.params), ends), span)
-
-
-def placed(pieces: Sequence[Piece], span: Span) -> tuple[Piece, ...]:
-    """The pieces moved to the span's position; one anchored at the end stands on the end position to the last digit."""
-    *inner, last = (piece.scaled(1.0, span.before) for piece in pieces)
+    *inner, last = (piece.scaled(1.0, span.before) for piece in LAWS[segment.law].pieces(dict(segment.params), ends))
     return (*inner, Piece(last.start, last.end, last.anchor, (span.after, *last.power[1:]), last.waves))

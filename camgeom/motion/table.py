@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 from typing import Literal, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.motion.piece import Piece
+from camgeom.motion.piece import Piece, Wave
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]
+Row = Floats | float
+RUN_LENGTH = 64
+"""Points a piece from which on it pays to evaluate piece after piece instead of gathering coefficients."""
 
 
 class Peak(NamedTuple):
@@ -34,21 +38,8 @@ class _Block(NamedTuple):
 
     def fill(self, out: Floats, column: Indices, u: Floats) -> None:
         """Write the jets at the points u (n,) of the pieces `column` (n,) into out (order + 1, n)."""
-        order = len(out) - 1
-        single = self.power.shape[1] == 1
-        out[:] = 0.0
-        # Repeated Horner: afterwards out[r] is the r-th derivative divided by r!.
-        for k in range(len(self.power) - 1, -1, -1):
-            for r in range(min(order, len(self.power) - 1 - k), 0, -1):
-                out[r] *= u
-                out[r] += out[r - 1]
-            out[0] *= u
-            out[0] += self.power[k, 0] if single else self.power[k][column]
-        for r in range(2, min(order, len(self.power) - 1) + 1):
-            out[r] *= math.factorial(r)
-        for row_w, row_a, row_b in zip(self.w, self.a, self.b, strict=True):
-            w, a, b = (row[0] if single else row[column] for row in (row_w, row_a, row_b))
-            _add_wave(out, w, a, b, u)
+        waves = zip(self.w, self.a, self.b, strict=True)
+        _fill(out, (row[column] for row in self.power[::-1]), (tuple(row[column] for row in wave) for wave in waves), u)
 
     def bound(self, reach: Floats, order: int) -> Floats:
         """Upper bounds (order + 1, m) of |derivative| where |u| <= reach (m,): the scale that rounding is judged by."""
@@ -62,54 +53,92 @@ class _Block(NamedTuple):
         return out
 
 
-def _add_wave(out: Floats, w: Floats, a: Floats, b: Floats, u: Floats) -> None:
+def _fill(out: Floats, power: Iterable[Row], waves: Iterable[tuple[Row, Row, Row]], u: Floats) -> None:
+    """Write the jet at u (n,) into out (order + 1, n); `power` from the highest down, rows are (n,) or numbers."""
+    top = 0
+    # Repeated Horner: afterwards out[r] is the r-th derivative divided by r!.
+    for step, c in enumerate(power):
+        if step == 0:
+            out[0] = c
+            out[1:] = 0.0
+            continue
+        top = min(step, len(out) - 1)
+        for r in range(top, 0, -1):
+            if r < step:
+                out[r] *= u
+            out[r] += out[r - 1]
+        out[0] *= u
+        out[0] += c
+    for r in range(2, top + 1):
+        out[r] *= math.factorial(r)
+    for w, a, b in waves:
+        _add_wave(out, w, a, b, u)
+
+
+def _add_wave(out: Floats, w: Row, a: Row, b: Row, u: Floats) -> None:
     """Add the jet of a (cos(w u) - 1) + b sin(w u); half angles keep the digits of cos - 1 near the anchor."""
-    half = 0.5 * w * u
-    sine, cosine = np.sin(half), np.cos(half)
-    versine = -2.0 * sine * sine
-    sine = 2.0 * sine * cosine
-    out[0] += a * versine + b * sine
+    half = u * (0.5 * w)
+    sine = np.sin(half)
+    versine = sine * sine
+    versine *= -2.0
+    np.cos(half, out=half)
+    sine *= half
+    sine *= 2.0
+    out[0] += _mix(a, versine, b, sine)
     if len(out) == 1:
         return
-    cosine = 1.0 + versine
-    even, odd = a * cosine + b * sine, b * cosine - a * sine
-    factor = w
+    versine += 1.0
+    terms = _mix(a, versine, b, sine), _mix(b, versine, -a, sine)
+    factor: Row = w
     for r in range(1, len(out)):
-        term = factor * (odd if r % 2 else even)
-        if r % 4 >= 2:
-            out[r] -= term
-        else:
-            out[r] += term
+        out[r] += (-factor if r % 4 >= 2 else factor) * terms[r % 2]
         factor = factor * w
+
+
+def _mix(a: Row, x: Floats, b: Row, y: Floats) -> Floats:
+    """a x + b y; most waves are a pure sine or cosine, and half the work is saved there."""
+    if isinstance(a, float) and a == 0.0:
+        return b * y
+    if isinstance(b, float) and b == 0.0:
+        return a * x
+    return a * x + b * y
+
+
+def _stretched(piece: Piece, rate: float) -> tuple[tuple[float, ...], tuple[Wave, ...]]:
+    """The powers and waves of a piece for an argument that runs 1/rate times as long."""
+    if rate == 1.0:
+        return piece.power, piece.waves
+    power = tuple([c * rate**k for k, c in enumerate(piece.power)])
+    return power, tuple([(w * rate, a, b) for w, a, b in piece.waves])
 
 
 @final
 class Table:
-    """A row of pieces on the edges (p + 1,), each stretched by its own rate: f(t), u = (t - anchor) rate. Immutable.
+    """A row of pieces on the edges (p + 1,), each stretched over t by its own rate: x = x0 + (t - t0) rate. Immutable.
 
-    Limits at the edges, peaks and means are taken in the pieces' own coordinate u, so they keep their digits where an
-    interval is so short that t itself has few.
+    Limits at the edges, peaks and means are taken in u = t - anchor as the pieces' own coordinates give it, so they
+    keep their digits where an interval is so short that t itself has few.
     """
 
     def __init__(self, edges: Floats, anchors: Floats, rates: Floats, pieces: Sequence[Piece]) -> None:
         shapes: dict[tuple[int, int], list[int]] = {}
         for i, piece in enumerate(pieces):
             shapes.setdefault((len(piece.power), len(piece.waves)), []).append(i)
-        self.edges, self.anchors, self.rates = edges, anchors, rates
-        self.first_u = np.array([piece.start - piece.anchor for piece in pieces])
-        self.last_u = np.array([piece.end - piece.anchor for piece in pieces])
+        self.edges, self.anchors = edges, anchors
+        self.first_u = np.array([piece.start - piece.anchor for piece in pieces]) / rates
+        self.last_u = np.array([piece.end - piece.anchor for piece in pieces]) / rates
+        self._rows = [_stretched(piece, rate) for piece, rate in zip(pieces, rates.tolist(), strict=True)]
         self._block_of = np.zeros(len(pieces), dtype=np.intp)
         self._column_of = np.zeros(len(pieces), dtype=np.intp)
-        self._plain = bool(np.all(rates == 1.0))
         blocks = []
         for number, members in enumerate(shapes.values()):
             self._block_of[members] = number
             self._column_of[members] = np.arange(len(members))
-            power = np.array([pieces[i].power for i in members], dtype=float).T
-            waves = np.array([pieces[i].waves for i in members], dtype=float).reshape(len(members), -1, 3)
+            power = np.array([self._rows[i][0] for i in members], dtype=float).T
+            waves = np.array([self._rows[i][1] for i in members], dtype=float).reshape(len(members), -1, 3)
             blocks.append(_Block(power, *(np.ascontiguousarray(waves[:, :, c].T) for c in range(3))))
         self._blocks = tuple(blocks)
-        for array in (edges, anchors, rates, self.first_u, self.last_u):
+        for array in (edges, anchors, self.first_u, self.last_u):
             array.setflags(write=False)
 
     def __len__(self) -> int:
@@ -128,10 +157,29 @@ class Table:
     def jet(self, t: Floats, order: int, side: Side = "right") -> Floats:
         """Value and derivatives (order + 1, n) at t (n,)."""
         index = self.locate(t, side)
-        u = t - self.anchors[index]
-        if not self._plain:
-            u *= self.rates[index]
-        return self.at(index, u, order)
+        if len(t) > RUN_LENGTH * len(self):
+            return self._runs(index, t, order)
+        return self.at(index, t - self.anchors[index], order)
+
+    def _runs(self, index: Indices, t: Floats, order: int) -> Floats:
+        """The jets (order + 1, n), each piece evaluated on its own run of points with plain numbers."""
+        sorting = None
+        if np.any(index[1:] < index[:-1]):
+            # Small integers are sorted by radix, far quicker than the angles themselves.
+            sorting = np.argsort(index.astype(np.int16) if len(self) < 2**15 else index, kind="stable")
+            index, t = index[sorting], t[sorting]
+        out = np.empty((order + 1, len(t)))
+        ends = np.searchsorted(index, np.arange(len(self) + 1)).tolist()
+        for i, (start, end) in enumerate(pairwise(ends)):
+            if start == end:
+                continue
+            power, waves = self._rows[i]
+            _fill(out[:, start:end], reversed(power), waves, t[start:end] - self.anchors[i])
+        if sorting is None:
+            return out
+        scattered = np.empty_like(out)
+        scattered[:, sorting] = out
+        return scattered
 
     def limit(self, index: Indices, order: int, end: Literal["first", "last"]) -> Floats:
         """The jets (order + 1, m) of the given pieces at their own first or last point."""
@@ -150,12 +198,6 @@ class Table:
                 part = np.empty((order + 1, len(chosen)))
                 block.fill(part, column[chosen], u[chosen])
                 out[:, chosen] = part
-        if not self._plain:
-            rate = self.rates[index]
-            factor = rate
-            for r in range(1, order + 1):
-                out[r] *= factor
-                factor = factor * rate
         return out
 
     def bounds(self, order: int) -> Floats:
@@ -165,7 +207,7 @@ class Table:
         for number, block in enumerate(self._blocks):
             members = np.flatnonzero(self._block_of == number)
             out[:, members] = block.bound(reach[members], order)
-        return np.asarray(out * self.rates ** np.arange(order + 1)[:, None])
+        return out
 
     def peak(self, order: int, value: JetMap, slope: JetMap) -> Peak:
         """The largest |value(jet)|: edges from both sides, and the roots of `slope` inside, refined to rounding."""
@@ -180,20 +222,31 @@ class Table:
         # A plateau or a tie is reported where it is first reached.
         first = np.flatnonzero(np.abs(heights) >= np.abs(heights).max() * (1.0 - 1e-12))
         owner = np.concatenate([piece, index])[first]
-        places = self.anchors[owner] + np.concatenate([inner, u.ravel()])[first] / self.rates[owner]
+        places = self.anchors[owner] + np.concatenate([inner, u.ravel()])[first]
         chosen = np.argmin(places)
         return Peak(float(heights[first[chosen]]), float(places[chosen]))
 
     def _root(self, piece: Indices, low: Floats, high: Floats, order: int, slope: JetMap) -> Floats:
-        """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket, by bisection to the last digit."""
+        """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket, by Ridders' method."""
         if len(piece) == 0:
             return low
-        sign = np.sign(slope(self.at(piece, low, order)))
+        at_low, at_high = (slope(self.at(piece, u, order)) for u in (low, high))
         for _ in range(60):
             middle = 0.5 * (low + high)
-            before = slope(self.at(piece, middle, order)) * sign > 0.0
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
-        return np.asarray(0.5 * (low + high))
+            at_middle = slope(self.at(piece, middle, order))
+            # The brackets change sign, so the root is of a positive number unless the middle hits the root.
+            spread = np.sqrt(at_middle * at_middle - at_low * at_high)
+            step = np.divide(at_middle, spread, out=np.zeros_like(spread), where=spread > 0.0)
+            trial = middle + (middle - low) * np.sign(at_low - at_high) * step
+            at_trial = slope(self.at(piece, trial, order))
+            for x, f in ((middle, at_middle), (trial, at_trial)):
+                inside, same = (x > low) & (x < high), f * at_low > 0.0
+                up, down = inside & same, inside & ~same
+                low, at_low = np.where(up, x, low), np.where(up, f, at_low)
+                high, at_high = np.where(down, x, high), np.where(down, f, at_high)
+            if np.all((high - low <= 1e-15 * (np.abs(low) + np.abs(high))) | (at_high == 0.0)):
+                break
+        return np.asarray(high)
 
     def derivative_peak(self, order: int) -> Peak:
         """The largest |derivative of the given order| and where."""
@@ -211,7 +264,7 @@ class Table:
         u = middle[:, None] + half[:, None] * x
         index = np.repeat(np.arange(len(self)), nodes)
         square = self.at(index, u.ravel(), order)[order].reshape(u.shape) ** 2
-        return float((square @ weight * half / self.rates).sum() / (self.edges[-1] - self.edges[0]))
+        return float((square @ weight * half).sum() / (self.edges[-1] - self.edges[0]))
 
     def _phase(self) -> float:
         """The largest phase, in radians, that a wave turns through on its piece."""

@@ -1,0 +1,161 @@
+"""Measured lift tables: reading them, and the smoothing spline that keeps given end conditions."""
+
+from __future__ import annotations
+
+import csv
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.law import Ends
+from camgeom.motion.piece import Piece
+from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
+from camgeom.motion.table import Floats
+
+MOST_ROWS = 20000
+LARGEST_FILE = 4_000_000
+"""bytes; a lift table of a hundredth of a degree has less than a tenth of this"""
+
+
+def read_rows(file: str, rows: tuple[Any, ...], folder: str) -> tuple[Floats, Floats]:
+    """Share of the segment (n,) and lift above the first row (n,) of a table; both empty where none is given.
+
+    Raises ProfileError where the file cannot be read, a row is not two numbers, or the angles do not rise.
+    """
+    if file and rows:
+        raise ProfileError([Problem("rows", "a table is either a file or rows, not both", None, "one of them")])
+    if not file and not rows:
+        return np.empty(0), np.empty(0)
+    key = "file" if file else "rows"
+    pairs = _read_file(file, folder) if file else _pairs(rows, key)
+    if not 3 <= len(pairs) <= MOST_ROWS:
+        raise ProfileError([Problem(key, "a table needs a fair number of rows", len(pairs), f"3 to {MOST_ROWS} rows")])
+    angle, lift = np.array(pairs).T
+    steps = np.diff(angle)
+    if steps.min() <= 0.0:
+        row = int(np.argmin(steps > 0.0)) + 1
+        raise ProfileError([Problem(key, f"the angles must rise; row {row + 1} does not", float(angle[row]))])
+    return (angle - angle[0]) / (angle[-1] - angle[0]), lift - lift[0]
+
+
+def _pairs(rows: tuple[Any, ...], key: str) -> list[tuple[float, float]]:
+    pairs = []
+    for number, row in enumerate(rows):
+        try:
+            angle, lift = (float(cell) for cell in row)
+        except (TypeError, ValueError):
+            raise ProfileError([Problem(key, f"row {number + 1} is not two numbers", row, "angle, lift")]) from None
+        if not (math.isfinite(angle) and math.isfinite(lift) and abs(angle) < 1e9 and abs(lift) < 1e9):
+            raise ProfileError([Problem(key, f"row {number + 1} is out of range", row, "finite numbers below 1e9")])
+        pairs.append((angle, lift))
+    return pairs
+
+
+def _read_file(file: str, folder: str) -> list[tuple[float, float]]:
+    path = Path(folder, file)
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise ProfileError([Problem("file", "the table is too large", file, f"up to {LARGEST_FILE} bytes")])
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise ProfileError([Problem("file", f"the table cannot be read: {error}", file)]) from error
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    delimiter = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0]), ",")
+    rows = [row[:2] for row in csv.reader(lines, delimiter=delimiter)]
+    if rows and not _is_number(rows[0][0]):
+        rows = rows[1:]
+    return _pairs(tuple(tuple(row) for row in rows), "file")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, order: int) -> list[Piece]:
+    """The spline of degree 2 order + 1 with the given ends that weighs closeness against roughness.
+
+    Minimises mean((f(x_i) - lift_i)²) + weight * integral(f^(order + 1)²). The weight makes the rms distance equal to
+    `deviation`, or, where that is negative, minimises the generalised cross-validation score. Raises ProfileError where
+    the table does not end at the segment's lift.
+    """
+    slack = max(6.0 * deviation, 2e-3 * float(np.ptp(lift)))
+    if abs(lift[-1] - ends.lift) > slack:
+        found, wanted = float(lift[-1]) / ends.unit, ends.lift / ends.unit
+        message = "the table does not end at the segment's `to`"
+        raise ProfileError([Problem("rows", message, found, f"a rise of {wanted:g} within {slack / ends.unit:g}")])
+    smoother = _smoother(x.tobytes(), lift.tobytes(), deviation, most_knots, order)
+    knots, degree = smoother.knots, 2 * order + 1
+    # The end conditions fix the outer control values; the inner ones are free.
+    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(ends.values(order)))
+    inner = smoother.free_fit - smoother.start_gain @ first - smoother.end_gain @ last
+    return to_pieces(knots, degree, np.concatenate([first, inner, last]))
+
+
+class _Smoother(NamedTuple):
+    """A table's fit, prepared: the free control values are free_fit - start_gain @ first - end_gain @ last."""
+
+    knots: Floats
+    free_fit: Floats
+    start_gain: Floats
+    end_gain: Floats
+
+
+@lru_cache(maxsize=32)
+def _smoother(x_bytes: bytes, lift_bytes: bytes, deviation: float, most_knots: int, order: int) -> _Smoother:
+    """The least-squares operator of a table; it depends on the data alone, so the fit is linear in the ends."""
+    x, lift = np.frombuffer(x_bytes), np.frombuffer(lift_bytes)
+    degree = 2 * order + 1
+    knots = clamped(_inner_knots(x, most_knots), degree)
+    data = collocation(knots, degree, x) / math.sqrt(len(x))
+    target = lift / math.sqrt(len(x))
+    rough = _roughness(knots, degree, order + 1)
+    weight = _weight(data, rough, target, len(x), deviation)
+    stacked = np.vstack([data, math.sqrt(weight) * rough])
+    free = slice(order + 1, len(knots) - degree - 1 - order - 1)
+    columns = np.column_stack(
+        [np.concatenate([target, np.zeros(len(rough))]), stacked[:, : free.start], stacked[:, free.stop :]]
+    )
+    solved = np.linalg.lstsq(stacked[:, free], columns, rcond=None)[0]
+    return _Smoother(knots, solved[:, 0], solved[:, 1 : order + 2], solved[:, order + 2 :])
+
+
+def _inner_knots(x: Floats, most: int) -> Floats:
+    """Inner knots at even counts of rows, no more than one for every two rows."""
+    count = min(most, max(0, len(x) // 2 - 1))
+    return np.quantile(x, np.arange(1, count + 1) / (count + 1.0)) if count else np.empty(0)
+
+
+def _roughness(knots: Floats, degree: int, order: int) -> Floats:
+    """The matrix whose square is the integral of the derivative's square: Gauss points a span, exact for the degree."""
+    nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
+    breaks = np.unique(knots)
+    middle, half = 0.5 * (breaks[1:] + breaks[:-1]), 0.5 * np.diff(breaks)
+    x = (middle[:, None] + half[:, None] * nodes).ravel()
+    scale = np.sqrt((half[:, None] * weights).ravel())
+    return np.asarray(collocation(knots, degree, x, order) * scale[:, None])
+
+
+def _weight(data: Floats, rough: Floats, target: Floats, count: int, deviation: float) -> float:
+    """The weight of roughness, judged on the fit with free ends."""
+    # One factorisation serves all weights: in this basis both forms are diagonal (Demmler and Reinsch). The hint of
+    # roughness keeps it regular where a span holds no row.
+    triangle = np.linalg.qr(np.vstack([data, 1e-9 * rough / np.linalg.norm(rough)]))[1]
+    gamma, turn = np.linalg.svd(np.linalg.solve(triangle.T, rough.T).T, full_matrices=False)[1:]
+    projected = turn @ np.linalg.solve(triangle.T, data.T @ target)
+    outside = max(0.0, float(target @ target - projected @ projected))
+    weights = 10.0 ** np.linspace(-24.0, 6.0, 241)
+    kept = 1.0 / (1.0 + weights[:, None] * gamma**2)
+    residual = outside + (((1.0 - kept) * projected) ** 2).sum(axis=1)
+    if deviation < 0.0:
+        freedom = np.maximum(1e-12, 1.0 - kept.sum(axis=1) / count)
+        return float(weights[np.argmin(residual / freedom**2)])
+    close = np.flatnonzero(residual <= deviation**2)
+    return float(weights[close[-1] if len(close) else 0])
