@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion import laws_basic, laws_blocks, laws_joining
-from camgeom.motion.law import LAWS, Law, LawEntry, ParamValue, nearest
+from camgeom.motion.catalogue import LAWS, LawEntry, nearest
+from camgeom.motion.law import Law, ParamValue
 
 __all__ = ["LAWS", "entry", "laws_basic", "laws_blocks", "laws_joining", "make", "unknown_law"]
 

@@ -10,8 +10,14 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import Claims, Parameter, law
+from camgeom.motion.catalogue import Parameter, law
+from camgeom.motion.law import Claims
+from camgeom.motion.laws_basic import CYCLOID, HARMONIC
 from camgeom.motion.piece import Piece
+
+PARABOLA = Claims(2.0, 4.0, math.inf, 8.0, 4.0, 1, 1, 1)
+SINE = Claims(1.759603386, 5.527957071, 69.46635729, 5.457752763, 3.908855931, 2, 2, 3)
+TRAPEZOID = Claims(2.0, 4.888123763, 61.42597481, 8.089980982, 4.233239355, 2, 2, 3)
 
 Blocks = Sequence[tuple[float, str]]
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapter 3"
@@ -69,7 +75,7 @@ def _quarter_waves(rise: float, hold: float, fall: float) -> Blocks:
 @law(
     "parabolic",
     source=NORTON,
-    claims=Claims(2.0, 4.0, math.inf, 8.0, 4.0, 1, 1, 1),
+    claims=PARABOLA,
 )
 def parabolic() -> list[Piece]:
     """Constant acceleration, constant deceleration: the least peak acceleration, with three jumps of it."""
@@ -79,7 +85,8 @@ def parabolic() -> list[Piece]:
 @law(
     "modified-sine",
     source=NORTON,
-    claims=Claims(1.75960339, 5.52795707, 69.466357, 5.45775, 3.92, 2, 2, 2),
+    claims=SINE,
+    cases=[({"share": 0.0}, HARMONIC), ({"share": 0.25}, CYCLOID)],
     share=Parameter(0.125, 0.0, 0.499, "share of the travel in each quarter-sine start (1/8: the standard curve)"),
 )
 def modified_sine(share: float) -> list[Piece]:
@@ -91,7 +98,8 @@ def modified_sine(share: float) -> list[Piece]:
 @law(
     "modified-trapezoid",
     source=NORTON,
-    claims=Claims(2.0, 4.88812376, 61.425975, 8.09, 4.3, 2, 2, 2),
+    claims=TRAPEZOID,
+    cases=[({"share": 0.0}, PARABOLA), ({"share": 0.25}, CYCLOID)],
     share=Parameter(0.125, 0.0, 0.25, "share of the travel in each of four quarter waves (1/8: the standard curve)"),
 )
 def modified_trapezoid(share: float) -> list[Piece]:
@@ -103,7 +111,8 @@ def modified_trapezoid(share: float) -> list[Piece]:
 @law(
     "trapezoidal-acceleration",
     source=NORTON,
-    claims=Claims(2.0, 16.0 / 3.0, 128.0 / 3.0, 8.0, 4.3, 2, 2, 2),
+    cases=[({"share": 0.0}, PARABOLA)],
+    claims=Claims(2.0, 16 / 3, 128 / 3, 80 / 9, 4.354648432, 2, 2, 2),
     share=Parameter(0.125, 0.0, 0.25, "share of the travel in each of the four ramps of acceleration"),
 )
 def trapezoidal_acceleration(share: float) -> list[Piece]:
@@ -115,7 +124,11 @@ def trapezoidal_acceleration(share: float) -> list[Piece]:
 @law(
     "modified-constant-velocity",
     source=MAKINO,
-    claims=Claims(1.27525817, 8.01268341, 201.380699, 5.73, 4.3, 2, 2, 2),
+    claims=Claims(1.275258173, 8.012683415, 201.3806988, 5.733377092, 4.006341707, 2, 2, 2),
+    cases=[
+        ({"share": 0.0}, SINE),
+        ({"share": 0.2}, Claims(1.527538676, 5.998630353, 94.22626524, 5.14136839, 3.793866951, 2, 2, 2)),
+    ],
     share=Parameter(0.5, 0.0, 0.98, "share of the travel at constant velocity (0.5: the curve MCV50)"),
     rise=Parameter(0.25, 0.0, 0.99, "part of each accelerating zone in which the acceleration builds up"),
 )
@@ -127,9 +140,28 @@ def modified_constant_velocity(share: float, rise: float) -> list[Piece]:
 
 
 @law(
+    "trapezoidal-velocity",
+    source=NORTON,
+    claims=Claims(1.5, 4.5, math.inf, 6.75, 4.5 * math.sqrt(2 / 3), 1, 1, 1),
+    cases=[({"share": 0.0}, PARABOLA)],
+    share=Parameter(1 / 3, 0.0, 0.98, "share of the travel at constant velocity"),
+)
+def trapezoidal_velocity(share: float) -> list[Piece]:
+    """Constant acceleration, constant velocity, constant deceleration: four jumps of acceleration."""
+    zone = [(0.5 * (1.0 - share), "hold")]
+    return joined(zone, zone, share)
+
+
+@law(
     "scca",
     source=f"{NORTON}: sine-constant-cosine acceleration",
-    claims=Claims(2.0, 4.88812376, 61.425975, 8.09, 4.3, 2, 2, 2),
+    claims=TRAPEZOID,
+    cases=[
+        ({"b": 0.25, "c": 0.0, "d": 0.75}, SINE),
+        ({"b": 0.5, "c": 0.0, "d": 0.5}, CYCLOID),
+        ({"b": 0.0, "c": 0.0, "d": 1.0}, HARMONIC),
+        ({"b": 0.0, "c": 1.0, "d": 0.0}, PARABOLA),
+    ],
     b=Parameter(0.25, 0.0, 1.0, "share of the two quarter-sine zones at the ends, together"),
     c=Parameter(0.5, 0.0, 1.0, "share of the two zones of constant acceleration, together"),
     d=Parameter(0.25, 0.0, 1.0, "share of the cosine zone in the middle; b + c + d = 1"),
@@ -145,7 +177,8 @@ def scca(b: float, c: float, d: float) -> list[Piece]:
 @law(
     "universal-asymmetric",
     source="C. N. Neklutin, Mechanisms and Cams for Automatic Machines, Elsevier 1969; Makino 1976",
-    claims=Claims(2.0, 6.11, 95.0, 10.0, 4.4, 2, 2, 2),
+    claims=Claims(2.0, 6.110154704, 95.97808564, 10.11247623, 4.320531825, 2, 2, 2),
+    cases=[({"accelerate": 0.5}, TRAPEZOID), ({"accelerate": 0.5, "fall": 0.75}, SINE)],
     accelerate=Parameter(0.4, 0.01, 0.99, "share of the travel in which the follower speeds up"),
     cruise=Parameter(0.0, 0.0, 0.98, "share of the travel at constant velocity"),
     rise=Parameter(0.25, 0.0, 1.0, "part of each zone in which the acceleration builds up as a quarter sine"),

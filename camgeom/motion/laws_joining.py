@@ -13,7 +13,9 @@ from functools import lru_cache
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import Claims, Ends, Parameter, ParamValue, law
+from camgeom.motion.catalogue import Ends, Parameter, law
+from camgeom.motion.law import ParamValue
+from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import fit, read_rows
 from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
@@ -21,7 +23,7 @@ from camgeom.motion.table import Floats
 
 HERMITE = "two-point Hermite interpolation, C. de Boor, A Practical Guide to Splines, Springer 2001, ch. I"
 SPLINES = "C. de Boor, A Practical Guide to Splines, Springer 2001, ch. IX and XIII"
-QUINTIC = Claims(1.875, 10 / math.sqrt(3), 60.0, 6.69426873, 4.14039336, 2, 2)
+BY_ORDER = [({"order": 1}, CUBIC), ({"order": 3}, SEPTIC)]
 MOST_POINTS = 400
 
 
@@ -48,7 +50,7 @@ def _hermite(order: int) -> Floats:
     return np.vstack([start, end])
 
 
-@law("polynomial", source=HERMITE, claims=QUINTIC, joins=True, order=_order())
+@law("polynomial", source=HERMITE, claims=QUINTIC, cases=BY_ORDER, joins=True, order=_order())
 def polynomial(ends: Ends, order: int) -> list[Piece]:
     """The polynomial that takes over velocity, acceleration (and jerk) of its neighbours: motion to motion."""
     start, end = ends.values(order)
@@ -66,6 +68,7 @@ def polynomial(ends: Ends, order: int) -> list[Piece]:
     "spline",
     source=SPLINES,
     claims=QUINTIC,
+    cases=BY_ORDER,
     joins=True,
     points=Parameter((), 0, 0, "points to pass through: [share of the segment, lift above its start] pairs", "list"),
     order=_order(),
@@ -92,6 +95,7 @@ def spline(ends: Ends, points: tuple[tuple[float, float], ...], order: int) -> l
     "b-spline",
     source=SPLINES,
     claims=QUINTIC,
+    cases=BY_ORDER,
     joins=True,
     control=Parameter((), 0, 0, "inner control values (lift above the segment's start), evenly spread", "list"),
     order=_order(),
@@ -111,6 +115,7 @@ def b_spline(ends: Ends, control: tuple[float, ...], order: int) -> list[Piece]:
     "table",
     source=f"penalised regression splines: P. H. C. Eilers, B. D. Marx, Statistical Science 11 (1996); {SPLINES}",
     claims=QUINTIC,
+    cases=BY_ORDER,
     joins=True,
     file=Parameter("", 0, 0, "CSV file with two columns, cam angle and lift; relative to the profile", "text"),
     rows=Parameter((), 0, 0, "the same rows inline: [[angle, lift], ...]", "list"),

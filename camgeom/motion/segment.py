@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, final
 
-from camgeom.motion.law import ParamValue, freeze
+from camgeom.motion.catalogue import freeze
+from camgeom.motion.law import ParamValue
 
 TURN = 2.0 * math.pi
 
