@@ -1,160 +1,191 @@
-"""A normalised motion law as data: exact jets and integrals, its breaks, and its characteristic values."""
+"""The catalogue that every law enters by `@law`: parameters, source, claims, and how it is built and checked."""
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal, final
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Literal, final
 
 import numpy as np
-import numpy.typing as npt
 
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.curve import Claims, Law, ParamValue, finish
 from camgeom.motion.piece import Piece
-from camgeom.motion.table import Floats, Side, Table
+from camgeom.motion.table import Floats
 
-ParamValue = Any
-"""A number, a truth value, a text or a (nested) tuple of numbers: what TOML can say, made hashable."""
-ORDER_LIMIT = 9
-"""Derivatives are compared up to this order when smoothness is measured."""
-JUMP_TOLERANCE = 1e-9
-"""A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
+__all__ = [
+    "LAWS",
+    "Claims",
+    "Ends",
+    "Law",
+    "LawEntry",
+    "ParamValue",
+    "Parameter",
+    "finish",
+    "freeze",
+    "law",
+    "nearest",
+]
 
 
 @final
 @dataclass(frozen=True)
-class Claims:
-    """Characteristic values of a law for unit lift over unit travel, all dimensionless.
+class Ends:
+    """What a joining law takes over from its neighbours: the lift and the derivatives per unit travel at both ends.
 
-    vm, am, jm   peak |s'|, |s''|, |s'''|; am is inf where the velocity jumps, jm is inf where the acceleration jumps,
-                 the ends against a dwell included
-    vam          peak |s' s''|, the drive torque of a pure inertia
-    arms         root mean square of s''
-    order_start, order_end   the highest derivative that is continuous against a dwell (0: not even the velocity)
-    order_inside             the same at the inner breaks; inf where the law is smooth inside
+    start[r], end[r] is the derivative of order r + 1; `unit` is the inner value of one edge unit of lift (1 for mm,
+    pi/180 for degrees) and `folder` the place that relative file names start from.
     """
 
-    vm: float
-    am: float
-    jm: float
-    vam: float
-    arms: float
-    order_start: int
-    order_end: int
-    order_inside: float = math.inf
+    lift: float = 1.0
+    start: tuple[float, ...] = (0.0, 0.0, 0.0)
+    end: tuple[float, ...] = (0.0, 0.0, 0.0)
+    unit: float = 1.0
+    folder: str = ""
+
+    def values(self, order: int) -> tuple[Floats, Floats]:
+        """Value and `order` derivatives per unit travel at the start and at the end, (order + 1,) each."""
+        return np.array([0.0, *self.start[:order]]), np.array([self.lift, *self.end[:order]])
+
+
+@final
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a law: default, allowed range (inclusive), meaning, and the kind of value it takes."""
+
+    default: ParamValue
+    low: float
+    high: float
+    help: str
+    kind: Literal["number", "integer", "switch", "text", "list"] = "number"
 
     @property
-    def order(self) -> int:
-        """The highest derivative that is continuous from dwell to dwell."""
-        return int(min(self.order_start, self.order_end, self.order_inside))
+    def allowed(self) -> str:
+        """The allowed values in words."""
+        words = {"switch": "true or false", "text": "text", "list": "a list of numbers"}
+        return words.get(self.kind, f"{self.low:g} to {self.high:g}")
+
+    def accepts(self, value: ParamValue) -> bool:
+        """Whether the value is of the right kind and in range; lists are looked at by the law itself."""
+        if self.kind == "list":
+            return isinstance(value, tuple) and _all_numbers(value)
+        if self.kind in ("switch", "text"):
+            return isinstance(value, bool if self.kind == "switch" else str)
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        return (whole or (self.kind == "number" and isinstance(value, float))) and self.low <= value <= self.high
+
+
+def _all_numbers(value: ParamValue) -> bool:
+    """Whether a nested tuple holds finite numbers alone."""
+    if isinstance(value, tuple):
+        return all(_all_numbers(item) for item in value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+
+
+Factory = Callable[..., Sequence[Piece]]
 
 
 @final
 @dataclass(frozen=True)
-class Law:
-    """A motion law on 0 <= x <= 1 with s(0) = 0 and s(1) = 1, dimensionless, as contiguous pieces.
-
-    Every piece is a power series and waves, so derivatives of any order and integrals are exact.
-
-    >>> from camgeom.motion import make
-    >>> make("cycloidal").jet(0.25, order=1).round(6)
-    array([0.090845, 1.      ])
-    """
+class LawEntry:
+    """A catalogue entry: how a law is called, what it takes, where it comes from, what it claims, how it is built."""
 
     name: str
-    pieces: tuple[Piece, ...]
-    source: str = ""
-    claims: Claims | None = None
-    params: tuple[tuple[str, ParamValue], ...] = ()
+    summary: str
+    source: str
+    claims: Claims
+    parameters: Mapping[str, Parameter]
+    factory: Factory = field(repr=False)
+    joins: bool = False
+    cases: tuple[tuple[Mapping[str, ParamValue], Claims], ...] = ()
 
-    @cached_property
-    def table(self) -> Table:
-        """The pieces as arrays."""
-        return Table.of(self.pieces)
+    def problems(self, params: Mapping[str, ParamValue], prefix: str = "") -> list[Problem]:
+        """Everything wrong with the parameters: unknown names with the nearest spelling, wrong kinds, ranges."""
+        found = []
+        for key, value in params.items():
+            parameter = self.parameters.get(key)
+            if parameter is None:
+                names = ", ".join(self.parameters) or "none"
+                message = f"the law {self.name} has no parameter of this name"
+                found.append(Problem(prefix + key, message, value, names, nearest(key, self.parameters)))
+            elif not parameter.accepts(freeze(value)):
+                found.append(Problem(prefix + key, parameter.help, value, parameter.allowed))
+        return found
 
-    def jet(self, x: npt.ArrayLike, order: int = 3, side: Side = "right") -> Floats:
-        """s and its derivatives with respect to x, (order + 1, *x.shape), dimensionless.
+    def pieces(self, params: Mapping[str, ParamValue], ends: Ends) -> tuple[Piece, ...]:
+        """The motion from 0 to ends.lift over unit travel; `params` must have passed `problems`."""
+        values = {name: parameter.default for name, parameter in self.parameters.items()}
+        values |= {key: freeze(value) for key, value in params.items()}
+        if self.joins:
+            return finish(self.factory(ends, **values), ends.lift)
+        return tuple(piece.scaled(ends.lift) for piece in _law(self, tuple(values.items())).pieces)
 
-        At a break the right-hand piece is used, or the left-hand one with side="left". Raises ValueError where an x
-        lies outside 0..1 or is not a number.
-        """
-        points = np.asarray(x, dtype=float)
-        if not np.all((points >= 0.0) & (points <= 1.0)):
-            raise ValueError(f"law {self.name!r} is defined on 0 <= x <= 1")
-        return self.table.jet(points.ravel(), order, side).reshape(order + 1, *points.shape)
+    def make(self, params: Mapping[str, ParamValue]) -> Law:
+        """The law itself, rest to rest where it joins; raises ProfileError naming each bad parameter."""
+        problems = self.problems(params)
+        if problems:
+            raise ProfileError(problems)
+        values = {name: parameter.default for name, parameter in self.parameters.items()}
+        values |= {key: freeze(value) for key, value in params.items()}
+        return _law(self, tuple(values.items()))
 
-    @cached_property
-    def knots(self) -> tuple[float, ...]:
-        """The ends and the inner places where some derivative jumps."""
-        return (0.0, *(edge for edge, _ in self._breaks), 1.0)
+    def __hash__(self) -> int:
+        return hash(self.name)
 
-    @cached_property
-    def _breaks(self) -> tuple[tuple[float, int], ...]:
-        """Inner breaks: (x, lowest derivative that jumps)."""
-        lowest = lowest_jump(self.table, np.arange(len(self.pieces) - 1), np.arange(1, len(self.pieces)))
-        inner = self.table.edges[1:-1]
-        return tuple((float(x), int(r)) for x, r in zip(inner, lowest, strict=True) if r <= ORDER_LIMIT)
-
-    def peaks(self) -> Claims:
-        """The characteristic values measured on the law itself, dimensionless (see `Claims`)."""
-        table = self.table
-        inside = min((order - 1 for _, order in self._breaks), default=math.inf)
-        start, end = self._rest_order("first"), self._rest_order("last")
-        order = min(start, end, inside)
-        torque = table.peak(3, lambda d: d[1] * d[2], lambda d: d[2] * d[2] + d[1] * d[3])
-        impulsive = order < 1
-        return Claims(
-            vm=abs(table.derivative_peak(1).value),
-            am=math.inf if impulsive else abs(table.derivative_peak(2).value),
-            jm=math.inf if order < 2 else abs(table.derivative_peak(3).value),
-            vam=math.inf if impulsive else abs(torque.value),
-            arms=math.inf if impulsive else math.sqrt(table.mean_square(2)),
-            order_start=start,
-            order_end=end,
-            order_inside=inside,
-        )
-
-    def integral(self, x: npt.ArrayLike = 1.0) -> Floats:
-        """The integral of s from 0 to x, (*x.shape), dimensionless; exact, piece by piece."""
-        total, parts = 0.0, []
-        for piece in self.pieces:
-            parts.append(piece.integrated(total))
-            total = parts[-1].value(piece.end)
-        points = np.asarray(x, dtype=float)
-        return np.asarray(Table.of(parts).jet(points.ravel(), 0)[0].reshape(points.shape))
-
-    def mean_square(self, order: int = 2) -> float:
-        """The mean square of a derivative over the travel, dimensionless."""
-        return self.table.mean_square(order)
-
-    def _rest_order(self, end: Literal["first", "last"]) -> int:
-        """The number of derivatives that vanish at an end, counted up to the limit."""
-        piece = 0 if end == "first" else len(self.pieces) - 1
-        jet = self.table.limit(np.array([piece]), ORDER_LIMIT, end)[:, 0]
-        bound = self.table.bounds(ORDER_LIMIT)[:, piece]
-        moving = np.abs(jet[1:]) > JUMP_TOLERANCE * bound[1:]
-        return int(np.argmax(moving)) if moving.any() else ORDER_LIMIT
+    def claims_for(self, values: Mapping[str, ParamValue]) -> Claims | None:
+        """The claims that hold at these parameters: the defaults', a listed case's, or none."""
+        defaults = {name: parameter.default for name, parameter in self.parameters.items()}
+        if all(defaults[name] == value for name, value in values.items()):
+            return self.claims
+        matching = (claims for case, claims in self.cases if {**defaults, **case} == {**defaults, **values})
+        return next(matching, None)
 
 
-def lowest_jump(table: Table, before: npt.NDArray[np.intp], after: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-    """The lowest derivative that jumps from piece to piece; ORDER_LIMIT + 1 where none does. (m,)"""
-    difference = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
-    bounds = table.bounds(ORDER_LIMIT)
-    jumps = np.abs(difference) > JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after])
-    return np.where(jumps.any(axis=0), np.argmax(jumps, axis=0), ORDER_LIMIT + 1)
+@lru_cache(maxsize=512)
+def _law(entry: LawEntry, values: tuple[tuple[str, ParamValue], ...]) -> Law:
+    params = dict(values)
+    pieces = entry.factory(Ends(), **params) if entry.joins else entry.factory(**params)
+    return Law(entry.name, finish(pieces), entry.source, entry.claims_for(params), values)
 
 
-def finish(pieces: Sequence[Piece], lift: float = 1.0) -> tuple[Piece, ...]:
-    """Anchor the first piece at x = 0 and the last at x = 1, so that both end positions are exact to the last digit."""
-    first, *rest = pieces
-    if not rest:
-        first, rest = first.between(0.0, 0.5), [first.between(0.5, 1.0)]
-    first, last = first.about(first.start), rest[-1].about(rest[-1].end)
-    scale = max(abs(lift), *(abs(c) for c in (*first.power, *last.power)))
-    if abs(first.power[0]) > 1e-9 * scale or abs(last.power[0] - lift) > 1e-9 * scale:
-        raise ValueError(f"the pieces run from {first.power[0]!r} to {last.power[0]!r}, not from 0 to {lift!r}")
-    ends = (first, last)
-    targets = (0.0, lift)
-    exact = [Piece(p.start, p.end, p.anchor, (c, *p.power[1:]), p.waves) for p, c in zip(ends, targets, strict=True)]
-    return (exact[0], *rest[:-1], exact[1])
+LAWS: dict[str, LawEntry] = {}
+"""Every motion law by name; filled by `@law` when `camgeom.motion.laws` is imported."""
+
+
+def law(
+    name: str,
+    *,
+    source: str,
+    claims: Claims,
+    joins: bool = False,
+    cases: Sequence[tuple[Mapping[str, ParamValue], Claims]] = (),
+    **parameters: Parameter,
+) -> Callable[[Factory], Factory]:
+    """Enter a law into the catalogue. The decorated function takes the parameters and returns the pieces of s.
+
+    A joining law takes an `Ends` first and returns a motion from 0 to its lift. `claims` hold at the defaults, `cases`
+    at other parameters. The first line of the docstring is the summary that the list of laws shows.
+    """
+
+    def enter(factory: Factory) -> Factory:
+        summary = (factory.__doc__ or "").strip().splitlines()[0]
+        if name in LAWS:
+            raise ValueError(f"two laws are called {name!r}")
+        LAWS[name] = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
+        return factory
+
+    return enter
+
+
+def freeze(value: ParamValue) -> ParamValue:
+    """The value with lists turned into tuples, so that it can be compared and looked up."""
+    return tuple(freeze(item) for item in value) if isinstance(value, list | tuple) else value
+
+
+def nearest(word: str, known: Mapping[str, object]) -> str:
+    """A hint with the nearest known spelling, or nothing."""
+    close = difflib.get_close_matches(str(word), list(known), 1, 0.5)
+    return f"did you mean {close[0]!r}?" if close else ""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion import laws_basic, laws_blocks, laws_joining
-from camgeom.motion.catalogue import LAWS, LawEntry, nearest
-from camgeom.motion.law import Law, ParamValue
+from camgeom.motion.curve import Law, ParamValue
+from camgeom.motion.law import LAWS, LawEntry, nearest
 
 __all__ = ["LAWS", "entry", "laws_basic", "laws_blocks", "laws_joining", "make", "unknown_law"]
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.catalogue import Parameter, law
-from camgeom.motion.law import Claims
+from camgeom.motion.curve import Claims
+from camgeom.motion.law import Parameter, law
 from camgeom.motion.piece import Piece
 
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009"

@@ -10,8 +10,8 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.catalogue import Parameter, law
-from camgeom.motion.law import Claims
+from camgeom.motion.curve import Claims
+from camgeom.motion.law import Parameter, law
 from camgeom.motion.laws_basic import CYCLOID, HARMONIC
 from camgeom.motion.piece import Piece
 

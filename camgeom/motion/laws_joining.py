@@ -13,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.catalogue import Ends, Parameter, law
-from camgeom.motion.law import ParamValue
+from camgeom.motion.curve import ParamValue
+from camgeom.motion.law import Ends, Parameter, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import fit, read_rows
 from camgeom.motion.piece import Piece

@@ -11,7 +11,7 @@ from typing import NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.motion.law import JUMP_TOLERANCE, ORDER_LIMIT
+from camgeom.motion.curve import JUMP_TOLERANCE, ORDER_LIMIT
 from camgeom.motion.piece import Piece
 from camgeom.motion.resolve import resolve
 from camgeom.motion.segment import TURN, Segment, Span

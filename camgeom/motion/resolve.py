@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.catalogue import Ends
 from camgeom.motion.joining import all_ends, pin_problems
+from camgeom.motion.law import Ends
 from camgeom.motion.laws import LAWS, unknown_law
 from camgeom.motion.piece import Piece
 from camgeom.motion.segment import TURN, Segment, Span

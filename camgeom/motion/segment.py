@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, final
 
-from camgeom.motion.catalogue import freeze
-from camgeom.motion.law import ParamValue
+from camgeom.motion.curve import ParamValue
+from camgeom.motion.law import freeze
 
 TURN = 2.0 * math.pi
 
