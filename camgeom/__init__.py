@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 _HOME = {
     "read": "camgeom.model",
     "Model": "camgeom.model",
-    "check": "camgeom.checks",
+    "check": "camgeom.checks:findings",
     "write": "camgeom.export",
     "LAWS": "camgeom.motion",
     "CamgeomError": "camgeom.errors",
@@ -24,14 +24,15 @@ _HOME = {
     "GeometryEngineError": "camgeom.errors",
     "ExportError": "camgeom.errors",
 }
-"""Each public name and the module it lives in."""
+"""Each public name and the module it lives in (module:name where it has another name there)."""
 
 
 def __getattr__(name: str) -> object:
     """A public name from its module; AttributeError for any other."""
     if name not in _HOME:
         raise AttributeError(f"module 'camgeom' has no attribute {name!r}; it offers {', '.join(_HOME)}")
-    value: object = getattr(import_module(_HOME[name]), name)
+    module, _, attribute = _HOME[name].partition(":")
+    value: object = getattr(import_module(module), attribute or name)
     globals()[name] = value
     return value
 

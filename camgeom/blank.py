@@ -158,7 +158,7 @@ class Builder:
         self._labels.append(np.full(int(keep.sum()), self._names.index(name), dtype=np.uint8))
 
     def band(self, low: npt.NDArray[np.int64], high: npt.NDArray[np.int64], name: str) -> None:
-        """Join two closed rings of equal length, `high` above `low` when both run counter-clockwise (normal outward)."""
+        """Join two closed rings of equal length; outward where both run counter-clockwise and `high` is above."""
         low2, high2 = np.roll(low, -1), np.roll(high, -1)
         self.faces(np.stack([low, low2, high2], axis=1), name)
         self.faces(np.stack([low, high2, high], axis=1), name)
@@ -245,7 +245,7 @@ def zipper(
     next_a, next_b = np.append(a[1:], a[0] + 2.0 * pi), np.append(b[1:], 2.0 * pi)
     order = np.argsort(np.concatenate([next_a, next_b]), kind="stable")
     is_outer = order < n
-    i = np.cumsum(is_outer) - is_outer
-    j = np.cumsum(~is_outer) - ~is_outer
+    i = np.asarray(np.cumsum(is_outer) - is_outer, dtype=np.int64)
+    j = np.asarray(np.cumsum(~is_outer) - ~is_outer, dtype=np.int64)
     tip = np.where(is_outer, outer[(i + 1) % n], inner[(j + 1) % m])
     return np.stack([inner[j % m], outer[i % n], tip], axis=1)

@@ -1,4 +1,4 @@
-"""Clearance between a finished mesh and the roller over the whole turn: a second look that owes nothing to the envelope.
+"""Clearance between a finished mesh and the roller over the whole turn: a second look without the envelope.
 
 Each vertex of the mesh is measured against the roller body (meridian and flat end) at the cam angles at which the
 roller can be near it, and the least signed distance is refined. Vertices lie on the true surface, so a facet between
@@ -62,14 +62,17 @@ def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
     return body_distance(track.meridian, track.tip, track.contact, axial, across)
 
 
-def body_distance(meridian: Meridian, tip: float, contact: tuple[float, float], axial: Floats, across: Floats) -> Floats:
+def body_distance(
+    meridian: Meridian, tip: float, contact: tuple[float, float], axial: Floats, across: Floats
+) -> Floats:
     """Signed distance in the meridian half plane to a roller between its tip and the far end of its contact stretch.
 
     Exact inside and beside the roller; beyond its flat ends the distance to the end plane or rim.
     """
     if isinstance(meridian, Straight):
         slope = meridian.slope
-        wall = (across - meridian.radius - slope * (axial - meridian.centre)) / np.sqrt(1.0 + slope * slope)
+        level = across - meridian.radius - slope * (axial - meridian.centre)
+        wall = np.asarray(level / np.sqrt(1.0 + slope * slope))
     else:
         wall = _arc_wall(meridian, axial, across)
     if isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) < 1e-12 * meridian.arc:
@@ -77,7 +80,7 @@ def body_distance(meridian: Meridian, tip: float, contact: tuple[float, float], 
     low, high = min(tip, *contact), max(tip, *contact)
     end = np.maximum(low - axial, axial - high)
     outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
-    return np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end))
+    return np.asarray(np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end)))
 
 
 def _arc_wall(meridian: Arc, axial: Floats, across: Floats) -> Floats:

@@ -46,7 +46,7 @@ class HasLedger(Protocol):
         """Where costs are booked."""
 
 
-class fact(Generic[T]):  # noqa: N801 - reads as a decorator
+class fact(Generic[T]):
     """An attribute computed on first access and kept; its cost is booked in the owner's ledger."""
 
     def __init__(self, compute: Callable[[Any], T]) -> None:

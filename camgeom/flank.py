@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths.surface import Forms, cross, dot
+from camgeom.motion.table import Side
 from camgeom.track import Pose, Track
 
 Floats = npt.NDArray[np.float64]
@@ -42,7 +43,7 @@ class Flank:
     phi: Floats
     t: Floats
     side: float
-    jet_side: str = "right"
+    jet_side: Side = "right"
     given_pose: Pose | None = None
 
     @cached_property
@@ -211,6 +212,6 @@ class Flank:
         return np.asarray(rim - r * ratio[:, middle : middle + 1]), dot(v, u) * np.ones_like(rim)
 
 
-def flank(track: Track, phi: Floats, t: Floats, side: float, jet_side: str = "right") -> Flank:
+def flank(track: Track, phi: Floats, t: Floats, side: float, jet_side: Side = "right") -> Flank:
     """Evaluate one flank; see `Flank`. phi (n,) rad; t (m,) or (n, m) meridian stations; side +1 or -1."""
     return Flank(track, np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(np.asarray(t, float)), side, jet_side)

@@ -139,7 +139,7 @@ class Column:
         slope2, square = self.pose.a[1][2] ** 2, radius * radius
         b = square - slope2
         x = 0.5 * (b + np.sqrt(b * b + 4.0 * slope2 * (square - self.track.meridian.radius**2)))
-        return np.sqrt(x)[:, None]
+        return np.asarray(np.sqrt(x)[:, None])
 
     @cached_property
     def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
@@ -150,7 +150,8 @@ class Column:
         centre, v = a[0] + self.track.tip * u[0], a[1] + self.track.tip * u[1]
         turn = dot(u[1], u[1])
         if np.any(turn <= 1e-18):
-            raise DesignError(f"track {self.track.name!r}: the roller axis keeps its direction, so its end cuts a plane")
+            name = self.track.name
+            raise DesignError(f"track {name!r}: the roller axis keeps its direction, so its end cuts a plane")
         offset = (dot(v, u[0]) / turn) * u[1]
         left = radius**2 - dot(offset, offset)
         if np.any(left <= 0.0):

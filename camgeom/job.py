@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
+from camgeom.errors import DesignError, Problem, ProfileError
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding
@@ -260,7 +260,7 @@ def explain(model: Model, products: Iterable[str]) -> list[str]:
     lines = [f"{seconds * 1e3:9.2f} ms  {name}" for name, seconds in model.ledger.costs.items()]
     facts = ("flanks", "solids", "clearances", "mass", "duty")
     skipped = [name for name in facts if name not in model.ledger.costs]
-    reasons = {name: "not asked for" for name in skipped}
+    reasons = dict.fromkeys(skipped, "not asked for")
     if "duty" in skipped and not model.loaded:
         reasons["duty"] = "the profile has no [operation], or no roller that one load bears on"
     lines += [f"  skipped     {name}: {reason}" for name, reason in reasons.items()]
@@ -274,4 +274,3 @@ def explain(model: Model, products: Iterable[str]) -> list[str]:
     return lines
 
 
-__all__ = ["COMMANDS", "PRODUCTS", "CamgeomError", "Result", "chosen", "compute", "explain", "with_costs", "write_result"]

@@ -1,4 +1,4 @@
-"""A survey of a flank: extremes of pressure angle, curvature, undercut margin and sliding, refined beyond the samples."""
+"""A survey of a flank: refined extremes of pressure angle, curvature, undercut margin and sliding."""
 
 from __future__ import annotations
 

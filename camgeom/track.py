@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
+from camgeom.motion.table import Side
 
 Floats = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -91,7 +92,7 @@ class Slide:
 
 @dataclass(frozen=True)
 class Swing:
-    """A turning joint: the coordinate (rad) turns the follower about the unit `axis` through `centre`, machine frame."""
+    """A turning joint: the coordinate (rad) turns the follower about the unit machine-frame `axis` at `centre`."""
 
     axis: Vector
     centre: Vector
@@ -168,13 +169,13 @@ class Track:
         """+1 where the tip is at the high end of delta, -1 at the low end."""
         return 1.0 if self.tip > 0.5 * (self.contact[0] + self.contact[1]) else -1.0
 
-    def coordinate(self, phi: Floats, order: int = 2, side: str = "right") -> Floats:
+    def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:
         """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""
         jet = self.factor * self.program.jet(np.asarray(phi, dtype=float), order, side=side)
         jet[0] += self.shift
         return np.asarray(jet)
 
-    def pose(self, phi: Floats, order: int = 2, side: str = "right") -> Pose:
+    def pose(self, phi: Floats, order: int = 2, side: Side = "right") -> Pose:
         """Jets of the roller axis in the cam frame at cam angles phi (n,), up to the given order (<= 3)."""
         phi = np.asarray(phi, dtype=float)
         point, direction = self.joint.carried(self.anchor, self.axis, self.coordinate(phi, order, side))

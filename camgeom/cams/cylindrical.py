@@ -81,7 +81,8 @@ class Cam(Section):
     def _size_problems(self, setup: Setup) -> list[Problem]:
         found = []
         if self.groove_depth >= self.radius:
-            found.append(_problem("cam.groove_depth", self.groove_depth, f"below the drum's radius {self.radius:g} mm"))
+            limit = f"below the drum's radius {self.radius:g} mm"
+            found.append(_problem("cam.groove_depth", self.groove_depth, limit))
         bore = self.bore_spec()
         if bore is None and (self.keyway_width or self.keyway_depth):
             found.append(_problem("cam.keyway_width", self.keyway_width, "0 where the drum has no bore"))
@@ -91,7 +92,7 @@ class Cam(Section):
             elif bool(self.keyway_width) != bool(self.keyway_depth):
                 found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
             elif self.groove_depth < self.radius and bore.reach >= self.floor_radius:
-                limit = f"outline (now {bore.reach:g} mm from the axis) inside the groove floor {self.floor_radius:g} mm"
+                limit = f"outline (reaches {bore.reach:g} mm) inside the groove floor, {self.floor_radius:g} mm"
                 found.append(_problem("cam.bore", self.bore, limit))
         roller = setup.roller
         if roller is None:
@@ -103,7 +104,7 @@ class Cam(Section):
             if (roller.length or 0.0) > 0.49 * roller.diameter:
                 found.append(_problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
         elif roller.length > self.groove_depth:
-            found.append(_problem("roller.length", roller.length, f"at most the wall's height {self.groove_depth:g} mm"))
+            found.append(_problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm"))
         if self.form == "rib" and self.rib_thickness is None:
             found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:

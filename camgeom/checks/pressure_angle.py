@@ -19,6 +19,8 @@ def pressure_angle(model: Model) -> Iterable[Finding]:
     assert limit is not None
     worst = max((survey.pressure_angle for survey in model.flanks), key=lambda e: e.value)
     value = degrees(worst.value)
-    advice = "" if value <= limit else "give the motion more cam angle, enlarge the cam, or use a law of lower peak velocity"
+    passed = value <= limit
+    advice = "" if passed else "give the motion more cam angle, enlarge the cam, or take a law of lower peak velocity"
     where = f"at {worst.delta:.6g} mm along the roller axis"
-    yield Finding("pressure-angle", value, limit, "deg", value <= limit, degrees(worst.cam_angle) % 360.0, advice, where)
+    angle = degrees(worst.cam_angle) % 360.0
+    yield Finding("pressure-angle", value, limit, "deg", passed, angle, advice, where)

@@ -24,9 +24,8 @@ def contact_pressure(model: Model) -> Iterable[Finding]:
     value = float(peak.pressure[worst])
     advice = "" if value <= limit else "use a longer or larger roller, a larger cam, less mass or speed"
     where = f"slice at {model.duty.slice_stations[worst]:.6g} mm along the roller axis"
-    yield Finding(
-        "contact-pressure", value, limit, "MPa", value <= limit, float(degrees(peak.theta[worst])) % 360.0, advice, where
-    )
+    angle = float(degrees(peak.theta[worst])) % 360.0
+    yield Finding("contact-pressure", value, limit, "MPa", value <= limit, angle, advice, where)
 
 
 @check("life", "tracks", "operation")

@@ -177,7 +177,7 @@ def _steps(cells: Cells, widths: Floats, tolerance: float) -> Floats:
         error, _ = cells.scaled(factors[:, None], k).error()
         worst = error.max(axis=1)
         factors = np.clip(factors * (tolerance / np.maximum(worst, 1e-9 * tolerance)) ** 0.55, 1e-6, 64.0)
-    return factors
+    return np.asarray(factors)
 
 
 def _bound(cells: Cells, k: Floats, tolerance: float) -> Floats:
