@@ -46,25 +46,20 @@ def all_ends(segments: Sequence[Segment], spans: Sequence[Span], unit: float, fo
     orders = [join_order(segment) for segment in segments]
     widths = [span.end - span.start for span in spans]
     states = np.zeros((len(segments), HIGHEST))
-    unknown: list[tuple[int, int]] = []
+    free: dict[int, list[int]] = {}
     for knot, order in enumerate(orders):
         before = knot - 1
         if order and orders[before]:
-            fixed = pinned(segments[before])
-            for r in range(max(order, orders[before])):
-                value = fixed[r]
-                if value is None:
-                    unknown.append((knot, r + 1))
-                else:
-                    states[knot, r] = value
+            chosen = pinned(segments[before])[: max(order, orders[before])]
+            states[knot, : len(chosen)] = [0.0 if value is None else value for value in chosen]
+            if None in chosen:
+                free[knot] = [r for r, value in enumerate(chosen, 1) if value is None]
         elif order or orders[before]:
             owner, at = (before, 1.0) if order else (knot, 0.0)
             states[knot] = _own_state(segments[owner], spans[owner], at)
     lifts = [span.after - span.before for span in spans]
-    if unknown:
-        shared = _Shared(segments, orders, widths, lifts, unit, folder)
-        for (knot, r), value in zip(unknown, shared.solve(states, unknown, key), strict=True):
-            states[knot, r - 1] = value
+    if free:
+        _Shared(segments, orders, widths, lifts, unit, folder).solve(states, free, key)
     powers = np.arange(1, HIGHEST + 1)
     after = np.roll(states, -1, axis=0)
     return [
@@ -83,7 +78,7 @@ def _own_state(segment: Segment, span: Span, at: float) -> Floats:
 
 
 class _Shared:
-    """The linear equations for the states that joining segments share."""
+    """The linear equations for the states that joining segments share, a block of rows and columns a knot."""
 
     def __init__(
         self,
@@ -101,35 +96,89 @@ class _Shared:
             if segment.law is not None and orders[i]
         }
 
-    def solve(self, states: Floats, unknown: Sequence[tuple[int, int]], key: str) -> list[float]:
-        """The unknown states, each (knot, order), per rad^order; raises ProfileError where they are not determined."""
-        place = {pair: i for i, pair in enumerate(unknown)}
-        count = len(self.orders)
+    def solve(self, states: Floats, free: Mapping[int, Sequence[int]], key: str) -> None:
+        """Fill in the free derivatives of each knot (orders by knot), per rad^order; ProfileError if undetermined."""
         # Widths may differ by many powers of ten: each knot is scaled by the shorter of its two segments.
-        reach = [min(self.widths[knot - 1], self.widths[knot]) for knot in range(count)]
-        matrix, right = np.zeros((len(unknown), len(unknown))), np.zeros(len(unknown))
-        taken = dict.fromkeys(range(count), 0)
-        for row, (knot, _) in enumerate(unknown):
-            taken[knot] += 1
-            r = min(self.orders[knot - 1], self.orders[knot]) + taken[knot]
-            for segment, end, sign in ((knot - 1) % count, 1, 1.0), (knot, 0, -1.0):
-                width, order = self.widths[segment], self.orders[segment]
-                base, columns = self.responses[segment]
-                factor = sign * (reach[knot] / width) ** r
-                right[row] -= factor * base[end, r - 1]
-                for j in range(2 * order):
-                    other, k = (segment if j < order else (segment + 1) % count), j % order + 1
-                    gain = factor * columns[end, r - 1, j] * width**k
-                    if (other, k) in place:
-                        matrix[row, place[other, k]] += gain / reach[other] ** k
-                    else:
-                        right[row] -= gain * states[other, k - 1]
+        reach = {knot: min(self.widths[knot - 1], self.widths[knot]) for knot in free}
+        knots = list(free)
+        rows = []
+        for i, knot in enumerate(knots):
+            before, own, after, right = self._rows(knot, states, free, reach)
+            # Where the next free knot is not the neighbour, a known state lies between and cuts the ring.
+            last, following = knots[i - 1], knots[(i + 1) % len(knots)]
+            if last != (knot - 1) % len(self.orders):
+                before = np.zeros((len(own), len(free[last])))
+            if following != (knot + 1) % len(self.orders):
+                after = np.zeros((len(own), len(free[following])))
+            rows.append((before, own, after, right))
         try:
-            scaled = np.linalg.solve(matrix, right)
+            found = _solve_ring(rows)
         except np.linalg.LinAlgError:
             message = "the joining segments leave their common velocity undetermined"
             raise ProfileError([Problem(key, message, None, "fix `velocity` at one of their ends")]) from None
-        return [float(value) / reach[knot] ** r for value, (knot, r) in zip(scaled, unknown, strict=True)]
+        for (knot, derivatives), values in zip(free.items(), found, strict=True):
+            for r, value in zip(derivatives, values, strict=True):
+                states[knot, r - 1] = value / reach[knot] ** r
+
+    def _rows(
+        self, knot: int, states: Floats, free: Mapping[int, Sequence[int]], reach: Mapping[int, float]
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Continuity of the first derivatives that the laws do not secure: blocks before, own, after; right side."""
+        count, mine = len(self.orders), free[knot]
+        neighbours = [(knot - 1) % count, knot, (knot + 1) % count]
+        blocks = [np.zeros((len(mine), len(free.get(other, ())))) for other in neighbours]
+        right = np.zeros(len(mine))
+        lowest = min(self.orders[knot - 1], self.orders[knot])
+        for segment, end, sign in ((neighbours[0], 1, 1.0), (knot, 0, -1.0)):
+            width, order = self.widths[segment], self.orders[segment]
+            base, columns = self.responses[segment]
+            for row in range(len(mine)):
+                r = lowest + 1 + row
+                factor = sign * (reach[knot] / width) ** r
+                right[row] -= factor * base[end, r - 1]
+                for j in range(2 * order):
+                    place, k = 1 - end + (j >= order), j % order + 1
+                    gain = factor * columns[end, r - 1, j] * width**k
+                    other = neighbours[place]
+                    if k in free.get(other, ()):
+                        blocks[place][row, free[other].index(k)] += gain / reach[other] ** k
+                    else:
+                        right[row] -= gain * states[other, k - 1]
+        return blocks[0], blocks[1], blocks[2], right
+
+
+def _solve_ring(rows: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> list[Floats]:
+    """Solve before @ x[i-1] + own @ x[i] + after @ x[i+1] = right around a ring, a small block a place.
+
+    The first place is carried along as a parameter, which opens the ring; the rest is block elimination. The blocks
+    stem from the least bending energy, a definite form, so they need no pivoting from place to place.
+    """
+    before, own, after, right = rows[0]
+    if len(rows) == 1:
+        return [np.asarray(np.linalg.solve(before + own + after, right))]
+    size = own.shape[1]
+    gains: list[Floats] = []
+    parts: list[Floats] = []
+    for i, (lower, middle, upper, given) in enumerate(rows[1:], 1):
+        known = np.column_stack([given, np.zeros((len(given), size))])
+        if i == 1:
+            known[:, 1:] -= lower
+        else:
+            middle = middle - lower @ gains[-1]
+            known = known - lower @ parts[-1]
+        if i == len(rows) - 1:
+            known[:, 1:] -= upper
+            upper = np.zeros((len(given), 0))
+        solved = np.linalg.solve(middle, np.column_stack([upper, known]))
+        gains.append(solved[:, : upper.shape[1]])
+        parts.append(solved[:, upper.shape[1] :])
+    found: list[Floats] = [parts[-1]]
+    for gain, part in zip(reversed(gains[:-1]), reversed(parts[:-1]), strict=True):
+        found.append(part - gain @ found[-1])
+    found.reverse()
+    ring = own + after @ found[0][:, 1:] + before @ found[-1][:, 1:]
+    first: Floats = np.linalg.solve(ring, right - after @ found[0][:, 0] - before @ found[-1][:, 0])
+    return [first, *(part[:, 0] + part[:, 1:] @ first for part in found)]
 
 
 def response(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import Claims, Law, ParamValue, finish
 from camgeom.motion.piece import Piece
 from camgeom.motion.table import Floats
+from camgeom.spelling import did_you_mean
 
 __all__ = [
     "LAWS",
@@ -27,7 +27,6 @@ __all__ = [
     "finish",
     "freeze",
     "law",
-    "nearest",
 ]
 
 
@@ -110,7 +109,7 @@ class LawEntry:
             if parameter is None:
                 names = ", ".join(self.parameters) or "none"
                 message = f"the law {self.name} has no parameter of this name"
-                found.append(Problem(prefix + key, message, value, names, nearest(key, self.parameters)))
+                found.append(Problem(prefix + key, message, value, names, did_you_mean(key, self.parameters)))
             elif not parameter.accepts(freeze(value)):
                 found.append(Problem(prefix + key, parameter.help, value, parameter.allowed))
         return found
@@ -183,9 +182,3 @@ def law(
 def freeze(value: ParamValue) -> ParamValue:
     """The value with lists turned into tuples, so that it can be compared and looked up."""
     return tuple(freeze(item) for item in value) if isinstance(value, list | tuple) else value
-
-
-def nearest(word: str, known: Mapping[str, object]) -> str:
-    """A hint with the nearest known spelling, or nothing."""
-    close = difflib.get_close_matches(str(word), list(known), 1, 0.5)
-    return f"did you mean {close[0]!r}?" if close else ""

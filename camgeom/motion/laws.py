@@ -5,14 +5,15 @@ from __future__ import annotations
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion import laws_basic, laws_blocks, laws_joining
 from camgeom.motion.curve import Law, ParamValue
-from camgeom.motion.law import LAWS, LawEntry, nearest
+from camgeom.motion.law import LAWS, LawEntry
+from camgeom.spelling import did_you_mean
 
 __all__ = ["LAWS", "entry", "laws_basic", "laws_blocks", "laws_joining", "make", "unknown_law"]
 
 
 def unknown_law(name: str, key: str) -> Problem:
     """What to say of a law that is not in the catalogue, with the nearest spelling."""
-    return Problem(key, "no motion law of this name", name, "a name from `camgeom laws`", nearest(name, LAWS))
+    return Problem(key, "no motion law of this name", name, "a name from `camgeom laws`", did_you_mean(name, LAWS))
 
 
 def entry(name: str) -> LawEntry:

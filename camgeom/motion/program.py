@@ -149,6 +149,10 @@ class Program:
         """The extreme (signed; lift per rad^order) of a derivative and its cam angle (rad), refined to rounding."""
         return self.table.derivative_peak(order)
 
+    def extremes(self, order: int) -> tuple[Peak, Peak]:
+        """The least and the greatest of a derivative (lift per rad^order), each with its cam angle (rad)."""
+        return self.table.derivative_extremes(order)
+
     def mean_square(self, order: int = 2) -> float:
         """The mean square of a derivative over the turn, (lift per rad^order)²; exact up to rounding."""
         return self.table.mean_square(order)

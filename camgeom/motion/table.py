@@ -209,8 +209,11 @@ class Table:
             out[:, members] = block.bound(reach[members], order)
         return out
 
-    def peak(self, order: int, value: JetMap, slope: JetMap) -> Peak:
-        """The largest |value(jet)|: edges from both sides, and the roots of `slope` inside, refined to rounding."""
+    def extremes(self, order: int, value: JetMap, slope: JetMap) -> tuple[Peak, Peak]:
+        """The least and the greatest value(jet): edges from both sides, and the roots of `slope` inside, refined.
+
+        Where a value is reached more than once the first place is given.
+        """
         m = 17 + 2 * max(len(block.power) for block in self._blocks) + 4 * math.ceil(self._phase())
         u = np.linspace(self.first_u, self.last_u, m, axis=1)
         index = np.repeat(np.arange(len(self)), m)
@@ -219,12 +222,20 @@ class Table:
         piece, left = np.nonzero(rise[:, :-1] * rise[:, 1:] < 0.0)
         inner = self._root(piece, u[piece, left], u[piece, left + 1], order, slope)
         heights = np.concatenate([value(self.at(piece, inner, order)), height.ravel()])
-        # A plateau or a tie is reported where it is first reached.
-        first = np.flatnonzero(np.abs(heights) >= np.abs(heights).max() * (1.0 - 1e-12))
-        owner = np.concatenate([piece, index])[first]
-        places = self.anchors[owner] + np.concatenate([inner, u.ravel()])[first]
-        chosen = np.argmin(places)
-        return Peak(float(heights[first[chosen]]), float(places[chosen]))
+        places = self.anchors[np.concatenate([piece, index])] + np.concatenate([inner, u.ravel()])
+        slack = 1e-12 * np.abs(heights).max()
+        found = []
+        for sign in (-1.0, 1.0):
+            tied = np.flatnonzero(sign * heights >= (sign * heights).max() - slack)
+            chosen = tied[np.argmin(places[tied])]
+            found.append(Peak(float(heights[chosen]), float(places[chosen])))
+        return found[0], found[1]
+
+    def peak(self, order: int, value: JetMap, slope: JetMap) -> Peak:
+        """The largest |value(jet)|, signed; of two equal ones the first."""
+        pair = self.extremes(order, value, slope)
+        most = max(abs(peak.value) for peak in pair) * (1.0 - 1e-12)
+        return min((peak for peak in pair if abs(peak.value) >= most), key=lambda peak: peak.at)
 
     def _root(self, piece: Indices, low: Floats, high: Floats, order: int, slope: JetMap) -> Floats:
         """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket, by Ridders' method."""
@@ -251,6 +262,10 @@ class Table:
     def derivative_peak(self, order: int) -> Peak:
         """The largest |derivative of the given order| and where."""
         return self.peak(order + 1, lambda jets: jets[order], lambda jets: jets[order + 1])
+
+    def derivative_extremes(self, order: int) -> tuple[Peak, Peak]:
+        """The least and the greatest derivative of the given order and where."""
+        return self.extremes(order + 1, lambda jets: jets[order], lambda jets: jets[order + 1])
 
     def mean_square(self, order: int) -> float:
         """The mean square of a derivative over the whole row.
