@@ -80,8 +80,9 @@ def _mesh(solid: Any, names: dict[int, str]) -> Mesh:
     used[faces] = True
     number = np.cumsum(used) - 1
     bounds, ids = np.asarray(raw.run_index).astype(np.int64) // 3, np.asarray(raw.run_original_id)
-    labels = tuple(dict.fromkeys(names.get(int(i), "surface") for i in ids))
+    filled = [(start, stop, i) for start, stop, i in zip(bounds[:-1], bounds[1:], ids) if stop > start]
+    labels = tuple(dict.fromkeys(names.get(int(i), "surface") for _, _, i in filled))
     group = np.empty(len(faces), dtype=np.uint8)
-    for start, stop, i in zip(bounds[:-1], bounds[1:], ids):
+    for start, stop, i in filled:
         group[start:stop] = labels.index(names.get(int(i), "surface"))
     return Mesh(points[used], number[faces].astype(np.int32), labels, group)

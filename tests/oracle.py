@@ -13,7 +13,7 @@ GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
 def roller_distance(x, a, u, radius, tip, tip_high=False, shape=None):
-    """Signed distance of points x to a roller: `radius(delta)` for a straight meridian given as (radius, slope, centre).
+    """Signed distance of points x to a roller; shape is (kind, slope or arc radius, centre of the meridian).
 
     x, a, u broadcast to (..., 3); the roller is unbounded away from its tip.
     """
@@ -74,7 +74,8 @@ def swept_distance(x, pose, distance, low, high, coarse=1440, keep=3, rounds=60)
         minima = np.where((value <= left) & (value <= right), value, np.inf)
         order = np.argpartition(minima, keep, axis=1)[:, :keep]
         for k in range(keep):
-            best[block] = np.minimum(best[block], _golden(x[block], phi[order[:, k]], phi[1] - phi[0], pose, distance, low, high, rounds))
+            found = _golden(x[block], phi[order[:, k]], phi[1] - phi[0], pose, distance, low, high, rounds)
+            best[block] = np.minimum(best[block], found)
     return best
 
 
