@@ -51,10 +51,7 @@ ROLLERS: dict[str, Model] = {
     "sphere": SphereRoller,
 }
 PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Materials, "output": Output, "limits": Limits}
-OPTIONAL_SECTIONS = {
-    "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
-    "impact": ("camgeom.dynamics.impact_spec", "ImpactSpec"),
-}
+OPTIONAL_SECTIONS: dict[str, tuple[str, str]] = {}
 """Sections whose module is imported only when a profile has them."""
 
 
@@ -136,7 +133,7 @@ class Reader:
 
     def _refuse_unknown_sections(self) -> None:
         """Top-level keys that are no section, with the section that they may belong to."""
-        known = set(keys_of(self.top))
+        known = {"name", "cam", "follower", "roller", "motion", *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
         stray = dict([(key, value) for key, value in self.data.items() if key not in known][:MOST_PROBLEMS])
         if not stray:
             return

@@ -1,0 +1,208 @@
+"""The `camgeom` command: arguments, exit statuses, messages. The only place that prints or exits.
+
+Exit status: 0 good; 1 the design fails a check (everything asked for is still written); 2 bad input or usage; 3 a
+numerical method or a file failed; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import NoReturn
+
+from camgeom.errors import CamgeomError
+
+EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
+
+
+class UsageError(CamgeomError):
+    """Wrong arguments; the text says which and what is allowed."""
+
+    exit_status = 2
+
+
+@dataclass(frozen=True)
+class Command:
+    """One subcommand: `handler` is "module:function" of (arguments, Console) -> exit status, imported when it runs;
+    `options` names functions of this module that add its arguments."""
+
+    name: str
+    help: str
+    handler: str
+    options: tuple[str, ...] = ()
+
+
+_MODEL = ("profile", "delivery")
+COMMANDS: tuple[Command, ...] = (
+    Command("run", "everything the profile asks for: solid, checks, solvers, exports, report",
+            "camgeom.cli_model:run", _MODEL),
+    Command("build", "the solid and its files", "camgeom.cli_model:run", _MODEL),
+    Command("check", "judge the design; nothing is written without --out", "camgeom.cli_model:run", _MODEL),
+    Command("solve", "contact, life and dynamics; nothing is written without --out", "camgeom.cli_model:run", _MODEL),
+    Command("report", "the report page", "camgeom.cli_model:run", _MODEL),
+    Command("study", "one row per variant of a profile, CSV and plot", "camgeom.cli_study:run", ("profile", "study")),
+    Command("laws", "the motion laws with their characteristic values", "camgeom.cli_tables:laws", ("json",)),
+    Command("new", "a commented starter profile that runs as it is", "camgeom.cli_tables:new", ("new",)),
+    Command("schema", "JSON Schema of the profile", "camgeom.cli_tables:schema", ("schema",)),
+)
+"""Every subcommand; one line adds one."""
+
+
+class Console:
+    """Where a command writes: results to stdout, everything else to stderr."""
+
+    @property
+    def lively(self) -> bool:
+        """True where stderr is a terminal, so that progress may be shown."""
+        return sys.stderr.isatty()
+
+    def out(self, text: str) -> None:
+        """A line of the result."""
+        print(text)
+
+    def err(self, text: str) -> None:
+        """A message for the user."""
+        print(text, file=sys.stderr)
+
+    def progress(self, text: str) -> None:
+        """A passing line on the terminal that the next one replaces; an empty text clears it."""
+        if self.lively:
+            width = max(20, min(200, _terminal_width())) - 1
+            print(f"\r\x1b[K{text[:width]}", end="", file=sys.stderr, flush=True)
+
+
+def _terminal_width() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns
+    except (OSError, ValueError):
+        return 80
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse that raises instead of exiting, with the nearest spelling of what it does not know."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{_plainer(message)}; see {self.prog} --help")
+
+
+def _plainer(message: str) -> str:
+    import re
+
+    from camgeom.spelling import did_you_mean
+
+    unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose", message, re.DOTALL)
+    if unknown:
+        names = [command.name for command in COMMANDS]
+        hint = did_you_mean(unknown[1], names)
+        return f"unknown command {unknown[1][:60]!r}; {hint or 'known: ' + ', '.join(names)}"
+    return message.replace("the following arguments are required:", "missing:")
+
+
+def parser(chosen: str | None = None) -> argparse.ArgumentParser:
+    """The argument parser; with a chosen command only that one is fully built."""
+    from camgeom import __version__
+
+    top = _Parser(prog="camgeom", description="Exact cam geometry from one profile.", epilog=EPILOG, allow_abbrev=False)
+    top.add_argument("--version", action="version", version=f"camgeom {__version__}")
+    below = top.add_subparsers(metavar="COMMAND", dest="command", required=True, parser_class=_Parser)
+    for command in COMMANDS:
+        sub = below.add_parser(
+            command.name, help=command.help, description=command.help, epilog=EPILOG, allow_abbrev=False
+        )
+        if chosen in (None, command.name):
+            for option in command.options:
+                _OPTIONS[option](sub)
+    return top
+
+
+def _add_profile(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("profile", metavar="PROFILE", help="the TOML profile")
+
+
+def _add_json(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--json", action="store_true", help="print the result as JSON and nothing else")
+
+
+def _add_delivery(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
+    sub.add_argument("--tolerance", metavar="MM", help="chord error of the mesh, mm, instead of the profile's")
+    sub.add_argument("--formats", metavar="LIST", help="file formats, for example stl,step, instead of the profile's")
+    sub.add_argument("--only", metavar="NAME,...", help="only these products (solid, checks, contact, ...)")
+    sub.add_argument("--explain", action="store_true", help="say what was computed, what it cost, what was skipped")
+    _add_json(sub)
+
+
+def _add_study(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
+                     help="a profile key and its values: N from A to B, or a list KEY=a,b,c; repeat for a grid")
+    sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
+    sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
+    sub.add_argument("--jobs", metavar="N", help="worker processes, default one per core")
+    _add_json(sub)
+
+
+def _add_new(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("kind", metavar="KIND", help="the cam kind")
+    sub.add_argument("file", metavar="FILE", nargs="?", help="where to write it; default stdout")
+
+
+def _add_schema(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
+
+
+_OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
+    "profile": _add_profile,
+    "delivery": _add_delivery,
+    "json": _add_json,
+    "study": _add_study,
+    "new": _add_new,
+    "schema": _add_schema,
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit status; every error is one message on stderr."""
+    console = Console()
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        status = _run(words, console)
+        sys.stdout.flush()
+        return status
+    except CamgeomError as error:
+        return _failed(console, f"camgeom: {error}", error.exit_status)
+    except KeyboardInterrupt:
+        return _failed(console, "camgeom: interrupted", 130)
+    except BrokenPipeError:
+        # The reader of stdout has gone; point stdout elsewhere so that the interpreter's last flush is silent.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
+    except Exception as error:
+        if os.environ.get("CAMGEOM_DEBUG") == "1":
+            raise
+        reason = " ".join(str(error).split())[:200]
+        hint = "set CAMGEOM_DEBUG=1 to see where"
+        return _failed(console, f"camgeom: {type(error).__name__}: {reason}; this is a bug ({hint})", 3)
+
+
+def _failed(console: Console, text: str, status: int) -> int:
+    console.progress("")
+    console.err(text)
+    return status
+
+
+def _run(words: list[str], console: Console) -> int:
+    chosen = next((word for word in words if not word.startswith("-")), None)
+    try:
+        arguments = parser(chosen).parse_args(words)
+    except SystemExit as leaving:  # --help and --version
+        return int(leaving.code or 0)
+    command = next(command for command in COMMANDS if command.name == arguments.command)
+    module, _, function = command.handler.partition(":")
+    status: int = getattr(import_module(module), function)(arguments, console)
+    return status
