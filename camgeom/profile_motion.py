@@ -8,7 +8,7 @@ from math import pi, radians
 from pathlib import Path
 from typing import Any
 
-from camgeom.errors import Problem
+from camgeom.errors import Problem, ProfileError
 from camgeom.follower import AnyFollower, SwingingFollower, TurretFollower
 from camgeom.motion.law import LAWS, LawEntry
 from camgeom.motion.laws import entry
@@ -114,7 +114,11 @@ def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: flo
     turret = isinstance(follower, TurretFollower)
     if turret:
         segments = _on_whole_indexes(segments, 2.0 * pi / follower.stops)  # type: ignore[union-attr]
-    return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
+    try:
+        return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
+    except ArithmeticError as error:
+        # Parameters within their ranges can still be too extreme together (a share of 1e-300).
+        raise ProfileError([Problem("motion", f"the parameters of a law give no finite motion ({error})")]) from None
 
 
 def _segment(segment: MotionSegment, unit: float) -> Segment:

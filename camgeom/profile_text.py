@@ -223,7 +223,7 @@ def beside(name: str, folder: Path | None, key: str) -> Path | Problem:
         return Problem(key, reason, name, allowed)
     if not target.is_relative_to(home):
         return Problem(key, "may not leave the profile's folder (a link leads out of it)", name, allowed)
-    return target
+    return target if target.is_file() else Problem(key, "is not a regular file", name, allowed)
 
 
 def number_table(path: Path, columns: int, key: str, shown: str) -> tuple[tuple[float, ...], ...] | Problem:
