@@ -1,0 +1,244 @@
+"""Response of the indexing drive: transient from rest, periodic steady state, sweep over speeds, and what is read
+from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.dynamics.indexing import TORSION, IndexingDrive, Motion
+from camgeom.dynamics.indexing_system import Fluctuation, Torque, TorsionSystem
+from camgeom.dynamics.integrators import Array, Method, Side, find
+from camgeom.dynamics.integrators_choice import choose
+from camgeom.dynamics.integrators_exact import advance
+from camgeom.dynamics.integrators_grid import MAX_STEPS, Grid, aligned_grid
+from camgeom.dynamics.integrators_peaks import Output, Peak, peak
+from camgeom.dynamics.integrators_solution import Solution, acceleration
+from camgeom.dynamics.integrators_solve import periodic, transient, verified
+from camgeom.errors import DesignError, Problem, ProfileError
+
+OUTPUTS: Mapping[str, str] = MappingProxyType(
+    {
+        "cam_windup": "rad, q1: cam behind its rigid position",
+        "turret_deviation": "rad, q2: turret from its rigid position",
+        "load_deviation": "rad, q3: load plate from its rigid position",
+        "cam_acceleration": "rad/s2 of the cam",
+        "turret_acceleration": "rad/s2 of the turret",
+        "load_acceleration": "rad/s2 of the load plate",
+        "contact_torque": "N m between cam and turret, at the turret, positive when the cam holds the turret back",
+        "output_torque": "N m in the output shaft",
+        "input_torque": "N m in the input shaft, positive when it drives the cam",
+    }
+)
+"""The outputs of a response by name, with unit and meaning."""
+
+
+Once = Callable[[Grid, Method], Solution]
+"""A solution on a grid by a method."""
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Motion of the torsional coordinates at one or more input speeds (b,): solution, and outputs computed when
+    asked.
+    """
+
+    system: TorsionSystem
+    solution: Solution
+
+    @property
+    def theta(self) -> Array:
+        """Cam angles (n + 1) of the nodes in rad."""
+        return self.solution.theta
+
+    @property
+    def speed(self) -> Array:
+        """Mean input speeds (b,) in rad/s."""
+        return self.system.speed
+
+    def output(self, name: str, side: Side = "right") -> Array:
+        """An output of `OUTPUTS` (b, n + 1) at the nodes; at a knot the limit from the given side."""
+        return output(self.system, name)(self.theta[None], self.solution.position, self.solution.rate, side)
+
+    def at(self, theta: npt.ArrayLike, name: str) -> Array:
+        """An output (b, k) at any cam angles (k,) of the solution, rad, by true steps from the nodes."""
+        angles = np.atleast_1d(np.asarray(theta, dtype=float))
+        index = np.clip(np.searchsorted(self.theta, angles, "right") - 1, 0, len(self.theta) - 2)
+        y = np.concatenate([self.solution.position, self.solution.rate], -1)[:, index]
+        y = advance(self.system, self.theta[None, index], (angles - self.theta[index])[None], y)
+        return output(self.system, name)(angles[None], y[..., :3], y[..., 3:], "right")
+
+    def peak(self, name: str) -> Peak:
+        """Extremes of an output between the nodes too, with their cam angles."""
+        return peak(self.solution, output(self.system, name))
+
+    def turret_angles(self) -> Array:
+        """Angles (3, b, n + 1) of cam, turret and load plate in rad."""
+        tau = self.system.jet(self.theta[None], 0)[0]
+        rigid = np.stack([self.theta[None], tau, tau])
+        return rigid + np.moveaxis(self.solution.position, -1, 0)
+
+    def rigid_peak(self) -> Array:
+        """Peak (b,) of the rigid turret acceleration in rad/s2 at the mean speed."""
+        begin, width = self.theta[:-1], np.diff(self.theta)
+        low, high = np.zeros_like(begin), np.ones_like(begin)
+        best = float(np.abs(self.system.motion.jet(self.theta[1:], 2, "left")[2]).max())
+        for _ in range(6):
+            share = low + (high - low) * np.linspace(0.0, 1.0, 17)[:-1, None]
+            values = np.abs(self.system.motion.jet(begin + share * width, 2)[2])
+            best = max(best, float(values.max()))
+            place = share.ravel()[values.argmax(0) * share.shape[1] + np.arange(share.shape[1])]
+            reach = (high - low) / 16.0
+            low, high = np.maximum(place - reach, 0.0), np.minimum(place + reach, 1.0)
+        return np.asarray(self.speed**2 * best)
+
+    def amplification(self) -> Array:
+        """Peak load-plate acceleration over its rigid value (b,), no unit."""
+        return np.asarray(self.peak("load_acceleration").magnitude / self.rigid_peak())
+
+
+def output(system: TorsionSystem, name: str) -> Output:
+    """The function that gives an output of `OUTPUTS`; ProfileError names them for any other name."""
+    if name not in OUTPUTS:
+        raise ProfileError([Problem("dynamics.output", "no such output", name, ", ".join(OUTPUTS))])
+
+    def value(theta: Array, q: Array, u: Array, side: Side) -> Array:
+        if name in ("cam_windup", "turret_deviation", "load_deviation"):
+            return q[..., ("cam_windup", "turret_deviation", "load_deviation").index(name)]
+        if name.endswith("acceleration"):
+            return _acceleration(system, name, theta, q, u, side)
+        return _torque(system, name, theta, q, u, side)
+
+    return value
+
+
+def _acceleration(system: TorsionSystem, name: str, theta: Array, q: Array, u: Array, side: Side) -> Array:
+    """theta_k.. (b, n) in rad/s2."""
+    k = ("cam_acceleration", "turret_acceleration", "load_acceleration").index(name)
+    omega, slope = system.rates(theta)
+    bend = acceleration(system, theta, q, u, side)[..., k]
+    tau = system.jet(theta, 2, side)
+    rigid = (1.0, 0.0) if k == 0 else (tau[1], tau[2])
+    return np.asarray(omega**2 * (bend + rigid[1]) + omega * slope * (u[..., k] + rigid[0]))
+
+
+def _torque(system: TorsionSystem, name: str, theta: Array, q: Array, u: Array, side: Side) -> Array:
+    """Torque (b, n) in N m."""
+    d = system.drive
+    omega, _ = system.rates(theta)
+    if name == "input_torque":
+        return np.asarray(-d.input_stiffness * q[..., 0] - d.input_damping * omega * u[..., 0])
+    if name == "output_torque":
+        return np.asarray(
+            d.output_stiffness * (q[..., 2] - q[..., 1]) + d.output_damping * omega * (u[..., 2] - u[..., 1])
+        )
+    tau = system.jet(theta, 2, side)
+    stretch = q[..., 1] - tau[1] * q[..., 0]
+    rate = omega * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
+    if system.exact:
+        return system.exact_contact(theta, q, u, side)[0]
+    return np.asarray(d.contact_stiffness_at(theta) * stretch + d.contact_damping * rate)
+
+
+def watch(solution: Solution) -> Array:
+    """What a response must have right: the three deviations and the load-plate acceleration, (b, n + 1, 4)."""
+    system = solution.system
+    assert isinstance(system, TorsionSystem)
+    load = output(system, "load_acceleration")(solution.theta[None], solution.position, solution.rate, "right")
+    return np.concatenate([solution.position, load[..., None]], -1)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How exact and by which method: tolerance is a share of the peak, checked by halving; steps fixes the steps a
+    turn instead.
+    """
+
+    tolerance: float = 1e-6
+    method: str | Method = "auto"
+    steps: int | None = None
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not 1e-13 <= self.tolerance <= 0.1:
+            problems.append(Problem("dynamics.tolerance", "out of range", self.tolerance, "1e-13 to 0.1"))
+        if self.steps is not None and not 1 <= self.steps <= MAX_STEPS:
+            problems.append(Problem("dynamics.steps", "out of range", self.steps, f"1 to {MAX_STEPS}"))
+        if self.method != "auto":
+            find(self.method)
+        if problems:
+            raise ProfileError(problems)
+
+
+STANDARD = Accuracy()
+CONSTANT = Fluctuation()
+
+
+def steady_state(
+    drive: IndexingDrive,
+    motion: Motion,
+    speed: npt.ArrayLike,
+    accuracy: Accuracy = STANDARD,
+    fluctuation: Fluctuation = CONSTANT,
+    torque: Torque | None = None,
+    exact: bool = False,
+    paper_form: bool = False,
+) -> Response:
+    """Periodic steady state at input speeds (b,) in rad/s, one method and step for all of them.
+
+    Raises DesignError for a torsion that is not definite, NotConverged for a resonance without damping, a growing
+    turn or a tolerance out of reach.
+    """
+    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact, paper_form)
+    refuse_indefinite(drive, motion)
+    return Response(system, _solve(system, accuracy, lambda grid, method: periodic(system, grid, method)))
+
+
+def from_rest(
+    drive: IndexingDrive,
+    motion: Motion,
+    speed: npt.ArrayLike,
+    turns: int = 1,
+    accuracy: Accuracy = STANDARD,
+    fluctuation: Fluctuation = CONSTANT,
+    torque: Torque | None = None,
+    begin: npt.ArrayLike | None = None,
+    exact: bool = False,
+    paper_form: bool = False,
+) -> Response:
+    """Transient over `turns` turns from rest at the first cam angle (or from begin (b, 6): deviations, rad, and
+    rates, rad/s).
+    """
+    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact, paper_form)
+    refuse_indefinite(drive, motion)
+    state = None
+    if begin is not None:
+        state = np.broadcast_to(np.asarray(begin, dtype=float), (system.batch, 6)).copy()
+        state[:, 3:] /= system.rates(np.array([[motion.knots[0]]]))[0]
+    return Response(
+        system, _solve(system, accuracy, lambda grid, method: transient(system, grid, method, state, turns))
+    )
+
+
+def _solve(system: TorsionSystem, accuracy: Accuracy, once: Once) -> Solution:
+    """A verified solution, or one with the given number of steps."""
+    knots = np.asarray(system.motion.knots)
+    if accuracy.steps is not None:
+        method = find("gauss4" if accuracy.method == "auto" else accuracy.method)
+        return once(aligned_grid(knots, accuracy.steps), method)
+    methods, steps = choose(system, knots, accuracy.tolerance, accuracy.method)
+    worst = int(steps.argmax())
+    grid = aligned_grid(knots, round(float(steps[worst])))
+    return verified(lambda g: once(g, methods[worst]), grid, accuracy.tolerance, watch)
+
+
+def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)) -> None:
+    """DesignError when one of the blocks to be integrated has no definite stiffness, naming what would do."""
+    wrong = [item for item in drive.indefinite(motion) if item.block in blocks]
+    if wrong:
+        raise DesignError("; ".join(str(item) for item in wrong) + "; it is not integrated")

@@ -1,0 +1,150 @@
+"""The load plate's response over a sweep of input speeds: steady states in groups of one grid, verified speed by
+speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.dynamics.indexing import IndexingDrive, Motion
+from camgeom.dynamics.indexing_response import CONSTANT, STANDARD, Accuracy, Response, refuse_indefinite, watch
+from camgeom.dynamics.indexing_system import Fluctuation, TorsionSystem
+from camgeom.dynamics.integrators import Array, Method
+from camgeom.dynamics.integrators_choice import choose
+from camgeom.dynamics.integrators_grid import aligned_grid
+from camgeom.dynamics.integrators_solve import periodic, verified
+from camgeom.errors import NotConverged
+
+GROUP = 64
+"""speeds solved together; more would outgrow the cache"""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Steady states over input speeds (s,) in rad/s: peaks of the load-plate acceleration in rad/s2, where, and how
+    exact.
+
+    refused maps the index of a speed to the reason why it has no steady state; its numbers are those of the rigid
+    motion and answered (s,) is False.
+    """
+
+    speed: Array
+    maximum: Array
+    maximum_at: Array
+    minimum: Array
+    minimum_at: Array
+    amplification: Array
+    spectral_radius: Array
+    error: Array
+    answered: npt.NDArray[np.bool_]
+    choices: tuple[str, ...]
+    refused: tuple[tuple[int, str], ...]
+
+    @property
+    def speed_rpm(self) -> Array:
+        """Input speeds (s,) in r/min."""
+        return self.speed * 30.0 / np.pi
+
+    @property
+    def peak(self) -> Array:
+        """Larger magnitude of the load-plate acceleration (s,) in rad/s2."""
+        return np.maximum(np.abs(self.maximum), np.abs(self.minimum))
+
+
+def sweep(
+    drive: IndexingDrive,
+    motion: Motion,
+    speed: npt.ArrayLike,
+    accuracy: Accuracy = STANDARD,
+    fluctuation: Fluctuation = CONSTANT,
+    exact: bool = False,
+) -> Sweep:
+    """Steady state at every input speed (s,) in rad/s.
+
+    A speed without a steady state (resonance without damping) is refused by name and does not stop the others. Raises
+    DesignError for an indefinite torsion.
+    """
+    refuse_indefinite(drive, motion)
+    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
+    table = np.zeros((8, len(speeds)))
+    choices, refused = [""] * len(speeds), list[tuple[int, str]]()
+    for index, method, steps in _groups(drive, motion, speeds, accuracy, fluctuation, exact):
+        for part, found in _answers(drive, motion, speeds, index, method, steps, accuracy, fluctuation, exact):
+            if isinstance(found, str):
+                refused.append((int(part[0]), found))
+                continue
+            table[:, part] = _row(found)
+            for k in part:
+                choices[k] = found.solution.choice
+    return Sweep(speeds, *table[:7], answered=table[7] > 0.0, choices=tuple(choices), refused=tuple(sorted(refused)))
+
+
+Answer = tuple[npt.NDArray[np.intp], Response | str]
+
+
+def _groups(
+    drive: IndexingDrive, motion: Motion, speeds: Array, accuracy: Accuracy, fluctuation: Fluctuation, exact: bool
+) -> list[tuple[npt.NDArray[np.intp], str | Method, int]]:
+    """Speeds that share a method and a grid, with the steps to begin with."""
+    system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
+    if accuracy.steps is not None:
+        method = "gauss4" if accuracy.method == "auto" else accuracy.method
+        return [(part, method, accuracy.steps) for part in _parts(np.arange(len(speeds)))]
+    methods, steps = choose(system, np.asarray(motion.knots), accuracy.tolerance, accuracy.method)
+    # two rungs of the ladder share a grid: fewer groups, at most a fifth more steps
+    rungs = np.exp2(np.ceil(np.log2(steps) * 2.0) / 2.0).round().astype(int)
+    keys = sorted({(method.name, int(rung)) for method, rung in zip(methods, rungs, strict=True)})
+    out: list[tuple[npt.NDArray[np.intp], str | Method, int]] = []
+    for name, rung in keys:
+        index = np.array([k for k, method in enumerate(methods) if method.name == name and rungs[k] == rung])
+        out += [(part, methods[int(part[0])], rung) for part in _parts(index)]
+    return out
+
+
+def _parts(index: npt.NDArray[np.intp]) -> list[npt.NDArray[np.intp]]:
+    return [index[low : low + GROUP] for low in range(0, len(index), GROUP)]
+
+
+def _answers(
+    drive: IndexingDrive,
+    motion: Motion,
+    speeds: Array,
+    index: npt.NDArray[np.intp],
+    method: str | Method,
+    steps: int,
+    accuracy: Accuracy,
+    fluctuation: Fluctuation,
+    exact: bool,
+) -> list[Answer]:
+    """Responses of a group; a group with a refusal is halved until the refused speed stands alone."""
+    system = TorsionSystem(drive, motion, speeds[index], fluctuation, exact=exact)
+    grid = aligned_grid(motion.knots, steps)
+    try:
+        if accuracy.steps is not None:
+            return [(index, Response(system, periodic(system, grid, method)))]
+        found = verified(lambda g: periodic(system, g, method), grid, accuracy.tolerance, watch)
+        return [(index, Response(system, found))]
+    except NotConverged as reason:
+        if len(index) == 1:
+            return [(index, str(reason))]
+    half = len(index) // 2
+    args = (method, steps, accuracy, fluctuation, exact)
+    return [
+        *_answers(drive, motion, speeds, index[:half], *args),
+        *_answers(drive, motion, speeds, index[half:], *args),
+    ]
+
+
+def _row(found: Response) -> Array:
+    """The columns of a sweep for a group of speeds."""
+    peak = found.peak("load_acceleration")
+    ratio = peak.magnitude / found.rigid_peak()
+    radius, error = found.solution.spectral_radius, found.solution.error
+    # a solution of a given number of steps has no measured error
+    error = np.where(np.isfinite(error), error, 1.0)
+    return np.stack(
+        [peak.maximum, peak.maximum_at, peak.minimum, peak.minimum_at, ratio, radius, error, np.ones_like(radius)]
+    )
