@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.dynamics.indexing_response import Response, output
 from camgeom.dynamics.integrators import Array
@@ -126,7 +127,7 @@ class Residual:
     deviation: Array
     acceleration: Array
     settling_s: Array
-    settled: Array
+    settled: npt.NDArray[np.bool_]
 
 
 def residual_vibration(response: Response, band: float = 1e-4, samples: int = 64) -> Residual:

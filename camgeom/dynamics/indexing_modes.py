@@ -126,9 +126,7 @@ def critical_speeds(found: Modes, orders: int = 20) -> tuple[CriticalSpeed, ...]
     dwell_rpm belongs to the frequency at the last cam angle.
     """
     out = []
-    for number, mode in enumerate(found.modes, 1):
-        if not mode.oscillates:
-            continue
+    for number, mode in enumerate((one for one in found.modes if one.oscillates), 1):
         hertz = mode.frequency_hz()
         low, high, dwell = 60.0 * float(hertz.min()), 60.0 * float(hertz.max()), 60.0 * float(hertz[-1])
         for k in range(1, orders + 1):

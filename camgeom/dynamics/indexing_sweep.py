@@ -79,7 +79,10 @@ def sweep(
             table[:, part] = _row(found)
             for k in part:
                 choices[k] = found.solution.choice
-    return Sweep(speeds, *table[:7], answered=table[7] > 0.0, choices=tuple(choices), refused=tuple(sorted(refused)))
+    top, top_at, bottom, bottom_at, ratio, radius, error, answered = table
+    reasons = tuple(sorted(refused))
+    good = answered > 0.0
+    return Sweep(speeds, top, top_at, bottom, bottom_at, ratio, radius, error, good, tuple(choices), reasons)
 
 
 Answer = tuple[npt.NDArray[np.intp], Response | str]

@@ -22,7 +22,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import NotConverged, Problem, ProfileError
 
 Array = npt.NDArray[np.float64]
 Side = Literal["left", "right"]
@@ -31,6 +31,10 @@ WILSON_BOUND = (1.0 + sqrt(3.0)) / 2.0
 """1.3660254: below it Wilson-theta is only conditionally stable (papers round it to 1.37)."""
 WORK_SET = 16384
 """steps x speeds whose matrices are formed together; about 30 MB for three coordinates and four stages"""
+
+
+class StepTooLong(NotConverged):
+    """The step exceeds what the method bears; shorter ones will do."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,6 +107,7 @@ def choose(system: System, knots: Array, tolerance: float, method: str | Method 
         highest = float(known.frequency[worst].max())
         raise NotConverged(
             f"tolerance {tolerance:g} would need more than {int(LADDER[-1])} steps a turn with "
-            f"{pool[best[worst]].name}: the highest mode turns {highest:.3g} times as fast as the cam; use auto or gauss4, or a larger tolerance"
+            f"{pool[best[worst]].name}: the highest mode turns {highest:.3g} times as fast as the cam; "
+            "use auto or gauss4, or a larger tolerance"
         )
     return [pool[k] for k in best], chosen

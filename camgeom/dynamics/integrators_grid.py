@@ -156,12 +156,18 @@ class Walk:
 
     def states(self, begin: Array) -> Array:
         """States (b, n + 1, r) along the grid from the state begin (b, r)."""
+        return self.run(begin)[0]
+
+    def run(self, begin: Array) -> tuple[Array, Array]:
+        """States along the grid and the map of the whole period, in one pass."""
         out = np.empty((self.system.batch, self.grid.steps + 1, self.size))
         out[:, 0] = begin
+        total = np.broadcast_to(np.eye(self.size, self.size + 1), (self.system.batch, self.size, self.size + 1))
         for low in self._lows():
             chain = self._chain(low)
             out[:, low + 1 : low + 1 + chain.count] = chain.states(out[:, low])
-        return out
+            total = after(chain.whole(), total)
+        return out, total
 
     def _lows(self) -> range:
         return range(0, self.grid.steps, self.part)

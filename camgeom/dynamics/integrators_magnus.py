@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from camgeom.dynamics.integrators import Array, Magnus, System
+from camgeom.dynamics.integrators import Array, Magnus, StepTooLong, System
 
 PADE = (
     *(64764752532480000.0, 32382376266240000.0, 7771770303897600.0, 1187353796428800.0, 129060195264000.0),
@@ -38,8 +38,10 @@ def exponential(matrices: Array) -> Array:
     even = a6 @ (c[12] * a6 + c[10] * a4 + c[8] * a2) + c[6] * a6 + c[4] * a4 + c[2] * a2 + c[0] * eye
     odd = a @ odd
     out = np.linalg.solve(even - odd, even + odd)
-    for _ in range(squarings):
-        out = out @ out
+    # checked by the caller: squaring overflows where the true exponential does
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(squarings):
+            out = out @ out
     return np.asarray(out)
 
 
@@ -56,6 +58,10 @@ def maps(method: Magnus, system: System, start: Array, step: Array) -> Array:
         second, _ = _generator(system, start + (0.5 + reach) * step, rate)
         omega = h * (first + second) / 2.0 - (sqrt(3.0) / 12.0) * h * h * (first @ second - second @ first)
     full = exponential(omega)[..., : 2 * m, :]
+    if not np.isfinite(full).all():
+        raise StepTooLong(
+            f"{method.name}: the step is beyond the radius of convergence of the series; take shorter ones"
+        )
     full[..., :m, :] /= rate
     full[..., :m] *= rate
     return full

@@ -81,56 +81,6 @@ def stages(method: RungeKutta, system: System, start: Array, step: Array, keep_i
     return Stages(method, theta, step, np.asarray(np.linalg.solve(matrix, right)), None)
 
 
-def maps(self) -> Array:
-        """Affine maps (b, n, 2m, 2m + 1) of the state (q, q')."""
-        b, n, sm, width = self.rows.shape
-        m = (width - 1) // 2
-        position, speed = self.weights()
-        stages = self.rows.reshape(b, n, sm // m, m * width)
-        out = np.zeros((b, n, 2 * m, width))
-        out[:, :, m:] = (speed @ stages).reshape(b, n, m, width)
-        out[:, :, :m] = (position @ stages).reshape(b, n, m, width)
-        index = np.arange(m)
-        out[:, :, index, index] += 1.0
-        out[:, :, m + index, m + index] += 1.0
-        out[:, :, index, m + index] += self.step[:, :, None]
-        return out
-
-    def weights(self) -> tuple[Array, Array]:
-        """Weights (1 or b, n, 1, s) of the stage accelerations in the step of q and of q'."""
-        a, b = np.array(self.method.a), np.array(self.method.b)
-        h = self.step[:, :, None]
-        # (., n, 1, s) keeps the product with (b, n, s, .) a plain matrix product
-        return (h * h * (b @ a))[:, :, None, :], (h * b)[:, :, None, :]
-
-
-def stages(method: RungeKutta, system: System, start: Array, step: Array, keep_inverse: bool = False) -> Stages:
-    """Stage accelerations of steps (1 or b, n) from cam angles start, rad."""
-    m, s = system.size, len(method.b)
-    a, c = np.array(method.a), np.array(method.c)
-    theta = start[:, :, None] + step[:, :, None] * c
-    here = _at(system, theta, c)
-    h = step[:, :, None, None, None]
-    damping, stiffness = here.damping, here.stiffness
-    right = _right_hand_side(here, step, c, system.batch)
-    if method.explicit:
-        return Stages(method, theta, step, _sweep(method, damping, stiffness, right, h), None)
-    n = right.shape[1]
-    left = np.empty((system.batch, n, s, m, s, m))
-    aa = a @ a
-    # block (i, j): h a_ij D_i + h^2 (aa)_ij S_i
-    np.multiply((h * damping)[:, :, :, :, None, :], a[:, None, :, None], out=left)
-    left += (h * h * stiffness)[:, :, :, :, None, :] * aa[:, None, :, None]
-    matrix: Array = left.reshape(system.batch, n, s * m, s * m)
-    index = np.arange(s * m)
-    matrix[:, :, index, index] += 1.0
-    right = right.reshape(system.batch, n, s * m, 2 * m + 1)
-    if keep_inverse:
-        inverse = np.linalg.inv(left)
-        return Stages(method, theta, step, inverse @ right, inverse)
-    return Stages(method, theta, step, np.linalg.solve(left, right), None)
-
-
 def maps(method: RungeKutta, system: System, start: Array, step: Array) -> Array:
     """Affine maps (b, n, 2m, 2m + 1) of the state (q, q') for steps (1 or b, n) from cam angles start, rad."""
     return stages(method, system, start, step).maps()

@@ -76,6 +76,14 @@ def acceleration(system: System, theta: Array, position: Array, rate: Array, sid
     return np.asarray(out)
 
 
+class Growing(NotConverged):
+    """A turn multiplies some disturbance by `radius` > 1: too long a step, or the drive itself."""
+
+    def __init__(self, radius: float, text: str) -> None:
+        self.radius = radius
+        super().__init__(text)
+
+
 def turn_after_turn(grid: Grid, turns: int) -> Array:
     """Cam angles of the grid repeated over the turns, in rad."""
     span = grid.theta[-1] - grid.theta[0]
@@ -113,7 +121,8 @@ def _refuse_growth(radius: Array, method: Method, grid: Grid) -> None:
     """NotConverged when some speed has a growing turn."""
     if not np.isfinite(radius).all() or float(radius.max()) > 1.0 + NEUTRAL:
         worst = int(np.nan_to_num(radius, nan=np.inf).argmax())
-        raise NotConverged(
+        raise Growing(
+            float(radius[worst]),
             f"the turn grows by {radius[worst]:.6g} at speed {worst}: a parametric instability of an undamped drive or "
-            f"too long a step for {method.name} ({grid.steps} a turn); give damping, move the speed, or use gauss4"
+            f"too long a step for {method.name} ({grid.steps} a turn); give damping, move the speed, or use gauss4",
         )

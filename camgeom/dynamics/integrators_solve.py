@@ -6,12 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from camgeom.dynamics.integrators import Array, Method, System, find
+from camgeom.dynamics.integrators import Array, Method, StepTooLong, System, find
 from camgeom.dynamics.integrators_exact import exact_periodic, exact_transient
 from camgeom.dynamics.integrators_grid import MAX_STEPS, Grid, Walk
-from camgeom.dynamics.integrators_solution import Solution, acceleration, closing_state, turn_after_turn
+from camgeom.dynamics.integrators_solution import Growing, Solution, acceleration, closing_state, turn_after_turn
 from camgeom.errors import NotConverged
 
+SAME_GROWTH = 0.05
+"""share by which the growth found on two grids may differ and still be the growth of the drive"""
 PROBES = 73
 """cam angles at which frequencies are looked at to choose and to vet a step"""
 
@@ -44,7 +46,6 @@ def transient(system: System, grid: Grid, method: str | Method, begin: Array | N
     if not system.linear:
         return exact_transient(system, grid, method, begin, turns)
     walk = Walk(method, system, grid)
-    total = walk.period()
     state = np.zeros((system.batch, walk.size))
     if begin is not None:
         state[:, : 2 * system.size] = begin
@@ -53,11 +54,10 @@ def transient(system: System, grid: Grid, method: str | Method, begin: Array | N
         m = system.size
         # the limit from the left: the renewal at the first knot then brings the limit from the right
         state[:, 2 * m :] = acceleration(system, here, state[:, None, :m], state[:, None, m : 2 * m], "left")[:, 0]
-    parts = []
-    for turn in range(turns):
-        part = walk.states(state)
-        state = part[:, -1]
-        parts.append(part if turn == 0 else part[:, 1:])
+    part, total = walk.run(state)
+    parts = [part]
+    for _ in range(1, turns):
+        parts.append(walk.states(parts[-1][:, -1])[:, 1:])
     out = np.concatenate(parts, 1)
     if not np.isfinite(out).all():
         raise NotConverged(
@@ -89,14 +89,16 @@ def verified(
     Doubles the steps until then; raises NotConverged when rounding or `max_steps` comes first, with the error reached.
     """
     coarse: Solution | None = None
-    reached, stalled = np.inf, 0
+    reached, stalled, growth = np.inf, 0, np.inf
     while grid.steps <= max_steps:
         try:
             fine = solve(grid)
-        except _StepTooLong:
-            if 2 * grid.steps > max_steps:
+        except (StepTooLong, Growing) as refusal:
+            # growth that two grids agree on is the drive's own
+            rate = refusal.radius if isinstance(refusal, Growing) else np.inf
+            if 2 * grid.steps > max_steps or abs(rate - growth) < SAME_GROWTH * (rate - 1.0):
                 raise
-            coarse, grid = None, grid.halved()
+            coarse, grid, growth = None, grid.halved(), rate
             continue
         if coarse is not None:
             error = difference(coarse, fine, watch)
@@ -106,8 +108,8 @@ def verified(
             stalled = stalled + 1 if worst > 0.7 * reached and worst < 1e-6 else 0
             if stalled == 2:
                 raise NotConverged(
-                    f"{fine.method.name}: the error no longer falls below {worst:.1e} of the peak (rounding, or a motion "
-                    f"with sharp corners); ask for a tolerance above it"
+                    f"{fine.method.name}: the error no longer falls below {worst:.1e} of the peak (rounding, or a "
+                    "motion with sharp corners); ask for a tolerance above it"
                 )
             reached = worst
         coarse, grid = fine, grid.halved()
@@ -132,10 +134,6 @@ def _replace_error(solution: Solution, error: Array) -> Solution:
     return Solution(s.system, s.method, s.grid, s.theta, s.state, s.spectral_radius, error, text)
 
 
-class _StepTooLong(NotConverged):
-    """The step exceeds the stability limit of the method; shorter ones will do."""
-
-
 def frequencies(system: System, grid: Grid) -> Array:
     """Largest magnitudes (b, probes, m) of the natural frequencies in rad per rad of cam angle, looked at round the
     turn.
@@ -153,6 +151,6 @@ def vet(system: System, grid: Grid, method: Method) -> None:
     need = highest * float(grid.step.max()) / method.stability
     if need > 1.0:
         steps = int(np.ceil(grid.steps * need))
-        raise _StepTooLong(
+        raise StepTooLong(
             f"{method.name} is unstable at {grid.steps} steps a turn: the highest mode needs at least {steps}"
         )
