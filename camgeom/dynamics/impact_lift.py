@@ -62,12 +62,16 @@ class Arc:
     def many(self, angle: Floats, order: int) -> Floats:
         """Lift and derivatives up to `order`, shape (order + 1, n), at an array of angles [rad]."""
         u = angle - self.anchor
-        out = np.empty((order + 1, u.size))
-        series = np.polynomial.Polynomial(self.power or (0.0,))
-        for k in range(order + 1):
-            out[k] = series.deriv(k)(u) if k else series(u)
+        out = np.zeros((order + 1, u.size))
+        for term in reversed(self.power):
+            for k in range(order, 0, -1):
+                out[k] = out[k] * u + out[k - 1]
+            out[0] = out[0] * u + term
+        for k in range(2, order + 1):
+            out[k] *= math.factorial(k)
         for w, a, b in self.waves:
-            c, s = np.cos(w * u), np.sin(w * u)
+            c: Floats = np.cos(w * u)
+            s: Floats = np.sin(w * u)
             turned = (b * s + a * c, b * c - a * s)
             out[0] += b * s - 2.0 * a * np.sin(0.5 * w * u) ** 2
             for k in range(1, order + 1):
@@ -136,6 +140,8 @@ class Lift:
         turned = np.mod(np.atleast_1d(np.asarray(angle, dtype=np.float64)), TURN)
         out = np.empty((order + 1, turned.size))
         index = np.clip(np.searchsorted(self.starts, turned, side="right") - 1, 0, None)
+        if index.size and index.min() == index.max():
+            return self.arcs[int(index[0])].many(turned, order)
         for k in np.unique(index):
             here = index == k
             out[:, here] = self.arcs[k].many(turned[here], order)

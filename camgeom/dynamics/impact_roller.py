@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from camgeom.dynamics.impact_lift import Jet, Lift, LiftJets
 from camgeom.dynamics.impact_side import Floats, Side, Touch, Toucher, TouchMany
+from camgeom.dynamics.impact_swing import swing_toucher
 from camgeom.errors import NotConverged, Problem, ProfileError
 
 Complexes = NDArray[np.complex128]
@@ -134,6 +135,13 @@ class CurveSide(Side):
         pose, exp, at = arm.pose, cmath.exp, jets.at
         carried, velocity, left = arm.carried, self.curve.velocity, 1j * self.outward
 
+        def search(k: int, x: float, p: complex) -> tuple[complex, complex, complex]:
+            return _searched(lambda e: curve(e, at(k, x + e), exp), p)
+
+        if isinstance(arm, SwingArm) and isinstance(self.curve, DiscCurve) and self.outward == 1:
+            sizes = (arm.pivot, arm.length, arm.phase, self.curve.shift, radius, gap)
+            return swing_toucher(jets, *sizes, _TAYLOR, _REACH, search)
+
         def touch(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Touch:
             p, p1, _ = pose(s0 + eta, exp)
             e = 0.0
@@ -155,7 +163,7 @@ class CurveSide(Side):
                     break
                 c, c1, c2 = curve(e, at(k, x + e), exp)
             if slope != 0.0:
-                c, c1, c2 = _searched(lambda e: curve(e, at(k, x + e), exp), p)
+                c, c1, c2 = search(k, x, p)
             speed = abs(c1)
             n = left * c1 / speed
             w = p - c
@@ -183,7 +191,8 @@ class CurveSide(Side):
             w = p - c
             size, slope = np.abs(c1) ** 2, (np.conj(w) * c2).real
             de = (np.conj(w) * c1).real / np.where(slope < 0.95 * size, size - slope, size)
-            if np.abs(de).max(initial=0.0) < 1e-13:
+            if np.abs(de).max(initial=0.0) < _TAYLOR:
+                c, c1 = c + de * (c1 + 0.5 * de * c2), c1 + de * c2
                 break
             e = e + np.clip(de, -0.1, 0.1)
             jet = lift.many(angle + e, 2)

@@ -193,10 +193,12 @@ class ImpactRun:
 
         The part that is heard: the rms jerk grows with the share of impacts in the motion.
         """
-        trace = self.trace
-        slope = np.diff(trace.acceleration, axis=1) / np.diff(trace.time, axis=1)
-        lengths = np.diff(trace.time, axis=1)
-        mean = float((slope**2 * lengths).sum() / lengths.sum())
+        lengths = np.array([s.length for s in self.recorded.steps])
+        # Steps cut short by an event are left out: the difference of their accelerations is rounding.
+        kept = lengths > 1e-7 * self.problem.period
+        lengths = lengths[kept] / SHARES
+        slope = np.diff(self.trace.acceleration[kept], axis=1) / lengths[:, None]
+        mean = float((slope**2 * lengths[:, None]).sum() / (SHARES * lengths.sum()))
         return float(np.abs(slope).max()), math.sqrt(mean)
 
     def turn_times(self) -> list[tuple[float, float]]:

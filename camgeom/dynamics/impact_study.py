@@ -1,0 +1,205 @@
+"""Many contact problems at once: statistics over turns, clearance studies, comparison of profiles (SI units).
+
+A motion with impacts need not be periodic; its peaks are then reported as mean, least and largest over turns, and the
+only convergence that can be shown is that of the first turn, against a run with a ten times tighter tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from multiprocessing import get_context
+from typing import NamedTuple, final
+
+import numpy as np
+
+from camgeom.dynamics.impact import ImpactProblem, State
+from camgeom.dynamics.impact_run import ImpactRun, Quantity, solve
+from camgeom.errors import Problem, ProfileError
+
+PERIODIC_SPREAD = 1e-3
+"""relative spread of the peaks of the turns below which the motion is called periodic"""
+
+
+class Statistic(NamedTuple):
+    """Mean, least and largest of a quantity over turns."""
+
+    mean: float
+    least: float
+    largest: float
+
+    @property
+    def spread(self) -> float:
+        """(largest - least) over the mean, 1."""
+        return (self.largest - self.least) / self.mean if self.mean else 0.0
+
+
+@final
+@dataclass(frozen=True)
+class StudyRow:
+    """One variant: peaks over turns in SI units, and how far they can be trusted."""
+
+    label: str
+    clearance: float
+    turns: int
+    acceleration: Statistic
+    force_main: Statistic
+    force_back: Statistic
+    pressure: Statistic
+    approach_speed: Statistic
+    impacts: Statistic
+    conversions: Statistic
+    lost_energy: float
+    """mean per turn [J]"""
+    rms_jerk: float
+    ideal_acceleration: float
+    """peak of the motion without free play"""
+    periodic: bool
+    tighter_change: float | None
+    """relative change of the first turn's peak acceleration against a ten times tighter run"""
+    energy_residual: float
+    """of the power balance, over the largest energy that flowed"""
+
+    @property
+    def amplification(self) -> float:
+        """Mean peak acceleration over that of the ideal motion, 1."""
+        return self.acceleration.mean / self.ideal_acceleration
+
+
+def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | None = None) -> StudyRow:
+    """The peaks of every whole turn of a run but the first `skip`. Raises ProfileError where no turn is left."""
+    turns = run.turn_times()[skip:]
+    if not turns:
+        raise ProfileError([Problem("cycles", "no whole turn is left after the settling turns", skip, "fewer to skip")])
+
+    def over(quantity: Quantity) -> Statistic:
+        return _statistic([run.peak(quantity, low, high).value for low, high in turns])
+
+    hits = [[hit for hit in run.impacts if low <= hit.time < high] for low, high in turns]
+    main, back = over("force_main"), over("force_back")
+    pressures = [
+        max(run.peak("pressure_main", *turn).value, run.peak("pressure_back", *turn).value)
+        if run.problem.patch
+        else 0.0
+        for turn in turns
+    ]
+    acceleration = over("acceleration")
+    ideal = run.machine.lift.peaks[2] * run.problem.speed**2
+    return StudyRow(
+        label,
+        _clearance(run.problem),
+        len(turns),
+        acceleration,
+        main,
+        back,
+        _statistic(pressures),
+        _statistic([max((hit.approach_speed for hit in turn), default=0.0) for turn in hits]),
+        _statistic([float(len(turn)) for turn in hits]),
+        _statistic([float(sum(hit.converts for hit in turn)) for turn in hits]),
+        _lost(run, turns),
+        run.jerk[1],
+        ideal,
+        acceleration.spread < PERIODIC_SPREAD,
+        tighter,
+        run.energy.relative_residual,
+    )
+
+
+def study(
+    problems: Mapping[str, ImpactProblem],
+    *,
+    turns: int = 6,
+    skip: int = 1,
+    rtol: float = 1e-9,
+    tighter: bool = True,
+    workers: int | None = None,
+) -> list[StudyRow]:
+    """One row a problem, in order, on all processors (or `workers` of them; 1: in this process).
+
+    `tighter` repeats the first turn with a tenth of the tolerance. The processes are spawned, so a script must guard
+    its entry by `if __name__ == "__main__"`. Raises what the runs raise.
+    """
+    jobs = [(label, problem, turns, skip, rtol, tighter) for label, problem in problems.items()]
+    most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    count = min(workers or most, len(jobs))
+    if count <= 1:
+        return [_row(job) for job in jobs]
+    # Long runs first: the work grows with the clearance, and one long run must not be the last to start.
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
+        made = list(pool.map(_row, [jobs[i] for i in order]))
+    rows: dict[int, StudyRow] = dict(zip(order, made, strict=True))
+    return [rows[i] for i in range(len(jobs))]
+
+
+def clearance_study(
+    problem: ImpactProblem,
+    clearances: Sequence[float] | None = None,
+    *,
+    count: int = 13,
+    **options: int | float | bool | None,
+) -> list[StudyRow]:
+    """Rows over the clearance [m]; by default `count` of them from 1e-6 to 1e-3 m in equal ratios."""
+    values = list(np.geomspace(1e-6, 1e-3, count)) if clearances is None else list(clearances)
+    problems = {f"{1e3 * c:.4g} mm": replace(problem, pair=problem.pair.with_clearance(float(c))) for c in values}
+    return study(problems, **options)  # type: ignore[arg-type]
+
+
+def decade_growth(rows: Sequence[StudyRow]) -> list[float]:
+    """Local exponent of the growth of the mean peak acceleration with the clearance, between neighbouring rows."""
+    return [
+        math.log(b.acceleration.mean / a.acceleration.mean) / math.log(b.clearance / a.clearance)
+        for a, b in pairwise(rows)
+    ]
+
+
+def _row(job: tuple[str, ImpactProblem, int, int, float, bool]) -> StudyRow:
+    label, problem, turns, skip, rtol, tighter = job
+    run = solve(problem, turns=turns, rtol=rtol)
+    change = None
+    if tighter:
+        first = run.peak("acceleration", 0.0, problem.period).value
+        close = solve(problem, turns=1.0, rtol=0.1 * rtol).peak("acceleration").value
+        change = abs(first - close) / close
+    return statistics(run, skip, label, change)
+
+
+def _statistic(values: Sequence[float]) -> Statistic:
+    return Statistic(sum(values) / len(values), min(values), max(values))
+
+
+def _clearance(problem: ImpactProblem) -> float:
+    return float(getattr(problem.pair, "clearance", problem.pair.play))
+
+
+def _lost(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> float:
+    """Mean energy [J] lost per turn: the second power, between the steps nearest to the turns' ends."""
+    times = [step.time for step in run.recorded.steps] + [run.recorded.time]
+    lost = [work.imag for work in run.recorded.work]
+    first, last = np.interp([turns[0][0], turns[-1][1]], times, lost)
+    return float(last - first) / len(turns)
+
+
+def free_flight(problem: ImpactProblem) -> tuple[float, float, float]:
+    """Estimate of the drive conversion: flight time [s], speed gained in the coordinate, approach speed [m/s].
+
+    The follower leaves one side where the acceleration changes sign with the jerk j and crosses the play phi_m freely:
+    t = (6 phi_m/|j|)^(1/3), eta' = 1/2 |j| t^2, growing with the clearance to the power 2/3.
+    """
+    pair, w = problem.pair, problem.speed
+    lift = pair.lift
+    angle = np.linspace(0.0, 2.0 * math.pi, 7201)
+    second, third = lift.many(angle, 3)[2:]
+    turning = 1 + np.flatnonzero((second[:-2] > 0.0) & (second[1:-1] <= 0.0) & (second[2:] < 0.0))
+    if not turning.size:
+        return 0.0, 0.0, 0.0
+    place = int(turning[np.argmax(np.abs(third[turning]))])
+    jerk = abs(float(third[place])) * w**3
+    time = math.cbrt(6.0 * pair.play / jerk) if jerk > 0.0 else 0.0
+    speed = 0.5 * jerk * time * time
+    lever = float(pair.sides[State.BACK - 1].many(lift, angle[place : place + 1], np.zeros(1))[1][0])
+    return time, speed, abs(lever) * speed

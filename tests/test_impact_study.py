@@ -1,0 +1,155 @@
+"""Statistics over turns, clearance studies on all processors, the fixed-step method, the two papers, the spec."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from camgeom.dynamics.contact_laws import HertzLine, LiuCylinder, PowerLaw, PrintedStiffness
+from camgeom.dynamics.contact_losses import Coulomb, RampedDamping
+from camgeom.dynamics.impact import ImpactProblem
+from camgeom.dynamics.impact_fixed import solve_fixed
+from camgeom.dynamics.impact_frame import SPEED as FRAME_SPEED
+from camgeom.dynamics.impact_frame import pressing_problem
+from camgeom.dynamics.impact_paper import answer_the_paper, printed_geometry
+from camgeom.dynamics.impact_reference import b1_problem
+from camgeom.dynamics.impact_run import solve
+from camgeom.dynamics.impact_spec import ImpactSpec
+from camgeom.dynamics.impact_study import clearance_study, decade_growth, free_flight, statistics, study
+from camgeom.errors import ProfileError
+
+
+def test_study_in_spawned_processes_equals_the_study_here() -> None:
+    clearances = [2e-5, 1e-4]
+    here = clearance_study(b1_problem(1e-4, contact="power-soft"), clearances, turns=1, skip=0, workers=1)
+    there = clearance_study(b1_problem(1e-4, contact="power-soft"), clearances, turns=1, skip=0, workers=2)
+    assert here == there
+    assert [row.clearance for row in there] == clearances
+    for row in there:
+        assert row.tighter_change is not None
+        assert row.tighter_change < 1e-6
+        assert row.energy_residual < 1e-6
+        assert row.amplification > 1.0
+    assert 0.0 < decade_growth(there)[0] < 0.8
+
+
+def test_steady_turns_of_the_reference_mechanism() -> None:
+    """The values of the line contact at 0.01 and 0.1 mm; they are periodic, 1 mm is not and says so."""
+    rows = study({"0.01": b1_problem(1e-5), "0.1": b1_problem(1e-4)}, turns=3, tighter=False, workers=1)
+    assert rows[0].acceleration.mean == pytest.approx(6444.0, abs=1.0)
+    assert rows[1].acceleration.mean == pytest.approx(15405.0, rel=1e-3)
+    assert all(row.periodic for row in rows)
+    assert rows[1].acceleration.mean / rows[0].acceleration.mean == pytest.approx(2.39, abs=0.01)
+    wild = statistics(solve(b1_problem(1e-3), turns=4))
+    assert not wild.periodic
+    assert wild.acceleration.spread > 0.05
+    assert wild.acceleration.least <= wild.acceleration.mean <= wild.acceleration.largest
+
+
+@pytest.mark.slow
+def test_the_statements_of_the_paper() -> None:
+    answer = answer_the_paper((1e-5, 1e-4), ("hertz", "printed"), turns=2)
+    rows = answer.rows
+    assert rows["3-4-5", "printed", 1e-5].acceleration.mean == pytest.approx(6439.0, abs=2.0)
+    assert rows["3-4-5", "printed", 1e-4].acceleration.mean == pytest.approx(15125.0, rel=2e-3)
+    assert rows["modified-trapezoid", "hertz", 1e-5].acceleration.mean == pytest.approx(6311.0, abs=2.0)
+    assert rows["modified-trapezoid", "hertz", 1e-4].acceleration.mean == pytest.approx(19254.0, rel=2e-3)
+    assert rows["modified-trapezoid", "printed", 1e-5].force_main.mean == pytest.approx(12370.0, abs=3.0)
+    assert "hertz: 6310 against 6444" in answer.profiles
+    assert "does not hold" in answer.profiles.split("printed")[0]
+    assert "2.05 times" in answer.profiles
+    assert "hertz: 2.39" in answer.growth
+    assert len(answer.table) == 8
+    for law in ("3-4-5", "modified-trapezoid"):
+        assert rows[law, "hertz", 1e-4].amplification > 2.0
+
+
+def test_ideal_peaks_and_printed_geometry() -> None:
+    run = solve(b1_problem(1e-4), turns=1.0, rtol=1e-6)
+    assert run.machine.lift.peaks[2] * run.problem.speed**2 == pytest.approx(6396.418337, rel=1e-3)
+    (problem,) = printed_geometry()
+    assert "cannot be assembled" in str(problem)
+
+
+def test_free_flight_estimates() -> None:
+    for c, gained, speed in ((1e-5, 0.456230, 0.04056), (1e-4, 2.117631, 0.18829), (1e-3, 9.829205, 0.87512)):
+        _, rate, approach = free_flight(b1_problem(c))
+        assert rate == pytest.approx(gained, rel=2e-3)
+        assert approach == pytest.approx(speed, rel=2e-3)
+
+
+def test_fixed_step_method_of_the_paper_converges_towards_the_event_solver() -> None:
+    problem, end = b1_problem(1e-4, contact="power-soft"), math.radians(14.0)
+    exact = [solve(b1_problem(c, contact="power-soft"), end_angle=end).peak("acceleration").value for c in (1e-5, 1e-4)]
+    errors = []
+    for step in (4e-5, 1e-5):
+        fixed = solve_fixed(problem, (1e-5, 1e-4), end_angle=end, step=step)
+        errors.append(np.abs(fixed.peaks() / exact - 1.0).max())
+    assert errors[1] < errors[0] < 2e-2
+    assert errors[1] < 3e-3
+    with pytest.raises(ProfileError, match="fixed-step"):
+        solve_fixed(b1_problem(1e-4, friction=Coulomb()), (1e-4,), end_angle=end)
+
+
+def test_pressing_mechanism_moves_as_designed_with_contact_ripple() -> None:
+    """Constant-width cam, 60 r/min: kinematic peak pi h w/(2 Phi) = 121.18 mm/s; the printed run gave 120.341."""
+    problem = pressing_problem(2e-5)
+    run = solve(problem, turns=1.0)
+    trace = run.trace.flat()
+    peak = 1e3 * float(np.abs(trace.speed).max())
+    assert peak == pytest.approx(121.18, rel=0.01)
+    assert peak == pytest.approx(120.341, rel=0.02)
+    kinematic = problem.pair.lift.many(trace.angle, 2) * np.array([[1.0], [FRAME_SPEED], [FRAME_SPEED**2]])
+    assert np.abs(trace.position - kinematic[0]).max() < 2.5e-5, "within the play and the contact deflection"
+    assert np.abs(kinematic[2]).max() == pytest.approx(0.979, abs=1e-3)
+    assert run.peak("acceleration").value > 1.2 * 0.979, "the contact ripple stands above the kinematic peak"
+    assert run.energy.relative_residual < 1e-6
+    tight = solve(problem, turns=0.5, rtol=1e-10)
+    assert run.peak("acceleration", until=0.5).value == pytest.approx(tight.peak("acceleration").value, rel=1e-6)
+    assert {hit.side.name for hit in run.conversions} == {"MAIN", "BACK"}
+
+
+def test_spec_gives_the_laws_in_si_units() -> None:
+    spec = ImpactSpec()
+    law = spec.contact_law(112304.6875, 20.0, 20.0, 130.0)
+    assert isinstance(law, HertzLine)
+    assert law.force(1e-6, 0.0) == pytest.approx(469.9932583, rel=1e-9)
+    assert spec.friction_law() is None
+    assert spec.spin() is None
+    flat = spec.contact_law(112304.6875, 20.0, math.inf, 40.0)
+    assert flat.force(1e-6, 0.0) > 0.0
+    power = ImpactSpec(law="power", stiffness=35000.0, damping=28.0).contact_law(1.0, 1.0, 1.0, 1.0)
+    assert power == PowerLaw(35000.0 * 10**4.5, 1.5)
+    damper = ImpactSpec(damping=28.0).damping_law()
+    assert damper == RampedDamping(28e3, 1e-4)
+    assert isinstance(ImpactSpec(law="liu").contact_law(1e5, 20.0, 20.0, 130.0), LiuCylinder)
+    printed = ImpactSpec(law="printed").contact_law(1e5, 20.0, 20.0, 130.0)
+    assert isinstance(printed, PrintedStiffness)
+    assert printed.exponent == 1.0
+    assert ImpactSpec(study=[0.01, 0.1]).study == (0.01, 0.1)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"law": "power"},
+        {"static_friction": 0.1, "dynamic_friction": 0.2},
+        {"static_friction": 0.1, "slip_speed": 0.0005},
+        {"turns": 3, "settle": 3},
+        {"roller_inertia": 5.0},
+        {"restitution": 0.0},
+        {"tolerance": 1e-14},
+        {"clearance_kind": "axial"},
+    ],
+)
+def test_spec_refuses(keys: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        ImpactSpec(**keys)  # type: ignore[arg-type]
+
+
+def test_statistics_need_a_turn() -> None:
+    run = solve(b1_problem(1e-5), end_angle=0.5)
+    with pytest.raises(ProfileError, match="no whole turn"):
+        statistics(run)
+    assert isinstance(run.problem, ImpactProblem)
