@@ -111,7 +111,7 @@ def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_co
     counts = _choose_counts(cells, coarse, tolerance, max_counts)
     owner = np.repeat(np.arange(bands), coarse)
     steps = _steps(cells, np.array(coarse)[owner] / np.array(counts)[owner], FILL * tolerance)
-    for _ in range(PASSES):
+    for attempt in range(PASSES):
         phi = _placed(knots, phi, steps)
         if (len(phi) - 1) * sum(counts) > MAX_CELLS:
             raise NotConverged(
@@ -127,8 +127,8 @@ def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_co
             return Grid(phi, corner, counts, rising[nearest], worst)
         if len(chosen) < len(phi) - 1:
             cells = _at(section, phi, corner, counts, np.arange(len(phi) - 1))
-        widths, counts = _widened(cells, counts, tolerance, max_counts)
-        steps = _steps(cells, widths, FILL * tolerance)
+        widths, counts = _widened(cells, counts, tolerance, max_counts, max(0.3, 0.9 - 0.15 * attempt))
+        steps = _steps(cells, widths, (FILL - 0.03 * attempt) * tolerance)
     raise NotConverged(
         f"the chord error stays at {worst:g} mm, above the tolerance {tolerance:g} mm: the surface is nearly "
         "singular (look at the undercut margin and the continuity of the motion)"
@@ -213,14 +213,17 @@ def _placed(knots: Floats, phi: Floats, factors: Floats) -> Floats:
     return np.append(np.concatenate(pieces), knots[-1])
 
 
-def _widened(cells: Cells, counts: Counts, tolerance: float, most: Counts) -> tuple[Floats, Counts]:
-    """More cells across the bands whose sag across leaves no room; widths of the measured cells in the new ones."""
+def _widened(
+    cells: Cells, counts: Counts, tolerance: float, most: Counts, room: float
+) -> tuple[Floats, Counts]:
+    """More cells across the bands whose sag across takes more than `room`; widths of the measured in the new ones."""
     grown = []
     widths = []
     start = 0
     for count, top in zip(counts, most):
         sag = float(np.abs(cells.c[:, start : start + count]).max()) / 8.0
-        want = count if sag <= 0.93 * tolerance else int(np.ceil(count * np.sqrt(sag / (ACROSS * tolerance))))
+        aim = min(ACROSS, room) * tolerance
+        want = count if sag <= room * tolerance else int(np.ceil(count * np.sqrt(sag / aim)))
         grown.append(min(want, top))
         widths.append(np.full(count, count / grown[-1]))
         start += count
