@@ -30,8 +30,10 @@ class Clearance:
     point: tuple[float, float, float]
 
 
-def least_clearance(track: Track, points: Floats, grow: float = 0.0) -> Clearance:
+def least_clearance(track: Track, points: Floats, slack: Floats | None = None, grow: float = 0.0) -> Clearance:
     """Least distance of the points (v, 3) from the roller (enlarged by `grow` mm, normal) over its whole motion.
+
+    slack  (v,) by how much a point may stand proud of the true surface, mm; it is added to the point's distance
 
     Only points that the roller can come near count; where none can, the distance is infinite at angle 0.
     """
@@ -43,9 +45,10 @@ def least_clearance(track: Track, points: Floats, grow: float = 0.0) -> Clearanc
     if not np.any(near):
         return Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
     x = points[near]
+    extra = np.zeros(len(x)) if slack is None else slack[near]
     best = Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
     for turn in turns:
-        found = _search(track, x, window, turn)
+        found = _search(track, x, extra, window, turn)
         if found.value < best.value:
             best = found
     return best
@@ -134,20 +137,21 @@ class _Window:
         return np.asarray((self.sense * (self.middle - azimuth)) % TURN)
 
 
-def _search(track: Track, x: Floats, window: _Window, turn: int) -> Clearance:
+def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
     """Best of coarse samples in each point's window, then golden section about it."""
     share = np.linspace(-1.0, 1.0, SAMPLES)
     step = window.half * (share[1] - share[0])
     xt = np.ascontiguousarray(x.T)
     phi = window.angles(x)[:, None] + TURN * turn + window.half * share
-    value = roller_distance(track, xt[:, :, None], phi)
+    value = roller_distance(track, xt[:, :, None], phi) + extra[:, None]
     best = np.argmin(value, axis=1)
     centre = phi[np.arange(len(x)), best]
     coarse = value[np.arange(len(x)), best]
     slack = _lipschitz(track, step)
     order = coarse - slack <= coarse.min() + 1e-9
-    xt, centre = xt[:, order], centre[order]
+    xt, centre, extra = xt[:, order], centre[order], extra[order]
     found, where = _golden_minimum(track, xt, centre - step, centre + step)
+    found = found + extra
     i = int(np.argmin(found))
     return Clearance(float(found[i]), float(where[i]), tuple(float(c) for c in xt[:, i]))  # type: ignore[arg-type]
 

@@ -228,6 +228,8 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         "cam_life_h": _finite(duty.cam_life.life_h),
         "path_per_turn_m": float(life.path) * 1e-3,
     }
+    if model.classical:
+        data["conventions"] = conventions(model)
     roller = model.setup.roller
     if roller is not None and roller.dynamic_rating is not None:
         bearing = duty.bearing(roller.dynamic_rating, roller.static_rating)
@@ -236,6 +238,39 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         if roller.static_rating is not None:
             data["bearing_static_safety"] = _finite(bearing.static_safety)
     return data
+
+
+def conventions(model: Model) -> list[dict[str, Any]]:
+    """Peak pressure and roller life under the curvature conventions of the literature, beside the exact surface.
+
+    All at the quoted pitch radius; the last row is the exact surface integrated over slices along the roller.
+    """
+    from camgeom.mechanics.fatigue import roller_life
+
+    duty, radius = model.duty, model.cam.quoted_radius(model.setup)
+    rows = []
+    for name in ("developed", "published", "flat", "developed-wall", "exact"):
+        contact = duty.convention(name, radius)
+        peak, life = contact.peak(), roller_life(contact, duty.roller, duty.radius, duty.speed)
+        rows.append(
+            {
+                "convention": name,
+                "peak_pressure_mpa": _finite(peak.pressure),
+                "cam_angle_deg": degrees(float(peak.theta)),
+                "roller_life_h": _finite(life.life_h),
+            }
+        )
+    peak = duty.slices.peak()
+    worst = int(np.argmax(peak.pressure))
+    rows.append(
+        {
+            "convention": "exact, slices",
+            "peak_pressure_mpa": _finite(peak.pressure[worst]),
+            "cam_angle_deg": degrees(float(peak.theta[worst])),
+            "roller_life_h": _finite(np.min(duty.slice_life.life_h)),
+        }
+    )
+    return rows
 
 
 def _finite(value: Any) -> float | None:

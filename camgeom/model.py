@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.facts import Ledger, Observer, fact
-from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.follower import CylinderRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
 from camgeom.track import Track
@@ -120,8 +120,21 @@ class Model:
         """The same with rollers larger by `grow` mm (normal)."""
         from camgeom.clearance import least_clearance
 
-        points = np.concatenate([solid.mesh.vertices for solid in self.solids])
-        return tuple(least_clearance(track, points, grow) for track in self.tracks)
+        return tuple(least_clearance(track, *self._surface_points, grow) for track in self.tracks)
+
+    @property
+    def _surface_points(self) -> tuple[Floats, Floats]:
+        """Vertices of all bodies, and by how much each may stand inside the true surface, mm.
+
+        A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface.
+        """
+        points = [solid.mesh.vertices for solid in self.solids]
+        slack = [
+            np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method == "boolean" else
+            np.zeros(len(solid.mesh.vertices))
+            for solid in self.solids
+        ]
+        return np.concatenate(points), np.concatenate(slack)
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:
@@ -136,6 +149,12 @@ class Model:
         """True where the profile has an [operation] and a roller follower that one roller at a time serves."""
         simple = isinstance(self.setup.follower, TranslatingFollower | SwingingFollower)
         return self.profile.operation is not None and bool(self.tracks) and simple
+
+    @property
+    def classical(self) -> bool:
+        """True for a loaded groove drum with a translating cylindrical roller, which the literature's formulas treat."""
+        kinds = self.profile.kind == "cylindrical" and isinstance(self.setup.follower, TranslatingFollower)
+        return self.loaded and kinds and isinstance(self.setup.roller, CylinderRoller) and self.cam.form == "groove"
 
     @fact
     def duty(self) -> Duty:

@@ -186,7 +186,7 @@ def test_running_clearance_is_the_gap():
 def test_interference_bites_at_one_micrometre(grow, clear):
     cam, setup = pin_cam(), pin_setup()
     mesh = cam.parts(setup)[0].solid(0.005).mesh
-    found = least_clearance(cam.tracks(setup)[0], mesh.vertices, grow)
+    found = least_clearance(cam.tracks(setup)[0], mesh.vertices, grow=grow)
     assert found.value == pytest.approx(-grow, abs=1e-9)
     assert (found.value >= -1e-7) is clear
 

@@ -94,6 +94,18 @@ class Mesh:
         """Number of through holes summed over the shells: components - euler / 2."""
         return self.components - self.euler // 2
 
+    @cached_property
+    def seam_vertices(self) -> npt.NDArray[np.bool_]:
+        """Mask (v,) of the vertices at which faces of different groups meet."""
+        if self.group is None:
+            return np.zeros(len(self.vertices), dtype=bool)
+        low = np.full(len(self.vertices), 255, dtype=np.uint8)
+        high = np.zeros(len(self.vertices), dtype=np.uint8)
+        for k in range(3):
+            np.minimum.at(low, self.faces[:, k], self.group)
+            np.maximum.at(high, self.faces[:, k], self.group)
+        return np.asarray(low < high)
+
     def group_faces(self, name: str) -> npt.NDArray[np.bool_]:
         """Mask (f,) of the faces in the named group; all False where the name is absent."""
         if name not in self.groups:
