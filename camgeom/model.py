@@ -152,7 +152,7 @@ class Model:
 
     @property
     def classical(self) -> bool:
-        """True for a loaded groove drum with a translating cylindrical roller, which the literature's formulas treat."""
+        """True for a loaded groove drum with a translating cylindrical roller: the case of the literature."""
         kinds = self.profile.kind == "cylindrical" and isinstance(self.setup.follower, TranslatingFollower)
         return self.loaded and kinds and isinstance(self.setup.roller, CylinderRoller) and self.cam.form == "groove"
 

@@ -17,7 +17,6 @@ from camgeom.spec import Gap, Length, Section
 from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.webs import drum_walls
 
-
 STARTER = """
 # Starter: a cylindrical groove cam with a translating follower. Lengths mm, angles degrees. `camgeom run` this file.
 

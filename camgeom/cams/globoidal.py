@@ -17,7 +17,6 @@ from camgeom.solid import CutBlank, Part
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import TURN, Swing, Track
 
-
 STARTER = """
 # Starter: a globoidal indexing cam, rib type, eight stops. Lengths mm, angles degrees. `camgeom run` this file.
 
