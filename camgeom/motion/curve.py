@@ -20,6 +20,8 @@ ORDER_LIMIT = 9
 """Derivatives are compared up to this order when smoothness is measured."""
 JUMP_TOLERANCE = 1e-9
 """A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
+LEAST_JUMP = 1e-280
+"""Below this a number has too few digits left to tell a jump from rounding."""
 
 
 @final
@@ -141,7 +143,7 @@ def lowest_jump(table: Table, before: npt.NDArray[np.intp], after: npt.NDArray[n
     """The lowest derivative that jumps from piece to piece; ORDER_LIMIT + 1 where none does. (m,)"""
     difference = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
     bounds = table.bounds(ORDER_LIMIT)
-    jumps = np.abs(difference) > JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after])
+    jumps = np.abs(difference) > JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP
     return np.where(jumps.any(axis=0), np.argmax(jumps, axis=0), ORDER_LIMIT + 1)
 
 

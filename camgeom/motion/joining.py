@@ -177,7 +177,8 @@ def _solve_ring(rows: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> list[F
         found.append(part - gain @ found[-1])
     found.reverse()
     ring = own + after @ found[0][:, 1:] + before @ found[-1][:, 1:]
-    first: Floats = np.linalg.solve(ring, right - after @ found[0][:, 0] - before @ found[-1][:, 0])
+    rest = right - after @ found[0][:, 0] - before @ found[-1][:, 0]
+    first = np.asarray(np.linalg.solve(ring, rest), dtype=np.float64)
     return [first, *(part[:, 0] + part[:, 1:] @ first for part in found)]
 
 

@@ -20,6 +20,8 @@ SINE = Claims(1.759603386, 5.527957071, 69.46635729, 5.457752763, 3.908855931, 2
 TRAPEZOID = Claims(2.0, 4.888123763, 61.42597481, 8.089980982, 4.233239355, 2, 2, 3)
 
 Blocks = Sequence[tuple[float, str]]
+LEAST_BLOCK = 1e-9
+"""share of the travel; nothing shorter can be told from a jump"""
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009, chapter 3"
 MAKINO = "H. Makino, Automatic Machine Mechanisms (in Japanese), Nikkan Kogyo 1976: the universal cam curve"
 
@@ -48,9 +50,13 @@ def _half(blocks: Blocks, edges: Sequence[float]) -> list[Piece]:
 
 
 def joined(first: Blocks, last: Blocks, cruise: float = 0.0) -> list[Piece]:
-    """The law that accelerates by `first`, cruises, and decelerates by `last` (told backwards from the end)."""
-    first, last = ([block for block in blocks if block[0] > 0.0] for blocks in (first, last))
+    """The law that accelerates by `first`, cruises, and decelerates by `last` (told backwards from the end).
+
+    Blocks shorter than LEAST_BLOCK are left out and the half's last block takes up their room.
+    """
     span = math.fsum([width for width, _ in first])
+    first, last = ([block for block in blocks if block[0] > LEAST_BLOCK] for blocks in (first, last))
+    cruise = cruise if cruise > LEAST_BLOCK else 0.0
     halves, speeds, lifts = [], [], []
     for blocks, total in ((first, span), (last, 1.0 - cruise - span)):
         edges = [math.fsum([width for width, _ in blocks[:k]]) for k in range(len(blocks))] + [total]
@@ -61,7 +67,7 @@ def joined(first: Blocks, last: Blocks, cruise: float = 0.0) -> list[Piece]:
     height = 1.0 / (lifts[0] + speeds[0] / speeds[1] * lifts[1] + speeds[0] * cruise)
     start = [piece.scaled(height) for piece in halves[0]]
     end = [piece.scaled(height * speeds[0] / speeds[1]).mirrored() for piece in reversed(halves[1])]
-    if cruise <= 0.0:
+    if cruise == 0.0:
         end[0] = end[0].between(span, end[0].end)
         return [*start, *end]
     steady = Piece(span, end[0].start, span, (height * lifts[0], height * speeds[0]))

@@ -82,9 +82,9 @@ def _is_number(cell: str) -> bool:
 def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, order: int) -> list[Piece]:
     """The spline of degree 2 order + 1 with the given ends that weighs closeness against roughness.
 
-    Minimises mean((f(x_i) - lift_i)²) + weight * integral(f^(order + 1)²). The weight makes the rms distance equal to
-    `deviation`, or, where that is negative, minimises the generalised cross-validation score. Raises ProfileError where
-    the table does not end at the segment's lift.
+    Minimises mean((f(x_i) + zero - lift_i)²) + weight * integral(f^(order + 1)²) over f and zero. The weight makes the
+    rms distance equal to `deviation`, or, where that is negative, minimises the generalised cross-validation score.
+    Raises ProfileError where the table does not end at the segment's lift.
     """
     slack = max(6.0 * deviation, 2e-3 * float(np.ptp(lift)))
     if abs(lift[-1] - ends.lift) > slack:
@@ -123,7 +123,9 @@ def _smoother(x_bytes: bytes, lift_bytes: bytes, deviation: float, most_knots: i
     columns = np.column_stack(
         [np.concatenate([target, np.zeros(len(rough))]), stacked[:, : free.start], stacked[:, free.stop :]]
     )
-    solved = np.linalg.lstsq(stacked[:, free], columns, rcond=None)[0]
+    # The table's zero is a reading like any other: its error is fitted too, and dropped.
+    zero = np.concatenate([np.full(len(x), 1.0 / math.sqrt(len(x))), np.zeros(len(rough))])
+    solved = np.linalg.lstsq(np.column_stack([stacked[:, free], zero]), columns, rcond=None)[0][:-1]
     return _Smoother(knots, solved[:, 0], solved[:, 1 : order + 2], solved[:, order + 2 :])
 
 

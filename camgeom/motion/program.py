@@ -11,7 +11,7 @@ from typing import NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.motion.curve import JUMP_TOLERANCE, ORDER_LIMIT
+from camgeom.motion.curve import JUMP_TOLERANCE, LEAST_JUMP, ORDER_LIMIT
 from camgeom.motion.piece import Piece
 from camgeom.motion.resolve import resolve
 from camgeom.motion.segment import TURN, Segment, Span
@@ -101,11 +101,11 @@ class Program:
         """
         angle = np.asarray(theta, dtype=float)
         flat = angle.ravel()
+        if not np.isfinite(flat).all():
+            raise ValueError("cam angles must be finite")
         turns = np.floor(flat / TURN) if side == "right" else np.ceil(flat / TURN) - 1.0
         # Rounding may leave an angle a hair outside its turn; it belongs to the turn's end.
         local = np.clip(flat - turns * TURN, 0.0, TURN)
-        if not np.isfinite(local.sum()):
-            raise ValueError("cam angles must be finite")
         out = self.table.jet(local, order, side)
         if self.advance:
             out[0] += turns * self.advance
@@ -128,7 +128,7 @@ class Program:
         steps = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
         steps[0, 0] += self.advance
         bounds = table.bounds(ORDER_LIMIT)
-        steps[np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after])] = 0.0
+        steps[np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP] = 0.0
         return steps
 
     @cached_property
