@@ -31,14 +31,14 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
     tolerance = _tolerance(arguments.tolerance)
     products, checks = chosen(arguments.command, names(arguments.only, "--only"))
-    _refuse_nameless(arguments.out)
+    refuse_nameless(arguments.out)
     profile = read(arguments.profile)
     formats = _formats(arguments, profile.output.formats, arguments.profile) if "exports" in products else ()
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
     folder = output_folder(arguments.out, profile.name)
     if writes:
-        _refuse_unwritable(folder)
+        refuse_unwritable(folder)
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
     files = _export(model, result, formats, folder) if "exports" in products else []
@@ -154,12 +154,13 @@ def output_folder(given: str | None, name: str) -> Path:
     return Path("exports") / slug(name) if given is None else Path(given)
 
 
-def _refuse_nameless(folder: str | None) -> None:
+def refuse_nameless(folder: str | None) -> None:
+    """Raise UsageError for an --out that names no folder."""
     if folder is not None and (not folder.strip() or "\x00" in folder):
         raise UsageError("--out: needs the name of a folder")
 
 
-def _refuse_unwritable(folder: Path) -> None:
+def refuse_unwritable(folder: Path) -> None:
     """Raise ExportError before anything is computed where the folder cannot be made or written in."""
     try:
         there = next(place for place in (folder, *folder.absolute().parents) if place.exists())

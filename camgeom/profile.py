@@ -73,13 +73,19 @@ class Profile(Section):
 
 def read(path: str | Path) -> Profile:
     """The profile in a TOML file. Raises ProfileError with every problem found."""
-    shown = str(path)
-    try:
-        place = Path(path)
-    except (TypeError, ValueError) as error:
-        raise ProfileError([Problem("profile", f"is not a usable file name: {error}")], shown) from None
-    text = decode(read_bytes(place, MAX_BYTES, shown), shown)
-    return parse(text, shown)
+    return parse(_text(path), str(path))
+
+
+def read_data(path: str | Path) -> dict[str, Any]:
+    """The plain data of a profile file, for `from_data`; tables as dict, arrays as tuple. Raises ProfileError."""
+    data, problems, _ = load(_text(path), str(path))
+    if problems:
+        raise ProfileError(first_of(problems), str(path))
+    return data
+
+
+def _text(path: str | Path) -> str:
+    return decode(read_bytes(Path(path), MAX_BYTES, str(path)), str(path))
 
 
 def parse(text: str, file: str = "") -> Profile:
