@@ -51,7 +51,7 @@ ROLLERS: dict[str, Model] = {
     "sphere": SphereRoller,
 }
 PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Materials, "output": Output, "limits": Limits}
-OPTIONAL_SECTIONS: dict[str, tuple[str, str]] = {}
+OPTIONAL_SECTIONS = {"impact": ("camgeom.dynamics.impact_spec", "ImpactSpec")}
 """Sections whose module is imported only when a profile has them."""
 
 

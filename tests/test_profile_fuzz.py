@@ -54,6 +54,14 @@ tolerance = 0.01
     "",
 )[0]
 
+TURRET = {
+    "cam": {"kind": "globoidal", "center_distance": 180, "width": 90, "globoid_radius": 100, "bore": 40},
+    "follower": {"kind": "turret", "stops": 8, "pitch_radius": 105},
+    "roller": {"diameter": 32, "length": 24},
+    "motion": ({"until": 120, "to": 45, "law": "modified-sine"}, {"until": 360}),
+    "impact": {"law": "power", "stiffness": 1e5, "study": (0.1, 0.2)},
+}
+
 numbers = st.one_of(
     st.floats(allow_nan=False, allow_infinity=False),
     st.integers(-(10**18), 10**18),
@@ -116,6 +124,15 @@ def read(data: Any) -> None:
 @given(st.lists(st.tuples(st.sampled_from(places(BASE)), values), min_size=1, max_size=3))
 def test_wrong_values(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
     data = copy.deepcopy(BASE)
+    for path, value in changes:
+        data = put(data, path, value)
+    read(data)
+
+
+@SLOW
+@given(st.lists(st.tuples(st.sampled_from(places(TURRET)), values), min_size=1, max_size=3))
+def test_wrong_values_of_a_turret(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
+    data = copy.deepcopy(TURRET)
     for path, value in changes:
         data = put(data, path, value)
     read(data)
