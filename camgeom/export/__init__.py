@@ -113,6 +113,15 @@ def as_bodies(solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], name: str 
     return bodies
 
 
+def common_fields(path: Path, bodies: Sequence[Body]) -> tuple[str, ...]:
+    """Names of the bodies' result fields, for a format with one table of vertices; ExportError where they differ."""
+    names = tuple(bodies[0].mesh.fields)
+    for body in bodies:
+        if set(body.mesh.fields) != set(names):
+            raise ExportError(f"{path}: the bodies {bodies[0].name!r} and {body.name!r} carry different fields")
+    return names
+
+
 def write_mesh(
     solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], path: Path | str, *, name: str = "cam", **options: Any
 ) -> int:
