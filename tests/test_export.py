@@ -312,7 +312,8 @@ def test_text_rows_refuse_what_they_cannot_hold() -> None:
 
 
 def test_an_unknown_extension_names_the_nearest(tmp_path: Path) -> None:
-    with pytest.raises(ExportError, match=r"cam\.stll: no writer for \.stll; did you mean \.stl\? \(there are \.3mf, "):
+    message = r"cam\.stll: no writer for \.stll; did you mean '\.stl'\? \(there are \.3mf, "
+    with pytest.raises(ExportError, match=message):
         write_mesh(BODIES, tmp_path / "cam.stll")
     with pytest.raises(ExportError, match="no writer for"):
         write_mesh(BODIES, tmp_path / "cam")

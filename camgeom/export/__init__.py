@@ -6,7 +6,6 @@ One format is one file here. A writer is a function decorated with @writer: it t
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from camgeom.errors import ExportError
 from camgeom.maths.mesh import Mesh
+from camgeom.spelling import did_you_mean
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -93,9 +93,8 @@ def format_of(path: Path | str, takes: str | None = None) -> Format:
     if matching:
         return offered[max(matching, key=len)]
     suffix = Path(name).suffix or name
-    near = difflib.get_close_matches(suffix, list(offered), 1, 0.4)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    raise ExportError(f"{path}: no writer for {suffix}{hint} (there are {', '.join(offered)})")
+    hint = did_you_mean(suffix, offered)
+    raise ExportError(f"{path}: no writer for {suffix}{hint and '; ' + hint} (there are {', '.join(offered)})")
 
 
 def as_bodies(solid: Mesh | Body | Sequence[Body | tuple[str, Mesh]], name: str = "cam") -> tuple[Body, ...]:
