@@ -17,8 +17,9 @@ from camgeom.track import TURN, Arc, Meridian, Straight, Track
 
 Floats = npt.NDArray[np.float64]
 
-SAMPLES = 28
-ROUNDS = 16
+SAMPLES = 15
+SECANTS = 5
+ROUNDS = 30
 
 
 @dataclass(frozen=True)
@@ -138,26 +139,64 @@ class _Window:
 
 
 def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
-    """Best of coarse samples in each point's window, then golden section about it."""
+    """Best of coarse samples in each point's window, refined: on the roller's side by the stationary distance to its
+    axis, elsewhere (ends, rims) by golden section where the point can still undercut the best."""
     share = np.linspace(-1.0, 1.0, SAMPLES)
     step = window.half * (share[1] - share[0])
     xt = np.ascontiguousarray(x.T)
     phi = window.angles(x)[:, None] + TURN * turn + window.half * share
     value = roller_distance(track, xt[:, :, None], phi) + extra[:, None]
+    rows = np.arange(len(x))
     best = np.argmin(value, axis=1)
-    centre = phi[np.arange(len(x)), best]
-    coarse = value[np.arange(len(x)), best]
-    slack = _lipschitz(track, step)
-    order = coarse - slack <= coarse.min() + 1e-9
-    xt, centre, extra = xt[:, order], centre[order], extra[order]
-    found, where = _golden_minimum(track, xt, centre - step, centre + step)
-    found = found + extra
-    i = int(np.argmin(found))
-    return Clearance(float(found[i]), float(where[i]), tuple(float(c) for c in xt[:, i]))  # type: ignore[arg-type]
+    centre, coarse = phi[rows, best], value[rows, best]
+    refined = _stationary(track, xt, centre, step)
+    fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
+    refined = np.where(fine < coarse, refined, centre)
+    least = float(fine.min())
+    unsure = (coarse - 0.5 * _lipschitz(track, step) < least) & (fine > least + 1e-9) & (fine == coarse)
+    if np.any(unsure):
+        found, where = _golden_minimum(track, xt[:, unsure], centre[unsure] - step, centre[unsure] + step)
+        fine[unsure], refined[unsure] = np.minimum(found + extra[unsure], fine[unsure]), where
+    i = int(np.argmin(fine))
+    return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
+
+
+def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
+    """Cam angles (v,) where the distance of the points (3, v) to the roller's axis is stationary, by secant from phi."""
+    low, high = phi - step, phi + step
+
+    def slope(at: Floats) -> Floats:
+        pose = track.pose(at, 1)
+        a, u, da, du = pose.a[0], pose.u[0], pose.a[1], pose.u[1]
+        d = x - a
+        axial = (d * u).sum(axis=0)
+        radius = track.meridian.jet(_parameter(track, axial))
+        across = d - axial * u
+        length = np.sqrt((across * across).sum(axis=0))
+        moved = (across * (da + axial * du)).sum(axis=0) / np.where(length > 0.0, length, 1.0)
+        along = ((da * u).sum(axis=0) - (d * du).sum(axis=0)) * radius[4] / np.where(radius[1] != 0.0, radius[1], 1.0)
+        return np.asarray(-moved + along)
+
+    p, q = phi - 0.25 * step, phi + 0.25 * step
+    fp, fq = slope(p), slope(q)
+    for _ in range(SECANTS):
+        change = fq - fp
+        move = np.where(change != 0.0, fq * (q - p) / np.where(change != 0.0, change, 1.0), 0.0)
+        p, fp, q = q, fq, np.clip(q - move, low, high)
+        fq = slope(q)
+    return q
+
+
+def _parameter(track: Track, axial: Floats) -> Floats:
+    """Meridian parameter at axial coordinates."""
+    meridian = track.meridian
+    if isinstance(meridian, Straight):
+        return axial
+    return np.asarray(np.arcsin(np.clip((axial - meridian.centre) / meridian.arc, -1.0, 1.0)))
 
 
 def _lipschitz(track: Track, step: float) -> float:
-    """How much the distance can fall within half a coarse step, mm: the roller's largest speed per radian times it."""
+    """How much the distance can fall within one coarse step, mm: the roller's largest speed per radian times it."""
     phi = np.linspace(*track.span, 361)
     pose = track.pose(phi, 1)
     speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
@@ -167,7 +206,7 @@ def _lipschitz(track: Track, step: float) -> float:
 def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     fp, fq = roller_distance(track, x, p), roller_distance(track, x, q)
-    for _ in range(ROUNDS + 14):
+    for _ in range(ROUNDS):
         lower = fp < fq
         high, low = np.where(lower, q, high), np.where(lower, low, p)
         p_next, q_next = high - GOLDEN * (high - low), low + GOLDEN * (high - low)

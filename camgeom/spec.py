@@ -31,4 +31,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 class Section(BaseModel):
     """Base of every profile section: unknown keys are errors, no value is coerced from text, nothing mutates."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True)
+    # defer_build: a section's validator is compiled when the first profile has it, not when its module is imported
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True, defer_build=True
+    )

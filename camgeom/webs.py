@@ -10,7 +10,7 @@ from camgeom.groove import Column, cylinder_level
 from camgeom.track import TURN, Track
 
 Floats = npt.NDArray[np.float64]
-SAMPLES = 720
+SAMPLES = 360
 
 
 def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: float, bore: Bore | None) -> list[Wall]:
