@@ -215,6 +215,14 @@ class Circle:
 
 
 @final
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """Cut material in mm: closed outlines (k, 2), holes among them, hatched."""
+
+    loops: tuple[Floats, ...]
+
+
+@final
 @dataclass(frozen=True, slots=True)
 class Dimension:
     """A linear dimension from p to q (mm), drawn outside the view on the named side; `below` and `above` measure along
@@ -244,6 +252,7 @@ class Drawing:
     caption: str
     paths: tuple[Path, ...] = ()
     circles: tuple[Circle, ...] = ()
+    regions: tuple[Region, ...] = ()
     dimensions: tuple[Dimension, ...] = ()
     leaders: tuple[Leader, ...] = ()
     width: Width = "full"

@@ -11,7 +11,7 @@ from camgeom.maths.mesh import Floats
 from camgeom.report.content import Dimension, Drawing, Leader
 from camgeom.report.frame import NARROW, WIDE
 from camgeom.report.plots import spread
-from camgeom.report.svg import FONT, Box, Sheet, px, text_width
+from camgeom.report.svg import FONT, Box, Sheet, path_data, px, straightened, text_width
 
 _ROW = 27.0
 """px from one stacked dimension line to the next"""
@@ -54,8 +54,11 @@ def drawing_sheet(drawing: Drawing, width: float) -> Sheet:
     listed = 0.0 if wide else _NOTE_GAP * len(drawing.leaders)
     below = _depth(rows, "below") + 8.0
     sheet = Sheet(width, view.box[3] + below + listed + 4.0)
+    for region in drawing.regions:
+        data = "".join(path_data(straightened(view.at(loop)), closed=True) for loop in region.loops)
+        sheet.add(f'<path class="d-cut" fill-rule="evenodd" d="{data}"/>')
     for path in drawing.paths:
-        sheet.polyline(view.at(path.points), f"d-{path.kind}", closed=path.closed)
+        sheet.polyline(straightened(view.at(path.points)), f"d-{path.kind}", closed=path.closed)
     for circle in drawing.circles:
         x, y = view.one(circle.centre)
         style, radius = f"d-{circle.kind}", circle.radius * view.scale
@@ -71,6 +74,7 @@ def drawing_sheet(drawing: Drawing, width: float) -> Sheet:
 
 def _bounds(drawing: Drawing) -> Box:
     points = [path.points for path in drawing.paths]
+    points += [loop for region in drawing.regions for loop in region.loops]
     points += [
         np.array([[c.centre[0] + s * c.radius, c.centre[1] + s * c.radius] for s in (-1, 1)]) for c in drawing.circles
     ]

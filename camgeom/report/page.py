@@ -34,6 +34,11 @@ from camgeom.report.svg import Sheet
 
 Plot = Chart | Map | Polar | Drawing
 
+_HATCH = (
+    '<svg width="0" height="0" style="position:absolute" aria-hidden="true"><defs><pattern id="hatch" width="7" '
+    'height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><path class="hatch" d="M0 0V7"/></pattern>'
+    "</defs></svg>"
+)
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
@@ -44,6 +49,7 @@ def render(page: Page) -> str:
     body = [
         _title(page),
         _contents(page),
+        _HATCH,
         "<main>",
         _verdict(page),
         _key_figures(page.figures),

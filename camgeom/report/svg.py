@@ -142,10 +142,11 @@ def thin_line(x: Floats, y: Floats, tolerance: float = 0.15, bucket: float = 1.0
         order = np.lexsort((y, column))
         keep = np.unique(np.concatenate([starts, ends, order[starts], order[ends]]))
         x, y = x[keep], y[keep]
-    return _drop_straight(np.column_stack([x, y]), tolerance)
+    return straightened(np.column_stack([x, y]), tolerance)
 
 
-def _drop_straight(xy: Floats, tolerance: float) -> Floats:
+def straightened(xy: Floats, tolerance: float = 0.15) -> Floats:
+    """Those points (k, 2) of a line that keep it within `tolerance`; its ends stay."""
     keep = np.zeros(len(xy), dtype=bool)
     keep[[0, -1]] = True
     stack = [(0, len(xy) - 1)]

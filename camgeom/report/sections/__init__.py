@@ -1,0 +1,90 @@
+"""The report of a model: its facts as sections of a page, each computed only where it is shown.
+
+Every module here writes one or a few sections; `SECTIONS` is their order on the page. A section takes the model and
+gives its blocks, an empty tuple where it has nothing to say. What a section cannot compute stands in it as a reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+from camgeom.errors import CamgeomError, Problem, ProfileError
+from camgeom.report.content import Block, Page, Section, Text
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+Writer = Callable[["Model"], tuple[Block, ...]]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A section: its key and title, and where its writer lives (`module:function` under this package)."""
+
+    key: str
+    title: str
+    place: str
+
+    def blocks(self, model: Model) -> tuple[Block, ...]:
+        """What the section shows; a fact that cannot be computed gives its reason instead."""
+        module, _, function = self.place.partition(":")
+        writer: Writer = getattr(import_module(f"{__name__}.{module}"), function)
+        try:
+            return writer(model)
+        except CamgeomError as error:
+            return (Text((f"This section cannot be computed: {error}",)),)
+
+
+SECTIONS = (
+    Entry("checks", "Checks", "judgement:check_table"),
+    Entry("design", "Design", "design:design"),
+    Entry("solid", "Mechanism in 3D", "mechanism:mechanism"),
+    Entry("motion", "Motion", "motion:motion"),
+    Entry("flank", "Flank: pressure angle and curvature", "flank:flank"),
+    Entry("contact", "Contact pressure, force and torque", "contact:contact"),
+    Entry("fatigue", "Fatigue life", "life:life"),
+    Entry("validation", "Validation", "validation:validation"),
+    Entry("parameters", "Parameters", "record:parameters"),
+    Entry("cost", "What was computed", "record:cost"),
+)
+"""The sections in their order; checks also give the verdict at the head of the page."""
+
+
+def report(model: Model, only: Collection[str] | None = None) -> Page:
+    """The page about a model; `only` names the sections wanted. Raises ProfileError for an unknown section."""
+    wanted = chosen(only)
+    from camgeom.report.sections.judgement import head, key_figures
+
+    sections = []
+    for entry in SECTIONS:
+        if entry.key in wanted and (blocks := entry.blocks(model)):
+            sections.append(Section(entry.key, entry.title, blocks))
+    judged = "checks" in wanted
+    return head(model, judged, key_figures(model, wanted), tuple(sections))
+
+
+def chosen(only: Collection[str] | None) -> tuple[str, ...]:
+    """Keys of the sections wanted, in page order. Raises ProfileError for an unknown one."""
+    known = tuple(entry.key for entry in SECTIONS)
+    if only is None:
+        return known
+    for name in only:
+        if name not in known:
+            raise ProfileError([Problem("--only", "unknown report section", name, ", ".join(known))])
+    return tuple(key for key in known if key in only)
+
+
+def write_report(model: Model, path: str | Path, only: Collection[str] | None = None) -> Path:
+    """Write the report as one HTML file, whole or not at all, and give its path."""
+    from camgeom.export.atomic import atomic_write
+    from camgeom.report.page import render
+
+    text = render(report(model, only))
+    with atomic_write(path) as file:
+        file.write(text.encode())
+    return Path(path)

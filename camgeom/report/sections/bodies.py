@@ -1,0 +1,217 @@
+"""Bodies for pictures: the cam at picture resolution, rollers with their studs, and the follower that carries them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from camgeom.follower import SwingingFollower, TurretFollower
+from camgeom.maths.mesh import Floats, Mesh
+from camgeom.track import TURN, Swing, Track
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from camgeom.model import Model
+
+T = TypeVar("T")
+
+FINENESS = 1e-4
+"""chord error of a picture as a share of the part's size: a tenth of a pixel on a screen"""
+MOST_FACES = 60_000
+ROUND = 48
+STUD = 0.45
+"""stud radius as a share of the roller's"""
+
+
+def kept(model: Model, name: str, compute: Callable[[], T]) -> T:
+    """A picture's part that several sections share: computed once for a model, its cost booked under `name`."""
+    store: dict[str, T] = model.__dict__.setdefault("_report_parts", {})
+    if name not in store:
+        store[name] = model.ledger.charge(name, compute)
+    return store[name]
+
+
+def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:
+    """Name and mesh of every body of the cam, coarse enough for a picture. Raises DesignError where the cam is undercut."""
+
+    def compute() -> tuple[tuple[str, Mesh], ...]:
+        model.refuse_folded()
+        return tuple((part.name, _coarse(model, i)) for i, part in enumerate(model.parts))
+
+    return kept(model, "picture mesh", compute)
+
+
+def _coarse(model: Model, i: int) -> Mesh:
+    part = model.parts[i]
+    rough = part.solid(max(model.tolerance, 0.05)).mesh
+    size = float((rough.vertices.max(axis=0) - rough.vertices.min(axis=0)).max())
+    tolerance = max(model.tolerance, FINENESS * size)
+    mesh = part.solid(tolerance).mesh
+    while len(mesh.faces) > MOST_FACES and tolerance < 0.01 * size:
+        tolerance *= 3.0
+        mesh = part.solid(tolerance).mesh
+    return mesh
+
+
+def roller_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
+    """Every roller at joint coordinate zero in the machine frame, with the track that moves it."""
+    found = [(f"roller {track.name}", roller_mesh(track), track) for track in model.tracks]
+    follower = model.setup.follower
+    if isinstance(follower, TurretFollower) and model.tracks:
+        found += _spare_rollers(model.tracks, follower)
+    return tuple(found)
+
+
+def _spare_rollers(tracks: tuple[Track, ...], follower: TurretFollower) -> list[tuple[str, Mesh, Track]]:
+    """The turret's rollers that cut no track of their own in this turn."""
+    from dataclasses import replace
+
+    count = follower.rollers or follower.stops
+    step = TURN / count
+    taken = {round((track.shift - tracks[0].shift) / step) % count for track in tracks}
+    free = [k for k in range(count) if k not in taken]
+    shifted = [replace(tracks[0], shift=tracks[0].shift + k * step) for k in free]
+    return [("roller", roller_mesh(track), track) for track in shifted]
+
+
+def roller_mesh(track: Track) -> Mesh:
+    """The roller of a track with a stud at its back, a closed mesh at joint coordinate zero."""
+    ends = (track.tip, *track.contact)
+    low, high = min(ends), max(ends)
+    tip, back = (high, low) if track.tip_sign > 0 else (low, high)
+    delta = np.linspace(tip, back, 17)
+    t = np.array([track.meridian.parameter(float(d)) for d in delta])
+    radius = np.maximum(track.meridian.jet(t)[3], 1e-6)
+    stud = STUD * float(radius[-1])
+    reach = back + (back - tip) * 0.6
+    profile = np.column_stack([np.r_[delta, back, reach], np.r_[radius, stud, stud]])
+    return turned(profile, np.array(track.anchor), np.array(track.axis))
+
+
+def turned(profile: Floats, origin: Floats, axis: Floats) -> Mesh:
+    """Closed body of revolution: profile (k, 2) of (place along the axis, radius > 0), flat at both ends."""
+    along = axis / np.linalg.norm(axis)
+    helper = np.eye(3)[int(np.argmin(np.abs(along)))]
+    first = np.cross(along, helper)
+    first /= np.linalg.norm(first)
+    second = np.cross(along, first)
+    turn = TURN * np.arange(ROUND) / ROUND
+    ring = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+    rows = origin + profile[:, :1, None] * along + profile[:, 1:, None] * ring[None]
+    k = len(profile)
+    poles = origin + profile[[0, -1], :1] * along
+    vertices = np.vstack([rows.reshape(-1, 3), poles])
+    i = np.arange(ROUND)
+    j = (i + 1) % ROUND
+    faces = [np.column_stack([j, i, np.full(ROUND, k * ROUND)])]
+    for row in range(k - 1):
+        a, b = row * ROUND, (row + 1) * ROUND
+        faces += [np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]
+    last = (k - 1) * ROUND
+    faces.append(np.column_stack([last + i, last + j, np.full(ROUND, k * ROUND + 1)]))
+    return _outward(Mesh(vertices, np.vstack(faces).astype(np.int32)))
+
+
+def _outward(mesh: Mesh) -> Mesh:
+    if mesh.volume >= 0.0:
+        return mesh
+    return Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.groups, mesh.group)
+
+
+def carrier_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
+    """Hub of a turret or arm of a swinging follower, with the track it moves with; nothing for other followers."""
+    follower = model.setup.follower
+    found = []
+    seen: set[float] = set()
+    for track in model.tracks:
+        joint = track.joint
+        if not isinstance(joint, Swing):
+            continue
+        if isinstance(follower, TurretFollower):
+            return (("turret", _hub(track, joint), track),)
+        if isinstance(follower, SwingingFollower) and track.shift not in seen:
+            seen.add(track.shift)
+            found.append((f"arm {track.name}", _arm(track, joint), track))
+    return tuple(found)
+
+
+def _back(track: Track) -> Floats:
+    """Middle of the roller's back end at joint coordinate zero."""
+    ends = (track.tip, *track.contact)
+    back = min(ends) if track.tip_sign > 0 else max(ends)
+    return np.asarray(np.array(track.anchor) + back * np.array(track.axis))
+
+
+def _radius(track: Track) -> float:
+    return float(track.meridian.jet(np.array([track.meridian.parameter(0.5 * sum(track.contact))]))[3][0])
+
+
+def _hub(track: Track, joint: Swing) -> Mesh:
+    """A disc about the turret axis that ends short of the rollers' backs."""
+    axis, centre = np.array(joint.axis), np.array(joint.centre)
+    arm = _back(track) - centre
+    arm -= (arm @ axis) * axis
+    height = (_back(track) - centre) @ axis
+    outer, half = 0.97 * float(np.linalg.norm(arm)), 0.75 * _radius(track)
+    return turned(np.array([[height - half, outer], [height + half, outer]]), centre, axis)
+
+
+def _arm(track: Track, joint: Swing) -> Mesh:
+    """A bar from the pivot to the roller, behind the roller, as thick as the stud."""
+    axis, pivot = np.array(joint.axis), np.array(joint.centre)
+    end = _back(track)
+    outward = -track.tip_sign * np.array(track.axis)
+    lift = (end - pivot) @ axis
+    foot = pivot + lift * axis
+    along = end - foot
+    length = float(np.linalg.norm(along))
+    along = along / max(length, 1e-9)
+    across = np.cross(axis, along)
+    wide = STUD * 1.6 * _radius(track)
+    turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 25)
+    cap = wide * (np.cos(turn)[:, None] * along + np.sin(turn)[:, None] * across)
+    other = wide * (-np.cos(turn)[:, None] * along - np.sin(turn)[:, None] * across)
+    loop = np.vstack([end + cap, foot + other])
+    gap = 0.15 * _radius(track)
+    thick = max(0.5 * _radius(track), 1e-3)
+    levels = [loop + (gap + h) * outward for h in (0.0, thick)]
+    n = len(loop)
+    middle = [level.mean(axis=0) for level in levels]
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    faces = np.vstack(
+        [
+            np.column_stack([i, j, n + j]),
+            np.column_stack([i, n + j, n + i]),
+            np.column_stack([j, i, np.full(n, 2 * n)]),
+            np.column_stack([n + i, n + j, np.full(n, 2 * n + 1)]),
+        ]
+    )
+    return _outward(Mesh(np.vstack([*levels, *middle]), faces.astype(np.int32)))
+
+
+def poses(track: Track, phi: Floats) -> Floats:
+    """Machine-frame poses (n, 3, 4) [R | t] of the follower that carries a track's roller, at cam angles phi, rad.
+
+    The joint is asked where it carries the origin and the three axes.
+    """
+    coordinate = track.coordinate(phi, 0)
+    joint = track.joint
+    columns = [joint.carried((0.0, 0.0, 0.0), axis, coordinate)[1][0] for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]
+    origin = joint.carried((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), coordinate)[0][0]
+    return np.ascontiguousarray(np.moveaxis(np.stack([*columns, origin], axis=1), 2, 0))
+
+
+def cam_poses(sense: float, phi: Floats) -> Floats:
+    """Poses (n, 3, 4) of the cam turning about Z."""
+    c, s = np.cos(sense * phi), np.sin(sense * phi)
+    out = np.zeros((len(phi), 3, 4))
+    out[:, 0, 0] = out[:, 1, 1] = c
+    out[:, 1, 0], out[:, 0, 1], out[:, 2, 2] = s, -s, 1.0
+    return out
+
+
+def placed(mesh: Mesh, pose: Floats) -> Mesh:
+    """The mesh moved by one pose (3, 4)."""
+    return Mesh(mesh.vertices @ pose[:, :3].T + pose[:, 3], mesh.faces, mesh.groups, mesh.group)

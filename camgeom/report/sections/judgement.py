@@ -1,0 +1,160 @@
+"""The head of the page: verdict, findings, key figures, title block; and the table of all checks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from math import degrees, isfinite, pi
+from typing import TYPE_CHECKING
+
+from camgeom.report.content import Block, Column, Figure, Finding, Page, Section, Table
+from camgeom.report.numerals import number
+
+if TYPE_CHECKING:
+    from camgeom.checks import Finding as Judged
+    from camgeom.model import Model
+
+UNITS = {"deg": "°", "1": "", "order": ""}
+"""units as a reader expects them"""
+ENDLESS = 1e29
+"""a life at least this long means no load"""
+
+
+def _findings(model: Model) -> tuple[Judged, ...]:
+    """The findings of all checks, judged once for a model."""
+    from camgeom.checks import findings
+
+    known: dict[str, tuple[Judged, ...]] = model.__dict__
+    if "_report_findings" not in known:
+        known["_report_findings"] = model.ledger.charge("checks", lambda: findings(model))
+    return known["_report_findings"]
+
+
+def _shown(finding: Judged) -> Finding:
+    value: float | str | None = finding.value
+    if isinstance(value, float) and value > ENDLESS:
+        value = "unlimited"
+    angle = "" if finding.cam_angle_deg is None else f"cam angle {number(finding.cam_angle_deg)}°"
+    where = ", ".join(part for part in (angle, finding.where) if part)
+    unit = UNITS.get(finding.unit, finding.unit)
+    return Finding(_words(finding.check), finding.passed, value, finding.limit, unit, where, _sentence(finding.advice))
+
+
+def _words(name: str) -> str:
+    text = name.replace("-", " ")
+    return text[:1].upper() + text[1:]
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".") if text else ""
+
+
+def check_table(model: Model) -> tuple[Block, ...]:
+    """Every check with its value and limit, the failed ones first."""
+    shown = sorted(map(_shown, _findings(model)), key=lambda finding: finding.passed)
+    rows = tuple((f.check, f.passed, f.value, f.limit, f.unit, f.where) for f in shown)
+    columns = tuple(Column(label) for label in ("Check", "Verdict", "Value", "Limit", "Unit", "Where"))
+    return (Table("Checks made", columns, rows),) if rows else ()
+
+
+def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tuple[Section, ...]) -> Page:
+    """The page with its title block and, where the checks were asked for, its verdict."""
+    from camgeom import __version__
+
+    profile = model.profile
+    found = tuple(map(_shown, _findings(model))) if judged else ()
+    operation = profile.operation
+    details = [("Profile", profile.source.rsplit("/", 1)[-1] or "given in memory"), ("camgeom", __version__)]
+    if operation is not None:
+        details.append(("Cam speed", f"{number(operation.speed)} r/min"))
+    details.append(("Mesh tolerance", f"{number(model.tolerance)} mm"))
+    form = getattr(model.cam, "form", "")
+    kind = f"{profile.kind.replace('-', ' ')} cam{f', {form}' if form else ''}, {profile.follower.kind} follower"
+    passed = all(f.passed for f in found) if found else None
+    return Page(profile.name, kind, passed, _summary(found), found, figures, sections, tuple(details))
+
+
+def _summary(found: tuple[Finding, ...]) -> str:
+    failed = sorted({f.check.lower() for f in found if not f.passed})
+    if failed:
+        return f"The design fails: {', '.join(failed)}. What to change stands below each finding."
+    tightest = min((f for f in found if _share(f) is not None), key=lambda f: 1.0 - (_share(f) or 0.0), default=None)
+    if tightest is None:
+        return ""
+    return f"The design meets its limits; the closest to its limit is {tightest.check.lower()}, at {100.0 * (_share(tightest) or 0.0):.0f} % of it."
+
+
+def _share(finding: Finding) -> float | None:
+    """Share of an upper limit that is used; None for lower limits and yes-or-no checks."""
+    upper = finding.check in ("Pressure angle", "Contact pressure", "Bearing load", "Peak torque")
+    value, limit = finding.value, finding.limit
+    if not upper or not isinstance(value, float) or not isinstance(limit, float) or limit <= 0.0:
+        return None
+    return value / limit
+
+
+def key_figures(model: Model, wanted: Collection[str]) -> tuple[Figure, ...]:
+    """The figures a reader looks for first, of the sections asked for and computable."""
+    from camgeom.errors import CamgeomError
+
+    figures: list[Figure] = []
+    sources = (("motion", _motion), ("flank", _flank), ("contact", _contact), ("fatigue", _life), ("solid", _solid))
+    for key, source in sources:
+        if key in wanted:
+            try:
+                figures += source(model)
+            except CamgeomError:
+                continue  # the section says why; the head shows what there is
+    return tuple(figures)
+
+
+def _motion(model: Model) -> Iterator[Figure]:
+    program = model.setup.program
+    rotating = model.profile.rotating
+    unit, factor = ("°", 180.0 / pi) if rotating else ("mm", 1.0)
+    lifts = [lift for span in program.spans for lift in (span.before, span.after)]
+    name = "Index" if program.advance else "Stroke"
+    yield Figure(name, factor * (max(lifts) - min(lifts)), unit)
+    operation = model.profile.operation
+    if operation is not None:
+        omega = operation.speed * pi / 30.0
+        peak = program.peak(2)
+        value = abs(peak.value) * omega**2 * (1.0 if rotating else 1e-3)
+        yield Figure("Peak acceleration", value, "rad/s²" if rotating else "m/s²", f"at {degrees(peak.at):.1f}°")
+
+
+def _flank(model: Model) -> Iterator[Figure]:
+    if not model.flanks:
+        return
+    angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
+    limit = model.profile.limits.pressure_angle_deg
+    note = f"at {degrees(angle.cam_angle) % 360.0:.1f}°" + (f", limit {number(limit)}°" if limit else "")
+    yield Figure("Largest pressure angle", degrees(angle.value), "°", note)
+    sharp = max((s.largest_relative_curvature for s in model.flanks), key=lambda e: e.value)
+    if sharp.value > 0.0:
+        note = f"sharpest contact, at {degrees(sharp.cam_angle) % 360.0:.1f}°"
+        yield Figure("Smallest relative radius", 1.0 / sharp.value, "mm", note)
+
+
+def _contact(model: Model) -> Iterator[Figure]:
+    if not model.loaded:
+        return
+    duty = model.duty
+    peak = duty.contact.peak()
+    yield Figure("Peak contact pressure", float(peak.pressure), "MPa", f"at {degrees(float(peak.theta)):.1f}°")
+    force, at = duty.peak_of(abs(duty.normal))
+    yield Figure("Peak contact force", force, "N", f"at {degrees(at):.1f}°")
+    torque, at = duty.peak_of(duty.torque)
+    yield Figure("Peak drive torque", torque * 1e-3, "N m", f"at {degrees(at):.1f}°")
+
+
+def _life(model: Model) -> Iterator[Figure]:
+    if not model.loaded:
+        return
+    for name, hours in (("Roller life", model.duty.roller_life.life_h), ("Cam life", model.duty.cam_life.life_h)):
+        value = float(hours)
+        yield Figure(name, value if isfinite(value) else "unlimited", "h" if isfinite(value) else "", "contact fatigue")
+
+
+def _solid(model: Model) -> Iterator[Figure]:
+    mass = sum(one.mass for one in model.mass)
+    yield Figure("Cam mass", mass, "kg", f"{number(sum(one.volume for one in model.mass) / 1e3)} cm³")

@@ -1,0 +1,150 @@
+"""The 3D view: bodies moving over one turn, with pressure angle, curvature, contact pressure and clearance on the flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.flank import Flank
+from camgeom.maths.mesh import Floats, Mesh
+from camgeom.report.content import Axis, Block, Body, Scene, Shade
+from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, kept, poses, roller_meshes
+from camgeom.report.sections.motion import units
+from camgeom.track import TURN, Track
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+FRAMES = 181
+ACROSS, ALONG = 721, 13
+"""flank samples per track and side that mesh vertices are looked up in"""
+WINDOW, STEPS = np.radians(15.0), 61
+"""cam angles about its own at which a vertex is measured against the roller"""
+COLOURED = ("flank",)
+
+SHADES = (
+    Shade("pressure_angle", "Pressure angle", "°", groups=COLOURED),
+    Shade("curvature", "Relative curvature", "1/mm", groups=COLOURED),
+    Shade("pressure", "Contact pressure", "MPa", groups=COLOURED),
+    Shade("clearance", "Clearance to the roller", "mm"),
+)
+
+
+def mechanism(model: Model) -> tuple[Block, ...]:
+    """The scene of cam and follower over one turn."""
+    return (kept(model, "3D view", lambda: _scene(model)),)
+
+
+def _scene(model: Model) -> Scene:
+    phi = np.linspace(0.0, TURN, FRAMES)
+    sense = -1.0 if getattr(model.cam, "direction", "ccw") == "cw" else 1.0
+    bodies = []
+    for name, mesh in cam_meshes(model):
+        bodies.append(Body(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))
+    for name, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
+        bodies.append(Body(name, mesh, poses(track, phi), "follower"))
+    shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
+    axes, factors = units(model)
+    lift = factors[0] * model.setup.program.jet(phi, 0)[0]
+    readouts = ((Axis("Position" if model.profile.rotating else "Lift", axes[0].unit), lift),)
+    operation = model.profile.operation
+    speed = operation.speed if operation is not None else 60.0
+    return Scene("Drag to turn, scroll to zoom", np.degrees(phi), tuple(bodies), shown, readouts, speed)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Flank samples: points (k, 3), cam angles (k,), results (k,) by name, and the track each belongs to (k,)."""
+
+    points: Floats
+    phi: Floats
+    results: dict[str, Floats]
+    track: npt.NDArray[np.intp]
+
+
+def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
+    """Results on the vertices (v,) of a cam body, NaN away from the flanks; empty for a cam without rollers."""
+    if not model.tracks:
+        return {}
+    from scipy.spatial import cKDTree
+
+    samples = kept(model, "flank samples", lambda: _sampled(model))
+    distance, nearest = cKDTree(samples.points).query(mesh.vertices)
+    out: dict[str, Floats] = {}
+    radius = max(_largest_radius(track) for track in model.tracks)
+    on = mesh.group_faces("flank")
+    wall = np.zeros(len(mesh.vertices), dtype=bool)
+    wall[mesh.faces[on]] = True
+    for name, values in samples.results.items():
+        field = np.where(wall & (distance < 0.25 * radius), values[nearest], np.nan)
+        if np.any(np.isfinite(field)):
+            out[name] = field
+    near = np.flatnonzero(distance < 1.2 * radius)
+    gap = np.full(len(mesh.vertices), np.nan)
+    gap[near] = _clearance(model, mesh.vertices[near], samples, nearest[near])
+    gap[gap > radius] = np.nan
+    if np.any(np.isfinite(gap)):
+        out["clearance"] = np.maximum(gap, 0.0)
+    return out
+
+
+def _largest_radius(track: Track) -> float:
+    ends = np.array([track.meridian.parameter(d) for d in track.contact])
+    return float(track.meridian.jet(np.linspace(ends.min(), ends.max(), 9))[3].max())
+
+
+def _sampled(model: Model) -> _Samples:
+    parts: list[tuple[Floats, Floats, dict[str, Floats], int]] = []
+    for number, survey in enumerate(model.flanks):
+        low, high = survey.track.span
+        hair = 1e-9 * (high - low)
+        phi = np.linspace(low + hair, high - hair, ACROSS)
+        t = np.linspace(survey.stations[0], survey.stations[-1], ALONG)
+        for side in survey.track.sides:
+            flank = Flank(survey.track, phi, t, side)
+            results = {"pressure_angle": np.degrees(flank.pressure_angle()).ravel(), "curvature": flank.k_rel.ravel()}
+            if number == 0 and model.loaded and bool(np.all(model.duty.slices.sound)):
+                results["pressure"] = _pressure(model, flank, phi, t).ravel()
+            parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
+    names = sorted({name for part in parts for name in part[2]})
+    blank = [np.full(len(part[1]), np.nan) for part in parts]
+    return _Samples(
+        np.concatenate([part[0] for part in parts]),
+        np.concatenate([part[1] for part in parts]),
+        {name: np.concatenate([p[2].get(name, b) for p, b in zip(parts, blank)]) for name in names},
+        np.concatenate([np.full(len(part[1]), part[3]) for part in parts]),
+    )
+
+
+def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
+    """Peak pressure (n, m) that a flank bears as the roller passes; zero where the other wall is loaded."""
+    duty = model.duty
+    slices = duty.slices
+    square = slices.behind if float(flank.lever().mean()) < 0.0 else slices.ahead
+    theta = slices.panels.theta.ravel()
+    rows = np.stack([np.interp(phi % TURN, theta, np.sqrt(np.maximum(row, 0.0)).ravel()) for row in square])
+    delta = flank.track.meridian.jet(t)[0]
+    order = np.argsort(duty.slice_stations)
+    stations = duty.slice_stations[order]
+    return np.stack([np.interp(delta, stations, column) for column in rows[order].T])
+
+
+def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDArray[np.intp]) -> Floats:
+    """Least distance (v,) of points from the roller as it passes, mm."""
+    from camgeom.clearance import roller_distance
+
+    out = np.full(len(points), np.inf)
+    offsets = np.linspace(-WINDOW, WINDOW, STEPS)
+    for number, track in enumerate(model.tracks):
+        mine = samples.track[nearest] == number
+        if not np.any(mine):
+            continue
+        low, high = track.span
+        phi = np.clip(samples.phi[nearest[mine]][:, None] + offsets, *((low, high) if not track.closed else (-TURN, 2 * TURN)))
+        x = np.broadcast_to(points[mine].T[:, :, None], (3, *phi.shape))
+        out[mine] = roller_distance(track, x, phi).min(axis=1)
+    return out

@@ -1,0 +1,125 @@
+"""Motion diagrams with their characteristic values, the segments, and the order of continuity."""
+
+from __future__ import annotations
+
+from math import degrees, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.maths.mesh import Floats
+from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Mark, Panel, Series, Table, Text, Zone
+from camgeom.report.numerals import number
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.motion.program import Program
+
+PER_TURN = 720
+WORDS = ("lift", "velocity", "acceleration", "jerk")
+
+
+def motion(model: Model) -> tuple[Block, ...]:
+    """The s, v, a, j diagrams over one turn and the table of segments."""
+    return diagrams(model), segments(model), Text((continuity(model.setup.program),))
+
+
+def samples(program: Program) -> tuple[Floats, Floats]:
+    """Cam angles (n,), rad, and the jets (4, n) there; each knot twice, with the limits of both sides."""
+    angles, jets = [], []
+    for low, high in zip(program.knots[:-1], program.knots[1:]):
+        count = max(3, int(np.ceil(PER_TURN * (high - low) / (2.0 * pi))) + 1)
+        theta = np.linspace(low, high, count)
+        jet = program.jet(theta, 3, side="right")
+        jet[:, -1:] = program.jet(theta[-1:], 3, side="left")
+        angles.append(theta)
+        jets.append(jet)
+    return np.concatenate(angles), np.concatenate(jets, axis=1)
+
+
+def zones(program: Program) -> tuple[Zone, ...]:
+    """The dwells as shaded ranges of cam angle."""
+    still = [span for span in program.spans if span.law == "dwell"]
+    return tuple(Zone(degrees(span.start), degrees(span.end), "dwell") for span in still)
+
+
+def units(model: Model) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
+    """Axes of lift and its derivatives, and the factors from mm (rad) per rad^k: in time where the speed is known."""
+    rotating, operation = model.profile.rotating, model.profile.operation
+    lift = Axis("Position" if rotating else "Lift s", "°" if rotating else "mm")
+    one = 180.0 / pi if rotating else 1.0
+    words = ("Velocity v", "Acceleration a", "Jerk j")
+    if operation is None:
+        unit = "°" if rotating else "mm"
+        per = (f"{unit}/rad", f"{unit}/rad²", f"{unit}/rad³")
+        return (lift, *(Axis(w, u) for w, u in zip(words, per))), (one,) * 4
+    omega = operation.speed * pi / 30.0
+    scale, unit = (1.0, "rad") if rotating else (1e-3, "m")
+    per = (f"{unit}/s", f"{unit}/s²", f"{unit}/s³")
+    return (lift, *(Axis(w, u) for w, u in zip(words, per))), (one, *(scale * omega**k for k in (1, 2, 3)))
+
+
+def diagrams(model: Model) -> Chart:
+    """Lift, velocity, acceleration and jerk over the cam angle with their extremes."""
+    program = model.setup.program
+    theta, jets = samples(program)
+    angle = np.degrees(theta)
+    axes, factors = units(model)
+    panels = []
+    for order, (axis, factor, row) in enumerate(zip(axes, factors, jets)):
+        y = factor * row
+        marks = _extremes(program, order, factor, angle, y)
+        panels.append(Panel(axis, (Series(axis.label, angle, y),), marks=marks, height=1.0))
+    operation = model.profile.operation
+    caption = "Motion over one turn" + (f" at {number(operation.speed)} r/min" if operation else ", per radian of cam angle")
+    return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
+
+
+def _extremes(program: Program, order: int, factor: float, angle: Floats, y: Floats) -> tuple[Mark, ...]:
+    """The largest and the smallest value; the extreme of a derivative is the refined one."""
+    high, low = int(np.argmax(y)), int(np.argmin(y))
+    spots = [(float(angle[high]), float(y[high]))]
+    if order and y[low] < -1e-9 * abs(y[high]):
+        spots.append((float(angle[low]), float(y[low])))
+    if order:
+        peak = program.peak(order)
+        exact = (degrees(peak.at), factor * peak.value)
+        which = 0 if exact[1] > 0.0 or len(spots) == 1 else 1
+        spots[which] = exact
+    return tuple(Mark(x, v, f"{number(v)} at {number(x)}°") for x, v in spots)
+
+
+def segments(model: Model) -> Table:
+    """Each segment with its law and the largest velocity and acceleration in it."""
+    program = model.setup.program
+    theta, jets = samples(program)
+    axes, factors = units(model)
+    rows = []
+    for i, span in enumerate(program.spans, start=1):
+        inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
+        strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)
+        peaks = [factors[k] * float(np.abs(jets[k, strict]).max(initial=0.0)) for k in (1, 2)]
+        law = span.law.replace("-", " ") if span.law != "dwell" else "dwell"
+        ends = (factors[0] * span.before, factors[0] * span.after)
+        rows.append((i, degrees(span.start), degrees(span.end), law, *ends, *peaks))
+    unit = axes[0].unit
+    columns = (
+        Column("No."), Column("From", "°"), Column("Until", "°"), Column("Law"), Column("From", unit),
+        Column("To", unit), Column("Peak v", axes[1].unit), Column("Peak a", axes[2].unit),
+    )  # fmt: skip
+    return Table("Segments of the motion", columns, tuple(rows))
+
+
+def continuity(program: Program) -> str:
+    """A sentence on what is continuous round the cam and where it is not."""
+    found = program.continuity
+    if found.order < 0:
+        text = "The lift itself jumps."
+    else:
+        text = f"Lift and its derivatives are continuous up to the {WORDS[min(found.order, 3)]}."
+    if found.jumps:
+        order = min(jump.order for jump in found.jumps)
+        places = [f"{degrees(j.angle):.6g}°" for j in found.jumps if j.order == order]
+        more = f" and {len(places) - 8} more places" if len(places) > 8 else ""
+        text += f" The {WORDS[order]} jumps at {', '.join(places[:8])}{more}."
+    return text
