@@ -141,9 +141,7 @@ def test_tolerance_out_of_range(profile: Path, capsys: pytest.CaptureFixture[str
         (["new", "cylindrical", "small.toml"], "'small.toml' exists already"),
     ],
 )
-def test_one_plain_message(
-    profile: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
-) -> None:
+def test_one_plain_message(profile: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
     assert message in refused(capsys, *words)
     assert entries(profile.parent) == ["small.toml"]
 

@@ -44,8 +44,7 @@ def flamant(x, z):
     p = np.cos(angle) ** 2 * w
     d2 = ((x - s) ** 2 + z * z) ** 2
     scale = -2.0 / np.pi * z
-    return (scale * np.sum(p * (x - s) ** 2 / d2), scale * z * z * np.sum(p / d2),
-            scale * z * np.sum(p * (x - s) / d2))
+    return (scale * np.sum(p * (x - s) ** 2 / d2), scale * z * z * np.sum(p / d2), scale * z * np.sum(p * (x - s) / d2))
 
 
 @pytest.mark.parametrize(("x", "z"), [(0.0, 0.786), (0.3, 0.5), (-0.9, 0.2), (1.7, 0.4), (0.866, 0.5), (4.0, 6.0)])
@@ -116,8 +115,10 @@ def test_approach_is_the_integral_of_the_strain():
         sideways = float(across) * peak + uniform
         return -(along - nu / (1.0 - nu) * sideways) * STEEL.compliance
 
-    parts = [integrate.quad(body, 0.0, depth, limit=400, points=[half, 10 * half])[0],
-             integrate.quad(roller, 0.0, radius, limit=400, points=[half, 10 * half])[0]]
+    parts = [
+        integrate.quad(body, 0.0, depth, limit=400, points=[half, 10 * half])[0],
+        integrate.quad(roller, 0.0, radius, limit=400, points=[half, 10 * half])[0],
+    ]
     found = float(hertz.line_approach(load, curvature, STEEL, CAST_IRON, radius, depth))
     assert found == pytest.approx(sum(parts), rel=2e-3)
     # Palmgren's rule for steel agrees within a fifth on an ordinary roller.
@@ -228,8 +229,12 @@ def test_slices_approach_alike(tilt, force):
         if approach <= 0.0:
             return 0.0
         return optimize.brentq(
-            lambda log_w: float(hertz.line_approach(np.exp(log_w), k, STEEL, cam, 11.0, 30.0)) - approach, -60.0, 9.5,
-            xtol=1e-14, rtol=1e-14)
+            lambda log_w: float(hertz.line_approach(np.exp(log_w), k, STEEL, cam, 11.0, 30.0)) - approach,
+            -60.0,
+            9.5,
+            xtol=1e-14,
+            rtol=1e-14,
+        )
 
     def loads(reach):
         slices = reach * cosines - gaps - tilt * STATIONS

@@ -115,8 +115,15 @@ def test_name_defaults_to_the_file(tmp_path: Path) -> None:
 
 def test_typed_construction() -> None:
     read_one = parse(GOOD)
-    again = Profile(name=read_one.name, cam=read_one.cam, follower=read_one.follower, roller=read_one.roller,
-                    motion=read_one.motion, operation=read_one.operation, output=read_one.output)
+    again = Profile(
+        name=read_one.name,
+        cam=read_one.cam,
+        follower=read_one.follower,
+        roller=read_one.roller,
+        motion=read_one.motion,
+        operation=read_one.operation,
+        output=read_one.output,
+    )
     assert again == read_one
 
 

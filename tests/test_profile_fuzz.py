@@ -80,9 +80,7 @@ keys = st.one_of(
 )
 values = st.recursive(
     st.one_of(numbers, words, st.booleans()),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4).map(tuple), st.dictionaries(keys, inner, max_size=4)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=4).map(tuple), st.dictionaries(keys, inner, max_size=4)),
     max_leaves=12,
 )
 

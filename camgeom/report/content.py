@@ -252,9 +252,9 @@ class Drawing:
     caption: str
     paths: tuple[Path, ...] = ()
     circles: tuple[Circle, ...] = ()
-    regions: tuple[Region, ...] = ()
     dimensions: tuple[Dimension, ...] = ()
     leaders: tuple[Leader, ...] = ()
+    regions: tuple[Region, ...] = ()
     width: Width = "full"
     stretch: bool = False
     """Fill the width with different scales along x and y (a developed view): no true angles."""

@@ -102,7 +102,7 @@ def _entries(panel: Panel) -> list[tuple[str, str]]:
 def _legend_rows(panel: Panel, title: str, width: float) -> tuple[tuple[tuple[str, str], ...], ...]:
     """Header rows: the axis title first, then legend entries as they fit."""
     rows: list[list[tuple[str, str]]] = [[("axis", title)]]
-    entries = _entries(panel)
+    entries = list(dict.fromkeys(_entries(panel)))  # lines of one name and style share an entry
     if len(entries) > 1 and not _direct_labels(panel, width):
         used = text_width(title) + 28.0
         for entry in entries:

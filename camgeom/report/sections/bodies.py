@@ -34,7 +34,7 @@ def kept(model: Model, name: str, compute: Callable[[], T]) -> T:
 
 
 def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:
-    """Name and mesh of every body of the cam, coarse enough for a picture. Raises DesignError where the cam is undercut."""
+    """Name and mesh of every body of the cam, as fine as a picture needs. Raises DesignError where it is undercut."""
 
     def compute() -> tuple[tuple[str, Mesh], ...]:
         model.refuse_folded()
@@ -198,7 +198,9 @@ def poses(track: Track, phi: Floats) -> Floats:
     """
     coordinate = track.coordinate(phi, 0)
     joint = track.joint
-    columns = [joint.carried((0.0, 0.0, 0.0), axis, coordinate)[1][0] for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]
+    columns = [
+        joint.carried((0.0, 0.0, 0.0), axis, coordinate)[1][0] for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))
+    ]
     origin = joint.carried((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), coordinate)[0][0]
     return np.ascontiguousarray(np.moveaxis(np.stack([*columns, origin], axis=1), 2, 0))
 

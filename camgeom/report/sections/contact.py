@@ -17,22 +17,23 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 
+PER_PANEL, HAIR = 25, 1e-9
+
+
 def contact(model: Model) -> tuple[Block, ...]:
     """Lines over the turn, the map over turn and roller, and the hardest contact in numbers."""
     if not model.loaded:
         return ()
     if not bool(np.all(model.duty.contact.sound)):
         return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
-    return lines(model), pressure_map(model), hardest(model)
+    return lines(model), pressure_map(model), hardest(model), reversals(model.duty)
 
 
 def over_turn(duty: Duty, values: Floats) -> tuple[Floats, Floats]:
     """Cam angles (k,), degrees, and a panel quantity (p, n) there, with both limits at every panel edge."""
     panels = duty.force.panels
-    at = np.column_stack([panels.edges[:-1], panels.theta, panels.edges[1:]])
-    hair = 1e-12
-    at[:, 0] += hair
-    at[:, -1] -= hair
+    share = np.linspace(HAIR, 1.0 - HAIR, PER_PANEL)
+    at = panels.edges[:-1, None] + np.diff(panels.edges)[:, None] * share
     return np.degrees(at).ravel(), np.asarray(panels.at(values, at.ravel()))
 
 
@@ -50,7 +51,9 @@ def lines(model: Model) -> Chart:
     limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
     top = float(peak.pressure)
     panels = [
-        Panel(Axis("Normal force", "N", zero=True), (Series("force", angle, force),), marks=_extremes(angle, force)),
+        Panel(
+            Axis("Normal force", "N", zero=True), (Series("force", angle, force),), marks=_extremes(duty, duty.normal)
+        ),
         Panel(
             Axis("Contact pressure", "MPa", zero=True),
             tuple(walls),
@@ -59,15 +62,29 @@ def lines(model: Model) -> Chart:
         ),
     ]
     x, torque = over_turn(duty, duty.torque * 1e-3)
-    panels.append(Panel(Axis("Drive torque", "N m", zero=True), (Series("torque", x, torque),), marks=_extremes(x, torque)))
+    panels.append(
+        Panel(
+            Axis("Drive torque", "N m", zero=True),
+            (Series("torque", x, torque),),
+            marks=_extremes(duty, duty.torque, 1e-3),
+        )
+    )
     kept = tuple(panel for panel in panels if panel.series)
-    caption = "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
+    caption = (
+        "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
+    )
     return Chart(caption, CAM_ANGLE, kept, zones(model.setup.program))
 
 
-def _extremes(x: Floats, y: Floats) -> tuple[Mark, ...]:
-    picks = {int(np.argmax(y)), int(np.argmin(y))}
-    return tuple(Mark(float(x[i]), float(y[i]), f"{number(float(y[i]))} at {number(float(x[i]))}°") for i in sorted(picks) if y[i])
+def _extremes(duty: Duty, values: Floats, factor: float = 1.0) -> tuple[Mark, ...]:
+    """The refined largest and smallest value of a panel quantity, where they are not zero."""
+    marks = []
+    for sign in (1.0, -1.0):
+        peak, at = duty.peak_of(sign * values)
+        value, angle = sign * factor * peak, degrees(at)
+        if sign * value > 1e-9:
+            marks.append(Mark(angle, value, f"{number(value)} at {number(angle)}°"))
+    return tuple(marks)
 
 
 def pressure_map(model: Model) -> Map:
@@ -101,7 +118,12 @@ def hardest(model: Model) -> Table:
     worst = int(np.argmax(slices.pressure))
     rows: list[tuple[str, float, str, float | None]] = [
         ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
-        ("Peak contact pressure, worst slice", float(slices.pressure[worst]), "MPa", degrees(float(slices.theta[worst]))),
+        (
+            "Peak contact pressure, worst slice",
+            float(slices.pressure[worst]),
+            "MPa",
+            degrees(float(slices.theta[worst])),
+        ),
         ("Peak contact force", force, "N", degrees(force_at)),
         ("Half width of the contact", float(one.half_width), "mm", None),
         ("Largest shear stress under the surface", float(one.shear), "MPa", None),
@@ -109,6 +131,14 @@ def hardest(model: Model) -> Table:
         ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
         ("Mean drive torque", 1e-3 * float(duty.force.work()) / (2.0 * pi), "N m", None),
     ]
-    rows += [("The loaded wall changes", degrees(r.taken), "°", None) for r in duty.force.reversals()[0]]
     columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
     return Table("Contact and drive", columns, tuple(rows))
+
+
+def reversals(duty: Duty) -> Text:
+    """Where the roller changes from one wall to the other."""
+    found = duty.force.reversals()[0]
+    if not found:
+        return Text(("The roller bears on one wall all round.",))
+    places = ", ".join(f"{number(degrees(change.taken))}°" for change in found)
+    return Text((f"The roller changes walls at cam angle {places}; there its clearance is taken up.",))

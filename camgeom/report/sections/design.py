@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -91,72 +92,97 @@ def _rollers(model: Model, plane: int, level: float, axes: tuple[str, str]) -> t
     return tuple(paths)
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class _Size:
+    """Bounds of all cam bodies, mm: low and high corners (3,), largest radius, and whether the outline is round."""
+
+    low: Floats
+    high: Floats
+    reach: float
+    round: bool
+
+    @classmethod
+    def of(cls, model: Model, meshes: Meshes) -> _Size:
+        everything = np.concatenate([mesh.vertices for _, mesh in meshes])
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        reach = float(np.hypot(everything[:, 0], everything[:, 1]).max())
+        wide = (high - low)[:2]
+        is_round = bool(np.all(np.abs(wide - 2.0 * reach) < 2e-3 * reach))
+        nominal = getattr(model.cam, "diameter", None)
+        return cls(low, high, 0.5 * float(nominal) if is_round and nominal else reach, is_round)
+
+
 def axial(model: Model, meshes: Meshes) -> Drawing:
     """Section through the cam axis and the X axis, seen along +Y."""
-    regions = _regions(meshes, 1, 0.0, AXIAL)
-    everything = np.concatenate([mesh.vertices for _, mesh in meshes])
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    size = high - low
-    reach = float(np.hypot(everything[:, 0], everything[:, 1]).max())
-    paths = [Path(np.array([[low[2] - 0.06 * size[2], 0.0], [high[2] + 0.06 * size[2], 0.0]]), "axis")]
-    dimensions = [Dimension((float(low[2]), -reach), (float(high[2]), -reach), number(float(size[2]), 6), "below")]
-    round_body = abs(size[0] - 2.0 * reach) < 1e-3 * reach and abs(size[1] - 2.0 * reach) < 1e-3 * reach
-    if round_body:
-        dimensions.append(Dimension((float(low[2]), -reach), (float(low[2]), reach), f"⌀ {number(2.0 * reach, 6)}", "left"))
+    size = _Size.of(model, meshes)
+    low, high, reach = float(size.low[2]), float(size.high[2]), size.reach
+    over = 0.06 * (high - low)
+    paths = [Path(np.array([[low - over, 0.0], [high + over, 0.0]]), "axis")]
+    dimensions = [Dimension((low, -reach), (high, -reach), number(high - low, 5), "below")]
+    if size.round:
+        dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
     bore = _bore(model)
     if bore:
-        dimensions.append(Dimension((float(high[2]), -0.5 * bore), (float(high[2]), 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-    rollers = _rollers(model, 1, 0.0, AXIAL)
+        dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
     leaders = list(_roller_notes(model, AXIAL))
     for track in model.tracks[:1]:
         joint = track.joint
         if not isinstance(joint, Swing):
             z = float(_stand(track)[2])
-            if low[2] < z < high[2]:
-                dimensions.append(Dimension((float(low[2]), reach), (z, reach), number(z - float(low[2]), 6), "above"))
-        elif abs(joint.axis[1]) > 0.99:  # a turret: its axis is a point in this view
+            if low < z < high:
+                dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
+                leaders += _depth_note(model, z)
+        elif _turret(track):  # its axis is a point in this view
             x, z = joint.centre[0], joint.centre[2]
             paths += _cross(z, x, 0.05 * reach)
             dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "right"))
             leaders.append(Leader((z, x), "turret axis"))
-    return Drawing("Section through the cam axis, follower at cam angle 0", (*paths, *rollers), (), regions, tuple(dimensions), tuple(leaders))
+    paths += _rollers(model, 1, 0.0, AXIAL)
+    caption = "Section through the cam axis, follower at cam angle 0"
+    regions = _regions(meshes, 1, 0.0, AXIAL)
+    return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
 
 
 def across(model: Model, meshes: Meshes) -> Drawing:
     """Section across the cam axis through the roller, seen from +Z."""
-    everything = np.concatenate([mesh.vertices for _, mesh in meshes])
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    tracks = model.tracks
-    level = float(0.5 * (low[2] + high[2]))
-    if tracks:
-        stand = float(_stand(tracks[0])[2])
-        level = stand if low[2] < stand < high[2] else level
-    reach = float(np.hypot(everything[:, 0], everything[:, 1]).max())
-    regions = _regions(meshes, 2, level + 1e-6 * reach, ACROSS)
-    paths = [
-        Path(np.array([[-1.08 * reach, 0.0], [1.08 * reach, 0.0]]), "axis"),
-        Path(np.array([[0.0, -1.08 * reach], [0.0, 1.08 * reach]]), "axis"),
-    ]
+    size = _Size.of(model, meshes)
+    low, high, reach, tracks = size.low, size.high, size.reach, model.tracks
+    stand = float(_stand(tracks[0])[2]) if tracks else low[2]
+    level = float(stand if low[2] < stand < high[2] else 0.5 * (low[2] + high[2])) + 1e-6 * reach
+    over = 1.08 * reach
+    paths = [Path(np.array([[-over, 0.0], [over, 0.0]]), "axis"), Path(np.array([[0.0, -over], [0.0, over]]), "axis")]
+    dimensions = []
+    if not size.round:
+        wide, tall = (float(v) for v in (high - low)[:2])
+        dimensions.append(Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(wide, 5), "below"))
+        dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall, 5), "left"))
     leaders = list(_roller_notes(model, ACROSS))
-    dimensions = [
-        Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(float(high[0] - low[0]), 6), "below"),
-        Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(float(high[1] - low[1]), 6), "left"),
-    ]
     for track in tracks:
         if abs(track.axis[2]) > 0.99:  # rollers parallel to the cam axis: the pitch curve lies in this view
-            curve = track.pose(np.linspace(*track.span, 361), 0).a[0][:2].T
+            curve = np.ascontiguousarray(track.pose(np.linspace(*track.span, 361), 0).a[0][:2].T)
             paths.append(Path(curve, "axis"))
-            at = curve[len(curve) // 6]
-            leaders.append(Leader((float(at[0]), float(at[1])), f"pitch curve, {track.name}"))
+            x, y = (float(v) for v in curve[len(curve) // 6])
+            leaders.append(Leader((x, y), f"pitch curve, {track.name}"))
+    for track in tracks[:1]:
         joint = track.joint
-        if isinstance(joint, Swing) and abs(joint.axis[2]) > 0.99 and track is tracks[0]:
+        if isinstance(joint, Swing) and abs(joint.axis[2]) > 0.99:
             x, y = joint.centre[:2]
             paths += _cross(x, y, 0.05 * reach)
             dimensions.append(Dimension((0.0, 0.0), (x, y), number(abs(x), 6), "above"))
             leaders.append(Leader((x, y), "pivot"))
-    rollers = _rollers(model, 2, level + 1e-6 * reach, ACROSS)
+    paths += _rollers(model, 2, level, ACROSS)
     caption = f"Section across the cam axis at z = {number(level)} mm, seen from +Z, follower at cam angle 0"
-    return Drawing(caption, (*paths, *rollers), (), regions, tuple(dimensions), tuple(leaders))
+    regions = _regions(meshes, 2, level, ACROSS)
+    return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
+
+
+def _depth_note(model: Model, z: float) -> list[Leader]:
+    depth, radius = getattr(model.cam, "groove_depth", None), getattr(model.cam, "radius", None)
+    if depth is None or radius is None:
+        return []
+    word = "rib height" if getattr(model.cam, "form", "") == "rib" else "groove depth"
+    return [Leader((z, radius - depth), f"{word} {number(depth, 6)}")]
 
 
 def _cross(x: float, y: float, half: float) -> list[Path]:

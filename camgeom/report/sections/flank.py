@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import degrees
 from typing import TYPE_CHECKING
 
@@ -26,11 +27,21 @@ def flank(model: Model) -> tuple[Block, ...]:
     if not model.flanks:
         return (Text(("The follower touches the cam without a roller: no roller envelope, no pressure-angle map.",)),)
     first = model.flanks[0]
+    folded = [survey for survey in model.flanks if survey.margin.value <= 0.0]
+    if folded:
+        return _folded(model, folded)
     blocks: list[Block] = [extremes(model), lines(model, first)]
     if len(model.flanks) > 1:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
         blocks.insert(1, Text((same,)))
     return (*blocks, *maps(first))
+
+
+def _folded(model: Model, folded: list[Survey]) -> tuple[Block, ...]:
+    """What can be said of an undercut cam: where the flank folds, and the pressure angle, which stays finite."""
+    rows = [_row(survey, "least undercut margin 1 − rκ", survey.margin, "", float) for survey in folded]
+    text = "The flank folds back on itself, so it has no curvature there and no contact can be computed."
+    return Text((text,)), Table("Undercut tracks", _COLUMNS, tuple(rows)), lines(model, model.flanks[0], curved=False)
 
 
 def extremes(model: Model) -> Table:
@@ -44,15 +55,19 @@ def extremes(model: Model) -> Table:
             _row(survey, "least relative curvature", survey.relative_curvature, "1/mm", float),
             _row(survey, "least undercut margin 1 − rκ", survey.margin, "", float),
         ]
-    columns = (
+    return Table("Extremes of the flanks, refined beyond the samples", _COLUMNS, tuple(rows))
+
+
+_COLUMNS = (
         Column("Track"), Column("Extreme"), Column("Value"), Column("Unit"), Column("Cam angle", "°"),
         Column("Along the roller", "mm"),
     )  # fmt: skip
-    return Table("Extremes of the flanks, refined beyond the samples", columns, tuple(rows))
 
 
-def _row(survey: Survey, name: str, found: Extreme, unit: str, shown: type[float] | object) -> tuple[str | float, ...]:
-    value = degrees(found.value) if shown is degrees else found.value
+def _row(
+    survey: Survey, name: str, found: Extreme, unit: str, shown: Callable[[float], float]
+) -> tuple[str | float, ...]:
+    value = shown(found.value)
     return survey.track.name, name, value, unit, degrees(found.cam_angle), found.delta
 
 
@@ -61,8 +76,8 @@ def _sides(survey: Survey) -> list[tuple[float, str]]:
     return [(side, ("flank +" if side > 0 else "flank −") if len(sides) > 1 else "flank") for side in sides]
 
 
-def lines(model: Model, survey: Survey) -> Chart:
-    """Pressure angle and relative curvature along the turn at both ends and the middle of the contact."""
+def lines(model: Model, survey: Survey, curved: bool = True) -> Chart:
+    """Pressure angle at both ends and the middle of the contact, and relative curvature, along the turn."""
     angle = np.degrees(survey.phi)
     side = survey.pressure_angle.side
     found = survey.flank(side)
@@ -73,18 +88,24 @@ def lines(model: Model, survey: Survey) -> Chart:
     at = degrees(peak.cam_angle)
     pressure = Panel(
         Axis("Pressure angle", "°", zero=True),
-        tuple(Series(f"at {number(float(stations[k]))} mm", angle, np.degrees(found.pressure_angle()[:, k])) for k in picks),
+        tuple(
+            Series(f"at {number(float(stations[k]))} mm", angle, np.degrees(found.pressure_angle()[:, k]))
+            for k in picks
+        ),
         limits=(Limit(limit, f"limit {number(limit)}°"),) if limit and degrees(peak.value) > 0.5 * limit else (),
         marks=(Mark(at, degrees(peak.value), f"{number(degrees(peak.value))}° at {number(at)}°"),),
     )
+    still = zones(model.setup.program) if _whole(survey) else ()
+    caption = "Pressure angle at three places along the roller axis"
+    if not curved:
+        return Chart(caption, _axis(survey), (pressure,), still)
     middle = len(stations) // 2
     curvature = Panel(
         Axis("Relative curvature", "1/mm", zero=True),
         tuple(Series(name, angle, survey.flank(s).k_rel[:, middle]) for s, name in _sides(survey)),
     )
-    where = number(float(stations[middle]))
-    caption = f"Pressure angle at three places along the roller axis; relative curvature of cam against roller at {where} mm"
-    return Chart(caption, _axis(survey), (pressure, curvature), zones(model.setup.program) if _whole(survey) else ())
+    caption += f"; relative curvature of cam against roller at {number(float(stations[middle]))} mm"
+    return Chart(caption, _axis(survey), (pressure, curvature), still)
 
 
 def _whole(survey: Survey) -> bool:
@@ -126,7 +147,9 @@ def grid(survey: Survey) -> tuple[Floats, Floats]:
     hair = 1e-9 * (high - low)
     first, last = survey.stations[0], survey.stations[-1]
     ends = survey.track.meridian.jet(np.array([first, last]))[0]
-    t = np.array([survey.track.meridian.parameter(float(d)) for d in np.linspace(*ends, ALONG)])
+    t = np.array(
+        [survey.track.meridian.parameter(float(d)) for d in np.linspace(float(ends[0]), float(ends[1]), ALONG)]
+    )
     return np.linspace(low + hair, high - hair, ACROSS), np.clip(t, min(first, last), max(first, last))
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 UNITS = {"deg": "°", "1": "", "order": ""}
 """units as a reader expects them"""
+PICOMETRE = 1e-9
+"""mm; a distance smaller than this is rounding"""
 ENDLESS = 1e29
 """a life at least this long means no load"""
 
@@ -31,8 +33,8 @@ def _findings(model: Model) -> tuple[Judged, ...]:
 
 def _shown(finding: Judged) -> Finding:
     value: float | str | None = finding.value
-    if isinstance(value, float) and value > ENDLESS:
-        value = "unlimited"
+    if isinstance(value, float):
+        value = "unlimited" if value > ENDLESS else 0.0 if finding.unit == "mm" and abs(value) < PICOMETRE else value
     angle = "" if finding.cam_angle_deg is None else f"cam angle {number(finding.cam_angle_deg)}°"
     where = ", ".join(part for part in (angle, finding.where) if part)
     unit = UNITS.get(finding.unit, finding.unit)
@@ -80,7 +82,9 @@ def _summary(found: tuple[Finding, ...]) -> str:
     tightest = min((f for f in found if _share(f) is not None), key=lambda f: 1.0 - (_share(f) or 0.0), default=None)
     if tightest is None:
         return ""
-    return f"The design meets its limits; the closest to its limit is {tightest.check.lower()}, at {100.0 * (_share(tightest) or 0.0):.0f} % of it."
+    share = 100.0 * (_share(tightest) or 0.0)
+    closest = tightest.check.lower()
+    return f"The design meets its limits; the closest to its limit is the {closest}, at {share:.0f} % of it."
 
 
 def _share(finding: Finding) -> float | None:
@@ -129,6 +133,10 @@ def _flank(model: Model) -> Iterator[Figure]:
     limit = model.profile.limits.pressure_angle_deg
     note = f"at {degrees(angle.cam_angle) % 360.0:.1f}°" + (f", limit {number(limit)}°" if limit else "")
     yield Figure("Largest pressure angle", degrees(angle.value), "°", note)
+    margin = min((s.margin for s in model.flanks), key=lambda e: e.value)
+    if margin.value <= 0.0:  # a folded flank has no curvature to quote
+        yield Figure("Undercut margin", margin.value, "", f"folds at {degrees(margin.cam_angle) % 360.0:.1f}°")
+        return
     sharp = max((s.largest_relative_curvature for s in model.flanks), key=lambda e: e.value)
     if sharp.value > 0.0:
         note = f"sharpest contact, at {degrees(sharp.cam_angle) % 360.0:.1f}°"
@@ -140,11 +148,17 @@ def _contact(model: Model) -> Iterator[Figure]:
         return
     duty = model.duty
     peak = duty.contact.peak()
-    yield Figure("Peak contact pressure", float(peak.pressure), "MPa", f"at {degrees(float(peak.theta)):.1f}°")
+    note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"
+    yield Figure("Peak contact pressure", float(peak.pressure), "MPa", note)
     force, at = duty.peak_of(abs(duty.normal))
     yield Figure("Peak contact force", force, "N", f"at {degrees(at):.1f}°")
     torque, at = duty.peak_of(duty.torque)
     yield Figure("Peak drive torque", torque * 1e-3, "N m", f"at {degrees(at):.1f}°")
+
+
+def _quoted(model: Model) -> str:
+    quoted = getattr(model.cam, "quoted_radius", None)
+    return f"quoted at {number(quoted(model.setup), 6)} mm" if quoted else "middle of the roller"
 
 
 def _life(model: Model) -> Iterator[Figure]:

@@ -40,7 +40,12 @@ def hot_spot(model: Model) -> Polar | None:
     angle = degrees(spot) % 360.0
     mark = Mark(angle, 1000.0 / life_h, f"hot spot {number(angle)}°")
     series = (Series("damage", np.degrees(turn), damage * per),)
-    return Polar("Damage round the roller in 1000 h; failure is expected at 1", Axis("Damage in 1000 h"), series, (mark,))
+    return Polar(
+        "Damage round the roller in 1000 h (failure at 1); angle in its sense of rolling",
+        Axis("Damage in 1000 h"),
+        series,
+        (mark,),
+    )
 
 
 def along_roller(model: Model) -> Chart | None:
@@ -65,13 +70,19 @@ def lives(model: Model) -> Table:
     rows: list[tuple[Cell, ...]] = [
         ("Roller, at the quoted place", _hours(roller.life_h), spot),
         ("Roller, worst slice", _hours(np.min(duty.slice_life.life_h)), "along the roller"),
-        ("Roller, damage spread evenly", _hours(roller.spread_life_h), "upper bound: the roller slips from turn to turn"),
+        (
+            "Roller, damage spread evenly",
+            _hours(roller.spread_life_h),
+            "upper bound: the roller slips from turn to turn",
+        ),
         ("Cam surface", _hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
     ]
     spec = model.setup.roller
     if spec is not None and spec.dynamic_rating is not None:
         bearing = duty.bearing(spec.dynamic_rating, spec.static_rating)
-        rows.append(("Roller bearing, L10", _hours(bearing.life_h), f"equivalent load {number(float(bearing.mean_load))} N"))
+        rows.append(
+            ("Roller bearing, L10", _hours(bearing.life_h), f"equivalent load {number(float(bearing.mean_load))} N")
+        )
     rows.append(("Path rolled in a turn", f"{number(1e-3 * float(roller.path))} m", "at the quoted place"))
     return Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
 

@@ -1,4 +1,4 @@
-"""The 3D view: bodies moving over one turn, with pressure angle, curvature, contact pressure and clearance on the flanks."""
+"""The 3D view: bodies moving over one turn, the flanks coloured by their results."""
 
 from __future__ import annotations
 
@@ -52,7 +52,14 @@ def _scene(model: Model) -> Scene:
     readouts = ((Axis("Position" if model.profile.rotating else "Lift", axes[0].unit), lift),)
     operation = model.profile.operation
     speed = operation.speed if operation is not None else 60.0
-    return Scene("Drag to turn, scroll to zoom", np.degrees(phi), tuple(bodies), shown, readouts, speed)
+    return Scene(
+        "The mechanism over one turn: drag to turn it, click it and scroll to zoom",
+        np.degrees(phi),
+        tuple(bodies),
+        shown,
+        readouts,
+        speed,
+    )
 
 
 @final
@@ -73,7 +80,8 @@ def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     from scipy.spatial import cKDTree
 
     samples = kept(model, "flank samples", lambda: _sampled(model))
-    distance, nearest = cKDTree(samples.points).query(mesh.vertices)
+    found = cKDTree(samples.points).query(mesh.vertices)
+    distance, nearest = np.asarray(found[0], dtype=np.float64), np.asarray(found[1], dtype=np.intp)
     out: dict[str, Floats] = {}
     radius = max(_largest_radius(track) for track in model.tracks)
     on = mesh.group_faces("flank")
@@ -144,7 +152,9 @@ def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDA
         if not np.any(mine):
             continue
         low, high = track.span
-        phi = np.clip(samples.phi[nearest[mine]][:, None] + offsets, *((low, high) if not track.closed else (-TURN, 2 * TURN)))
+        phi = np.clip(
+            samples.phi[nearest[mine]][:, None] + offsets, *((low, high) if not track.closed else (-TURN, 2 * TURN))
+        )
         x = np.broadcast_to(points[mine].T[:, :, None], (3, *phi.shape))
         out[mine] = roller_distance(track, x, phi).min(axis=1)
     return out

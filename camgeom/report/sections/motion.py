@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Mark, Panel, Series, Table, Text, Zone
+from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Mark, Panel, Series, Table, Text, Zone
 from camgeom.report.numerals import number
 
 if TYPE_CHECKING:
@@ -71,7 +71,9 @@ def diagrams(model: Model) -> Chart:
         marks = _extremes(program, order, factor, angle, y)
         panels.append(Panel(axis, (Series(axis.label, angle, y),), marks=marks, height=1.0))
     operation = model.profile.operation
-    caption = "Motion over one turn" + (f" at {number(operation.speed)} r/min" if operation else ", per radian of cam angle")
+    caption = "Motion over one turn" + (
+        f" at {number(operation.speed)} r/min" if operation else ", per radian of cam angle"
+    )
     return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
 
 
@@ -94,7 +96,7 @@ def segments(model: Model) -> Table:
     program = model.setup.program
     theta, jets = samples(program)
     axes, factors = units(model)
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for i, span in enumerate(program.spans, start=1):
         inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
         strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)

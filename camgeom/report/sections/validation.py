@@ -1,4 +1,4 @@
-"""Self-checks of this very design: facts computed a second way that shares nothing with the first, and their difference."""
+"""Self-checks of this very design: facts computed a second way that shares nothing with the first."""
 
 from __future__ import annotations
 
@@ -89,7 +89,15 @@ def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
         mesh = solid.mesh
         euler = f"watertight, one shell, genus {solid.expected_genus}"
         rows.append((f"Body {solid.name}", euler, float(abs(mesh.genus - solid.expected_genus)), 0.0, "", solid.sound))
-        rows.append(_row(f"Mesh of {solid.name}", "sagitta of every edge on the true surface", solid.chord_error, model.tolerance, "mm"))
+        rows.append(
+            _row(
+                f"Mesh of {solid.name}",
+                "sagitta of every edge on the true surface",
+                solid.chord_error,
+                model.tolerance,
+                "mm",
+            )
+        )
     for track, found in zip(model.tracks, model.clearances):
         name = f"Roller of {track.name} against the mesh"
         if np.isfinite(found.value):
@@ -124,16 +132,23 @@ def conventions(model: Model) -> tuple[Block, ...]:
         return ()
     if model.profile.follower.kind != "translating" or model.cam.form != "groove":
         return ()
-    from camgeom.mechanics.curvature import CONVENTIONS
+    from typing import get_args
+
+    from camgeom.mechanics.curvature import Convention
     from camgeom.mechanics.fatigue import roller_life
 
     duty, radius = model.duty, quoted(model.setup)
     rows: list[tuple[Cell, ...]] = []
-    for name in CONVENTIONS:
+    for name in get_args(Convention):
         contact = duty.convention(name, radius)
         peak = contact.peak()
         hours = float(roller_life(contact, duty.roller, duty.radius, duty.speed).life_h)
         rows.append((name, float(peak.pressure), float(np.degrees(peak.theta)), hours))
-    columns = (Column("Curvature"), Column("Peak pressure", "MPa"), Column("Cam angle", "°"), Column("Roller life", "h"))
+    columns = (
+        Column("Curvature"),
+        Column("Peak pressure", "MPa"),
+        Column("Cam angle", "°"),
+        Column("Roller life", "h"),
+    )
     caption = f"Conventions of the literature, quoted at {number(radius)} mm; this page uses the exact surface"
     return (Table(caption, columns, tuple(rows)),)
