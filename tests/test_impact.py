@@ -8,8 +8,8 @@ import pytest
 from camgeom.dynamics.contact_laws import HertzLine
 from camgeom.dynamics.contact_losses import Coulomb, ImpactDamping, RampedDamping
 from camgeom.dynamics.impact import ImpactProblem, Load, RollerSpin, State
+from camgeom.dynamics.impact_frame import FramePair
 from camgeom.dynamics.impact_lift import Arc, Lift
-from camgeom.dynamics.impact_pairs import FramePair
 from camgeom.dynamics.impact_reference import BASE, LENGTH, MODULUS, ROLLER, b1_pair, b1_problem
 from camgeom.dynamics.impact_run import ImpactRun, solve
 from camgeom.dynamics.impact_stepper import step

@@ -35,13 +35,11 @@ def test_study_in_spawned_processes_equals_the_study_here() -> None:
 
 
 def test_steady_turns_of_the_reference_mechanism() -> None:
-    """The values of the line contact at 0.01 and 0.1 mm; they are periodic, 1 mm is not and says so."""
-    rows = study({"0.01": b1_problem(1e-5), "0.1": b1_problem(1e-4)}, turns=3, tighter=False, workers=1)
-    assert rows[0].acceleration.mean == pytest.approx(6444.0, abs=1.0)
-    assert rows[1].acceleration.mean == pytest.approx(15405.0, rel=1e-3)
-    assert all(row.periodic for row in rows)
-    assert rows[1].acceleration.mean / rows[0].acceleration.mean == pytest.approx(2.39, abs=0.01)
-    wild = statistics(solve(b1_problem(1e-3), turns=4))
+    """The line contact at 0.1 mm is periodic; at 1 mm it is not and says so."""
+    (row,) = study({"0.1": b1_problem(1e-4)}, turns=3, tighter=False)
+    assert row.acceleration.mean == pytest.approx(15405.0, rel=1e-3)
+    assert row.periodic
+    wild = statistics(solve(b1_problem(1e-3), turns=3))
     assert not wild.periodic
     assert wild.acceleration.spread > 0.05
     assert wild.acceleration.least <= wild.acceleration.mean <= wild.acceleration.largest
@@ -80,7 +78,7 @@ def test_free_flight_estimates() -> None:
 
 
 def test_fixed_step_method_of_the_paper_converges_towards_the_event_solver() -> None:
-    problem, end = b1_problem(1e-4, contact="power-soft"), math.radians(14.0)
+    problem, end = b1_problem(1e-4, contact="power-soft"), math.radians(9.0)
     exact = [solve(b1_problem(c, contact="power-soft"), end_angle=end).peak("acceleration").value for c in (1e-5, 1e-4)]
     errors = []
     for step in (4e-5, 1e-5):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from camgeom.dynamics.contact_losses import ImpactDamping
 from camgeom.dynamics.impact import ImpactProblem
-from camgeom.dynamics.impact_pairs import FrameSide
+from camgeom.dynamics.impact_frame import FrameSide
 from camgeom.dynamics.impact_roller import CurveSide, DiscCurve
 from camgeom.dynamics.impact_side import Floats, Side
 from camgeom.errors import Problem, ProfileError

@@ -102,11 +102,21 @@ class Lift:
         if not self.arcs or broken or any(arc.end <= arc.start for arc in self.arcs):
             message = "the pieces of the motion must follow each other from 0 to one turn"
             raise ProfileError([Problem("motion", message, starts, "0 to 2 pi rad")])
-        last, first = self.arcs[-1], self.arcs[0]
-        rise = last.many(np.array([TURN]), 0)[0, 0] - first.many(np.array([0.0]), 0)[0, 0]
-        if abs(rise) > 1e-9:
-            message = "contact with free play is solved for motions that close after one turn"
-            raise ProfileError([Problem("motion", message, float(rise), "0 m or rad")])
+        first = np.hstack([arc.many(np.array([arc.start]), 1) for arc in self.arcs])
+        last = np.hstack([arc.many(np.array([arc.end]), 1) for arc in self.arcs])
+        jumps = np.abs(np.roll(first, -1, axis=1) - last)
+        scale = self.peaks
+        if jumps[0].max() > 1e-9 + 1e-7 * scale[0]:
+            message = "contact with free play is solved for motions that close after one turn without a jump"
+            raise ProfileError([Problem("motion", message, float(jumps[0].max()), "0 m or rad")])
+        worst = int(np.argmax(jumps[1]))
+        if jumps[1, worst] > 1e-9 + 1e-6 * scale[1]:
+            message = (
+                f"the velocity jumps at {math.degrees(self.arcs[worst].end):.6g} degrees: the profile has a corner"
+            )
+            raise ProfileError(
+                [Problem("motion", message, float(jumps[1, worst]), "a law that starts and ends at rest")]
+            )
 
     @classmethod
     def from_program(cls, program: Program, unit: float) -> Lift:

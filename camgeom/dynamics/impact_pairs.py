@@ -1,4 +1,4 @@
-"""Pairs of contacts with free play: two rollers on a rocker or a slide, a frame, a roller in a groove (SI units)."""
+"""Pairs of contacts of rollers with free play: two on a rocker or a slide, one in a groove (SI units)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from camgeom.dynamics.impact_lift import Lift, LiftJets
+from camgeom.dynamics.impact_lift import Lift
 from camgeom.dynamics.impact_roller import (
     CurveSide,
     DevelopedCurve,
@@ -19,16 +19,11 @@ from camgeom.dynamics.impact_roller import (
     check_profile,
     profile_problem,
 )
-from camgeom.dynamics.impact_side import ClearanceKind, Floats, Pair, Side, Touch, Toucher, TouchMany
-from camgeom.errors import Problem, ProfileError
+from camgeom.dynamics.impact_side import ClearanceKind, Pair, check_clearance
+from camgeom.errors import Problem
 
 _CHORD = "chord between the two limiting positions of the roller centre"
 _NORMAL = "gap along the common normal"
-
-
-def _check_clearance(clearance: float) -> None:
-    if not 0.0 < clearance < math.inf:
-        raise ProfileError([Problem("clearance", "contact with free play needs a gap", clearance, "> 0 m")])
 
 
 @final
@@ -54,7 +49,7 @@ class RockerPair(Pair):
     arm_angle: float | None = None
 
     def __post_init__(self) -> None:
-        _check_clearance(self.clearance)
+        check_clearance(self.clearance)
         profile_problem(
             rocker_problems(
                 self.center_distance, self.arm_main, self.roller_radius, self.base_radius, self.lift.peaks[0]
@@ -122,7 +117,7 @@ class SlidePair(Pair):
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_clearance(self.clearance)
+        check_clearance(self.clearance)
         problems = []
         for key, base in (("base_main", self.base_main), ("base_back", self.base_back)):
             least = abs(self.offset) - self.roller_radius
@@ -183,7 +178,7 @@ class GroovePair(Pair):
     clearance: float
 
     def __post_init__(self) -> None:
-        _check_clearance(self.clearance)
+        check_clearance(self.clearance)
         main, back = self.sides
         profile_problem(check_profile(main, self.lift, "lower wall") + check_profile(back, self.lift, "upper wall"))
 
@@ -204,101 +199,6 @@ class GroovePair(Pair):
         return CurveSide(arm, curve, r, 1, 1, half), CurveSide(arm, curve, r, -1, -1, half)
 
     def with_clearance(self, clearance: float) -> GroovePair:
-        return replace(self, clearance=clearance)
-
-
-@final
-@dataclass(frozen=True)
-class FrameSide(Side):
-    """A flat face on a cam of support function P = base + s; the return face sees the width less P."""
-
-    base: float
-    width: float
-    gap: float
-    push: int
-
-    @property
-    def limit(self) -> float:
-        return 0.0 if self.push > 0 else self.gap
-
-    @property
-    def sense(self) -> int:
-        return self.push
-
-    def compiled(self, jets: LiftJets) -> Toucher:
-        base, width, gap = self.base, self.width, self.gap
-        if self.push > 0:
-
-            def main(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Touch:
-                support = base + s0
-                return -eta, 1.0, s1, 0.0, support, 1.0 / (support + s2)
-
-            return main
-
-        def back(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Touch:
-            support = width - base - s0
-            return eta - gap, -1.0, -s1, 0.0, support, 1.0 / (support - s2)
-
-        return back
-
-    def many(self, lift: Lift, angle: Floats, eta: Floats) -> TouchMany:
-        s0, s1, s2 = lift.many(angle, 2)
-        one, zero = np.ones_like(eta), np.zeros_like(eta)
-        if self.push > 0:
-            support = self.base + s0
-            return -eta, one, s1, zero, support, 1.0 / (support + s2)
-        support = self.width - self.base - s0
-        return eta - self.gap, -one, -s1, zero, support, 1.0 / (support - s2)
-
-
-@final
-@dataclass(frozen=True)
-class FramePair(Pair):
-    """A frame with two parallel faces on a constant-width cam; q is the frame's lift [m], the faces stand square to it.
-
-    The width is D = 2 base + stroke; the faces are D + clearance apart. Raises ProfileError where the motion is not one
-    of constant width (s(phi + pi) = stroke - s(phi)) or the radius of curvature P + P'' leaves 0..D.
-    """
-
-    lift: Lift
-    base_radius: float
-    clearance: float
-
-    def __post_init__(self) -> None:
-        _check_clearance(self.clearance)
-        inside = np.concatenate([np.linspace(a.start, a.end, 183)[1:-1] for a in self.lift.arcs])
-        s0, _, s2 = self.lift.many(inside, 2)
-        stroke = self.lift.peaks[0]
-        odd = float(np.abs(s0 + self.lift.many(inside + math.pi, 0)[0] - stroke).max())
-        problems = []
-        if odd > 1e-7 * stroke:
-            message = "not a motion of constant width: s(phi + 180 deg) + s(phi) must be the stroke"
-            problems.append(Problem("motion", message, odd, "0 m"))
-        radius = self.base_radius + s0 + s2
-        if not (radius.min() > 0.0 and radius.max() < self.width):
-            least = self.base_radius - float(min(radius.min(), (self.width - radius).min()))
-            problems.append(Problem("base_radius", "the cam is not convex", self.base_radius, f"> {least:.6g} m"))
-        profile_problem(problems)
-
-    @property
-    def width(self) -> float:
-        """Width of the cam [m]."""
-        return 2.0 * self.base_radius + self.lift.peaks[0]
-
-    @property
-    def play(self) -> float:
-        return self.clearance
-
-    @property
-    def clearance_text(self) -> str:
-        return f"{_NORMAL} (which is the direction of motion)"
-
-    @cached_property
-    def sides(self) -> tuple[FrameSide, FrameSide]:
-        main = FrameSide(self.base_radius, self.width, self.clearance, 1)
-        return main, FrameSide(self.base_radius, self.width, self.clearance, -1)
-
-    def with_clearance(self, clearance: float) -> FramePair:
         return replace(self, clearance=clearance)
 
 

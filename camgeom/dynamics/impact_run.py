@@ -11,8 +11,9 @@ from typing import Any, Literal, NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.dynamics.impact import ImpactProblem, Recorded, State
+from camgeom.dynamics.impact import ImpactProblem, Recorded
 from camgeom.dynamics.impact_lift import TURN
+from camgeom.dynamics.impact_outcome import Energy, Impact, Wear, balance, impacts, wear
 from camgeom.dynamics.impact_rates import Machine
 from camgeom.dynamics.impact_solver import walk
 from camgeom.dynamics.impact_stepper import step
@@ -21,9 +22,6 @@ from camgeom.dynamics.impact_trace import SHARES, Trace, evaluate, sampled
 Floats = NDArray[np.float64]
 Quantity = Literal["acceleration", "force_main", "force_back", "pressure_main", "pressure_back"]
 
-_BOOLE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180.0
-"""composite Boole weights of the nine points of a step"""
-
 
 class Peak(NamedTuple):
     """The largest magnitude of a quantity, its time [s] and cam angle [rad]."""
@@ -31,47 +29,6 @@ class Peak(NamedTuple):
     value: float
     time: float
     angle: float
-
-
-class Impact(NamedTuple):
-    """One contact from on to off. Energy is that of the approach, m v^2/2 with the follower's mass at the contact."""
-
-    time: float
-    angle: float
-    side: State
-    approach_speed: float
-    energy: float
-    duration: float
-    peak_force: float
-    peak_pressure: float
-    impulse: float
-    sliding_work: float
-    converts: bool
-    """the other side drove before: a drive conversion"""
-
-
-class Energy(NamedTuple):
-    """The power balance over the run [J]; `residual` = work - kinetic - stored - lost should be rounding."""
-
-    work: float
-    kinetic: float
-    stored: float
-    lost: float
-    residual: float
-    largest_flow: float
-
-    @property
-    def relative_residual(self) -> float:
-        """The residual over the largest energy that flowed, 1."""
-        return abs(self.residual) / self.largest_flow if self.largest_flow > 0.0 else abs(self.residual)
-
-
-class Wear(NamedTuple):
-    """Wear indicators of one side: impulse [N s], sliding work per unit friction [J], friction work [J]."""
-
-    impulse: float
-    sliding: float
-    friction: float
 
 
 @final
@@ -94,7 +51,8 @@ class ImpactRun:
         """Deviation + 1j * its rate at times [s] inside the run, to the accuracy of the solver."""
         return [complex(y) if isinstance(y, complex) else complex(y[0]) for y in map(self._state, times)]
 
-    def _place(self, time: float) -> int:
+    def place(self, time: float) -> int:
+        """The number of the step that holds a time [s]."""
         return min(max(bisect_right(self._starts, time) - 1, 0), len(self._starts) - 1)
 
     @cached_property
@@ -102,7 +60,7 @@ class ImpactRun:
         return [s.time for s in self.recorded.steps]
 
     def _state(self, time: float) -> Any:
-        record = self.recorded.steps[self._place(time)]
+        record = self.recorded.steps[self.place(time)]
         rate = self.machine.rate(self.recorded.regimes[record.regime])
         return step(rate, record.time, record.state, record.rate, record.powers, time - record.time).state
 
@@ -112,7 +70,7 @@ class ImpactRun:
         spinning = bool(states) and not isinstance(states[0], complex)
         follower = np.array([complex(y[0]) if spinning else y for y in states])
         spins = np.array([complex(y[1]) for y in states]) if spinning else None
-        which = np.array([self.recorded.steps[self._place(t)].regime for t in times])
+        which = np.array([self.recorded.steps[self.place(t)].regime for t in times])
         made = evaluate(self.machine, self.recorded.regimes, which, np.array(times), follower, spins)
         made.angle[:] += self.start_angle
         return made
@@ -159,7 +117,7 @@ class ImpactRun:
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:
         """Every contact, in order."""
-        return tuple(_impacts(self))
+        return tuple(impacts(self))
 
     @property
     def conversions(self) -> tuple[Impact, ...]:
@@ -169,23 +127,12 @@ class ImpactRun:
     @cached_property
     def energy(self) -> Energy:
         """The balance of work, kinetic, stored and lost energy over the run."""
-        return _energy(self)
+        return balance(self)
 
     @cached_property
     def wear(self) -> tuple[Wear, Wear]:
         """Wear indicators of the main and the back side over the run."""
-        trace, lengths = self.trace, np.array([s.length for s in self.recorded.steps])
-        sides = []
-        for k in (0, 1):
-            force, slide = trace.force[..., k], np.abs(trace.sliding[..., k])
-            rub = (
-                self.problem.friction.coefficient_many(slide.ravel()).reshape(slide.shape)
-                if self.problem.friction
-                else 0.0
-            )
-            sums = [float(lengths @ (values @ _BOOLE)) for values in (force, force * slide, force * slide * rub)]
-            sides.append(Wear(*sums))
-        return sides[0], sides[1]
+        return wear(self)
 
     @cached_property
     def jerk(self) -> tuple[float, float]:
@@ -233,75 +180,3 @@ def _pick(trace: Trace, quantity: Quantity) -> Floats:
     name, side = quantity.split("_")
     values: Floats = getattr(trace, name)[..., 0 if side == "main" else 1]
     return values
-
-
-def _impacts(run: ImpactRun) -> list[Impact]:
-    """Contacts between on and off events; one that is under way at the start has no approach and is left out."""
-    hits: list[Impact] = []
-    began: dict[State, tuple[float, float]] = {}
-    driving = State.FREE
-    first = run.recorded.regimes[0].state if run.recorded.regimes else State.FREE
-    if first != State.FREE:
-        driving = first
-    for event in [*run.recorded.events, None]:
-        if event is None or event.kind == "off":
-            ended = run.recorded.time if event is None else event.time
-            for side, (time, speed) in began.items():
-                hits.append(_hit(run, side, time, ended, speed, driving))
-                driving = side
-            began.clear()
-        elif event.kind == "on":
-            began[event.state] = (event.time, event.approach)
-    return hits
-
-
-def _hit(run: ImpactRun, side: State, time: float, ended: float, speed: float, driving: State) -> Impact:
-    trace, k = run.trace, side - 1
-    first, last = run._place(time), run._place(ended)
-    if run.recorded.steps[last].time >= ended:
-        last -= 1
-    rows = slice(first, last + 1)
-    lengths = np.array([s.length for s in run.recorded.steps[rows]])
-    force, slide = trace.force[rows, :, k], np.abs(trace.sliding[rows, :, k])
-    angle = run.start_angle + run.problem.speed * time
-    eta = run.trace.deviation[first, :1]
-    lever = float(run.problem.pair.sides[k].many(run.machine.lift, np.array([angle]), eta)[1][0])
-    mass = run.problem.inertia / (lever * lever)
-    return Impact(
-        time,
-        angle,
-        side,
-        speed,
-        0.5 * mass * speed * speed,
-        ended - time,
-        float(force.max(initial=0.0)),
-        float(trace.pressure[rows, :, k].max(initial=0.0)),
-        float(lengths @ (force @ _BOOLE)),
-        float(lengths @ ((force * slide) @ _BOOLE)),
-        driving not in (State.FREE, side),
-    )
-
-
-def _energy(run: ImpactRun) -> Energy:
-    problem, recorded, machine = run.problem, run.recorded, run.machine
-    kinetic, stored = [], []
-    first = recorded.steps[0]
-    ends = [(first.time, first.state, recorded.regimes[first.regime])]
-    ends.append((recorded.time, recorded.state, recorded.regimes[recorded.steps[-1].regime]))
-    for t, y, regime in ends:
-        state = y if isinstance(y, complex) else complex(y[0])
-        x = machine.speed * (t - regime.begin)
-        s0, s1, s2 = machine.jets.jets[regime.arc](x)
-        speed = s1 * machine.speed + state.imag
-        spin = 0.0 if problem.spin is None else 0.5 * problem.spin.inertia * abs(complex(y[1])) ** 2
-        kinetic.append(0.5 * problem.inertia * speed * speed + spin)
-        elastic = 0.0
-        if not problem.law.uses_curvature:
-            depths = (touch(regime.arc, x, s0, s1, s2, state.real)[0] for touch in machine.touches)
-            elastic = sum(problem.law.energy(depth) for depth in depths)
-        stored.append(elastic + problem.load.energy(s0 + state.real))
-    work, lost = recorded.work[-1].real, recorded.work[-1].imag
-    residual = work - (kinetic[1] - kinetic[0]) - (stored[1] - stored[0]) - lost
-    swing = max(abs(w.real) for w in recorded.work)
-    largest = max(swing, float(0.5 * problem.inertia * (run.trace.speed**2).max()), abs(lost))
-    return Energy(work, kinetic[1] - kinetic[0], stored[1] - stored[0], lost, residual, largest)

@@ -11,6 +11,7 @@ cam turns by +phi = omega t, anticlockwise.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Literal
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.impact_lift import Lift, LiftJets
+from camgeom.errors import Problem, ProfileError
 
 Floats = NDArray[np.float64]
 ClearanceKind = Literal["chord", "normal"]
@@ -91,3 +93,9 @@ class Pair(ABC):
                 eta = eta + touch[0] / touch[1]
             ends.append(float(eta[0]))
         return 0.5 * (ends[0] + ends[1])
+
+
+def check_clearance(clearance: float) -> None:
+    """Raise ProfileError unless the clearance [m] is a gap."""
+    if not 0.0 < clearance < math.inf:
+        raise ProfileError([Problem("clearance", "contact with free play needs a gap", clearance, "> 0 m")])

@@ -17,6 +17,8 @@ from camgeom.errors import NotConverged, Problem, ProfileError
 
 FIRST_STEP = 1e-6
 """of a turn, after every restart: an automatic first step would be judged at zero force"""
+AFTER_KNOT = 0.1
+"""of the step before: the force is continuous across a knot of the motion, but the foot passes it a little later"""
 LONGEST_STEP = math.radians(1.0)
 """of the cam: in free flight the error says nothing and the step would grow past contacts"""
 SUBPOINTS = 8
@@ -74,6 +76,7 @@ class _Walk:
         self.regimes: list[Regime] = []
         self.events: list[Event] = []
         self.calls = 0
+        self.next = 0.0
         t, y = 0.0, start
         while t < self.end:
             knot = regime.begin + machine.jets.spans[regime.arc] / w
@@ -81,6 +84,8 @@ class _Walk:
             if t == knot and t < self.end:
                 following = regime.arc + 1 if regime.arc + 1 < len(lift.arcs) else 0
                 regime = regime._replace(arc=following, begin=knot)
+            else:
+                self.next = 0.0
             if len(self.events) > _MOST_EVENTS or len(self.steps) > _MOST_STEPS:
                 raise NotConverged(
                     f"{len(self.events)} contact events and {len(self.steps)} steps by {t:.6g} s: the contact "
@@ -110,12 +115,15 @@ class _Walk:
         self.regimes.append(regime)
         k, p = rate(t, y)
         self.calls += 1
-        h = FIRST_STEP * machine.problem.period
+        h = AFTER_KNOT * self.next or FIRST_STEP * machine.problem.period
         moving = abs(y.imag if isinstance(y, complex) else complex(y[0]).imag)
-        if moving > 0.0:
+        if moving > 0.0 and not self.next:
             h = min(h, 0.01 * machine.eta_scale / moving)
         while t < stop:
+            wanted = h
             trial, h = self._step(rate, t, y, k, p, h, stop)
+            # A step cut short by the end of the stretch says little about the length to go on with.
+            self.next = max(h, wanted) if trial.time == stop and trial.length < wanted else h
             record = StepRecord(t, trial.length, y, k, p, number)
             found = self._event(regime, rate, record, trial)
             if found is not None:

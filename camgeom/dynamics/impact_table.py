@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
@@ -10,7 +9,7 @@ from typing import final
 import numpy as np
 
 from camgeom.dynamics.impact_lift import TURN, Lift, LiftJets
-from camgeom.dynamics.impact_side import Floats, Pair, Side, Touch, Toucher, TouchMany
+from camgeom.dynamics.impact_side import Floats, Pair, Side, Touch, Toucher, TouchMany, check_clearance
 from camgeom.errors import Problem, ProfileError
 
 Row = tuple[float, ...]
@@ -124,9 +123,8 @@ class TablePair(Pair):
 
     def __post_init__(self) -> None:
         rows = (self.lever_main, self.lever_back, self.curvature_main, self.curvature_back, self.sliding)
+        check_clearance(self.clearance)
         problems = []
-        if not 0.0 < self.clearance < math.inf:
-            problems.append(Problem("clearance", "contact with free play needs a gap", self.clearance, "> 0 m"))
         if min(map(len, rows)) < 16 or len({len(row) for row in rows}) > 1:
             problems.append(Problem("tables", "must be of equal length", [len(row) for row in rows], ">= 16 each"))
         elif not min(*self.lever_main, *self.lever_back) > 0.0:
