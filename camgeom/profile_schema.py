@@ -65,7 +65,7 @@ class _Definitions:
     def of(self, model: type[BaseModel]) -> Schema:
         """The schema of one section."""
         own = model.model_json_schema(schema_generator=GenerateJsonSchema)
-        self.definitions |= own.pop("$defs", {})
+        self.definitions |= _without_null(own.pop("$defs", {}))
         own.pop("title", None)
         plain: Schema = _without_null(own)
         return plain
