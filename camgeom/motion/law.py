@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -81,7 +80,7 @@ def _all_numbers(value: ParamValue) -> bool:
     """Whether a nested tuple holds finite numbers alone."""
     if isinstance(value, tuple):
         return all(_all_numbers(item) for item in value)
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
 
 
 Factory = Callable[..., Sequence[Piece]]
@@ -116,8 +115,7 @@ class LawEntry:
 
     def pieces(self, params: Mapping[str, ParamValue], ends: Ends) -> tuple[Piece, ...]:
         """The motion from 0 to ends.lift over unit travel; `params` must have passed `problems`."""
-        values = {name: parameter.default for name, parameter in self.parameters.items()}
-        values |= {key: freeze(value) for key, value in params.items()}
+        values = self._complete(params)
         if self.joins:
             return finish(self.factory(ends, **values), ends.lift)
         return tuple(piece.scaled(ends.lift) for piece in _law(self, tuple(values.items())).pieces)
@@ -127,20 +125,20 @@ class LawEntry:
         problems = self.problems(params)
         if problems:
             raise ProfileError(problems)
-        values = {name: parameter.default for name, parameter in self.parameters.items()}
-        values |= {key: freeze(value) for key, value in params.items()}
-        return _law(self, tuple(values.items()))
-
-    def __hash__(self) -> int:
-        return hash(self.name)
+        return _law(self, tuple(self._complete(params).items()))
 
     def claims_for(self, values: Mapping[str, ParamValue]) -> Claims | None:
         """The claims that hold at these parameters: the defaults', a listed case's, or none."""
-        defaults = {name: parameter.default for name, parameter in self.parameters.items()}
-        if all(defaults[name] == value for name, value in values.items()):
-            return self.claims
-        matching = (claims for case, claims in self.cases if {**defaults, **case} == {**defaults, **values})
+        wanted = self._complete(values)
+        matching = (claims for case, claims in (({}, self.claims), *self.cases) if self._complete(case) == wanted)
         return next(matching, None)
+
+    def _complete(self, params: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+        """The parameters with defaults filled in, in the catalogue's order, lists as tuples."""
+        return {name: freeze(params.get(name, parameter.default)) for name, parameter in self.parameters.items()}
+
+    def __hash__(self) -> int:
+        return hash(self.name)
 
 
 @lru_cache(maxsize=512)

@@ -16,7 +16,7 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import ParamValue
 from camgeom.motion.law import Ends, Parameter, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
-from camgeom.motion.measured import fit, read_rows
+from camgeom.motion.measured import check_rise, fit, read_rows
 from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
 from camgeom.motion.table import Floats
@@ -130,4 +130,5 @@ def table(
     x, lift = read_rows(file, rows, ends.folder)
     if len(x) == 0:
         return polynomial(ends, order)
+    check_rise(lift, ends, smoothing, "file" if file else "rows")
     return fit(x, lift * ends.unit, ends, smoothing * ends.unit, knots, order)

@@ -79,18 +79,20 @@ def _is_number(cell: str) -> bool:
     return True
 
 
+def check_rise(lift: Floats, ends: Ends, deviation: float, key: str) -> None:
+    """Raise ProfileError where a table (lift (n,) in edge units) does not end at its segment's lift."""
+    slack, wanted = max(6.0 * deviation, 2e-3 * float(np.ptp(lift))), ends.lift / ends.unit
+    if abs(lift[-1] - wanted) > slack:
+        message = "the table does not end at the segment's `to`"
+        raise ProfileError([Problem(key, message, float(lift[-1]), f"a rise of {wanted:g} within {slack:g}")])
+
+
 def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, order: int) -> list[Piece]:
     """The spline of degree 2 order + 1 with the given ends that weighs closeness against roughness.
 
     Minimises mean((f(x_i) + zero - lift_i)²) + weight * integral(f^(order + 1)²) over f and zero. The weight makes the
     rms distance equal to `deviation`, or, where that is negative, minimises the generalised cross-validation score.
-    Raises ProfileError where the table does not end at the segment's lift.
     """
-    slack = max(6.0 * deviation, 2e-3 * float(np.ptp(lift)))
-    if abs(lift[-1] - ends.lift) > slack:
-        found, wanted = float(lift[-1]) / ends.unit, ends.lift / ends.unit
-        message = "the table does not end at the segment's `to`"
-        raise ProfileError([Problem("rows", message, found, f"a rise of {wanted:g} within {slack / ends.unit:g}")])
     smoother = _smoother(x.tobytes(), lift.tobytes(), deviation, most_knots, order)
     knots, degree = smoother.knots, 2 * order + 1
     # The end conditions fix the outer control values; the inner ones are free.

@@ -18,7 +18,9 @@ Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]
 Row = Floats | float
 RUN_LENGTH = 64
-"""Points a piece from which on it pays to evaluate piece after piece instead of gathering coefficients."""
+"""Points a run from which on it pays to evaluate run after run instead of gathering coefficients point by point."""
+CACHED = 4096
+"""Points evaluated at once, so that the working arrays stay in the processor's cache."""
 
 
 class Peak(NamedTuple):
@@ -104,6 +106,13 @@ def _mix(a: Row, x: Floats, b: Row, y: Floats) -> Floats:
     return a * x + b * y
 
 
+def _runs(index: Indices) -> list[int]:
+    """Where each run of equal numbers ends, the last at len(index)."""
+    if len(index) == 0:
+        return []
+    return [*(np.flatnonzero(index[1:] != index[:-1]) + 1).tolist(), len(index)]
+
+
 def _stretched(piece: Piece, rate: float) -> tuple[tuple[float, ...], tuple[Wave, ...]]:
     """The powers and waves of a piece for an argument that runs 1/rate times as long."""
     if rate == 1.0:
@@ -157,29 +166,33 @@ class Table:
     def jet(self, t: Floats, order: int, side: Side = "right") -> Floats:
         """Value and derivatives (order + 1, n) at t (n,)."""
         index = self.locate(t, side)
-        if len(t) > RUN_LENGTH * len(self):
-            return self._runs(index, t, order)
-        return self.at(index, t - self.anchors[index], order)
-
-    def _runs(self, index: Indices, t: Floats, order: int) -> Floats:
-        """The jets (order + 1, n), each piece evaluated on its own run of points with plain numbers."""
-        sorting = None
-        if np.any(index[1:] < index[:-1]):
-            # Small integers are sorted by radix, far quicker than the angles themselves.
-            sorting = np.argsort(index.astype(np.int16) if len(self) < 2**15 else index, kind="stable")
-            index, t = index[sorting], t[sorting]
-        out = np.empty((order + 1, len(t)))
-        ends = np.searchsorted(index, np.arange(len(self) + 1)).tolist()
-        for i, (start, end) in enumerate(pairwise(ends)):
-            if start == end:
-                continue
-            power, waves = self._rows[i]
-            _fill(out[:, start:end], reversed(power), waves, t[start:end] - self.anchors[i])
-        if sorting is None:
+        ends = _runs(index)
+        if len(ends) * RUN_LENGTH < len(t):
+            return self._by_runs(index, ends, t, order)
+        if len(self) * RUN_LENGTH > len(t):
+            out = np.empty((order + 1, len(t)))
+            for low in range(0, len(t), CACHED):
+                part = index[low : low + CACHED]
+                out[:, low : low + CACHED] = self.at(part, t[low : low + CACHED] - self.anchors[part], order)
             return out
-        scattered = np.empty_like(out)
-        scattered[:, sorting] = out
-        return scattered
+        # Small integers are sorted by radix, far quicker than the angles themselves.
+        sorting = np.argsort(index.astype(np.int16) if len(self) < 2**15 else index, kind="stable")
+        index = index[sorting]
+        out = np.empty((order + 1, len(t)))
+        out[:, sorting] = self._by_runs(index, _runs(index), t[sorting], order)
+        return out
+
+    def _by_runs(self, index: Indices, ends: list[int], t: Floats, order: int) -> Floats:
+        """The jets (order + 1, n), each piece evaluated on its own runs of points with plain numbers."""
+        out = np.empty((order + 1, len(t)))
+        for start, end in pairwise([0, *ends]):
+            i = int(index[start])
+            power, waves = self._rows[i]
+            anchor = float(self.anchors[i])
+            for low in range(start, end, CACHED):
+                part = slice(low, min(low + CACHED, end))
+                _fill(out[:, part], reversed(power), waves, t[part] - anchor)
+        return out
 
     def limit(self, index: Indices, order: int, end: Literal["first", "last"]) -> Floats:
         """The jets (order + 1, m) of the given pieces at their own first or last point."""
