@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.expression import Expression, compile_expression
@@ -21,6 +21,11 @@ Interpolation = Literal["linear", "smooth"]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 
 
+def _rows(table: object) -> object:
+    """A list of lists, which is what TOML gives, as the tuples that a frozen section holds."""
+    return tuple(tuple(row) if isinstance(row, list) else row for row in table) if isinstance(table, list) else table
+
+
 @final
 class Force(Section):
     """One applied force of a profile: `from`, `until` (degrees) with an `expression`, or a `table` of (degrees, N)."""
@@ -30,7 +35,7 @@ class Force(Section):
     expression: str | None = Field(
         None, max_length=2000, description="Force against motion towards larger lift, N (N mm on a swinging follower "
         "or a turret); variables phi (rad), deg, s, v, a")
-    table: tuple[tuple[Degrees, Value], ...] | None = Field(
+    table: Annotated[tuple[tuple[Degrees, Value], ...] | None, BeforeValidator(_rows)] = Field(
         None, max_length=100_000, description="Rows of cam angle (degrees, increasing) and force (N or N mm)")
     interpolation: Interpolation = Field("linear", description="Between table rows: linear, or smooth (monotone cubic)")
 

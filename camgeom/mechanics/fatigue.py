@@ -178,9 +178,9 @@ def _candidates(rolling: Rolling, chunk: Ints) -> _Brackets:
     """Brackets about the local maxima of the first search that may turn out to be the largest."""
     images = _images(rolling, chunk)
     low, width = images[:, :-1], np.diff(images, axis=1)
-    # Steps of the roller angle over the whole turn such that FINE of them fall into a panel of mean length.
-    steps = FINE * rolling.edges.shape[1] * TURN * np.max(rolling.radius[chunk] / rolling.path[chunk])
-    per = int(np.ceil(max(FEWEST, steps) / width.shape[1])) + 2
+    # Steps such that FINE of them fall into a panel of mean length; a range with contacts is no longer than the path.
+    turns = np.minimum(width * (rolling.radius[chunk] / rolling.path[chunk])[:, None], 1.0)
+    per = int(np.ceil(max(FEWEST / width.shape[1], FINE * rolling.edges.shape[1] * float(turns.max())))) + 2
     share = np.linspace(0.0, 1.0, per + 1)
     inner = np.clip(share, 1e-7, 1.0 - 1e-7)
     theta = low[..., None] + width[..., None] * inner

@@ -22,6 +22,8 @@ Count = Literal["from-behind", "both"]
 """from-behind: contacts counted from the first on the wall behind, as published; both: with the contact on the wall
 ahead that points past half a turn have before it."""
 
+BATCH = 100_000
+"""Contacts evaluated at once: some tens of megabytes"""
 MAX_CONTACTS = 4000
 """Contacts of one roller point in one cam turn up to which they are summed one by one"""
 
@@ -115,8 +117,14 @@ class Rolling:
         Each contact stays in the piece (range between jumps) in which it is for the roller angle `middle`, so that at
         the end of such a range the one-sided limit is given.
         """
-        if not theta.size:
-            return np.zeros(0), np.zeros(0)
+        most = 1.0 + float(np.max(self.path / self.radius)) / np.pi
+        size = max(1, int(BATCH / most))
+        parts = [self._batch(variant[k : k + size], theta[k : k + size], middle[k : k + size])
+                 for k in range(0, theta.size, size)]
+        value, slope = zip(*parts) if parts else ((np.zeros(0),), (np.zeros(0),))
+        return np.concatenate(value), np.concatenate(slope)
+
+    def _batch(self, variant: Ints, theta: Array, middle: Array) -> tuple[Array, Array]:
         path, wall, task = self.contacts(variant, theta, middle)
         owner = variant[task]
         path, panel = self._kept(owner, path, path + (middle - theta)[task] * self.radius[owner])
