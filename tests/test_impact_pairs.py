@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from camgeom.dynamics.contact_laws import PowerLaw
 from camgeom.dynamics.impact import ImpactProblem
+from camgeom.dynamics.impact_flank import groove_pair
 from camgeom.dynamics.impact_frame import FramePair
 from camgeom.dynamics.impact_lift import TURN, Arc, Lift
 from camgeom.dynamics.impact_pairs import GroovePair, RockerPair, SlidePair
@@ -17,12 +19,12 @@ from camgeom.dynamics.impact_run import solve
 from camgeom.dynamics.impact_side import Pair
 from camgeom.dynamics.impact_table import TablePair
 from camgeom.errors import NotConverged, ProfileError
+from camgeom.motion import Program, Segment
+from camgeom.track import Slide, Straight, Swing, Track
 
 
 def slide_lift(stroke: float = 0.03, law: str = "cycloidal") -> Lift:
     """Rise 140, dwell 40, return 140, dwell 40 degrees: a motion of constant width."""
-    from camgeom.motion import Program, Segment
-
     stops = [Segment(math.radians(140), stroke, law), Segment(math.radians(180))]
     back = [Segment(math.radians(320), 0.0, law), Segment(TURN)]
     return Lift.from_program(Program.from_segments(stops + back), 1.0)
@@ -228,6 +230,42 @@ def test_a_groove_roller_changes_walls() -> None:
     first = run.conversions[0]
     assert 70.0 < math.degrees(first.angle) < 80.0, "soon after the acceleration changes sign at 70 degrees"
     assert isinstance(pair.sides[0].curve, DevelopedCurve)
+
+
+def groove_track(swinging: bool) -> Track:
+    """A cylinder roller of 22 mm in a groove at 67 mm radius; sliding, or swinging on an arm of 150 mm."""
+    stroke = 0.2 if swinging else 37.0
+    stops = [Segment(math.radians(140), stroke, "cycloidal"), Segment(math.radians(180))]
+    program = Program.from_segments([*stops, Segment(math.radians(320), 0.0, "cycloidal"), Segment(TURN)])
+    joint = Swing((-1.0, 0.0, 0.0), (0.0, 150.0, 40.0)) if swinging else Slide((0.0, 0.0, 1.0))
+    return Track(Straight(11.0, 0.0), joint, (67.0, 0.0, 20.0), (1.0, 0.0, 0.0), -6.0, (-6.0, 6.0), program)
+
+
+def test_flanks_of_a_groove_as_tables_meet_the_developed_groove() -> None:
+    track = groove_track(False)
+    tables = groove_pair(track, 2e-5, 0.0, 360)
+    developed = GroovePair(Lift.from_program(track.program, 1e-3), 0.067, 0.011, 2e-5)
+    angle = np.linspace(0.1, 6.2, 50)
+    for exact, plane in zip(tables.sides, developed.sides, strict=True):
+        a, b = (side.many(tables.lift, angle, np.zeros(50)) for side in (exact, plane))
+        assert a[1] == pytest.approx(b[1], abs=1e-6)
+        assert a[2] == pytest.approx(b[2], abs=1e-6)
+        assert a[5] == pytest.approx(b[5], abs=1.5), "the developed curvature misses the twist of the surface"
+    law = PowerLaw(2e9, 10 / 9)
+    runs = [
+        solve(ImpactProblem(pair, 2.25, 20 * math.pi, law), end_angle=math.radians(150)) for pair in (tables, developed)
+    ]
+    assert all(run.energy.relative_residual < 1e-7 for run in runs)
+    first = [math.degrees(run.conversions[0].angle) for run in runs]
+    assert first[0] == pytest.approx(first[1], abs=0.2)
+
+
+def test_flanks_of_a_swinging_groove_give_levers_per_radian() -> None:
+    pair = groove_pair(groove_track(True), 2e-5, 0.0, 180)
+    lever = pair.sides[0].many(pair.lift, np.array([0.0]), np.zeros(1))[1][0]
+    assert lever == pytest.approx(0.150 * 0.9912, rel=2e-2)
+    with pytest.raises(ProfileError, match="two flanks"):
+        groove_pair(replace(groove_track(True), sides=(1.0,)), 2e-5, 0.0)
 
 
 def test_lift_refuses_what_does_not_close() -> None:

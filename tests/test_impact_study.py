@@ -32,6 +32,10 @@ def test_study_in_spawned_processes_equals_the_study_here() -> None:
         assert row.energy_residual < 1e-6
         assert row.amplification > 1.0
     assert 0.0 < decade_growth(there)[0] < 0.8
+    shown = there[0].as_dict(angular=True)
+    assert shown["clearance_mm"] == pytest.approx(0.02)
+    assert shown["peak_pressure_mpa"]["mean"] == pytest.approx(1e-6 * there[0].pressure.mean)  # type: ignore[index]
+    assert "peak_acceleration_rad_s2" in shown
 
 
 def test_steady_turns_of_the_reference_mechanism() -> None:
@@ -126,6 +130,12 @@ def test_spec_gives_the_laws_in_si_units() -> None:
     assert isinstance(printed, PrintedStiffness)
     assert printed.exponent == 1.0
     assert ImpactSpec(study=[0.01, 0.1]).study == (0.01, 0.1)
+    reference = b1_problem(1e-4)
+    sizes = {"modulus_mpa": 112304.6875, "length_mm": 20.0, "roller_radius_mm": 20.0, "cam_radius_mm": 130.0}
+    made = spec.problem(reference.pair, inertia=0.14, speed_rpm=600.0, **sizes)
+    assert made.speed == pytest.approx(reference.speed, rel=1e-15)
+    assert made.law.force(1e-5, 0.0) == pytest.approx(reference.law.force(1e-5, 0.0), rel=1e-12)
+    assert made.damping == reference.damping
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 
 from camgeom.dynamics.contact_laws import ContactLaw, HertzLine, LinePatch, LiuCylinder, PowerLaw, PrintedStiffness
 from camgeom.dynamics.contact_losses import Coulomb, Damping, ImpactDamping, RampedDamping
-from camgeom.dynamics.impact import RollerSpin
+from camgeom.dynamics.impact import ImpactProblem, Load, RollerSpin
+from camgeom.dynamics.impact_side import Pair
 from camgeom.spec import Length, Section
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -101,6 +102,34 @@ class ImpactSpec(Section):
             return PrintedStiffness(modulus, cam + roller, 1.0 if self.exponent is None else self.exponent)
         exponent = 1.5 if self.exponent is None else self.exponent
         return PowerLaw((self.stiffness or 0.0) * 10.0 ** (3.0 * exponent), exponent)
+
+    def problem(
+        self,
+        pair: Pair,
+        *,
+        inertia: float,
+        speed_rpm: float,
+        modulus_mpa: float,
+        length_mm: float,
+        roller_radius_mm: float,
+        cam_radius_mm: float,
+        load: Load | None = None,
+    ) -> ImpactProblem:
+        """The problem in SI units; `inertia` (kg or kg m²) is the follower's unless the section gives its own.
+
+        `modulus_mpa` is the contact modulus E*, `cam_radius_mm` the cam radius of the contact law unless given here.
+        """
+        return ImpactProblem(
+            pair,
+            self.inertia or inertia,
+            speed_rpm * math.pi / 30.0,
+            self.contact_law(modulus_mpa, length_mm, roller_radius_mm, cam_radius_mm),
+            self.damping_law(),
+            self.friction_law(),
+            self.spin(),
+            load or Load(),
+            self.patch(modulus_mpa, length_mm, roller_radius_mm),
+        )
 
     def patch(self, modulus_mpa: float, length_mm: float, roller_radius_mm: float) -> LinePatch:
         """The data of the line pressure in SI units."""

@@ -69,6 +69,33 @@ class StudyRow:
         """Mean peak acceleration over that of the ideal motion, 1."""
         return self.acceleration.mean / self.ideal_acceleration
 
+    def as_dict(self, angular: bool) -> dict[str, object]:
+        """The row with units in its keys, at the edge: mm, N, MPa, J; accelerations rad/s^2 (`angular`) or m/s^2."""
+        unit = "rad_s" if angular else "m_s"
+
+        def triple(statistic: Statistic, factor: float = 1.0) -> dict[str, float]:
+            return {name: factor * value for name, value in statistic._asdict().items()}
+
+        return {
+            "label": self.label,
+            "clearance_mm": 1e3 * self.clearance,
+            "turns": self.turns,
+            "periodic": self.periodic,
+            f"peak_acceleration_{unit}2": triple(self.acceleration),
+            f"ideal_acceleration_{unit}2": self.ideal_acceleration,
+            "amplification": self.amplification,
+            "peak_force_main_n": triple(self.force_main),
+            "peak_force_back_n": triple(self.force_back),
+            "peak_pressure_mpa": triple(self.pressure, 1e-6),
+            "approach_speed_m_s": triple(self.approach_speed),
+            "impacts_per_turn": triple(self.impacts),
+            "drive_conversions_per_turn": triple(self.conversions),
+            "lost_energy_j_per_turn": self.lost_energy,
+            f"rms_jerk_{unit}3": self.rms_jerk,
+            "tighter_change": self.tighter_change,
+            "energy_residual": self.energy_residual,
+        }
+
 
 def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | None = None) -> StudyRow:
     """The peaks of every whole turn of a run but the first `skip`. Raises ProfileError where no turn is left."""
