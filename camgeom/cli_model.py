@@ -42,6 +42,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
     files = _export(model, result, formats, folder) if "exports" in products else []
+    if "report" in products:
+        files.append(_report(model, folder))
     result.data["files"] = [str(file) for file in files]
     result = with_costs(result, model)
     if arguments.explain:
@@ -186,3 +188,10 @@ def _export(model: Model, result: Result, formats: tuple[str, ...], folder: Path
         write(model, path)
         written.append(path)
     return written
+
+
+def _report(model: Model, folder: Path) -> Path:
+    """Write the report page."""
+    from camgeom.report.sections import write_report
+
+    return write_report(model, folder / "report.html")

@@ -47,7 +47,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     data = read_data(arguments.profile)
     axes = tuple(axis(text) for text in arguments.vary)
     study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
-    folder = output_folder(arguments.out, str(data.get("name", Path(arguments.profile).stem)))
+    name = str(data.get("name", Path(arguments.profile).stem))
+    folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)
     rows = []
     for row in study.rows(_jobs(arguments.jobs)):
@@ -55,10 +56,10 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         console.progress(f"{len(rows)} of {len(study)} variants")
     console.progress("")
     table = as_table(study, rows)
-    files = [write_csv(table, folder / "study.csv")]
+    files = [write_csv(table, folder / "study.csv"), write_page(study, rows, name, folder / "study.html")]
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
-        result = {"name": data.get("name"), "varied": varied, "rows": table, "files": [str(file) for file in files]}
+        result = {"name": name, "varied": varied, "rows": table, "files": [str(file) for file in files]}
         console.out(json.dumps(finite(result), indent=2, allow_nan=False, ensure_ascii=False))
         return 0
     for line in summary(study, rows, table):
@@ -121,6 +122,18 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
     writer.writerows({key: "" if value is None else value for key, value in record.items()} for record in table)
     with atomic_write(path) as stream:
         stream.write(text.getvalue().encode())
+    return path
+
+
+def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
+    """The page with the plot; the file appears whole or not at all."""
+    from camgeom.cli_study_page import page
+    from camgeom.export.atomic import atomic_write
+    from camgeom.report.page import render
+
+    text = render(page(study, rows, name))
+    with atomic_write(path) as stream:
+        stream.write(text.encode())
     return path
 
 

@@ -97,7 +97,6 @@ def test_failing_design_is_status_1(profile: Path, capsys: pytest.CaptureFixture
 
 
 def test_build_writes_files_and_then_the_result(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("camgeom.export.stl")
     status, out, err = run(capsys, "build", profile)
     assert (status, err) == (0, "")
     folder = profile.parent / "exports/small-groove-cam"

@@ -13,7 +13,8 @@ from camgeom.cli import main
 from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile_text import load
-from camgeom.study import Figures, Study, axis, replaced
+from camgeom.report.content import Chart, Table
+from camgeom.study import Figures, Row, Study, axis, replaced
 
 TEXT = """
 name = "small groove cam"
@@ -154,6 +155,22 @@ def test_worker_processes_give_the_same_rows(monkeypatch: pytest.MonkeyPatch) ->
     assert list(study.rows(2)) == alone
 
 
+def test_page_draws_a_line_for_each_setting() -> None:
+    from camgeom.cli_study_page import page
+
+    study = made("operation.speed=100:300:3", "motion[1].law=cycloidal,3-4-5")
+    rows = [
+        Row(values, {"contact.peak_pressure_mpa": 10.0 * i} if i != 2 else {}, "good")
+        for i, values in enumerate((speed, law) for speed in (100, 200, 300) for law in ("cycloidal", "3-4-5"))
+    ]
+    chart, table = page(study, rows, "x").sections[0].blocks
+    assert isinstance(chart, Chart)
+    assert isinstance(table, Table)
+    lines = {series.name: series.x.tolist() for series in chart.panels[0].series}
+    assert lines == {"motion[1].law cycloidal": [100.0, 300.0], "motion[1].law 3-4-5": [100.0, 200.0, 300.0]}
+    assert len(table.rows) == 6
+
+
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     Path("small.toml").write_text(TEXT)
@@ -168,6 +185,9 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert [row["cam.diameter"] for row in rows] == ["80", "-1"]
     assert float(rows[0]["motion.stroke_mm"]) == 15.0
     assert rows[1]["motion.stroke_mm"] == ""
+    page = Path("exports/small-groove-cam/study.html").read_text()
+    assert "cam.diameter" in page
+    assert [Path(file).name for file in result["files"]] == ["study.csv", "study.html"]
     assert main(words[:-1]) == 0
     assert "2 variants: 1 good, 1 bad input" in capsys.readouterr().out
     assert main(["study", "small.toml", "--vary", "cam.diamter=1,2"]) == 2
