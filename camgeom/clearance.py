@@ -162,7 +162,7 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
 
 
 def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
-    """Cam angles (v,) where the distance of the points (3, v) to the roller's axis is stationary, by secant from phi."""
+    """Cam angles (v,) where the distance of points (3, v) to the roller is stationary, by secant from phi."""
     low, high = phi - step, phi + step
 
     def slope(at: Floats) -> Floats:
