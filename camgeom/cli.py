@@ -7,6 +7,7 @@ numerical method or a file failed; 130 interrupted.
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -168,26 +169,39 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error is one message on stderr."""
     console = Console()
     words = list(sys.argv[1:] if argv is None else argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A name in letters that the terminal lacks must not end the command.
+            stream.reconfigure(errors="backslashreplace")
     try:
         status = _run(words, console)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
         return status
     except CamgeomError as error:
         return _failed(console, f"camgeom: {error}", error.exit_status)
     except KeyboardInterrupt:
         return _failed(console, "camgeom: interrupted", 130)
     except BrokenPipeError:
-        # The reader of stdout has gone; point stdout elsewhere so that the interpreter's last flush is silent.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return 0
     except MemoryError:
         return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
+    except OSError as error:
+        _discard_output()
+        where = f"{error.filename}: " if error.filename else ""
+        return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
     except Exception as error:
         if os.environ.get("CAMGEOM_DEBUG") == "1":
             raise
         reason = " ".join(str(error).split())[:200]
         hint = "set CAMGEOM_DEBUG=1 to see where"
         return _failed(console, f"camgeom: {type(error).__name__}: {reason}; this is a bug ({hint})", 3)
+
+
+def _discard_output() -> None:
+    """Point stdout, which nobody reads or which cannot be written, elsewhere: the interpreter flushes it once more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _failed(console: Console, text: str, status: int) -> int:

@@ -67,7 +67,7 @@ def finite(value: Any) -> Any:
 
 def _show(result: Result, arguments: argparse.Namespace, console: Console, files: list[Path]) -> None:
     if arguments.json:
-        console.out(json.dumps(result.data, indent=2, allow_nan=False, ensure_ascii=False))
+        console.out(json.dumps(result.data, indent=2, allow_nan=False))
         return
     from camgeom.cli_text import summary
 

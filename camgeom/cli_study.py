@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
         result = {"name": name, "varied": varied, "rows": table, "files": [str(file) for file in files]}
-        console.out(json.dumps(finite(result), indent=2, allow_nan=False, ensure_ascii=False))
+        console.out(json.dumps(finite(result), indent=2, allow_nan=False))
         return 0
     for line in summary(study, rows, table):
         console.out(line)

@@ -41,7 +41,7 @@ def laws(arguments: argparse.Namespace, console: Console) -> int:
     """Print the motion laws."""
     rows = law_rows()
     if arguments.json:
-        console.out(json.dumps(rows, indent=2, allow_nan=False, ensure_ascii=False))
+        console.out(json.dumps(rows, indent=2, allow_nan=False))
         return 0
     head = ("law", "Vm", "Am", "Jm", "(VA)m", "Arms", "continuity", "parameters", "source")
     cells = [
@@ -76,6 +76,7 @@ def new(arguments: argparse.Namespace, console: Console) -> int:
 
     with atomic_write(path) as stream:
         stream.write(text.encode())
+    console.out(f"wrote {path}")
     return 0
 
 
@@ -96,5 +97,5 @@ def schema(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.profile_schema import schema as profile_schema
 
     del arguments
-    console.out(json.dumps(profile_schema(), indent=2, allow_nan=False, ensure_ascii=False))
+    console.out(json.dumps(profile_schema(), indent=2, allow_nan=False))
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -165,6 +166,19 @@ def test_folder_that_is_a_file(profile: Path, capsys: pytest.CaptureFixture[str]
     assert "is a file, not a folder" in err
 
 
+def test_full_disk_leaves_nothing(
+    profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("camgeom.export.atomic.os.fsync", full)
+    status, out, err = run(capsys, "check", profile, "--out", "o", "--only", "continuity")
+    assert (status, out) == (3, "")
+    assert err == "camgeom: o/result.json: cannot be written: the disk is full\n"
+    assert entries(profile.parent) == ["small.toml"]
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_read_only_folder(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (profile.parent / "shut").mkdir(mode=0o500)
@@ -244,8 +258,35 @@ def test_process_exit_status(profile: Path) -> None:
     assert "did you mean 'check'?" in found.stderr
 
 
-def test_closed_pipe_is_silent() -> None:
+@pytest.mark.parametrize(
+    ("redirection", "status", "err"),
+    [("| head -c 10; exit ${PIPESTATUS[0]}", 0, ""), ("> /dev/full", 3, "camgeom: No space left on device\n")],
+)
+def test_stdout_that_ends_early(redirection: str, status: int, err: str) -> None:
     tree = str(Path(__file__).parents[1])
-    pipe = f"{sys.executable} -m camgeom laws --json | head -c 10"
-    found = subprocess.run(["bash", "-c", pipe], capture_output=True, text=True, cwd=tree, check=False)
-    assert found.stderr == ""
+    shell = ["bash", "-c", f"{sys.executable} -m camgeom laws --json {redirection}"]
+    found = subprocess.run(shell, capture_output=True, text=True, cwd=tree, check=False)
+    assert (found.returncode, found.stderr) == (status, err)
+
+
+def test_name_that_the_terminal_cannot_show(profile: Path) -> None:
+    profile.write_text(GOOD.replace("small groove cam", "Öfen 凸轮"), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "camgeom", "check", str(profile), "--only", "continuity"]
+    found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout.startswith("\\xd6fen")
+    found = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, check=False)
+    assert json.loads(found.stdout)["name"] == "Öfen 凸轮"
+
+
+@pytest.mark.slow
+def test_run_writes_everything(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = run(capsys, "run", profile, "--formats", "STL,.ply")
+    assert (status, err) == (0, "")
+    folder = profile.parent / "exports/small-groove-cam"
+    wanted = ["report.html", "result.json", "small-groove-cam.ply", "small-groove-cam.stl"]
+    assert entries(folder) == wanted
+    result = json.loads((folder / "result.json").read_text())
+    assert {Path(name).name for name in result["files"]} == set(wanted) - {"result.json"}
+    assert {"motion", "flank", "checks", "solid", "contact", "fatigue", "cost_s"} <= set(result)

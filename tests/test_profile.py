@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from camgeom.errors import ProfileError
+from camgeom.follower import FrameFollower, TurretFollower
 from camgeom.profile import Profile, from_data, parse, read
+from camgeom.profile_motion import motion_problems, program_of
+from camgeom.profile_sections import MotionSegment
 from camgeom.profile_text import MAX_BYTES, load
 
 GOOD = """
@@ -105,6 +108,33 @@ def test_velocity_per_degree_becomes_per_radian() -> None:
     text = text.replace('to = 37\nlaw = "cycloidal"', 'to = 37\nlaw = "polynomial"\nvelocity = 0.6')
     program = parse(text).setup().program
     assert isclose(program.jet(np.array([radians(215.0)]), 1)[1, 0], 0.6 * 180.0 / pi, rel_tol=1e-12)
+
+
+def test_half_a_turn_is_mirrored() -> None:
+    motion = (
+        MotionSegment(until=140.0, to=30.0, law="modified-trapezoid"),
+        MotionSegment(until=180.0),
+    )
+    follower = FrameFollower(kind="frame")
+    program = program_of(motion, follower, 180.0, "")
+    theta = np.linspace(0.01, 3.13, 50)
+    first, second = program.jet(theta, 2), program.jet(theta + pi, 2)
+    assert np.allclose(second[0], 30.0 - first[0], atol=1e-12)
+    assert np.allclose(second[1:], -first[1:], atol=1e-9)
+    assert motion_problems(motion, follower, 180.0) == []
+    wrong = (*motion[:1], MotionSegment(until=170.0))
+    assert [p.key for p in motion_problems(wrong, follower, 180.0)] == ["motion[1].until"]
+
+
+def test_turret_steps_by_whole_indexes() -> None:
+    follower = TurretFollower(kind="turret", stops=7, pitch_radius=100.0)
+    step = MotionSegment(until=200.0, to=51.4285714, law="modified-sine")
+    assert motion_problems((step, MotionSegment(until=360.0)), follower, 360.0) == []
+    program = program_of((step, MotionSegment(until=360.0)), follower, 360.0, "")
+    assert program.advance == 2.0 * pi / 7.0, "the written decimals do not add up turn by turn"
+    for bad in (0.0, 51.4, 60.0):
+        wrong = (MotionSegment(until=360.0, to=bad, law="modified-sine"),)
+        assert [p.key for p in motion_problems(wrong, follower, 360.0)] == ["motion[0].to"]
 
 
 def test_name_defaults_to_the_file(tmp_path: Path) -> None:

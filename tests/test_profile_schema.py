@@ -104,6 +104,7 @@ def test_starters_are_profiles_of_their_kind(kind: str, capsys: pytest.CaptureFi
     file = tmp_path / "new.toml"
     assert main(["new", kind, str(file)]) == 0
     assert file.read_text() == text.lstrip("\n")
+    assert capsys.readouterr().out == f"wrote {file}\n"
     assert main(["new", kind, str(file)]) == 2
 
 

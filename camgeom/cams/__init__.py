@@ -3,6 +3,8 @@
 Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] table, with these members:
 
     FOLLOWERS: ClassVar[tuple[str, ...]]      follower kinds it accepts, the first one the usual
+    MOTION_SPAN: ClassVar[float]              optional: 180.0 where the profile states half a turn of motion and the
+                                              other half follows, s(theta + pi) = lift - s(theta)
     STARTER: ClassVar[str]                    a commented starter profile (TOML) that runs as it is
     problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
     parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid)
