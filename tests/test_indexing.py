@@ -13,9 +13,10 @@ from camgeom.dynamics.indexing_energy import Term, along, assemble, between, dec
 from camgeom.dynamics.indexing_lateral import Start, lateral_transient
 from camgeom.dynamics.indexing_measures import energy_balance, longest_dwell, residual_vibration
 from camgeom.dynamics.indexing_modes import campbell, critical_speeds, natural_modes, speed_classes
-from camgeom.dynamics.indexing_response import OUTPUTS, Accuracy, from_rest, steady_state
+from camgeom.dynamics.indexing_response import OUTPUTS, from_rest, steady_state
 from camgeom.dynamics.indexing_sweep import sweep
 from camgeom.dynamics.indexing_system import Fluctuation, TorsionSystem
+from camgeom.dynamics.integrators_accuracy import Accuracy
 from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.motion import Program, Segment
 

@@ -14,13 +14,12 @@ import numpy.typing as npt
 
 from camgeom.dynamics.indexing import TORSION, IndexingDrive, Motion
 from camgeom.dynamics.indexing_energy import Indefinite
-from camgeom.dynamics.indexing_response import STANDARD, Accuracy, refuse_indefinite
-from camgeom.dynamics.integrators import Array, Side, find
-from camgeom.dynamics.integrators_choice import choose
+from camgeom.dynamics.indexing_response import refuse_indefinite
+from camgeom.dynamics.integrators import Array, Side
+from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy, solved
 from camgeom.dynamics.integrators_constant import ConstantSystem, ForceLaw
-from camgeom.dynamics.integrators_grid import aligned_grid
 from camgeom.dynamics.integrators_solution import Solution
-from camgeom.dynamics.integrators_solve import transient, verified
+from camgeom.dynamics.integrators_solve import transient, watch_position
 from camgeom.errors import Problem, ProfileError
 
 
@@ -106,10 +105,10 @@ def _block(
     for k, name in enumerate(block):
         start = starts.get(name, Start())
         begin[0, k], begin[0, len(block) + k] = start.position, start.velocity / speed
-    knots = np.asarray(motion.knots)
-    if accuracy.steps is not None:
-        method = find("gauss4" if accuracy.method == "auto" else accuracy.method)
-        return transient(system, aligned_grid(knots, accuracy.steps), method, begin, turns)
-    methods, steps = choose(system, knots, accuracy.tolerance, accuracy.method)
-    grid = aligned_grid(knots, round(float(steps[0])))
-    return verified(lambda g: transient(system, g, methods[0], begin, turns), grid, accuracy.tolerance)
+    return solved(
+        system,
+        np.asarray(motion.knots),
+        accuracy,
+        lambda grid, method: transient(system, grid, method, begin, turns),
+        watch_position,
+    )

@@ -4,7 +4,7 @@ from them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -13,13 +13,12 @@ import numpy.typing as npt
 
 from camgeom.dynamics.indexing import TORSION, IndexingDrive, Motion
 from camgeom.dynamics.indexing_system import Fluctuation, Torque, TorsionSystem
-from camgeom.dynamics.integrators import Array, Method, Side, find
-from camgeom.dynamics.integrators_choice import choose
+from camgeom.dynamics.integrators import Array, Side
+from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy, Once, solved
 from camgeom.dynamics.integrators_exact import advance
-from camgeom.dynamics.integrators_grid import MAX_STEPS, Grid, aligned_grid
 from camgeom.dynamics.integrators_peaks import Output, Peak, peak
 from camgeom.dynamics.integrators_solution import Solution, acceleration
-from camgeom.dynamics.integrators_solve import periodic, transient, verified
+from camgeom.dynamics.integrators_solve import periodic, transient
 from camgeom.errors import DesignError, Problem, ProfileError
 
 OUTPUTS: Mapping[str, str] = MappingProxyType(
@@ -36,10 +35,6 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
     }
 )
 """The outputs of a response by name, with unit and meaning."""
-
-
-Once = Callable[[Grid, Method], Solution]
-"""A solution on a grid by a method."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,34 +143,12 @@ def _torque(system: TorsionSystem, name: str, theta: Array, q: Array, u: Array, 
 def watch(solution: Solution) -> Array:
     """What a response must have right: the three deviations and the load-plate acceleration, (b, n + 1, 4)."""
     system = solution.system
-    assert isinstance(system, TorsionSystem)
+    if not isinstance(system, TorsionSystem):
+        raise TypeError("an indexing response watches a torsion system")
     load = output(system, "load_acceleration")(solution.theta[None], solution.position, solution.rate, "right")
     return np.concatenate([solution.position, load[..., None]], -1)
 
 
-@dataclass(frozen=True)
-class Accuracy:
-    """How exact and by which method: tolerance is a share of the peak, checked by halving; steps fixes the steps a
-    turn instead.
-    """
-
-    tolerance: float = 1e-6
-    method: str | Method = "auto"
-    steps: int | None = None
-
-    def __post_init__(self) -> None:
-        problems = []
-        if not 1e-13 <= self.tolerance <= 0.1:
-            problems.append(Problem("dynamics.tolerance", "out of range", self.tolerance, "1e-13 to 0.1"))
-        if self.steps is not None and not 1 <= self.steps <= MAX_STEPS:
-            problems.append(Problem("dynamics.steps", "out of range", self.steps, f"1 to {MAX_STEPS}"))
-        if self.method != "auto":
-            find(self.method)
-        if problems:
-            raise ProfileError(problems)
-
-
-STANDARD = Accuracy()
 CONSTANT = Fluctuation()
 
 
@@ -226,15 +199,7 @@ def from_rest(
 
 
 def _solve(system: TorsionSystem, accuracy: Accuracy, once: Once) -> Solution:
-    """A verified solution, or one with the given number of steps."""
-    knots = np.asarray(system.motion.knots)
-    if accuracy.steps is not None:
-        method = find("gauss4" if accuracy.method == "auto" else accuracy.method)
-        return once(aligned_grid(knots, accuracy.steps), method)
-    methods, steps = choose(system, knots, accuracy.tolerance, accuracy.method)
-    worst = int(steps.argmax())
-    grid = aligned_grid(knots, round(float(steps[worst])))
-    return verified(lambda g: once(g, methods[worst]), grid, accuracy.tolerance, watch)
+    return solved(system, np.asarray(system.motion.knots), accuracy, once, watch)
 
 
 def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)) -> None:

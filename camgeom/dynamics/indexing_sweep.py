@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.indexing import IndexingDrive, Motion
-from camgeom.dynamics.indexing_response import CONSTANT, STANDARD, Accuracy, Response, refuse_indefinite, watch
+from camgeom.dynamics.indexing_response import CONSTANT, Response, refuse_indefinite, watch
 from camgeom.dynamics.indexing_system import Fluctuation, TorsionSystem
 from camgeom.dynamics.integrators import Array, Method
+from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy, pool
 from camgeom.dynamics.integrators_choice import choose
 from camgeom.dynamics.integrators_grid import aligned_grid
 from camgeom.dynamics.integrators_solve import periodic, verified
@@ -90,17 +91,16 @@ Answer = tuple[npt.NDArray[np.intp], Response | str]
 
 def _groups(
     drive: IndexingDrive, motion: Motion, speeds: Array, accuracy: Accuracy, fluctuation: Fluctuation, exact: bool
-) -> list[tuple[npt.NDArray[np.intp], str | Method, int]]:
+) -> list[tuple[npt.NDArray[np.intp], Method, int]]:
     """Speeds that share a method and a grid, with the steps to begin with."""
     system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
     if accuracy.steps is not None:
-        method = "gauss4" if accuracy.method == "auto" else accuracy.method
-        return [(part, method, accuracy.steps) for part in _parts(np.arange(len(speeds)))]
-    methods, steps = choose(system, np.asarray(motion.knots), accuracy.tolerance, accuracy.method)
+        return [(part, accuracy.fixed(), accuracy.steps) for part in _parts(np.arange(len(speeds)))]
+    methods, steps = choose(system, np.asarray(motion.knots), accuracy.tolerance, pool(system, accuracy))
     # two rungs of the ladder share a grid: fewer groups, at most a fifth more steps
     rungs = np.exp2(np.ceil(np.log2(steps) * 2.0) / 2.0).round().astype(int)
     keys = sorted({(method.name, int(rung)) for method, rung in zip(methods, rungs, strict=True)})
-    out: list[tuple[npt.NDArray[np.intp], str | Method, int]] = []
+    out: list[tuple[npt.NDArray[np.intp], Method, int]] = []
     for name, rung in keys:
         index = np.array([k for k, method in enumerate(methods) if method.name == name and rungs[k] == rung])
         out += [(part, methods[int(part[0])], rung) for part in _parts(index)]
@@ -116,7 +116,7 @@ def _answers(
     motion: Motion,
     speeds: Array,
     index: npt.NDArray[np.intp],
-    method: str | Method,
+    method: Method,
     steps: int,
     accuracy: Accuracy,
     fluctuation: Fluctuation,

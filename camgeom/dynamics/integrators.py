@@ -185,32 +185,58 @@ def generalized_alpha(rho: float = 0.8) -> Collocated:
 def gauss_legendre(stages: int) -> RungeKutta:
     """Gauss-Legendre collocation with 1 to 10 stages: order twice the stages, stable at every step, symplectic.
 
-    Tableau from the Legendre roots: a_ij integrates the j-th Lagrange polynomial from 0 to c_i (Hairer, Lubich and
-    Wanner, Geometric Numerical Integration, II.1.3). Phase error of the diagonal Pade approximation: s!^2 / ((2s)!
-    (2s+1)!).
+    Phase error of the diagonal Pade approximation: s!^2 / ((2s)! (2s+1)!).
     """
-    if not 1 <= stages <= 10:
-        raise ProfileError([Problem("dynamics.method", "Gauss-Legendre stages out of range", stages, "1 to 10")])
+    _vet_stages(stages, 1)
+    c = (np.polynomial.legendre.leggauss(stages)[0] + 1.0) / 2.0
+    a, b = _collocation(c)
+    pade = factorial(stages) ** 2 / (factorial(2 * stages) * factorial(2 * stages + 1))
+    return RungeKutta(f"gauss{stages}", a, b, _row(c), 2 * stages, pade, cost_us=2.4 + 1.6 * stages + 0.27 * stages**2)
+
+
+def radau(stages: int) -> RungeKutta:
+    """Radau IIA collocation with 2 to 10 stages: order 2 s - 1, damps what the step cannot resolve (L-stable).
+
+    Error of the subdiagonal Pade approximation: s! (s-1)! / ((2s-1)! (2s)!).
+    """
+    _vet_stages(stages, 2)
+    roots = np.polynomial.legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
+    c = (np.sort(roots.real) + 1.0) / 2.0
+    c[-1] = 1.0
+    a, _ = _collocation(c)
+    pade = factorial(stages) * factorial(stages - 1) / (factorial(2 * stages - 1) * factorial(2 * stages))
+    # stiffly accurate: the end of the step is the last stage
+    return RungeKutta(f"radau{stages}", a, a[-1], _row(c), 2 * stages - 1, pade, 3.4 + 1.6 * stages + 0.27 * stages**2)
+
+
+def _vet_stages(stages: int, least: int) -> None:
+    if not least <= stages <= 10:
+        raise ProfileError(
+            [Problem("dynamics.method", "stages of a collocation out of range", stages, f"{least} to 10")]
+        )
+
+
+def _row(values: Array) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _collocation(c: Array) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
+    """Tableau a, b of the collocation at nodes c: a_ij integrates the j-th Lagrange polynomial from 0 to c_i, b_j to 1.
+
+    Quadrature of the polynomials is exact and needs no ill-conditioned Vandermonde matrix (Hairer, Lubich and Wanner,
+    Geometric Numerical Integration, II.1.2).
+    """
+    stages = len(c)
     nodes, weights = np.polynomial.legendre.leggauss(stages)
-    c = (nodes + 1.0) / 2.0
-    # a_ij from exact quadrature of the Lagrange polynomials over (0, c_i): no ill-conditioned Vandermonde matrix
-    points = c[:, None] * c[None, :]
-    lagrange = np.ones((stages, stages, stages))
+    ends = np.append(c, 1.0)
+    points = ends[:, None] * (nodes + 1.0) / 2.0
+    lagrange = np.ones((stages + 1, stages, stages))
     for j in range(stages):
         for k in range(stages):
             if k != j:
                 lagrange[:, :, j] *= (points - c[k]) / (c[j] - c[k])
-    a = c[:, None] * np.einsum("p,ipj->ij", weights / 2.0, lagrange)
-    pade = factorial(stages) ** 2 / (factorial(2 * stages) * factorial(2 * stages + 1))
-    return RungeKutta(
-        f"gauss{stages}",
-        tuple(tuple(float(v) for v in row) for row in a),
-        tuple(float(v) for v in weights / 2.0),
-        tuple(float(v) for v in c),
-        order=2 * stages,
-        dispersion=pade,
-        cost_us=2.4 + 1.6 * stages + 0.27 * stages**2,
-    )
+    table = ends[:, None] * np.einsum("p,ipj->ij", weights / 2.0, lagrange)
+    return tuple(_row(row) for row in table[:-1]), _row(table[-1])
 
 
 RK4 = RungeKutta(
@@ -232,9 +258,12 @@ _ALL: tuple[Method, ...] = (
     Magnus("magnus2", 2, 2.0e-4, 7.0),
     Magnus("magnus4", 4, 6.0e-5, 9.0),
     *(gauss_legendre(stages) for stages in range(1, 9)),
+    *(radau(stages) for stages in (2, 3, 5)),
 )
 INTEGRATORS: Mapping[str, Method] = MappingProxyType({method.name: method for method in _ALL})
-"""Every integrator by name: wilson, newmark, generalized-alpha, rk4, magnus2, magnus4, gauss1 .. gauss8."""
+"""Every integrator by name: wilson, newmark, generalized-alpha, rk4, magnus2, magnus4, gauss1 .. gauss8, radau2, 3,
+5.
+"""
 
 
 def find(method: str | Method) -> Method:

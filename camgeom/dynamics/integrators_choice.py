@@ -9,11 +9,12 @@ stages is safe. The prediction only decides the cost; the error that counts is m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.integrators import INTEGRATORS, Array, Method, System, find
+from camgeom.dynamics.integrators import Array, Method, System
 from camgeom.errors import NotConverged
 
 PROBES = 97
@@ -61,7 +62,8 @@ def modal(system: System, knots: Array) -> Modal:
     frequency = np.maximum(np.sqrt(np.abs(values)), 1e-9)
     part = np.abs(vectors * (inverse @ strongest[:, None, :, None])[..., 0][..., None, :]).max(-2) / frequency**2
     share = part / np.maximum(part.max(-1, keepdims=True), 1e-300) * np.minimum(1.0, sharpness / frequency)
-    memory = np.minimum(frequency * length, frequency / np.maximum(decay, 1e-300))
+    # undamped modes remember the whole period, damped ones frequency/decay radians
+    memory = frequency * np.minimum(length, 1.0 / np.maximum(decay, 1e-12))
     b = system.batch
     return Modal(
         frequency.reshape(b, -1), np.maximum(share, 1e-9).reshape(b, -1), memory.reshape(b, -1), length, sharpness
@@ -73,7 +75,7 @@ def predicted_error(method: Method, known: Modal) -> Array:
     h = known.length / LADDER
     phase = known.frequency[:, :, None] * h
     with np.errstate(over="ignore"):
-        each = known.memory[:, :, None] * method.dispersion * phase**method.order
+        each = known.memory[:, :, None] * method.dispersion * np.minimum(phase, 1e12) ** method.order
     error = (known.share[:, :, None] * np.minimum(SATURATED, each)).max(1)
     # the force itself must be resolved as well
     error = error + method.dispersion * known.sharpness * known.length * (known.sharpness * h) ** method.order
@@ -92,13 +94,12 @@ def steps_for(method: Method, known: Modal, tolerance: float) -> tuple[Array, Ar
     return steps, OVERHEAD_US + method.cost_us * steps
 
 
-def choose(system: System, knots: Array, tolerance: float, method: str | Method = "auto") -> tuple[list[Method], Array]:
-    """For each speed the method and the steps a turn (b,) to begin with.
+def choose(system: System, knots: Array, tolerance: float, pool: Sequence[Method]) -> tuple[list[Method], Array]:
+    """For each speed the method of the pool that is cheapest by prediction, and the steps a turn (b,) to begin with.
 
-    "auto" takes the cheapest by prediction. Raises NotConverged when no step on the ladder is predicted to do.
+    Raises NotConverged when no step on the ladder is predicted to do.
     """
     known = modal(system, knots)
-    pool = list(INTEGRATORS.values()) if method == "auto" else [find(method)]
     steps, cost = (np.stack(rows) for rows in zip(*(steps_for(one, known, tolerance) for one in pool), strict=True))
     best = cost.argmin(0)
     chosen = np.take_along_axis(steps, best[None], 0)[0]

@@ -12,18 +12,19 @@ from functools import partial
 
 import numpy as np
 
-from camgeom.dynamics.integrators import Array, Method, RungeKutta, System, gauss_legendre, step_maps
+from camgeom.dynamics.integrators import Array, Method, RungeKutta, System, radau, step_maps
 from camgeom.dynamics.integrators_grid import Chain, Grid
 from camgeom.dynamics.integrators_runge_kutta import Stages, stages
 from camgeom.dynamics.integrators_solution import Solution, closing_state, turn_after_turn
 from camgeom.errors import NotConverged, Problem, ProfileError
 
-PASSES = 40
+PASSES = 150
 SETTLED = 2e-15
 """change of the state, as a share of its largest value, at which a pass has converged"""
 LOOSE = 1e-9
 """change that is still accepted when rounding keeps it from shrinking further"""
-FINE = gauss_legendre(4)
+FINE = radau(5)
+"""steps of its own for events, peaks and single angles: L-stable, so that a partial step leaves no stiff ringing"""
 
 
 def advance(system: System, start: Array, step: Array, state: Array) -> Array:
@@ -86,7 +87,7 @@ def _given(begin: Array, total: Array) -> Array:
 def _linear_part(system: System, grid: Grid, method: Method) -> tuple[Stages, Array]:
     """Stages with their inverse and the one-step maps without correction."""
     if not isinstance(method, RungeKutta) or method.explicit:
-        allowed = "auto, gauss1 .. gauss8"
+        allowed = "auto, gauss1 .. gauss8, radau2, 3, 5"
         raise ProfileError([Problem("dynamics.method", "the exact contact needs a Gauss method", method.name, allowed)])
     held = stages(method, system, grid.start[None], grid.step[None], keep_inverse=True)
     return held, held.maps()
@@ -130,7 +131,10 @@ def _stage_force(system: System, held: Stages, state: Array, force: Array | None
     rate = state[:, :, None, m:] + h * (a @ bend)
     place = state[:, :, None, :m] + h * c[:, None] * state[:, :, None, m:] + h * h * ((a @ a) @ bend)
     theta = np.broadcast_to(held.theta, (held.theta.shape[0], n, s)).reshape(-1, n * s)
-    found = system.correction(theta, place.reshape(b, n * s, m), rate.reshape(b, n * s, m))
+    found = system.correction(theta, place.reshape(b, n * s, m), rate.reshape(b, n * s, m)).reshape(b, n, s, m)
+    if c[-1] == 1.0:
+        # a stage at the end of the step looks at a knot from inside
+        found[:, :, -1] = system.correction(held.theta[:, :, -1], place[:, :, -1], rate[:, :, -1], "left")
     return np.asarray(found.reshape(b, n, sm))
 
 
@@ -156,5 +160,5 @@ def _change(new: Array, old: Array) -> float:
 def _advice(change: float) -> str:
     return (
         f"the non-linear contact does not settle (last change {change:.1e} of the state): the windup is no longer "
-        "small. Lower the speed or stiffen the input shaft"
+        "small, or nothing damps a resonance. Lower the speed, stiffen the input shaft or give damping"
     )

@@ -19,6 +19,8 @@ Output = Callable[[Array, Array, Array, Side], Array]
 """Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
 
 CANDIDATES = 3
+TRUST = 0.01
+"""share of the range by which interpolated samples may exceed the true extreme"""
 INSIDE = np.array([1.0, 2.0, 3.0, 4.0, 5.0]) / 6.0
 SWEEP = np.linspace(0.0, 1.0, 9)
 QUARTIC = np.linspace(-1.0, 1.0, 5)
@@ -43,8 +45,21 @@ class Peak:
 
 
 def peak(solution: Solution, output: Output) -> Peak:
-    """Extremes of an output over a solution, between its nodes too."""
+    """Extremes of an output over a solution, between its nodes too.
+
+    Where interpolation promises more than true steps find (a force through a spring much stiffer than the step
+    resolves), every interval is sampled with true steps instead.
+    """
     samples = sampled(solution, output)
+    found = _best(solution, output, samples)
+    promised = np.maximum(samples.max((1, 2)) - found.maximum, found.minimum - samples.min((1, 2)))
+    if np.any(promised > TRUST * (found.maximum - found.minimum)):
+        found = _best(solution, output, truly_sampled(solution, output))
+    return found
+
+
+def _best(solution: Solution, output: Output, samples: Array) -> Peak:
+    """Extremes in the intervals whose samples (b, steps, k) are largest and smallest."""
     upper = np.argsort(-samples.max(-1), axis=1)[:, :CANDIDATES]
     lower = np.argsort(samples.min(-1), axis=1)[:, :CANDIDATES]
     best = np.concatenate([upper, lower], 1)
@@ -113,8 +128,24 @@ def _inside(system: System, output: Output, begin: Array, width: Array, state: A
     return output(start + length, y[..., : system.size], y[..., system.size :], "right").reshape(share.shape)
 
 
+def truly_sampled(solution: Solution, output: Output) -> Array:
+    """The output (b, steps, k) inside and at the ends of every step, by true steps from its first node."""
+    theta = solution.theta
+    begin = np.broadcast_to(theta[:-1], (solution.system.batch, len(theta) - 1))
+    width = np.broadcast_to(np.diff(theta), begin.shape)
+    state = np.concatenate([solution.position, solution.rate], -1)[:, :-1]
+    share = np.broadcast_to(INSIDE, (*begin.shape, len(INSIDE)))
+    return np.concatenate([_inside(solution.system, output, begin, width, state, share), _ends(solution, output)], -1)
+
+
+def _ends(solution: Solution, output: Output) -> Array:
+    """The output (b, steps, 2) at the start and at the end of every step."""
+    theta, q, v = solution.theta[None], solution.position, solution.rate
+    return np.stack([output(theta, q, v, "right")[:, :-1], output(theta, q, v, "left")[:, 1:]], -1)
+
+
 def sampled(solution: Solution, output: Output) -> Array:
-    """The output (b, steps, k) at the start, inside and at the end of every step, by quintic Hermite interpolation."""
+    """The output (b, steps, k) inside and at the ends of every step, by quintic Hermite interpolation."""
     theta = solution.theta
     h = np.diff(theta)[None, :, None, None]
     q, v = solution.position, solution.rate
@@ -134,6 +165,4 @@ def sampled(solution: Solution, output: Output) -> Array:
     b, n, k, m = place.shape
     angles = (theta[:-1, None] + np.diff(theta)[:, None] * INSIDE).reshape(1, n * k)
     middle = output(angles, place.reshape(b, n * k, m), speed.reshape(b, n * k, m), "right").reshape(b, n, k)
-    first = output(theta[None], q, v, "right")[:, :-1, None]
-    last = output(theta[None], q, v, "left")[:, 1:, None]
-    return np.concatenate([first, middle, last], -1)
+    return np.concatenate([middle, _ends(solution, output)], -1)

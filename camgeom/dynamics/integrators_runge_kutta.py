@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.integrators import Array, Coefficients, RungeKutta, System
+from camgeom.dynamics.integrators import Array, Coefficients, RungeKutta, Side, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +91,34 @@ def _at(system: System, theta: Array, c: Array) -> Coefficients:
 
     A stage on the end of its step (explicit methods) takes the limit from inside the step.
     """
-    if np.all((c > 0.0) & (c < 1.0)):
-        return _unfold(system.coefficients(theta.reshape(theta.shape[0], -1)), theta.shape[1:])
-    parts = [system.coefficients(theta[:, :, i], "left" if share >= 1.0 else "right") for i, share in enumerate(c)]
-    shape = np.broadcast_shapes(*(part.damping.shape for part in parts), *(part.stiffness.shape for part in parts))
+    inside = (c > 0.0) & (c < 1.0)
+    flat = theta[:, :, inside]
+    main = _unfold(system.coefficients(flat.reshape(flat.shape[0], -1)), flat.shape[1:])
+    if inside.all():
+        return main
+    first = [_single(system, theta[:, :, 0], "right")] if c[0] == 0.0 else []
+    last = [_single(system, theta[:, :, -1], "left")] if c[-1] == 1.0 else []
+    parts = [*first, main, *last]
     return Coefficients(
-        np.stack([np.broadcast_to(part.damping, shape) for part in parts], 2),
-        np.stack([np.broadcast_to(part.stiffness, shape) for part in parts], 2),
-        np.stack([part.force for part in parts], 2),
+        _joined([part.damping for part in parts]),
+        _joined([part.stiffness for part in parts]),
+        _joined([part.force for part in parts]),
     )
+
+
+def _single(system: System, theta: Array, side: Side) -> Coefficients:
+    """Coefficients at one stage, with an axis for it."""
+    here = system.coefficients(theta, side)
+    return Coefficients(here.damping[:, :, None], here.stiffness[:, :, None], here.force[:, :, None])
+
+
+def _joined(parts: list[Array]) -> Array:
+    """Stages side by side; constant ones are not repeated."""
+    if all(part.shape[1:3] == (1, 1) for part in parts):
+        return parts[0]
+    b, n = (max(part.shape[k] for part in parts) for k in (0, 1))
+    whole = [np.broadcast_to(part, (b, n, *part.shape[2:])) for part in parts]
+    return np.concatenate(whole, 2)
 
 
 def _unfold(flat: Coefficients, shape: tuple[int, ...]) -> Coefficients:
