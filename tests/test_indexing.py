@@ -511,7 +511,7 @@ class TestSweep:
         assert found.speed_rpm == pytest.approx(rpm)
 
     def test_published_peaks_are_below_the_kinematic_bound(self, mt: Program) -> None:
-        """No rest-to-rest law of 45 degrees in 300 gives 427.5 or 2852.4 rad/s2: the bound is 4 delta (omega/theta)^2."""
+        """No rest-to-rest law of 45 degrees in 300 gives 427.5 or 2852.4 rad/s2: bound 4 delta (omega/theta)^2."""
         speed = np.array([655.64, 1639.1]) * RPM
         bound = 4.0 * radians(45.0) / radians(300.0) ** 2 * speed**2
         assert bound == pytest.approx([540.2, 3376.0], rel=1e-3)
