@@ -8,6 +8,10 @@ j-th contact is at l = theta r + (j - 1) pi r, stressed only where that wall is 
 
 (doi 10.13705/j.issn.1671-6833.2023.01.017). Q is continuous but for jumps of the load; its maximum is bracketed between
 all images of those jumps and refined on the derivative.
+
+The published count lets the roller turn one way and start every cam turn alike. In truth its spin reverses with the
+loaded wall and the remainder of a turn is carried on, so its points change places: the hot spot's life is the cautious
+estimate, the life at the mean damage (`spread_life_h`) what all points sharing alike would give, the most there can be.
 """
 
 from __future__ import annotations
@@ -44,7 +48,7 @@ class RollerLife:
 
     life_h: hours at the hot spot, infinite without load, 0 where the contact is not sound; damage: Miner's sum of one
     cam turn there; hot_spot: its roller angle, rad; mean_damage: average over the circumference; spread_life_h: hours
-    if the roller starts every cam turn at another angle, so that all points share the damage (the upper bound);
+    if the roller starts every cam turn at another angle, so that all points share the damage;
     path: mm rolled in a cam turn.
     """
 

@@ -71,7 +71,7 @@ class FollowerLoad:
         found = [roots(rough, jet[k][None], QUIET * np.abs(jet[k]).max(initial=0.0))[0] for k in (1, 2)]
         return np.concatenate([rough.breaks, *found])
 
-    def panels(self, widest: float = float(np.radians(10.0)), tolerance: float = 1e-10) -> Panels:
+    def panels(self, widest: float = float(np.radians(6.0)), tolerance: float = 1e-10) -> Panels:
         """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value)."""
         return resolved(self._smooth, panels(self.breaks(), widest), tolerance)
 
