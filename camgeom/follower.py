@@ -17,6 +17,7 @@ from camgeom.track import Arc, Meridian, Straight, cone_slope
 
 Mass = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
 Inertia = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+Face = Literal["roller", "flat", "knife", "curved"]
 Load = Annotated[float, Field(gt=0.0, le=1e9, allow_inf_nan=False)]
 
 
@@ -92,6 +93,8 @@ class TranslatingFollower(Section):
     kind: Literal["translating"] = "translating"
     mass: Mass = Field(0.0, description="kg, all that moves with the follower")
     offset: SignedLength = Field(0.0, description="mm, disc cams: offset of the follower's line towards +Y")
+    face: Face = Field("roller", description="disc cams: what touches the cam")
+    face_radius: Length | None = Field(None, description="mm, face = curved: radius of the mushroom's face")
 
 
 class SwingingFollower(Section):
@@ -106,6 +109,12 @@ class SwingingFollower(Section):
     )
     start_angle: Degrees = Field(0.0, description="deg, cylindrical cams: arm angle from the tangent at zero lift")
     clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the roller between the two cams")
+    side: Literal["left", "right"] = Field(
+        "left", description="disc cams: the arm's contact on the +Y side (left, seen from the cam) or the -Y side"
+    )
+    face: Face = Field("roller", description="disc cams: what touches the cam")
+    face_radius: Length | None = Field(None, description="mm, face = curved: radius of the face")
+    face_offset: SignedLength = Field(0.0, description="mm, face = flat: from the pivot back to the face's line")
 
 
 class TurretFollower(Section):

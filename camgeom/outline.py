@@ -1,8 +1,8 @@
 """Closed plane curves of planar cams: exact points, outward normals and signed curvature over the cam angle.
 
 A planar cam's outline is the envelope of its follower: the parallel curve of the pitch curve (roller, mushroom), the
-envelope of a line (flat face: support function), or the pitch curve itself (knife edge). Curvature is positive where the
-outline is convex.
+envelope of a line (flat face: support function), or the pitch curve itself (knife edge). Curvature is positive where
+the outline is convex.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class RollerOutline:
         pace = np.sqrt(d[0] ** 2 + d[1] ** 2)
         if np.any(pace <= 1e-12 * np.abs(c).max()):
             raise DesignError("the roller centre stands still in the cam frame: the pitch curve has no direction there")
-        # The follower travels round the cam against its turning; outward is to the right of travel when that is positive.
+        # The follower travels round the cam against its turning, which says on which hand the outside lies.
         sense = -self.track.sense
         tangent = d / pace
         outward = -sense * _left(tangent)

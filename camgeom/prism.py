@@ -26,16 +26,6 @@ class Loop:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
-    """A flat plateau of a prism: between heights `low` and `high` it is bounded by an outer loop and holes."""
-
-    low: float
-    high: float
-    outer: Loop
-    holes: tuple[Loop, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
 class Prism:
     """A planar cam: a disc between z0 and z1 with an outer outline, further holes, and a bore with keyway."""
 
@@ -49,50 +39,108 @@ class Prism:
     def solid(self, tolerance: float) -> Solid:
         """Mesh within the tolerance. Raises DesignError where the outline crosses itself or a hole."""
         builder = Builder()
-        loops: list[tuple[Floats, Index, Index]] = []
-        error = 0.0
-        for loop, inside in ((self.outer, False), *((hole, True) for hole in self.holes)):
-            grid = outline_grid(loop.outline, tolerance)
-            error = max(error, grid.chord_error)
-            plane = grid.points[:2, :-1, 0].T
-            loops.append(self._side(builder, plane, [loop.name] * len(plane), inside))
+        walls = [wall(builder, self.outer, self.z0, self.z1, tolerance, inside=False)]
+        walls += [wall(builder, hole, self.z0, self.z1, tolerance, inside=True) for hole in self.holes]
         if self.bore is not None:
-            outline, names = self.bore.outline(tolerance)
-            error = max(error, 0.0)
-            loops.append(self._side(builder, outline, names, True))
-        self._cap(builder, loops)
-        genus = len(loops) - 1
-        return Solid(self.name, builder.mesh(), max(error, tolerance * 1e-9), "direct", genus)
+            walls.append(bore_wall(builder, self.bore, self.z0, self.z1, tolerance))
+        cap(builder, [w.high for w in walls], [w.plane for w in walls], "end", up=True)
+        cap(builder, [w.low for w in walls], [w.plane for w in walls], "end", up=False)
+        return Solid(self.name, builder.mesh(), max(w.error for w in walls), "direct", len(walls) - 1)
 
-    def _side(
-        self, builder: Builder, plane: Floats, names: list[str], inside: bool
-    ) -> tuple[Floats, Index, Index]:
-        """Add the wall over a closed polygon; returns it counter-clockwise (holes clockwise) with its two rings."""
-        area = 0.5 * float(np.sum(plane[:, 0] * np.roll(plane[:, 1], -1) - np.roll(plane[:, 0], -1) * plane[:, 1]))
-        if (area < 0.0) != inside:
-            plane, names = plane[::-1].copy(), [*names[::-1][1:], names[-1]]
-        low = builder.add(np.column_stack([plane, np.full(len(plane), self.z0)]))
-        high = builder.add(np.column_stack([plane, np.full(len(plane), self.z1)]))
-        low2, high2 = np.roll(low, -1), np.roll(high, -1)
-        for name in dict.fromkeys(names):
-            mask = np.array([n == name for n in names])
-            builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
-            builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
-        return plane, low, high
 
-    @staticmethod
-    def _cap(builder: Builder, loops: list[tuple[Floats, Index, Index]]) -> None:
-        import manifold3d
+@dataclass(frozen=True, eq=False)
+class FaceGroove:
+    """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank."""
 
-        polygons = [np.ascontiguousarray(plane) for plane, _, _ in loops]
-        triangles = np.asarray(manifold3d.triangulate(polygons)).astype(np.int64)
-        wanted = sum(len(p) for p in polygons) + 2 * (len(polygons) - 1) - 2
-        if len(triangles) != wanted:
-            raise DesignError("the outline crosses itself or a hole: check undercut, bore and hub against the profile")
-        low = np.concatenate([one for _, one, _ in loops])
-        high = np.concatenate([one for _, _, one in loops])
-        builder.faces(high[triangles], "end")
-        builder.faces(low[triangles[:, ::-1]], "end")
+    name: str
+    rim: Loop
+    inner: Loop
+    outer: Loop
+    z0: float
+    floor: float
+    z1: float
+    bore: Bore | None = None
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where outlines cross."""
+        builder = Builder()
+        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
+        outer = wall(builder, self.outer, self.floor, self.z1, tolerance, inside=True)
+        inner = wall(builder, self.inner, self.floor, self.z1, tolerance, inside=False)
+        walls = [rim, outer, inner]
+        cap(builder, [rim.high, outer.high], [rim.plane, outer.plane], "end", up=True)
+        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
+        top = [inner, *hole]
+        cap(builder, [w.high for w in top], [w.plane for w in top], "end", up=True)
+        # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
+        feet = [outer.low[::-1], inner.low[::-1]]
+        cap(builder, feet, [outer.plane[::-1], inner.plane[::-1]], "floor", up=True)
+        bottom = [rim, *hole]
+        cap(builder, [w.low for w in bottom], [w.plane for w in bottom], "end", up=False)
+        return Solid(self.name, builder.mesh(), max(w.error for w in (*walls, *hole)), "direct", len(hole))
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
+    upper ring of vertices, and its chord error, mm."""
+
+    plane: Floats
+    low: Index
+    high: Index
+    error: float
+
+
+def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> Wall:
+    """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
+    grid = outline_grid(loop.outline, tolerance)
+    plane = grid.points[:2, :-1, 0].T
+    return _raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
+
+
+def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> Wall:
+    """Add the wall of a bore with its keyway."""
+    plane, names = bore.outline(tolerance)
+    return _raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
+
+
+def _raised(
+    builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: float
+) -> Wall:
+    x, y = plane.T
+    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    if (area < 0.0) != inside:
+        plane, names = plane[::-1].copy(), [*names[::-1][1:], names[-1]]
+    low = builder.add(np.column_stack([plane, np.full(len(plane), z0)]))
+    high = builder.add(np.column_stack([plane, np.full(len(plane), z1)]))
+    low2, high2 = np.roll(low, -1), np.roll(high, -1)
+    for name in dict.fromkeys(names):
+        mask = np.array([n == name for n in names])
+        builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
+        builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
+    return Wall(plane, low, high, error)
+
+
+def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
+    """Add the flat face between an outer ring (counter-clockwise) and holes (clockwise), facing up or down.
+
+    Raises DesignError where the loops cross, so that they bound no face.
+    """
+    import manifold3d
+
+    polygons = [np.ascontiguousarray(plane) for plane in planes]
+    triangles = np.asarray(manifold3d.triangulate(polygons)).astype(np.int64)
+    wanted = sum(len(p) for p in polygons) + 2 * (len(polygons) - 1) - 2
+    covered = _signed_area(np.concatenate(polygons), triangles)
+    if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum():
+        raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
+    faces = np.concatenate(rings)[triangles]
+    builder.faces(faces if up else faces[:, ::-1], name)
+
+
+def _signed_area(points: Floats, triangles: Index) -> Floats:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.asarray(0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])))
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:

@@ -1,0 +1,337 @@
+"""Disc cam: external (force-closed) or face groove (form-closed), any of the usual followers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, cos, sin, sqrt
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from camgeom.blank import Bore
+from camgeom.errors import Problem
+from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.motion.program import Program
+from camgeom.outline import CircleOutline, FaceOutline, Outline, RollerOutline
+from camgeom.prism import FaceGroove, Loop, Prism
+from camgeom.solid import Part
+from camgeom.spec import Gap, Length, Section
+from camgeom.track import Joint, Meridian, Slide, Straight, Swing, Track
+
+Floats = npt.NDArray[np.float64]
+
+STARTER = """
+# Starter: a disc cam with a translating roller follower held by a spring. Lengths mm, angles degrees.
+
+name = "my disc cam"
+
+[cam]
+kind = "disc"
+form = "external"        # external, or groove (a face groove in a plate: then add diameter and groove_depth)
+base_radius = 30         # radius of the profile at zero lift
+width = 12
+bore = 20
+keyway_width = 6
+keyway_depth = 2.8
+direction = "ccw"
+
+[follower]
+kind = "translating"     # or swinging (then arm here and center_distance in [cam])
+mass = 0.8
+offset = 0               # of the follower's line towards +Y
+face = "roller"          # roller, flat, knife, curved
+
+[roller]
+shape = "cylinder"
+diameter = 20
+length = 12
+
+[[motion]]
+until = 120
+to = 20
+law = "cycloidal"
+
+[[motion]]
+until = 150
+
+[[motion]]
+until = 270
+to = 0
+law = "cycloidal"
+
+[[motion]]
+until = 360
+
+[operation]
+speed = 300
+spring_rate = 4
+spring_preload = 60
+
+[output]
+tolerance = 0.005
+formats = ["3mf", "stl"]
+"""
+
+
+class Cam(Section):
+    """A disc 0 <= z <= width; translating followers move along +X, swinging ones pivot at (center_distance, 0)."""
+
+    FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
+    STARTER: ClassVar[str] = STARTER
+
+    kind: Literal["disc"]
+    form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")
+    base_radius: Length = Field(description="mm, radius of the profile (groove: of its inner flank) at zero lift")
+    width: Length = Field(description="mm, thickness of the disc or plate")
+    center_distance: Length | None = Field(None, description="mm, swinging followers: cam axis to pivot")
+    diameter: Length | None = Field(None, description="mm, groove form: outside diameter of the plate")
+    groove_depth: Length | None = Field(None, description="mm, groove form: depth from the plate's upper face")
+    running_clearance: Gap = Field(0.0, description="mm, groove form: normal gap between roller and each flank")
+    bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the disc whole")
+    keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
+    keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
+    direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
+
+    @property
+    def sense(self) -> float:
+        """+1 counter-clockwise, -1 clockwise."""
+        return 1.0 if self.direction == "ccw" else -1.0
+
+    def touch_radius(self, setup: Setup) -> float:
+        """Radius of what touches the cam, mm: the roller, the mushroom's face, 0 for a knife edge or a flat face."""
+        face = _face(setup)
+        if face == "roller":
+            return 0.5 * setup.roller.diameter if setup.roller else 0.0
+        if face == "curved":
+            return float(getattr(setup.follower, "face_radius", None) or 0.0)
+        return 0.0
+
+    def prime_radius(self, setup: Setup) -> float:
+        """Distance of the trace point from the cam axis at zero lift, mm."""
+        return self.base_radius + self.touch_radius(setup)
+
+    def quoted_radius(self, setup: Setup) -> float:
+        """Middle of the contact along the roller axis, mm (a height z: the roller's axis is parallel to the cam's)."""
+        low, high = self.contact(setup)
+        return 0.5 * (low + high)
+
+    def contact(self, setup: Setup) -> tuple[float, float]:
+        """Heights z between which roller and cam touch, mm."""
+        depth = self.groove_depth if self.form == "groove" and self.groove_depth else self.width
+        length = min(depth, setup.roller.length or depth) if setup.roller else depth
+        if self.form == "groove":
+            return self.width - length, self.width
+        return 0.5 * (self.width - length), 0.5 * (self.width + length)
+
+    def problems(self, setup: Setup) -> list[Problem]:
+        """What cannot be built, with key, value and allowed range."""
+        found = _bore_problems(self, self.base_radius)
+        face = _face(setup)
+        if face == "roller" and setup.roller is None:
+            return [*found, Problem("roller", "face = 'roller' needs a roller", None, "a [roller] table")]
+        if face == "roller" and setup.roller is not None and setup.roller.shape not in ("cylinder", "crowned"):
+            found.append(_problem("roller.shape", setup.roller.shape, "cylinder or crowned on a disc cam"))
+        if face == "curved" and not getattr(setup.follower, "face_radius", None):
+            found.append(Problem("follower.face_radius", "is missing", None, "a radius in mm, for face = 'curved'"))
+        if self.form == "groove":
+            found += self._groove_problems(setup, face)
+        if isinstance(setup.follower, SwingingFollower):
+            return [*found, *self._swing_problems(setup, setup.follower, face)]
+        offset = abs(setup.follower.offset) if isinstance(setup.follower, TranslatingFollower) else 0.0
+        prime = self.prime_radius(setup)
+        if face != "flat" and offset >= prime:
+            found.append(_problem("follower.offset", offset, f"below the prime radius {prime:g} mm"))
+        return found
+
+    def _groove_problems(self, setup: Setup, face: str) -> list[Problem]:
+        if face != "roller":
+            return [_problem("follower.face", face, "roller, for form = 'groove'")]
+        if self.diameter is None or self.groove_depth is None:
+            missing = "cam.diameter" if self.diameter is None else "cam.groove_depth"
+            return [Problem(missing, "is missing", None, "a length in mm, for form = 'groove'")]
+        found = []
+        if self.groove_depth >= self.width:
+            found.append(_problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
+        reach = self.prime_radius(setup) + _stroke_reach(setup) + self.touch_radius(setup) + self.running_clearance
+        if isinstance(setup.follower, TranslatingFollower) and 0.5 * self.diameter <= reach:
+            limit = f"above {2.0 * reach:g} mm, so that the groove is inside"
+            found.append(_problem("cam.diameter", self.diameter, limit))
+        return found
+
+    def _swing_problems(self, setup: Setup, follower: SwingingFollower, face: str) -> list[Problem]:
+        a = self.center_distance
+        if a is None:
+            return [Problem("cam.center_distance", "is missing", None, "mm, cam axis to the follower's pivot")]
+        lifts = [lift for span in setup.program.spans for lift in (span.before, span.after)]
+        if face == "flat":
+            if not abs(self.base_radius + follower.face_offset) < a:
+                least = abs(self.base_radius + follower.face_offset)
+                limit = f"above {least:g} mm, so that the face clears the base circle"
+                return [_problem("cam.center_distance", a, limit)]
+            return []
+        arm, prime = follower.arm, self.prime_radius(setup)
+        if not abs(a - arm) < prime < a + arm:
+            limit = f"such that arm {arm:g}, centre distance {a:g} and prime radius form a triangle: the prime radius "
+            limit += f"{prime:g} mm must lie between {abs(a - arm):g} and {a + arm:g} mm"
+            return [_problem("cam.center_distance", a, limit)]
+        psi = _arm_angle(a, arm, prime)
+        if psi + max(lifts) >= np.pi or psi + min(lifts) <= 0.0:
+            limit = f"{np.degrees(-psi):.6g} .. {180.0 - np.degrees(psi):.6g} deg, where the arm comes into line"
+            return [_problem("motion.to", float(np.degrees(max(lifts, key=abs))), limit)]
+        return []
+
+    def track(self, setup: Setup) -> Track:
+        """The pitch motion of the roller (or of the centre of a curved face, or of a knife edge)."""
+        anchor, joint, shift = self._mount(setup)
+        low, high = self.contact(setup)
+        sides = (1.0, -1.0) if self.form == "groove" else (-self.sense,)
+        return Track(
+            meridian=self._meridian(setup),
+            joint=joint,
+            anchor=anchor,
+            axis=(0.0, 0.0, 1.0),
+            tip=low,
+            contact=(low, high),
+            program=setup.program,
+            sense=self.sense,
+            shift=shift,
+            name="profile" if self.form == "external" else "groove",
+            sides=sides,
+        )
+
+    def _meridian(self, setup: Setup) -> Meridian:
+        if setup.roller is not None and _face(setup) == "roller":
+            low, high = self.contact(setup)
+            return setup.roller.meridian(0.5 * (low + high), 1.0)
+        return Straight(max(self.touch_radius(setup), 1e-9), 0.0)
+
+    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+        """The roller's track; a curved face counts as a roller of its radius; none for flat and knife followers."""
+        return (self.track(setup),) if _face(setup) in ("roller", "curved") else ()
+
+    def _mount(self, setup: Setup) -> tuple[tuple[float, float, float], Joint, float]:
+        follower, prime = setup.follower, self.prime_radius(setup)
+        if isinstance(follower, SwingingFollower):
+            assert self.center_distance is not None
+            psi = _arm_angle(self.center_distance, follower.arm, prime)
+            way = 1.0 if follower.side == "left" else -1.0
+            anchor = (
+                self.center_distance - follower.arm * cos(psi),
+                way * follower.arm * sin(psi),
+                0.0,
+            )
+            return anchor, Swing((0.0, 0.0, -way), (self.center_distance, 0.0, 0.0)), 0.0
+        assert isinstance(follower, TranslatingFollower)
+        return (sqrt(prime**2 - follower.offset**2), follower.offset, 0.0), Slide((1.0, 0.0, 0.0)), 0.0
+
+    def outline(self, setup: Setup) -> Outline:
+        """The cam's profile (groove form: the inner flank)."""
+        if _face(setup) == "flat":
+            return FaceOutline(self.face_motion(setup))
+        return RollerOutline(self.track(setup), -self.touch_radius(setup) - self._gap)
+
+    @property
+    def _gap(self) -> float:
+        return self.running_clearance if self.form == "groove" else 0.0
+
+    def outlines(self, setup: Setup) -> dict[str, Outline]:
+        """Profile and pitch curve by name; a face groove has an inner and an outer flank."""
+        found: dict[str, Outline] = {"profile": self.outline(setup)}
+        if _face(setup) != "flat":
+            found["pitch curve"] = RollerOutline(self.track(setup), 0.0)
+        if self.form == "groove":
+            found["outer flank"] = RollerOutline(self.track(setup), self.touch_radius(setup) + self._gap)
+        return found
+
+    def face_motion(self, setup: Setup) -> FlatFace:
+        """The motion of a flat face seen from the cam."""
+        follower = setup.follower
+        if isinstance(follower, SwingingFollower):
+            assert self.center_distance is not None
+            way = 1.0 if follower.side == "left" else -1.0
+            pivot, offset = self.center_distance, follower.face_offset
+            return FlatFace(setup.program, self.sense, self.base_radius, pivot, offset, way)
+        return FlatFace(setup.program, self.sense, self.base_radius)
+
+    def bore_spec(self) -> Bore | None:
+        """The bore, or None."""
+        return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
+
+    def parts(self, setup: Setup) -> tuple[Part, ...]:
+        """The disc, or the plate with its face groove."""
+        profile = self.outline(setup)
+        if self.form == "external":
+            return (Prism("cam", Loop(profile, "flank"), 0.0, self.width, (), self.bore_spec()),)
+        assert self.diameter is not None
+        assert self.groove_depth is not None
+        outer = self.outlines(setup)["outer flank"]
+        rim = Loop(CircleOutline(0.5 * self.diameter), "rim")
+        floor = self.width - self.groove_depth
+        inside, outside = Loop(profile, "flank"), Loop(outer, "flank")
+        return (FaceGroove("cam", rim, inside, outside, 0.0, floor, self.width, self.bore_spec()),)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatFace:
+    """A flat face carried by a slide along X (pivot None) or by an arm pivoted at (pivot, 0).
+
+    Translating: support base + s, normal azimuth -sense phi. Swinging: the normal stands at way * (beta0 - lift) in the
+    machine, cos(beta0) = (base + offset) / pivot, and the support is pivot cos(beta) - offset.
+    """
+
+    program: Program
+    sense: float
+    base: float
+    pivot: float | None = None
+    offset: float = 0.0
+    way: float = 1.0
+
+    def knots(self) -> Floats:
+        """Cam angles where the motion's derivatives may jump."""
+        return np.asarray(self.program.knots)
+
+    def jets(self, phi: Floats) -> tuple[Floats, Floats]:
+        """Azimuth of the normal and support, each (3, n)."""
+        s = self.program.jet(phi, 2)
+        psi, h = np.zeros_like(s), s.copy()
+        psi[0], psi[1] = -self.sense * phi, -self.sense
+        if self.pivot is None:
+            h[0] += self.base
+            return psi, h
+        beta = -s
+        beta[0] += acos((self.base + self.offset) / self.pivot)
+        c, sn = np.cos(beta[0]), np.sin(beta[0])
+        h[0] = self.pivot * c - self.offset
+        h[1] = -self.pivot * sn * beta[1]
+        h[2] = -self.pivot * (c * beta[1] ** 2 + sn * beta[2])
+        return psi + self.way * beta, h
+
+
+def _arm_angle(centre: float, arm: float, prime: float) -> float:
+    """Angle at the pivot between the line of centres and the arm at zero lift, rad."""
+    return acos((centre**2 + arm**2 - prime**2) / (2.0 * centre * arm))
+
+
+def _face(setup: Setup) -> str:
+    return str(getattr(setup.follower, "face", "roller"))
+
+
+def _stroke_reach(setup: Setup) -> float:
+    return max(lift for span in setup.program.spans for lift in (span.before, span.after))
+
+
+def _bore_problems(cam: Any, radius: float) -> list[Problem]:
+    if not cam.bore:
+        return [_problem("cam.keyway_width", cam.keyway_width, "0 without a bore")] if cam.keyway_width else []
+    if bool(cam.keyway_width) != bool(cam.keyway_depth) or cam.keyway_width >= cam.bore:
+        return [_problem("cam.keyway_width", cam.keyway_width, f"below the bore {cam.bore:g} mm, with a keyway_depth")]
+    reach = Bore(cam.bore, cam.keyway_width, cam.keyway_depth).reach
+    if reach >= radius:
+        return [_problem("cam.bore", cam.bore, f"outline (reaches {reach:g} mm) inside the base circle {radius:g} mm")]
+    return []
+
+
+def _problem(key: str, value: object, allowed: str) -> Problem:
+    return Problem(key, "cannot be built", value, allowed)
