@@ -103,7 +103,7 @@ def contact_cost() -> None:
     run_time, run = timed(lambda: solve(machine.problem))
     share = alone / 2000 * run.recorded.calls / run_time
     print(
-        f"right-hand sides take {100 * share:.0f} % of the {run_time:.3f} s of a turn: that is the most that a compiled "
+        f"right-hand sides take {100 * share:.0f} % of the {run_time:.3f} s of a turn: that is the most a compiled "
         "kernel could save,\nwhich does not pay for a compiler at install time or 200 MB of wheels"
     )
 

@@ -48,7 +48,7 @@ def test_trajectory_of_the_reference_mechanism(
     assert top.value == pytest.approx(peak, rel=1e-7)
     assert top.time == pytest.approx(time, abs=3e-9)
     assert run.peak("force_main").value == pytest.approx(main, rel=1e-7)
-    assert run.peak("force_back").value == pytest.approx(back, rel=1e-7)
+    assert run.peak("force_return").value == pytest.approx(back, rel=1e-7)
     assert len(run.recorded.events) == events
 
 
@@ -57,15 +57,15 @@ def test_first_events() -> None:
         1e-4: [
             (0.001018423561, "on", State.MAIN, 0.130692026),
             (0.010141315137, "off", State.MAIN, None),
-            (0.011086307216, "on", State.BACK, 0.180284863),
-            (0.029253801337, "off", State.BACK, None),
+            (0.011086307216, "on", State.RETURN, 0.180284863),
+            (0.029253801337, "off", State.RETURN, None),
             (0.030123567197, "on", State.MAIN, 0.137070170),
         ],
         1e-5: [
             (0.000465859655, "on", State.MAIN, None),
             (0.010141023699, "off", State.MAIN, None),
-            (0.010269413918, "on", State.BACK, 0.082102217),
-            (0.019991116028, "off", State.BACK, None),
+            (0.010269413918, "on", State.RETURN, 0.082102217),
+            (0.019991116028, "off", State.RETURN, None),
         ],
     }
     for clearance, rows in expected.items():
@@ -81,7 +81,7 @@ def test_first_events() -> None:
 @pytest.mark.parametrize(("c", "rise", "fall"), [(1e-5, 37.28, 107.18), (1e-4, 40.57, 110.45), (1e-3, 44.93, 114.92)])
 def test_one_drive_conversion_in_the_rise_and_one_in_the_return(c: float, rise: float, fall: float) -> None:
     first, second = run_of("hertz", c).conversions
-    assert (first.side, second.side) == (State.BACK, State.MAIN)
+    assert (first.side, second.side) == (State.RETURN, State.MAIN)
     assert math.degrees(first.angle) == pytest.approx(rise, abs=0.006)
     assert math.degrees(second.angle) == pytest.approx(fall, abs=0.006)
 
@@ -89,7 +89,7 @@ def test_one_drive_conversion_in_the_rise_and_one_in_the_return(c: float, rise: 
 @pytest.mark.parametrize("c", [1e-5, 1e-4, 1e-3])
 def test_peaks_stand_against_a_ten_times_tighter_run(c: float) -> None:
     tight = solve(b1_problem(c), end_angle=END, rtol=1e-10)
-    for quantity in ("acceleration", "force_main", "force_back", "pressure_main"):
+    for quantity in ("acceleration", "force_main", "force_return", "pressure_main"):
         assert run_of("hertz", c).peak(quantity).value == pytest.approx(tight.peak(quantity).value, rel=1e-6)
     assert [e.kind for e in tight.recorded.events] == [e.kind for e in run_of("hertz", c).recorded.events]
 

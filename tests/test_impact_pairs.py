@@ -33,7 +33,7 @@ def slide_lift(stroke: float = 0.03, law: str = "cycloidal") -> Lift:
 PAIRS: dict[str, Callable[[], Pair]] = {
     "rocker": lambda: b1_pair(1e-3),
     "rocker-normal": lambda: b1_pair(1e-3, clearance_kind="normal"),
-    "rocker-unequal": lambda: b1_pair(1e-3, arm_back=0.08, arm_angle=1.9),
+    "rocker-unequal": lambda: b1_pair(1e-3, arm_return=0.08, arm_angle=1.9),
     "slide": lambda: SlidePair(slide_lift(), 0.05, 0.07, 0.015, 1e-3, offset=0.01),
     "groove": lambda: GroovePair(slide_lift(), 0.067, 0.011, 1e-3),
     "frame": lambda: FramePair(slide_lift(), 0.04, 1e-3),
@@ -146,7 +146,7 @@ def test_reference_mechanism_b1() -> None:
         ({"base_radius": 0.120}, 41.6),
         ({"base_radius": 0.140}, 25.4),
         ({"base_radius": 0.145}, 21.7),
-        ({"base_radius": 0.0795, "arm_main": 0.15, "arm_back": 0.15}, 42.5),
+        ({"base_radius": 0.0795, "arm_main": 0.15, "arm_return": 0.15}, 42.5),
         ({"base_radius": 0.0795, "center_distance": 0.16}, 38.1),
     ],
 )
@@ -220,7 +220,7 @@ def test_tables_reproduce_the_mechanism_at_small_clearance() -> None:
 def _rows(pair: RockerPair) -> tuple[tuple[float, ...], ...]:
     table = table_pair(pair)
     clearance = (pair.clearance,)
-    return table.lever_main, table.lever_back, *clearance, table.curvature_main, table.curvature_back, table.sliding  # type: ignore[return-value]
+    return table.lever_main, table.lever_return, *clearance, table.curvature_main, table.curvature_return, table.sliding  # type: ignore[return-value]
 
 
 def test_a_groove_roller_changes_walls() -> None:

@@ -13,10 +13,17 @@ from camgeom.dynamics.impact_fixed import solve_fixed
 from camgeom.dynamics.impact_frame import SPEED as FRAME_SPEED
 from camgeom.dynamics.impact_frame import pressing_problem
 from camgeom.dynamics.impact_paper import answer_the_paper, printed_geometry
-from camgeom.dynamics.impact_reference import b1_problem
+from camgeom.dynamics.impact_reference import b1_problem, rise_return_program
 from camgeom.dynamics.impact_run import solve
 from camgeom.dynamics.impact_spec import ImpactSpec
-from camgeom.dynamics.impact_study import clearance_study, decade_growth, free_flight, statistics, study
+from camgeom.dynamics.impact_study import (
+    clearance_study,
+    compare_profiles,
+    decade_growth,
+    free_flight,
+    statistics,
+    study,
+)
 from camgeom.errors import ProfileError
 
 
@@ -67,6 +74,20 @@ def test_the_statements_of_the_paper() -> None:
         assert rows[law, "hertz", 1e-4].amplification > 2.0
 
 
+def test_profiles_compared_in_one_call() -> None:
+    program = rise_return_program("3-4-5")
+    problem = b1_problem(1e-5, contact="printed")
+    rows = compare_profiles(problem, program, ["3-4-5", "modified-trapezoid"], 1.0, turns=1, skip=0, tighter=False)
+    assert [row.label for row in rows] == ["3-4-5", "modified-trapezoid"]
+    assert rows[0].ideal_acceleration == pytest.approx(6396.418337, rel=1e-3)
+    assert rows[1].ideal_acceleration == pytest.approx(5415.514514, rel=1e-3)
+    assert rows[1].amplification > rows[0].amplification
+    for row in rows:
+        assert row.mean_power == pytest.approx(row.lost_energy / problem.period, abs=2.0)
+        assert row.impulse[0] == pytest.approx(row.impulse[1], rel=0.1)
+        assert row.peak_torque > 100.0
+
+
 def test_ideal_peaks_and_printed_geometry() -> None:
     run = solve(b1_problem(1e-4), turns=1.0, rtol=1e-6)
     assert run.machine.lift.peaks[2] * run.problem.speed**2 == pytest.approx(6396.418337, rel=1e-3)
@@ -109,7 +130,7 @@ def test_pressing_mechanism_moves_as_designed_with_contact_ripple() -> None:
     assert run.energy.relative_residual < 1e-6
     tight = solve(problem, turns=0.5, rtol=1e-10)
     assert run.peak("acceleration", until=0.5).value == pytest.approx(tight.peak("acceleration").value, rel=1e-6)
-    assert {hit.side.name for hit in run.conversions} == {"MAIN", "BACK"}
+    assert {hit.side.name for hit in run.conversions} == {"MAIN", "RETURN"}
 
 
 def test_spec_gives_the_laws_in_si_units() -> None:

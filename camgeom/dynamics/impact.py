@@ -24,7 +24,7 @@ class State(IntEnum):
 
     FREE = 0
     MAIN = 1
-    BACK = 2
+    RETURN = 2
 
 
 class Regime(NamedTuple):

@@ -34,7 +34,7 @@ class FixedRun:
     rate: Floats
     acceleration: Floats
     force_main: Floats
-    force_back: Floats
+    force_return: Floats
 
     def peaks(self) -> Floats:
         """Largest magnitude of the follower's acceleration [m/s^2 or rad/s^2], one a clearance."""

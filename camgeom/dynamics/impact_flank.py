@@ -39,6 +39,6 @@ def groove_pair(track: Track, clearance: float, station: float, count: int = 720
         rows[bool(lever[0] > 0.0)] = (tuple(map(float, np.abs(lever))), tuple(map(float, bend)))
     if len(rows) < 2:
         raise ProfileError([Problem("track", "both flanks push the same way", track.name)])
-    (main, bend_main), (back, bend_back) = rows[True], rows[False]
+    (main, bend_main), (back, bend_return) = rows[True], rows[False]
     lift = Lift.from_program(track.program, unit)
-    return TablePair(lift, main, back, clearance, bend_main, bend_back, sliding)
+    return TablePair(lift, main, back, clearance, bend_main, bend_return, sliding)

@@ -129,7 +129,7 @@ def balance(run: ImpactRun) -> Energy:
 
 
 def wear(run: ImpactRun) -> tuple[Wear, Wear]:
-    """Wear indicators of the main and the back side over the run."""
+    """Wear indicators of the main and the return side over the run."""
     trace, lengths = run.trace, np.array([s.length for s in run.recorded.steps])
     sides = []
     for k in (0, 1):

@@ -31,9 +31,9 @@ _NORMAL = "gap along the common normal"
 class RockerPair(Pair):
     """Two disc cams and a rocker with two rollers, one a cam; the rocker turns by q [rad] from its lowest position.
 
-    `center_distance` of cam shaft and pivot, `arm_main`, `arm_back`, `roller_radius`, `base_radius` of the main
+    `center_distance` of cam shaft and pivot, `arm_main`, `arm_return`, `roller_radius`, `base_radius` of the main
     profile, `arm_angle` between the arms (None: the angle that makes two equal arms mirror images), `clearance`, in m
-    and rad. By "chord" the back cam is cut for a rocker ahead by 2 asin(c/(2 l)); by "normal" it is cut for the same
+    and rad. By "chord" the return cam is cut for a rocker ahead by 2 asin(c/(2 l)); by "normal" it is cut for the same
     position and lies back by c along its normal. Raises ProfileError where the triangle does not close or the
     profile is undercut.
     """
@@ -41,7 +41,7 @@ class RockerPair(Pair):
     lift: Lift
     center_distance: float
     arm_main: float
-    arm_back: float
+    arm_return: float
     roller_radius: float
     base_radius: float
     clearance: float
@@ -56,7 +56,7 @@ class RockerPair(Pair):
             )
         )
         main, back = self.sides
-        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "back"))
+        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "return"))
 
     @cached_property
     def lowest(self) -> float:
@@ -66,12 +66,12 @@ class RockerPair(Pair):
 
     @cached_property
     def angle_between(self) -> float:
-        """Angle [rad] from the main arm to the back arm."""
+        """Angle [rad] from the main arm to the return arm."""
         return 2.0 * self.lowest + self.lift.peaks[0] if self.arm_angle is None else self.arm_angle
 
     @property
     def play(self) -> float:
-        return 2.0 * math.asin(self.clearance / (2.0 * self.arm_back))
+        return 2.0 * math.asin(self.clearance / (2.0 * self.arm_return))
 
     @property
     def clearance_text(self) -> str:
@@ -82,7 +82,7 @@ class RockerPair(Pair):
         a = self.center_distance
         arms = (
             SwingArm(a, self.arm_main, -self.lowest),
-            SwingArm(a, self.arm_back, self.angle_between - self.lowest),
+            SwingArm(a, self.arm_return, self.angle_between - self.lowest),
         )
         return _disc_sides(arms, self.roller_radius, self.clearance, self.play, self.clearance_kind)
 
@@ -93,7 +93,7 @@ class RockerPair(Pair):
         """Largest pressure angle [rad] of the two rollers over a turn."""
         angle = np.linspace(0.0, 2.0 * math.pi, count)
         worst = 0.0
-        for side, arm in zip(self.sides, (self.arm_main, self.arm_back), strict=True):
+        for side, arm in zip(self.sides, (self.arm_main, self.arm_return), strict=True):
             levers = side.many(self.lift, angle, np.zeros(count))[1]
             worst = max(worst, float(np.arccos(np.clip(np.abs(levers) / arm, 0.0, 1.0)).max()))
         return worst
@@ -104,13 +104,13 @@ class RockerPair(Pair):
 class SlidePair(Pair):
     """Two disc cams and a slide along +x with a roller on either side of the shaft; q is the slide's lift [m].
 
-    `base_main`, `base_back` [m] are the profile radii under the rollers at zero lift, `offset` [m] that of the slide's
-    line towards +y. By "chord" the back cam is cut for a slide ahead by the clearance.
+    `base_main`, `base_return` [m] are the profile radii under the rollers at zero lift, `offset` [m] that of the
+    slide's line towards +y. By "chord" the return cam is cut for a slide ahead by the clearance.
     """
 
     lift: Lift
     base_main: float
-    base_back: float
+    base_return: float
     roller_radius: float
     clearance: float
     clearance_kind: ClearanceKind = "chord"
@@ -119,15 +119,15 @@ class SlidePair(Pair):
     def __post_init__(self) -> None:
         check_clearance(self.clearance)
         problems = []
-        for key, base in (("base_main", self.base_main), ("base_back", self.base_back)):
+        for key, base in (("base_main", self.base_main), ("base_return", self.base_return)):
             least = abs(self.offset) - self.roller_radius
             if not base > max(least, 0.0):
                 problems.append(Problem(key, "the roller does not reach its line", base, f"> {max(least, 0.0):g} m"))
-        if self.base_back <= self.lift.peaks[0]:
-            problems.append(Problem("base_back", "below the stroke", self.base_back, f"> {self.lift.peaks[0]:g} m"))
+        if self.base_return <= self.lift.peaks[0]:
+            problems.append(Problem("base_return", "below the stroke", self.base_return, f"> {self.lift.peaks[0]:g} m"))
         profile_problem(problems)
         main, back = self.sides
-        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "back"))
+        profile_problem(check_profile(main, self.lift, "main") + check_profile(back, self.lift, "return"))
 
     @property
     def play(self) -> float:
@@ -140,7 +140,7 @@ class SlidePair(Pair):
     @cached_property
     def sides(self) -> tuple[CurveSide, CurveSide]:
         r, e = self.roller_radius, self.offset
-        front, rear = (math.sqrt((base + r) ** 2 - e * e) for base in (self.base_main, self.base_back))
+        front, rear = (math.sqrt((base + r) ** 2 - e * e) for base in (self.base_main, self.base_return))
         arms = (SlideArm(complex(front, e)), SlideArm(complex(-rear, e)))
         return _disc_sides(arms, r, self.clearance, self.play, self.clearance_kind)
 
@@ -155,7 +155,7 @@ def _disc_sides(
     play: float,
     kind: ClearanceKind,
 ) -> tuple[CurveSide, CurveSide]:
-    """The main profile is cut to touch at eta = 0; the back profile leaves the play."""
+    """The main profile is cut to touch at eta = 0; the return profile leaves the play."""
     chord = kind == "chord"
     main = CurveSide(arms[0], DiscCurve(arms[0]), radius, 1, begins=0.0)
     curve = DiscCurve(arms[1], play if chord else 0.0)

@@ -66,7 +66,7 @@ class Machine:
         return math.pow(10.0, low)
 
     def depth(self, which: int, regime: Regime, t: float, y: Any) -> tuple[float, float]:
-        """How far the follower is past the limit of side `which` (0 main, 1 back), and its rate of change."""
+        """How far the follower is past the limit of side `which` (0 main, 1 return), and its rate of change."""
         eta, rate = _follower(y)
         limit = self.limits[which]
         if limit is not None:
@@ -184,7 +184,7 @@ class Machine:
         return lambda delta, bend, speed: (law(delta, bend), viscosity(delta) * speed)
 
     def _spinning(self, regime: Regime) -> Rate:
-        """State (eta + 1j rate, spin main + 1j spin back); a roller without contact only feels its bearing."""
+        """State (eta + 1j rate, spin main + 1j spin return); a roller without contact only feels its bearing."""
         spin, friction = self.problem.spin, self.problem.friction
         if spin is None or friction is None:
             raise NotConverged("roller spin asked for without spin data")

@@ -14,6 +14,7 @@ from camgeom.dynamics.contact_laws import ContactLaw, HertzLine, LinePatch, Powe
 from camgeom.dynamics.impact import ImpactProblem
 from camgeom.dynamics.impact_lift import TURN, Lift
 from camgeom.dynamics.impact_pairs import RockerPair
+from camgeom.motion.program import Program, Segment
 
 CENTER_DISTANCE = 0.205
 ARM = 0.090
@@ -26,13 +27,16 @@ LENGTH = 0.020
 MODULUS = contact_modulus(207e9, 0.28, 207e9, 0.28)
 
 
-def rise_return_lift(law: str, rise_deg: float = 70.0, return_deg: float = 70.0, swing: float = SWING) -> Lift:
+def rise_return_program(law: str, rise_deg: float = 70.0, return_deg: float = 70.0, swing: float = SWING) -> Program:
     """The rocker motion [rad]: rise, return by the same law, then dwell at the bottom."""
-    from camgeom.motion import Program, Segment
-
     top, bottom = math.radians(rise_deg), math.radians(rise_deg + return_deg)
     segments = [Segment(top, swing, law), Segment(bottom, 0.0, law), Segment(TURN)]
-    return Lift.from_program(Program.from_segments(segments, angular=True), 1.0)
+    return Program.from_segments(segments, angular=True)
+
+
+def rise_return_lift(law: str, rise_deg: float = 70.0, return_deg: float = 70.0, swing: float = SWING) -> Lift:
+    """The same motion for the solver."""
+    return Lift.from_program(rise_return_program(law, rise_deg, return_deg, swing), 1.0)
 
 
 def b1_pair(clearance: float, law: str = "3-4-5", **changes: Any) -> RockerPair:
@@ -40,7 +44,7 @@ def b1_pair(clearance: float, law: str = "3-4-5", **changes: Any) -> RockerPair:
     fields = {
         "center_distance": CENTER_DISTANCE,
         "arm_main": ARM,
-        "arm_back": ARM,
+        "arm_return": ARM,
         "roller_radius": ROLLER,
         "base_radius": BASE,
     }

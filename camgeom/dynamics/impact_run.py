@@ -20,7 +20,7 @@ from camgeom.dynamics.impact_stepper import step
 from camgeom.dynamics.impact_trace import SHARES, Trace, evaluate, sampled
 
 Floats = NDArray[np.float64]
-Quantity = Literal["acceleration", "force_main", "force_back", "pressure_main", "pressure_back"]
+Quantity = Literal["acceleration", "force_main", "force_return", "pressure_main", "pressure_return"]
 
 
 class Peak(NamedTuple):
@@ -131,7 +131,7 @@ class ImpactRun:
 
     @cached_property
     def wear(self) -> tuple[Wear, Wear]:
-        """Wear indicators of the main and the back side over the run."""
+        """Wear indicators of the main and the return side over the run."""
         return wear(self)
 
     @cached_property

@@ -63,7 +63,7 @@ class Pair(ABC):
     @property
     @abstractmethod
     def sides(self) -> tuple[Side, Side]:
-        """The main side (+q) and the back side (-q)."""
+        """The main side (+q) and the return side (-q)."""
 
     @property
     @abstractmethod

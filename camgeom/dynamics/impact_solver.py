@@ -187,7 +187,7 @@ class _Walk:
     ) -> tuple[float, Stepped, int] | None:
         """The first event inside a step: (time past its start, the step up to it, event number), or None.
 
-        Events: 0, 1 contact with main, back side; 2 contact lost; 3 force clipped or released.
+        Events: 0, 1 contact with main, return side; 2 contact lost; 3 force clipped or released.
         """
         watched: list[int]
         if regime.state == State.FREE:

@@ -13,13 +13,15 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from multiprocessing import get_context
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from camgeom.dynamics.impact import ImpactProblem, State
+from camgeom.dynamics.impact_lift import Lift
 from camgeom.dynamics.impact_run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
+from camgeom.motion.program import Program
 
 PERIODIC_SPREAD = 1e-3
 """relative spread of the peaks of the turns below which the motion is called periodic"""
@@ -48,13 +50,21 @@ class StudyRow:
     turns: int
     acceleration: Statistic
     force_main: Statistic
-    force_back: Statistic
+    force_return: Statistic
     pressure: Statistic
     approach_speed: Statistic
     impacts: Statistic
     conversions: Statistic
+    peak_torque: float
+    """largest magnitude of the torque that the cam needs [N m]"""
+    mean_power: float
+    """mean power that the cam supplies [W]"""
     lost_energy: float
     """mean per turn [J]"""
+    impulse: tuple[float, float]
+    """mean contact impulse per turn, main and return side [N s]"""
+    sliding_work: tuple[float, float]
+    """mean sliding work per turn and unit of friction coefficient, main and return side [J]: a measure of wear"""
     rms_jerk: float
     ideal_acceleration: float
     """peak of the motion without free play"""
@@ -85,12 +95,16 @@ class StudyRow:
             f"ideal_acceleration_{unit}2": self.ideal_acceleration,
             "amplification": self.amplification,
             "peak_force_main_n": triple(self.force_main),
-            "peak_force_back_n": triple(self.force_back),
+            "peak_force_return_n": triple(self.force_return),
             "peak_pressure_mpa": triple(self.pressure, 1e-6),
             "approach_speed_m_s": triple(self.approach_speed),
             "impacts_per_turn": triple(self.impacts),
             "drive_conversions_per_turn": triple(self.conversions),
+            "peak_cam_torque_nm": self.peak_torque,
+            "mean_power_w": self.mean_power,
             "lost_energy_j_per_turn": self.lost_energy,
+            "impulse_ns_per_turn": list(self.impulse),
+            "sliding_work_j_per_turn": list(self.sliding_work),
             f"rms_jerk_{unit}3": self.rms_jerk,
             "tighter_change": self.tighter_change,
             "energy_residual": self.energy_residual,
@@ -107,9 +121,9 @@ def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | 
         return _statistic([run.peak(quantity, low, high).value for low, high in turns])
 
     hits = [[hit for hit in run.impacts if low <= hit.time < high] for low, high in turns]
-    main, back = over("force_main"), over("force_back")
+    main, back = over("force_main"), over("force_return")
     pressures = [
-        max(run.peak("pressure_main", *turn).value, run.peak("pressure_back", *turn).value)
+        max(run.peak("pressure_main", *turn).value, run.peak("pressure_return", *turn).value)
         if run.problem.patch
         else 0.0
         for turn in turns
@@ -127,7 +141,10 @@ def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | 
         _statistic([max((hit.approach_speed for hit in turn), default=0.0) for turn in hits]),
         _statistic([float(len(turn)) for turn in hits]),
         _statistic([float(sum(hit.converts for hit in turn)) for turn in hits]),
-        _lost(run, turns),
+        float(np.abs(run.trace.cam_torque).max()),
+        *_powers(run, turns),
+        _per_turn(run, [side.impulse for side in run.wear]),
+        _per_turn(run, [side.sliding for side in run.wear]),
         run.jerk[1],
         ideal,
         acceleration.spread < PERIODIC_SPREAD,
@@ -176,6 +193,22 @@ def clearance_study(
     return study(problems, **options)  # type: ignore[arg-type]
 
 
+def compare_profiles(
+    problem: ImpactProblem, program: Program, laws: Sequence[str], unit: float, **options: int | float | bool | None
+) -> list[StudyRow]:
+    """Rows over motion laws: the program with the law of every moving segment replaced, everything else kept.
+
+    `unit` is m (or rad) per unit of the program's lift; the options are those of `study`.
+    """
+    problems = {}
+    for law in laws:
+        segments = [s if s.dwells else replace(s, law=law, params=()) for s in program.segments]
+        other = Program.from_segments(segments, program.spans[0].before)
+        pair: Any = problem.pair
+        problems[law] = replace(problem, pair=replace(pair, lift=Lift.from_program(other, unit)))
+    return study(problems, **options)  # type: ignore[arg-type]
+
+
 def decade_growth(rows: Sequence[StudyRow]) -> list[float]:
     """Local exponent of the growth of the mean peak acceleration with the clearance, between neighbouring rows."""
     return [
@@ -203,12 +236,18 @@ def _clearance(problem: ImpactProblem) -> float:
     return float(getattr(problem.pair, "clearance", problem.pair.play))
 
 
-def _lost(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> float:
-    """Mean energy [J] lost per turn: the second power, between the steps nearest to the turns' ends."""
+def _powers(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Mean power supplied [W] and mean energy lost per turn [J], between the steps nearest to the turns' ends."""
     times = [step.time for step in run.recorded.steps] + [run.recorded.time]
-    lost = [work.imag for work in run.recorded.work]
-    first, last = np.interp([turns[0][0], turns[-1][1]], times, lost)
-    return float(last - first) / len(turns)
+    low, high = turns[0][0], turns[-1][1]
+    given = np.interp([low, high], times, [work.real for work in run.recorded.work])
+    lost = np.interp([low, high], times, [work.imag for work in run.recorded.work])
+    return float(given[1] - given[0]) / (high - low), float(lost[1] - lost[0]) / len(turns)
+
+
+def _per_turn(run: ImpactRun, values: Sequence[float]) -> tuple[float, float]:
+    turns = run.recorded.time / run.problem.period
+    return values[0] / turns, values[1] / turns
 
 
 def free_flight(problem: ImpactProblem) -> tuple[float, float, float]:
@@ -228,5 +267,5 @@ def free_flight(problem: ImpactProblem) -> tuple[float, float, float]:
     jerk = abs(float(third[place])) * w**3
     time = math.cbrt(6.0 * pair.play / jerk) if jerk > 0.0 else 0.0
     speed = 0.5 * jerk * time * time
-    lever = float(pair.sides[State.BACK - 1].many(lift, angle[place : place + 1], np.zeros(1))[1][0])
+    lever = float(pair.sides[State.RETURN - 1].many(lift, angle[place : place + 1], np.zeros(1))[1][0])
     return time, speed, abs(lever) * speed

@@ -108,33 +108,33 @@ class TableSide(Side):
 class TablePair(Pair):
     """Two walls by the exact flank geometry at equal steps of cam angle over one turn, the last step not repeated.
 
-    `lever_main`, `lever_back` [m/rad, or 1] are the normal components of the follower's velocity at the contacts, > 0;
-    `clearance` [m] is the gap along the normal of the back wall; `curvature_main`, `curvature_back` [1/m] of the cam;
-    `sliding` [m/rad] the sliding speed per unit of cam speed. The tables must hold at least 16 steps of equal count.
+    `lever_main`, `lever_return` [m/rad, or 1], > 0, are the normal components of the follower's velocity at the
+    contacts; `clearance` [m] is the gap along the normal of the return wall; `curvature_main`, `curvature_return` [1/m]
+    are those of the cam; `sliding` [m/rad] is the sliding speed per unit of cam speed. All of one length, at least 16.
     """
 
     lift: Lift
     lever_main: Row
-    lever_back: Row
+    lever_return: Row
     clearance: float
     curvature_main: Row
-    curvature_back: Row
+    curvature_return: Row
     sliding: Row
 
     def __post_init__(self) -> None:
-        rows = (self.lever_main, self.lever_back, self.curvature_main, self.curvature_back, self.sliding)
+        rows = (self.lever_main, self.lever_return, self.curvature_main, self.curvature_return, self.sliding)
         check_clearance(self.clearance)
         problems = []
         if min(map(len, rows)) < 16 or len({len(row) for row in rows}) > 1:
             problems.append(Problem("tables", "must be of equal length", [len(row) for row in rows], ">= 16 each"))
-        elif not min(*self.lever_main, *self.lever_back) > 0.0:
+        elif not min(*self.lever_main, *self.lever_return) > 0.0:
             problems.append(Problem("lever", "must be positive: the wall must be able to drive", None, "> 0"))
         if problems:
             raise ProfileError(problems)
 
     @property
     def play(self) -> float:
-        return self.clearance * float(np.mean(1.0 / np.asarray(self.lever_back)))
+        return self.clearance * float(np.mean(1.0 / np.asarray(self.lever_return)))
 
     @property
     def clearance_text(self) -> str:
@@ -143,10 +143,10 @@ class TablePair(Pair):
     @cached_property
     def sides(self) -> tuple[TableSide, TableSide]:
         starts, count = self.lift.starts, len(self.lever_main)
-        offset = tuple(self.clearance / lever for lever in self.lever_back)
+        offset = tuple(self.clearance / lever for lever in self.lever_return)
         return (
             TableSide(starts, self.lever_main, (0.0,) * count, self.curvature_main, self.sliding, 1),
-            TableSide(starts, self.lever_back, offset, self.curvature_back, self.sliding, -1),
+            TableSide(starts, self.lever_return, offset, self.curvature_return, self.sliding, -1),
         )
 
     def with_clearance(self, clearance: float) -> TablePair:
