@@ -112,7 +112,8 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     except ProfileError as error:
         return error.problems
     cam: Any = profile.cam
-    return list(cam.problems(setup))
+    idle = profile.operation.idle(profile.rotating) if profile.operation is not None else []
+    return [*idle, *cam.problems(setup)]
 
 
 def _folder_name(file: str) -> str:

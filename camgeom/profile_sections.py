@@ -6,11 +6,11 @@ from typing import Annotated, Any, final
 
 from pydantic import Field
 
+from camgeom.errors import Problem
 from camgeom.follower import AnyFollower, Inertia, Mass
 from camgeom.mechanics.applied import Force
-from camgeom.mechanics.curvature import Convention
 from camgeom.mechanics.material import Material
-from camgeom.spec import Degrees, Gap, Length, Section, Share
+from camgeom.spec import Degrees, Gap, Section, Share
 
 TOLERANCE_RANGE = (1e-7, 1.0)
 """mm; finer than a tenth of a nanometre is below the rounding of a part's coordinates"""
@@ -53,9 +53,17 @@ class Operation(Section):
         0.0, description="m/s2, share of gravity along the motion; positive pulls the follower back"
     )
     force: Annotated[tuple[Force, ...], Field(max_length=1000)] = Field((), description="applied forces")
-    curvature: Convention = Field(
-        "exact", description="curvature in the contact stress; others than exact are for comparison with literature"
-    )
+
+    def idle(self, rotating: bool) -> list[Problem]:
+        """The keys that say something about the other kind of follower: translating or rotating."""
+        none = {"load_mass": 0.0, "gravity": 0.0} if rotating else {"load_inertia": 0.0}
+        kind, instead = ("rotating", "load_inertia, or a force") if rotating else ("translating", "load_mass")
+        message = f"means nothing for a {kind} follower"
+        return [
+            Problem(f"operation.{key}", message, getattr(self, key), "", f"use {instead}")
+            for key, default in none.items()
+            if getattr(self, key) != default
+        ]
 
 
 @final
@@ -98,9 +106,6 @@ class Limits(Section):
     life_h: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="h, life that roller, bearing and cam surface must reach"
     )
-    bearing_load_n: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(None, description="N, largest roller load")
-    peak_torque_nm: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(None, description="N m, largest cam torque")
-    residual_mm: Length | None = Field(None, description="mm, largest residual vibration in the dwell")
 
     def for_follower(self, follower: AnyFollower) -> Limits:
         """The limits with the defaults that depend on the follower filled in."""
