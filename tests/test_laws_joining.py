@@ -40,7 +40,7 @@ def test_end_states_are_met(order: int, lift: float, start: Any, end: Any, name:
     if name == "b-spline":
         params["control"] = [1.0, 3.0, -1.0]
     if name == "table":
-        params |= {"rows": [[0, 0], [10, lift / 3], [20, lift / 2], [30, 0.8 * lift], [40, lift]], "knots": 1}
+        params |= {"rows": [[i, lift * (i / 9) ** 2] for i in range(10)], "knots": 2}
     table = joined(name, Ends(lift, start, end), **params)
     scale = 1e-11 * (1 + abs(lift) + np.abs([*start, *end]).max()) * 20.0**order
     for x, state, value in ((0.0, start, 0.0), (1.0, end, lift)):
@@ -153,6 +153,20 @@ def test_a_noisy_table_is_smoothed_below_its_noise(smoothing: float) -> None:
     assert program.jet(TURN, side="left")[0] == program.jet(0.0)[0] == 0.0
 
 
+def test_a_table_keeps_to_its_rows_between_dwells() -> None:
+    """A straight table joined to rest: the fit bends at the ends alone, not throughout."""
+    share = np.linspace(0, 1, 101)
+    law = make("table", rows=np.column_stack([share, share]).tolist())
+    assert np.abs(law.jet(share)[0] - share).max() < 0.02
+    assert law.peaks().order == 2
+    moving = [
+        Segment(1.0, 1.0, "constant-velocity"),
+        Segment(2.0, 2.0, "table", {"rows": [[i, i / 50] for i in range(51)]}),
+    ]
+    program = Program.from_segments([*moving, Segment(3.0, 3.0, "constant-velocity"), Segment(TURN, 0.0, "polynomial")])
+    np.testing.assert_allclose(program.jet(np.linspace(1.0, 2.0, 50), 1)[1], 1.0, atol=1e-9)
+
+
 def test_a_clean_table_is_reproduced() -> None:
     x = np.linspace(0, 1, 241)
     rows = np.column_stack([x, make("4-5-6-7").jet(x)[0]]).tolist()
@@ -174,10 +188,10 @@ def test_a_table_file_in_degrees(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("params", "key", "text"),
     [
-        ({"rows": [[0, 0], [1, 1]]}, "rows", "3 to 20000 rows"),
-        ({"rows": [[0, 0], [2, 1], [2, 1], [3, 1]]}, "rows", "row 3"),
+        ({"rows": [[0, 0], [1, 1]]}, "rows", "8 to 20000 rows"),
+        ({"rows": [[0, 0], [2, 1], [2, 1], *([i, 1] for i in range(3, 9))]}, "rows", "row 3"),
         ({"rows": [[0, 0], [1, 0.5, 3], [2, 1]]}, "rows", "row 2"),
-        ({"rows": [[0, 0], [1, 0.5], [2, 2]]}, "rows", "does not end"),
+        ({"rows": [[i, 2 * i] for i in range(9)]}, "rows", "does not end"),
         ({"file": "no-such-file.csv"}, "file", "cannot be read"),
         ({"file": "x.csv", "rows": [[0, 0], [1, 0.5], [2, 1]]}, "rows", "not both"),
     ],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, final
 
@@ -12,16 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.motion.piece import Piece
-from camgeom.motion.table import Floats, Side, Table
+from camgeom.motion.table import JUMP_TOLERANCE, Floats, Side, Table
 
 ParamValue = Any
 """A number, a truth value, a text or a (nested) tuple of numbers: what TOML can say, made hashable."""
 ORDER_LIMIT = 9
 """Derivatives are compared up to this order when smoothness is measured."""
-JUMP_TOLERANCE = 1e-9
-"""A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
-LEAST_JUMP = 1e-280
-"""Below this a number has too few digits left to tell a jump from rounding."""
 
 
 @final
@@ -94,7 +90,8 @@ class Law:
     @cached_property
     def _breaks(self) -> tuple[tuple[float, int], ...]:
         """Inner breaks: (x, lowest derivative that jumps)."""
-        lowest = lowest_jump(self.table, np.arange(len(self.pieces) - 1), np.arange(1, len(self.pieces)))
+        after = np.arange(1, len(self.pieces))
+        lowest = lowest_jump(self.table.steps(after - 1, after, ORDER_LIMIT))
         inner = self.table.edges[1:-1]
         return tuple((float(x), int(r)) for x, r in zip(inner, lowest, strict=True) if r <= ORDER_LIMIT)
 
@@ -139,12 +136,10 @@ class Law:
         return int(np.argmax(moving)) if moving.any() else ORDER_LIMIT
 
 
-def lowest_jump(table: Table, before: npt.NDArray[np.intp], after: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-    """The lowest derivative that jumps from piece to piece; ORDER_LIMIT + 1 where none does. (m,)"""
-    difference = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
-    bounds = table.bounds(ORDER_LIMIT)
-    jumps = np.abs(difference) > JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP
-    return np.where(jumps.any(axis=0), np.argmax(jumps, axis=0), ORDER_LIMIT + 1)
+def lowest_jump(steps: Floats) -> npt.NDArray[np.intp]:
+    """The lowest derivative that steps, (m,), of steps (orders, m); the number of orders where none does."""
+    jumps = steps != 0.0
+    return np.where(jumps.any(axis=0), np.argmax(jumps, axis=0), len(steps))
 
 
 def finish(pieces: Sequence[Piece], lift: float = 1.0) -> tuple[Piece, ...]:
@@ -158,5 +153,5 @@ def finish(pieces: Sequence[Piece], lift: float = 1.0) -> tuple[Piece, ...]:
         raise ValueError(f"the pieces run from {first.power[0]!r} to {last.power[0]!r}, not from 0 to {lift!r}")
     ends = (first, last)
     targets = (0.0, lift)
-    exact = [Piece(p.start, p.end, p.anchor, (c, *p.power[1:]), p.waves) for p, c in zip(ends, targets, strict=True)]
+    exact = [replace(piece, power=(value, *piece.power[1:])) for piece, value in zip(ends, targets, strict=True)]
     return (exact[0], *rest[:-1], exact[1])

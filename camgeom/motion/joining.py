@@ -12,13 +12,11 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import ParamValue
 from camgeom.motion.law import Ends, LawEntry
 from camgeom.motion.laws import LAWS
-from camgeom.motion.piece import Piece
 from camgeom.motion.segment import Segment, Span
 from camgeom.motion.table import Floats
 
 HIGHEST = 3
 """Derivatives that can be carried over: velocity, acceleration, jerk."""
-Pieces = tuple[Piece, ...]
 
 
 def join_order(segment: Segment) -> int:
@@ -59,12 +57,14 @@ def all_ends(segments: Sequence[Segment], spans: Sequence[Span], unit: float, fo
             states[knot] = _own_state(segments[owner], spans[owner], at)
     lifts = [span.after - span.before for span in spans]
     if free:
-        _Shared(segments, orders, widths, lifts, unit, folder).solve(states, free, key)
+        _Shared(segments, orders, widths, lifts, free, unit, folder).solve(states, key)
     powers = np.arange(1, HIGHEST + 1)
     after = np.roll(states, -1, axis=0)
+    following = [(i + 1) % len(segments) for i in range(len(segments))]
+    shared = [i in free or following[i] in free for i in range(len(segments))]
     return [
-        Ends(lift, tuple((start * w**powers).tolist()), tuple((end * w**powers).tolist()), unit, folder)
-        for lift, w, start, end in zip(lifts, widths, states, after, strict=True)
+        Ends(lift, tuple((start * w**powers).tolist()), tuple((end * w**powers).tolist()), unit, folder, sought)
+        for lift, w, start, end, sought in zip(lifts, widths, states, after, shared, strict=True)
     ]
 
 
@@ -86,24 +86,26 @@ class _Shared:
         orders: Sequence[int],
         widths: Sequence[float],
         lifts: Sequence[float],
+        free: Mapping[int, Sequence[int]],
         unit: float,
         folder: str,
     ) -> None:
-        self.orders, self.widths = orders, widths
+        self.orders, self.widths, self.free = orders, widths, free
         self.responses = {
             i: response(LAWS[segment.law], dict(segment.params), lift, unit, folder)
             for i, (segment, lift) in enumerate(zip(segments, lifts, strict=True))
-            if segment.law is not None and orders[i]
+            if segment.law is not None and orders[i] and (i in free or (i + 1) % len(segments) in free)
         }
 
-    def solve(self, states: Floats, free: Mapping[int, Sequence[int]], key: str) -> None:
+    def solve(self, states: Floats, key: str) -> None:
         """Fill in the free derivatives of each knot (orders by knot), per rad^order; ProfileError if undetermined."""
+        free = self.free
         # Widths may differ by many powers of ten: each knot is scaled by the shorter of its two segments.
         reach = {knot: min(self.widths[knot - 1], self.widths[knot]) for knot in free}
         knots = list(free)
         rows = []
         for i, knot in enumerate(knots):
-            before, own, after, right = self._rows(knot, states, free, reach)
+            before, own, after, right = self._rows(knot, states, reach)
             # Where the next free knot is not the neighbour, a known state lies between and cuts the ring.
             last, following = knots[i - 1], knots[(i + 1) % len(knots)]
             if last != (knot - 1) % len(self.orders):
@@ -120,10 +122,9 @@ class _Shared:
             for r, value in zip(derivatives, values, strict=True):
                 states[knot, r - 1] = value / reach[knot] ** r
 
-    def _rows(
-        self, knot: int, states: Floats, free: Mapping[int, Sequence[int]], reach: Mapping[int, float]
-    ) -> tuple[Floats, Floats, Floats, Floats]:
+    def _rows(self, knot: int, states: Floats, reach: Mapping[int, float]) -> tuple[Floats, Floats, Floats, Floats]:
         """Continuity of the first derivatives that the laws do not secure: blocks before, own, after; right side."""
+        free = self.free
         count, mine = len(self.orders), free[knot]
         neighbours = [(knot - 1) % count, knot, (knot + 1) % count]
         blocks = [np.zeros((len(mine), len(free.get(other, ())))) for other in neighbours]
@@ -206,14 +207,14 @@ def _response(
         sides = ((pieces[0], 0.0), (pieces[-1], 1.0))
         return np.array([[piece.value(at, r) for r in range(1, 2 * HIGHEST + 1)] for piece, at in sides])
 
-    base = answer(Ends(lift=lift, unit=unit, folder=folder))
+    base = answer(Ends(lift=lift, unit=unit, folder=folder, shared=True))
     size = max(1.0, abs(lift))
     columns = []
     for j in range(2 * order):
         push = [size if i == j % order else 0.0 for i in range(HIGHEST)]
         still = [0.0] * HIGHEST
         start, end = (push, still) if j < order else (still, push)
-        columns.append((answer(Ends(lift, tuple(start), tuple(end), unit, folder)) - base) / size)
+        columns.append((answer(Ends(lift, tuple(start), tuple(end), unit, folder, True)) - base) / size)
     return base, np.stack(columns, axis=-1)
 
 

@@ -35,7 +35,8 @@ class Ends:
     """What a joining law takes over from its neighbours: the lift and the derivatives per unit travel at both ends.
 
     start[r], end[r] is the derivative of order r + 1; `unit` is the inner value of one edge unit of lift (1 for mm,
-    pi/180 for degrees) and `folder` the place that relative file names start from.
+    pi/180 for degrees) and `folder` the place that relative file names start from; `shared` says that a state is still
+    sought together with a neighbour, so that the motion must answer to its ends linearly.
     """
 
     lift: float = 1.0
@@ -43,6 +44,7 @@ class Ends:
     end: tuple[float, ...] = (0.0, 0.0, 0.0)
     unit: float = 1.0
     folder: str = ""
+    shared: bool = False
 
     def values(self, order: int) -> tuple[Floats, Floats]:
         """Value and `order` derivatives per unit travel at the start and at the end, (order + 1,) each."""

@@ -84,11 +84,12 @@ def spline(ends: Ends, points: tuple[tuple[float, float], ...], order: int) -> l
         raise ProfileError([Problem("points", "the shares of the segment must rise", x.tolist(), allowed)])
     degree = 2 * order + 1
     knots = clamped(x, degree)
-    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(ends.values(order)))
+    states = ends.values(order)
+    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(states))
     basis = collocation(knots, degree, x)
     inner = slice(order + 1, order + 1 + len(x))
     rest = y * ends.unit - basis[:, : order + 1] @ first - basis[:, inner.stop :] @ last
-    return to_pieces(knots, degree, np.concatenate([first, np.linalg.solve(basis[:, inner], rest), last]))
+    return to_pieces(knots, degree, np.concatenate([first, np.linalg.solve(basis[:, inner], rest), last]), *states)
 
 
 @law(
@@ -106,9 +107,10 @@ def b_spline(ends: Ends, control: tuple[float, ...], order: int) -> list[Piece]:
         raise ProfileError([Problem("control", "control values are numbers", control, f"up to {MOST_POINTS} numbers")])
     degree = 2 * order + 1
     knots = clamped(np.arange(1, len(control) + 1) / (len(control) + 1.0), degree)
-    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(ends.values(order)))
+    states = ends.values(order)
+    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(states))
     inner = np.asarray(control, dtype=float) * ends.unit
-    return to_pieces(knots, degree, np.concatenate([first, inner, last]))
+    return to_pieces(knots, degree, np.concatenate([first, inner, last]), *states)
 
 
 @law(

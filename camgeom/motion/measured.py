@@ -16,7 +16,11 @@ from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
 from camgeom.motion.table import Floats
 
+LEAST_ROWS = 8
+"""as many as the polynomial of highest degree has coefficients"""
 MOST_ROWS = 20000
+LEAST_SPAN = 1e-4
+"""share of the segment between knots; rows that crowd closer cannot bend the curve further"""
 LARGEST_FILE = 4_000_000
 """bytes; a lift table of a hundredth of a degree has less than a tenth of this"""
 
@@ -32,8 +36,9 @@ def read_rows(file: str, rows: tuple[Any, ...], folder: str) -> tuple[Floats, Fl
         return np.empty(0), np.empty(0)
     key = "file" if file else "rows"
     pairs = _read_file(file, folder) if file else _pairs(rows, key)
-    if not 3 <= len(pairs) <= MOST_ROWS:
-        raise ProfileError([Problem(key, "a table needs a fair number of rows", len(pairs), f"3 to {MOST_ROWS} rows")])
+    if not LEAST_ROWS <= len(pairs) <= MOST_ROWS:
+        allowed = f"{LEAST_ROWS} to {MOST_ROWS} rows"
+        raise ProfileError([Problem(key, "a table needs a fair number of rows", len(pairs), allowed)])
     angle, lift = np.array(pairs).T
     steps = np.diff(angle)
     if steps.min() <= 0.0:
@@ -93,48 +98,61 @@ def fit(x: Floats, lift: Floats, ends: Ends, deviation: float, most_knots: int, 
     Minimises mean((f(x_i) + zero - lift_i)²) + weight * integral(f^(order + 1)²) over f and zero. The weight makes the
     rms distance equal to `deviation`, or, where that is negative, minimises the generalised cross-validation score.
     """
-    smoother = _smoother(x.tobytes(), lift.tobytes(), deviation, most_knots, order)
-    knots, degree = smoother.knots, 2 * order + 1
-    # The end conditions fix the outer control values; the inner ones are free.
-    first, last = (end_control(knots, degree, end, values) for end, values in enumerate(ends.values(order)))
-    inner = smoother.free_fit - smoother.start_gain @ first - smoother.end_gain @ last
-    return to_pieces(knots, degree, np.concatenate([first, inner, last]))
+    knots = clamped(_inner_knots(x, most_knots), 2 * order + 1)
+    states = ends.values(order)
+    controls = [end_control(knots, 2 * order + 1, end, values) for end, values in enumerate(states)]
+    outer = np.concatenate(controls)
+    # A state shared with a neighbour is still sought: the weight must not depend on it, or the fit were not linear.
+    judged = None if ends.shared else outer.tobytes()
+    smoother = _smoother(x.tobytes(), lift.tobytes(), deviation, knots.tobytes(), order, judged)
+    inner = smoother.free_fit - smoother.gain @ outer
+    return to_pieces(knots, 2 * order + 1, np.concatenate([controls[0], inner, controls[1]]), *states)
 
 
 class _Smoother(NamedTuple):
-    """A table's fit, prepared: the free control values are free_fit - start_gain @ first - end_gain @ last."""
+    """A table's fit, prepared: the inner control values are free_fit - gain @ (control values at both ends)."""
 
-    knots: Floats
     free_fit: Floats
-    start_gain: Floats
-    end_gain: Floats
+    gain: Floats
 
 
 @lru_cache(maxsize=32)
-def _smoother(x_bytes: bytes, lift_bytes: bytes, deviation: float, most_knots: int, order: int) -> _Smoother:
-    """The least-squares operator of a table; it depends on the data alone, so the fit is linear in the ends."""
-    x, lift = np.frombuffer(x_bytes), np.frombuffer(lift_bytes)
-    degree = 2 * order + 1
-    knots = clamped(_inner_knots(x, most_knots), degree)
-    data = collocation(knots, degree, x) / math.sqrt(len(x))
-    target = lift / math.sqrt(len(x))
-    rough = _roughness(knots, degree, order + 1)
-    weight = _weight(data, rough, target, len(x), deviation)
-    stacked = np.vstack([data, math.sqrt(weight) * rough])
-    free = slice(order + 1, len(knots) - degree - 1 - order - 1)
-    columns = np.column_stack(
-        [np.concatenate([target, np.zeros(len(rough))]), stacked[:, : free.start], stacked[:, free.stop :]]
+def _smoother(x: bytes, lift: bytes, deviation: float, knots: bytes, order: int, judged: bytes | None) -> _Smoother:
+    """The least-squares operator of a table for the weight that suits its ends, or free ends where `judged` is None."""
+    angles, lifts, knot_row, degree = np.frombuffer(x), np.frombuffer(lift), np.frombuffer(knots), 2 * order + 1
+    count = len(knot_row) - degree - 1
+    # The table's zero is a reading like any other: its error is fitted too, as a last unknown.
+    rows = np.column_stack([collocation(knot_row, degree, angles), np.ones(len(angles)), lifts])
+    # All that the rows say, in as many rows as there are unknowns.
+    packed = np.linalg.qr(rows / math.sqrt(len(angles)))[1]
+    data, target = packed[:, : count + 1], packed[:, count + 1]
+    rough = np.column_stack(
+        [_roughness(knot_row, degree, order + 1), np.zeros((len(np.unique(knot_row)) - 1) * (order + 1))]
     )
-    # The table's zero is a reading like any other: its error is fitted too, and dropped.
-    zero = np.concatenate([np.full(len(x), 1.0 / math.sqrt(len(x))), np.zeros(len(rough))])
-    solved = np.linalg.lstsq(np.column_stack([stacked[:, free], zero]), columns, rcond=None)[0][:-1]
-    return _Smoother(knots, solved[:, 0], solved[:, 1 : order + 2], solved[:, order + 2 :])
+    inner = np.r_[order + 1 : count - order - 1, count]
+    outer = np.r_[0 : order + 1, count - order - 1 : count]
+    if judged is None:
+        # With free ends the zero is no unknown of its own: the splines hold every constant.
+        weight = _weight(data[:, :count], target, rough[:, :count], np.zeros(len(rough)), len(angles), deviation)
+    else:
+        fixed = np.frombuffer(judged)
+        bent = -rough[:, outer] @ fixed
+        weight = _weight(data[:, inner], target - data[:, outer] @ fixed, rough[:, inner], bent, len(angles), deviation)
+    stacked = np.vstack([data, math.sqrt(weight) * rough])
+    sides = np.column_stack([np.concatenate([target, np.zeros(len(rough))]), stacked[:, outer]])
+    solved = np.linalg.lstsq(stacked[:, inner], sides, rcond=None)[0][:-1]
+    return _Smoother(solved[:, 0], solved[:, 1:])
 
 
 def _inner_knots(x: Floats, most: int) -> Floats:
-    """Inner knots at even counts of rows, no more than one for every two rows."""
+    """Inner knots at even counts of rows, no more than one for every two rows, and not closer than LEAST_SPAN."""
     count = min(most, max(0, len(x) // 2 - 1))
-    return np.quantile(x, np.arange(1, count + 1) / (count + 1.0)) if count else np.empty(0)
+    wanted = np.quantile(x, np.arange(1, count + 1) / (count + 1.0)) if count else np.empty(0)
+    kept = [0.0]
+    for knot in wanted.tolist():
+        if kept[-1] + LEAST_SPAN <= knot <= 1.0 - LEAST_SPAN:
+            kept.append(knot)
+    return np.array(kept[1:])
 
 
 def _roughness(knots: Floats, degree: int, order: int) -> Floats:
@@ -147,17 +165,19 @@ def _roughness(knots: Floats, degree: int, order: int) -> Floats:
     return np.asarray(collocation(knots, degree, x, order) * scale[:, None])
 
 
-def _weight(data: Floats, rough: Floats, target: Floats, count: int, deviation: float) -> float:
-    """The weight of roughness, judged on the fit with free ends."""
+def _weight(data: Floats, target: Floats, rough: Floats, bent: Floats, count: int, deviation: float) -> float:
+    """The weight of |rough c - bent|² against |data c - target|², `count` rows being behind the data."""
     # One factorisation serves all weights: in this basis both forms are diagonal (Demmler and Reinsch). The hint of
     # roughness keeps it regular where a span holds no row.
-    triangle = np.linalg.qr(np.vstack([data, 1e-9 * rough / np.linalg.norm(rough)]))[1]
-    gamma, turn = np.linalg.svd(np.linalg.solve(triangle.T, rough.T).T, full_matrices=False)[1:]
-    projected = turn @ np.linalg.solve(triangle.T, data.T @ target)
+    scale = 1e-9 / np.linalg.norm(rough)
+    triangle = np.linalg.qr(np.vstack([data, scale * rough]))[1]
+    left, gamma, turn = np.linalg.svd(np.linalg.solve(triangle.T, rough.T).T, full_matrices=False)
+    projected, wanted = turn @ np.linalg.solve(triangle.T, data.T @ target), left.T @ bent
     outside = max(0.0, float(target @ target - projected @ projected))
     weights = 10.0 ** np.linspace(-24.0, 6.0, 241)
     kept = 1.0 / (1.0 + weights[:, None] * gamma**2)
-    residual = outside + (((1.0 - kept) * projected) ** 2).sum(axis=1)
+    distance = weights[:, None] * kept * gamma * (wanted - gamma * projected)
+    residual = outside + (distance**2).sum(axis=1)
     if deviation < 0.0:
         freedom = np.maximum(1e-12, 1.0 - kept.sum(axis=1) / count)
         return float(weights[np.argmin(residual / freedom**2)])

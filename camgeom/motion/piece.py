@@ -24,6 +24,8 @@ class Piece:
     anchor: float
     power: tuple[float, ...]
     waves: tuple[Wave, ...] = ()
+    kept: int = -1
+    """derivatives up to this order continue the piece before by construction (a spline); -1 where nothing is known"""
 
     def value(self, x: float, order: int = 0) -> float:
         """The derivative of the given order at x (scalar; arrays are evaluated by `Table`)."""
@@ -66,7 +68,7 @@ class Piece:
             c, s = math.cos(w * shift), math.sin(w * shift)
             power[0] += -2.0 * a * math.sin(0.5 * w * shift) ** 2 + b * s
             waves.append((w, a * c + b * s, b * c - a * s))
-        return Piece(self.start, self.end, anchor, tuple(power), tuple(waves))
+        return replace(self, anchor=anchor, power=tuple(power), waves=tuple(waves))
 
     def between(self, start: float, end: float) -> Piece:
         """The same formula on another interval."""

@@ -11,7 +11,7 @@ from typing import NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.motion.curve import JUMP_TOLERANCE, LEAST_JUMP, ORDER_LIMIT
+from camgeom.motion.curve import ORDER_LIMIT, lowest_jump
 from camgeom.motion.piece import Piece
 from camgeom.motion.resolve import resolve
 from camgeom.motion.segment import TURN, Segment, Span
@@ -122,19 +122,13 @@ class Program:
     @cached_property
     def _steps(self) -> Floats:
         """The steps (ORDER_LIMIT + 1, p) in lift and derivatives at each piece's beginning; 0 where there is none."""
-        table = self.table
-        after = np.arange(len(table))
+        after = np.arange(len(self.table))
         before = np.roll(after, 1)
-        steps = table.limit(after, ORDER_LIMIT, "first") - table.limit(before, ORDER_LIMIT, "last")
-        steps[0, 0] += self.advance
-        bounds = table.bounds(ORDER_LIMIT)
-        steps[np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP] = 0.0
-        return steps
+        return self.table.steps(before, after, ORDER_LIMIT, self.advance)
 
     @cached_property
     def _lowest_jumps(self) -> npt.NDArray[np.intp]:
-        steps = self._steps != 0.0
-        return np.where(steps.any(axis=0), np.argmax(steps, axis=0), ORDER_LIMIT + 1)
+        return lowest_jump(self._steps)
 
     @cached_property
     def continuity(self) -> Continuity:

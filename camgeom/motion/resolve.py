@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.joining import all_ends, pin_problems
@@ -116,4 +117,4 @@ def _pieces(segment: Segment, span: Span, ends: Ends) -> tuple[Piece, ...]:
     if segment.law is None:
         return (Piece(0.0, 1.0, 0.0, (span.before,)),)
     *inner, last = (piece.scaled(1.0, span.before) for piece in LAWS[segment.law].pieces(dict(segment.params), ends))
-    return (*inner, Piece(last.start, last.end, last.anchor, (span.after, *last.power[1:]), last.waves))
+    return (*inner, replace(last, power=(span.after, *last.power[1:])))

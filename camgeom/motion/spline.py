@@ -25,14 +25,19 @@ def collocation(knots: Floats, degree: int, x: Floats, order: int = 0) -> Floats
         return np.zeros((len(x), len(knots) - degree - 1))
     lower = degree - order
     span = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, len(knots) - degree - 2)
-    basis = np.zeros((len(x), len(knots) - 1))
-    basis[np.arange(len(x)), span] = 1.0
+    # Only lower + 1 functions live on a span: their values by the triangle, then into their columns.
+    local = np.zeros((lower + 1, len(x)))
+    local[0] = 1.0
     for p in range(1, lower + 1):
-        width = knots[p:] - knots[:-p]
-        inverse = np.divide(1.0, width, out=np.zeros_like(width), where=width > 0.0)
-        rising = (x[:, None] - knots[: -p - 1]) * inverse[:-1]
-        falling = (knots[p + 1 :] - x[:, None]) * inverse[1:]
-        basis = rising * basis[:, :-1] + falling * basis[:, 1:]
+        carried = np.zeros(len(x))
+        for r in range(p):
+            upper, under = knots[span + r + 1], knots[span + r + 1 - p]
+            part = local[r] / (upper - under)
+            local[r] = carried + (upper - x) * part
+            carried = (x - under) * part
+        local[p] = carried
+    basis = np.zeros((len(x), len(knots) - lower - 1))
+    basis[np.arange(len(x)), span - lower + np.arange(lower + 1)[:, None]] = local
     for p in range(lower + 1, degree + 1):
         width = knots[p:] - knots[:-p]
         scaled = p * basis * np.divide(1.0, width, out=np.zeros_like(width), where=width > 0.0)
@@ -53,14 +58,21 @@ def end_control(knots: Floats, degree: int, end: int, values: Floats) -> Floats:
     return np.asarray(np.linalg.solve(block / scale[:, None], values / scale))
 
 
-def to_pieces(knots: Floats, degree: int, control: Floats) -> list[Piece]:
-    """The spline as polynomial pieces, each about its left end; the last about x = 1, where its value is exact."""
+def to_pieces(knots: Floats, degree: int, control: Floats, start: Floats, end: Floats) -> list[Piece]:
+    """The spline as polynomial pieces, each about its left end; the last about x = 1.
+
+    `start`, `end` (k,) are its value and derivatives at both ends, which the pieces then have to the last digit.
+    """
     breaks = np.unique(knots)
     anchors = np.append(breaks[:-2], 1.0)
-    at = np.append(breaks[:-2], 1.0)
-    rows = [collocation(knots, degree, at, r) @ control / math.factorial(r) for r in range(degree + 1)]
+    rows = [collocation(knots, degree, anchors, r) @ control / math.factorial(r) for r in range(degree + 1)]
     power = np.array(rows).T
+    factorials = np.array([math.factorial(r) for r in range(len(start))])
+    if len(power) > 1:
+        power[0, : len(start)] = start / factorials
+    power[-1, : len(end)] = end / factorials
+    kept = [-1, *[degree - 1] * (len(power) - 1)]
     return [
-        Piece(float(start), float(end), float(anchor), tuple(row.tolist()))
-        for start, end, anchor, row in zip(breaks[:-1], breaks[1:], anchors, power, strict=True)
+        Piece(float(low), float(high), float(anchor), tuple(row.tolist()), (), order)
+        for low, high, anchor, row, order in zip(breaks[:-1], breaks[1:], anchors, power, kept, strict=True)
     ]

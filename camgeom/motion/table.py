@@ -17,6 +17,10 @@ Indices = npt.NDArray[np.intp]
 Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]
 Row = Floats | float
+JUMP_TOLERANCE = 1e-9
+"""A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
+LEAST_JUMP = 1e-280
+"""Below this a number has too few digits left to tell a jump from rounding."""
 RUN_LENGTH = 64
 """Points a run from which on it pays to evaluate run after run instead of gathering coefficients point by point."""
 CACHED = 4096
@@ -136,6 +140,7 @@ class Table:
         self.edges, self.anchors = edges, anchors
         self.first_u = np.array([piece.start - piece.anchor for piece in pieces]) / rates
         self.last_u = np.array([piece.end - piece.anchor for piece in pieces]) / rates
+        self.kept = np.array([piece.kept for piece in pieces])
         self._rows = [_stretched(piece, rate) for piece, rate in zip(pieces, rates.tolist(), strict=True)]
         self._block_of = np.zeros(len(pieces), dtype=np.intp)
         self._column_of = np.zeros(len(pieces), dtype=np.intp)
@@ -147,7 +152,7 @@ class Table:
             waves = np.array([self._rows[i][1] for i in members], dtype=float).reshape(len(members), -1, 3)
             blocks.append(_Block(power, *(np.ascontiguousarray(waves[:, :, c].T) for c in range(3))))
         self._blocks = tuple(blocks)
-        for array in (edges, anchors, self.first_u, self.last_u):
+        for array in (edges, anchors, self.first_u, self.last_u, self.kept):
             array.setflags(write=False)
 
     def __len__(self) -> int:
@@ -212,6 +217,19 @@ class Table:
                 block.fill(part, column[chosen], u[chosen])
                 out[:, chosen] = part
         return out
+
+    def steps(self, before: Indices, after: Indices, order: int, advance: float = 0.0) -> Floats:
+        """The steps (order + 1, m) in value and derivatives from one piece's end to another's start.
+
+        A difference that rounding explains is 0; so is one that the pieces' construction rules out. `advance` is what
+        the value has grown by when the first piece follows on the last.
+        """
+        steps = self.limit(after, order, "first") - self.limit(before, order, "last")
+        steps[0] += np.where(after < before, advance, 0.0)
+        bounds = self.bounds(order)
+        known = np.arange(order + 1)[:, None] <= self.kept[after]
+        steps[known | (np.abs(steps) <= JUMP_TOLERANCE * (bounds[:, before] + bounds[:, after]) + LEAST_JUMP)] = 0.0
+        return steps
 
     def bounds(self, order: int) -> Floats:
         """Upper bounds (order + 1, p) of the derivatives on each piece."""
