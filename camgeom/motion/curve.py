@@ -11,8 +11,9 @@ from typing import Any, Literal, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
-from camgeom.motion.table import JUMP_TOLERANCE, Floats, Side, Table
+from camgeom.motion.table import JUMP_TOLERANCE, Side, Table
 
 ParamValue = Any
 """A number, a truth value, a text or a (nested) tuple of numbers: what TOML can say, made hashable."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import ParamValue
+from camgeom.motion.kernel import Floats
 from camgeom.motion.law import Ends, LawEntry
 from camgeom.motion.laws import LAWS
 from camgeom.motion.segment import Segment, Span
-from camgeom.motion.table import Floats
 
 HIGHEST = 3
 """Derivatives that can be carried over: velocity, acceleration, jerk."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import Claims, Law, ParamValue, finish
+from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
-from camgeom.motion.table import Floats
 from camgeom.spelling import did_you_mean
 
 __all__ = [

@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.motion.curve import ORDER_LIMIT, lowest_jump
+from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
 from camgeom.motion.resolve import resolve
 from camgeom.motion.segment import TURN, Segment, Span
-from camgeom.motion.table import Floats, Peak, Side, Table
+from camgeom.motion.table import Peak, Side, Table
 
 __all__ = ["Continuity", "Jump", "Program", "Segment", "Span"]
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
-from camgeom.motion.table import Floats
 
 
 def clamped(inner: Floats, degree: int) -> Floats:

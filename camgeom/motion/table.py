@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple, final
 
 import numpy as np
-import numpy.typing as npt
 
-from camgeom.motion.piece import Piece, Wave
+from camgeom.motion.kernel import Block, Floats, Indices, fill, stretched
+from camgeom.motion.piece import Piece
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]
-Row = Floats | float
 JUMP_TOLERANCE = 1e-9
 """A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
 LEAST_JUMP = 1e-280
@@ -34,95 +31,11 @@ class Peak(NamedTuple):
     at: float
 
 
-class _Block(NamedTuple):
-    """Pieces of one shape (degree, number of waves) as columns: power (degree + 1, m); w, a, b (waves, m)."""
-
-    power: Floats
-    w: Floats
-    a: Floats
-    b: Floats
-
-    def fill(self, out: Floats, column: Indices, u: Floats) -> None:
-        """Write the jets at the points u (n,) of the pieces `column` (n,) into out (order + 1, n)."""
-        waves = zip(self.w, self.a, self.b, strict=True)
-        _fill(out, (row[column] for row in self.power[::-1]), (tuple(row[column] for row in wave) for wave in waves), u)
-
-    def bound(self, reach: Floats, order: int) -> Floats:
-        """Upper bounds (order + 1, m) of |derivative| where |u| <= reach (m,): the scale that rounding is judged by."""
-        out = np.zeros((order + 1, len(reach)))
-        for r in range(order + 1):
-            for k in range(len(self.power) - 1, r - 1, -1):
-                out[r] *= reach
-                out[r] += math.perm(k, r) * np.abs(self.power[k])
-            for w, a, b in zip(self.w, self.a, self.b, strict=True):
-                out[r] += (np.abs(a) + np.abs(b)) * w**r
-        return out
-
-
-def _fill(out: Floats, power: Iterable[Row], waves: Iterable[tuple[Row, Row, Row]], u: Floats) -> None:
-    """Write the jet at u (n,) into out (order + 1, n); `power` from the highest down, rows are (n,) or numbers."""
-    top = 0
-    # Repeated Horner: afterwards out[r] is the r-th derivative divided by r!.
-    for step, c in enumerate(power):
-        if step == 0:
-            out[0] = c
-            out[1:] = 0.0
-            continue
-        top = min(step, len(out) - 1)
-        for r in range(top, 0, -1):
-            if r < step:
-                out[r] *= u
-            out[r] += out[r - 1]
-        out[0] *= u
-        out[0] += c
-    for r in range(2, top + 1):
-        out[r] *= math.factorial(r)
-    for w, a, b in waves:
-        _add_wave(out, w, a, b, u)
-
-
-def _add_wave(out: Floats, w: Row, a: Row, b: Row, u: Floats) -> None:
-    """Add the jet of a (cos(w u) - 1) + b sin(w u); half angles keep the digits of cos - 1 near the anchor."""
-    half = u * (0.5 * w)
-    sine = np.sin(half)
-    versine = sine * sine
-    versine *= -2.0
-    np.cos(half, out=half)
-    sine *= half
-    sine *= 2.0
-    out[0] += _mix(a, versine, b, sine)
-    if len(out) == 1:
-        return
-    versine += 1.0
-    terms = _mix(a, versine, b, sine), _mix(b, versine, -a, sine)
-    factor: Row = w
-    for r in range(1, len(out)):
-        out[r] += (-factor if r % 4 >= 2 else factor) * terms[r % 2]
-        factor = factor * w
-
-
-def _mix(a: Row, x: Floats, b: Row, y: Floats) -> Floats:
-    """a x + b y; most waves are a pure sine or cosine, and half the work is saved there."""
-    if isinstance(a, float) and a == 0.0:
-        return b * y
-    if isinstance(b, float) and b == 0.0:
-        return a * x
-    return a * x + b * y
-
-
 def _runs(index: Indices) -> list[int]:
     """Where each run of equal numbers ends, the last at len(index)."""
     if len(index) == 0:
         return []
     return [*(np.flatnonzero(index[1:] != index[:-1]) + 1).tolist(), len(index)]
-
-
-def _stretched(piece: Piece, rate: float) -> tuple[tuple[float, ...], tuple[Wave, ...]]:
-    """The powers and waves of a piece for an argument that runs 1/rate times as long."""
-    if rate == 1.0:
-        return piece.power, piece.waves
-    power = tuple([c * rate**k for k, c in enumerate(piece.power)])
-    return power, tuple([(w * rate, a, b) for w, a, b in piece.waves])
 
 
 @final
@@ -141,7 +54,7 @@ class Table:
         self.first_u = np.array([piece.start - piece.anchor for piece in pieces]) / rates
         self.last_u = np.array([piece.end - piece.anchor for piece in pieces]) / rates
         self.kept = np.array([piece.kept for piece in pieces])
-        self._rows = [_stretched(piece, rate) for piece, rate in zip(pieces, rates.tolist(), strict=True)]
+        self._rows = [stretched(piece, rate) for piece, rate in zip(pieces, rates.tolist(), strict=True)]
         self._block_of = np.zeros(len(pieces), dtype=np.intp)
         self._column_of = np.zeros(len(pieces), dtype=np.intp)
         blocks = []
@@ -150,7 +63,7 @@ class Table:
             self._column_of[members] = np.arange(len(members))
             power = np.array([self._rows[i][0] for i in members], dtype=float).T
             waves = np.array([self._rows[i][1] for i in members], dtype=float).reshape(len(members), -1, 3)
-            blocks.append(_Block(power, *(np.ascontiguousarray(waves[:, :, c].T) for c in range(3))))
+            blocks.append(Block(power, *(np.ascontiguousarray(waves[:, :, c].T) for c in range(3))))
         self._blocks = tuple(blocks)
         for array in (edges, anchors, self.first_u, self.last_u, self.kept):
             array.setflags(write=False)
@@ -196,7 +109,7 @@ class Table:
             anchor = float(self.anchors[i])
             for low in range(start, end, CACHED):
                 part = slice(low, min(low + CACHED, end))
-                _fill(out[:, part], reversed(power), waves, t[part] - anchor)
+                fill(out[:, part], reversed(power), waves, t[part] - anchor)
         return out
 
     def limit(self, index: Indices, order: int, end: Literal["first", "last"]) -> Floats:
