@@ -9,7 +9,7 @@ import pytest
 from pin_machine import CAM, LENGTH, PIN_MOTION, PITCH_RADIUS, ROLLER, ROLLER_RADIUS, SPEED, Cycloids, pin_load
 from scipy import integrate, optimize
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged
 from camgeom.mechanics import curvature
 from camgeom.mechanics.contact import Contact, groove_contact, line_contacts, resolved_contact
 from camgeom.mechanics.fatigue import cam_life, damage_profile, roller_contacts, roller_life
@@ -328,6 +328,19 @@ def test_extreme_stress_and_size():
                 assert 0.0 <= float(found.hot_spot) <= TURN
     with pytest.raises(NotConverged, match="larger roller"):
         roller_life(pin_contact("flat", 1e9, 1e-3), ROLLER, 1e-3, SPEED)
+
+
+def test_absurd_pressure_is_refused_by_name():
+    steep = Material(exponent=40.0)
+    for speed, fits in ((1e3, True), (1e9, False)):
+        contact = pin_contact("flat", load=pin_load(speed, mass=1e3).sampled(LOAD.panels))
+        if fits:
+            assert float(roller_life(contact, steep, ROLLER_RADIUS, speed).life_h) < 1e-9
+            continue
+        with pytest.raises(DesignError, match="times the contact limit"):
+            roller_life(contact, steep, ROLLER_RADIUS, speed)
+        with pytest.raises(DesignError, match="times the contact limit"):
+            cam_life(contact, steep, speed)
 
 
 def test_no_load_lasts_for_ever():

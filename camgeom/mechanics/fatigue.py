@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.panels import POINTS, TURN, bracketed_root, chebyshev, evaluate
-from camgeom.mechanics.rolling import Count, Rolling
+from camgeom.mechanics.rolling import Count, Rolling, check_strength
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -74,6 +74,7 @@ class CamLife:
 def cam_life(contact: Contact, material: Material, speed: ArrayLike, passes: float = 1.0) -> CamLife:
     """Life of the cam surface: a wall point is met once per cam turn and roller (`passes`); speed rad/s, (...)."""
     peak = contact.peak()
+    check_strength(peak.pressure, material)
     damage = passes * (peak.pressure / material.contact_limit) ** material.exponent / material.contact_cycles
     return CamLife(hours(damage, speed), np.asarray(damage), peak.theta, peak.wall)
 

@@ -11,7 +11,7 @@ from typing import Literal, final
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.panels import DERIVATIVE, POINTS, TURN, Panels, chebyshev, evaluate
@@ -22,10 +22,20 @@ Count = Literal["from-behind", "both"]
 """from-behind: contacts counted from the first on the wall behind, as published; both: with the contact on the wall
 ahead that points past half a turn have before it."""
 
+MOST_DAMAGE = 250.0
+"""Power of ten of the relative damage beyond which doubles could overflow"""
 BATCH = 100_000
 """Contacts evaluated at once: some tens of megabytes"""
 MAX_CONTACTS = 4000
 """Contacts of one roller point in one cam turn up to which they are summed one by one"""
+
+
+def check_strength(pressure: Array, material: Material) -> None:
+    """Raises DesignError where the pressure, MPa, is so far above the contact limit that no damage can be computed."""
+    share = float(np.max(pressure, initial=0.0, where=np.isfinite(pressure))) / material.contact_limit
+    if share > 1.0 and material.exponent * np.log10(share) > MOST_DAMAGE:
+        raise DesignError(f"the peak pressure is {share:.3g} times the contact limit, {material.contact_limit:.6g} MPa: "
+                          "there is no fatigue life to speak of; check force, contact length and units")
 
 
 @final
@@ -57,6 +67,7 @@ class Rolling:
         where = contact.panels
         rate = contact.path_rate.reshape(-1, *contact.path_rate.shape[-2:])
         edges, inside = where.running(rate)
+        check_strength(contact.pressure, material)
         walls = np.stack([contact.behind, contact.ahead]).reshape(2, *rate.shape) / material.contact_limit**2
         most = float(np.max(edges[:, -1] / (np.pi * radius)))
         if most > MAX_CONTACTS:
