@@ -127,7 +127,7 @@ class SurfaceFit:
     poles: Floats
     deviation: float
     exact: Floats
-    """(k, 3) the exact points it was measured against, for recognising a plane or a cylinder."""
+    """(n, m, 3) the exact points it was measured against, boundary included, for recognising elementary shapes."""
 
     @property
     def spans(self) -> tuple[int, int]:
@@ -177,11 +177,11 @@ def fit_surface(
         if along_v > tolerance / 2:
             nv = _refined(nv, 2 * along_v, tolerance, degree[1], *v)
         if max(along_u, along_v) <= tolerance / 2:
-            exact = point(bu, bv)
+            exact = point(_framed(bu, *u), _framed(bv, *v))
             fitted = np.einsum("ij,njk->nik", kv.probe, np.tensordot(ku.probe, poles, axes=(1, 0)))
-            error = _largest(fitted - exact)
+            error = _largest(fitted - exact[1:-1, 1:-1])
             bases = Basis(degree[0], _scaled(ku.knots, *u)), Basis(degree[1], _scaled(kv.knots, *v))
-            return SurfaceFit(*bases, poles, error, exact.reshape(-1, 3))
+            return SurfaceFit(*bases, poles, error, exact)
 
 
 @final
@@ -212,6 +212,10 @@ def _kit(degree: int, spans: int) -> _Kit:
 def _scaled(unit: Floats, start: float, stop: float) -> Floats:
     """Unit parameters on [start, stop]; both ends are hit exactly."""
     return np.asarray(start * (1.0 - unit) + stop * unit)
+
+
+def _framed(inner: Floats, start: float, stop: float) -> Floats:
+    return np.concatenate([[start], inner, [stop]])
 
 
 def _largest(difference: Floats) -> float:

@@ -1,0 +1,183 @@
+"""A boundary representation small enough to read: vertices, edges shared by two faces, loops, faces, solids, assemblies.
+
+Everything is frozen; a vertex or an edge is shared by being the same object. An edge runs along its curve from start to
+end. A face's outward normal is its surface's normal (u x v), reversed where `same_sense` is False; seen against it
+(from outside) the outer loop runs counter-clockwise and the inner loops clockwise. All lengths in mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.export.brep_geometry import Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, unit, vector
+
+Floats = npt.NDArray[np.float64]
+Colour = tuple[float, float, float]
+"""Red, green, blue, each 0 to 1."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Vertex:
+    """A corner, mm; shared by identity."""
+
+    point: Vector
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """A piece of a curve from one vertex to another along the curve's own direction; shared by identity.
+
+    A full circle has the same vertex at both ends. A spline curve is used from end to end.
+    """
+
+    curve: Curve
+    start: Vertex
+    end: Vertex
+
+    @cached_property
+    def interval(self) -> tuple[float, float]:
+        """Parameters of the curve at start and end, ascending."""
+        if isinstance(self.curve, SplineCurve):
+            return self.curve.basis.start, self.curve.basis.stop
+        ends = np.array([self.start.point, self.end.point])
+        low, high = (float(t) for t in self.curve.locate(ends))
+        if isinstance(self.curve, Circle) and high <= low + 1e-12:
+            high += 2.0 * pi
+        return low, high
+
+    def points(self, count: int) -> Floats:
+        """Points (count, 3) mm, evenly spaced in the parameter, both ends included."""
+        return self.curve.at(np.linspace(*self.interval, count))
+
+    def quadrature(self) -> tuple[Floats, Floats]:
+        """Gauss nodes and weights in the parameter (n,), exact enough for integrals along the edge."""
+        if isinstance(self.curve, SplineCurve):
+            return gauss(self.curve.basis.breaks, 6)
+        return gauss(np.linspace(*self.interval, 2), 4 if isinstance(self.curve, Line) else 40)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Use:
+    """An edge as a loop passes it: from start to end where forward, else from end to start."""
+
+    edge: Edge
+    forward: bool = True
+
+    @property
+    def first(self) -> Vertex:
+        """Vertex where the pass begins."""
+        return self.edge.start if self.forward else self.edge.end
+
+    @property
+    def last(self) -> Vertex:
+        """Vertex where the pass ends."""
+        return self.edge.end if self.forward else self.edge.start
+
+    def reversed(self) -> Use:
+        """The same edge passed the other way."""
+        return Use(self.edge, not self.forward)
+
+
+Loop = tuple[Use, ...]
+
+
+def reversed_loop(loop: Loop) -> Loop:
+    """The loop run the other way."""
+    return tuple(use.reversed() for use in reversed(loop))
+
+
+def chained(edges: Sequence[Edge]) -> Loop:
+    """The edges, given in order round a loop, each turned so that it begins where the one before ends."""
+    if len(edges) == 1:
+        return (Use(edges[0]),)
+    first = edges[0]
+    nxt = (edges[1].start, edges[1].end)
+    two = len(edges) == 2
+    uses = [Use(first, True if two else any(first.end is vertex for vertex in nxt))]
+    for edge in edges[1:]:
+        uses.append(Use(edge, edge.start is uses[-1].last))
+    return tuple(uses)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A named piece of surface: loops[0] is the outer one."""
+
+    name: str
+    surface: Surface
+    loops: tuple[Loop, ...]
+    same_sense: bool = True
+    colour: Colour | None = None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A closed shell of faces with a name; colour and density (kg/mm³) where given.
+
+    deviation  largest distance in mm of its fitted curves and surfaces from the exact shape, as measured
+    """
+
+    name: str
+    faces: tuple[Face, ...]
+    colour: Colour | None = None
+    density: float | None = None
+    deviation: float = 0.0
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Every edge once, in the order of first use."""
+        return tuple({use.edge: None for use in self.uses()})
+
+    def uses(self) -> Iterator[Use]:
+        """Every pass of every loop."""
+        for face in self.faces:
+            for loop in face.loops:
+                yield from loop
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A solid in an assembly: where its origin and axes go, and the name of this occurrence."""
+
+    solid: Solid
+    frame: Frame = Frame()
+    name: str = ""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Solids with placements; the same solid may be placed several times and is then written once."""
+
+    name: str
+    parts: tuple[Placed, ...]
+
+
+def line_edge(start: Vertex, end: Vertex) -> Edge:
+    """The straight edge between two vertices."""
+    return Edge(Line(start.point, unit(np.array(end.point) - np.array(start.point))), start, end)
+
+
+def vertex(point: npt.ArrayLike) -> Vertex:
+    """A vertex at three coordinates, mm."""
+    return Vertex(vector(point))
+
+
+def gauss(breaks: Floats, order: int) -> tuple[Floats, Floats]:
+    """Gauss-Legendre nodes and weights of `order` points in each interval between the breaks."""
+    x, w = np.polynomial.legendre.leggauss(order)
+    half = 0.5 * np.diff(breaks)[:, None]
+    middle = 0.5 * (breaks[1:] + breaks[:-1])[:, None]
+    return (middle + half * x).ravel(), (half * w).ravel()

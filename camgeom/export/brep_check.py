@@ -1,0 +1,174 @@
+"""Judge a boundary representation without a CAD kernel: topology, tolerances, orientation, volume and area.
+
+Volume and area are integrals over the faces: spline faces by Gauss quadrature over their whole rectangle, faces on
+elementary surfaces by Green's theorem in the surface's parameters along their loops. Both are exact to rounding for
+the shape that is written, so they can be compared with a mesh's or a closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.export.brep import Face, Loop, Solid, Use, gauss
+from camgeom.export.brep_geometry import Plane, SplineSurface, Surface, solve_pairs
+
+Floats = npt.NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True)
+class Verdict:
+    """What a solid is.
+
+    problems   everything wrong, in words; empty for a sound solid
+    deviation  mm, largest distance of vertices from their edges and of edges from their faces, as measured
+    volume     mm³, of the shape as written
+    area       mm²
+    genus      number of through holes, from Euler's formula
+    """
+
+    problems: tuple[str, ...]
+    deviation: float
+    volume: float
+    area: float
+    genus: int
+
+    @property
+    def sound(self) -> bool:
+        """No problem found."""
+        return not self.problems
+
+
+def check_solid(solid: Solid, tolerance: float = 1e-3) -> Verdict:
+    """Measure a solid. A vertex off its edge or an edge off its surface by more than `tolerance` mm is a problem."""
+    problems = [*_topology(solid)]
+    at_vertices, at_edges = _vertex_gap(solid), [_edge_gap(face) for face in solid.faces]
+    deviation = max([at_vertices, *at_edges])
+    if at_vertices > tolerance:
+        problems.append(f"a vertex is {at_vertices:.3g} mm from its edge")
+    for face, gap in zip(solid.faces, at_edges):
+        if gap > tolerance:
+            problems.append(f"face {face.name!r}: an edge is {gap:.3g} mm from the surface")
+    volume = area = 0.0
+    for face in solid.faces:
+        face_volume, face_area = measure_face(face)
+        if face_area <= 0.0:
+            problems.append(f"face {face.name!r}: its loops run against its normal")
+        volume, area = volume + face_volume, area + face_area
+    if volume <= 0.0:
+        problems.append(f"the volume is {volume:.6g} mm³: the faces point inwards")
+    return Verdict(tuple(problems), deviation, volume, area, _genus(solid))
+
+
+def _topology(solid: Solid) -> list[str]:
+    """Loops that do not close and edges not passed exactly once each way."""
+    problems = []
+    for face in solid.faces:
+        for loop in face.loops:
+            if any(use.last is not nxt.first for use, nxt in zip(loop, (*loop[1:], loop[0]))):
+                problems.append(f"face {face.name!r}: a loop is not closed")
+    passes: dict[int, list[bool]] = {}
+    for use in solid.uses():
+        passes.setdefault(id(use.edge), []).append(use.forward)
+    wrong = sum(sorted(found) != [False, True] for found in passes.values())
+    if wrong:
+        problems.append(f"{wrong} edges are not shared by two faces in opposite directions")
+    return problems
+
+
+def _genus(solid: Solid) -> int:
+    edges = solid.edges()
+    vertices = {id(vertex) for edge in edges for vertex in (edge.start, edge.end)}
+    rings = sum(len(face.loops) - 1 for face in solid.faces)
+    return 1 - (len(vertices) - len(edges) + len(solid.faces) - rings) // 2
+
+
+def _vertex_gap(solid: Solid) -> float:
+    """Largest distance of an edge's vertices from the ends of its curve, mm."""
+    worst = 0.0
+    for edge in solid.edges():
+        ends = edge.curve.at(np.array(edge.interval))
+        worst = max(worst, float(np.abs(ends - np.array([edge.start.point, edge.end.point])).max()))
+    return worst
+
+
+def _edge_gap(face: Face) -> float:
+    """Largest distance of the face's edges from its surface, mm, at 23 points an edge."""
+    points = np.concatenate([use.edge.points(23) for loop in face.loops for use in loop])
+    gap = face.surface.jet(*face.surface.locate(points))[0] - points
+    return float(np.sqrt((gap * gap).sum(axis=1)).max())
+
+
+def measure_face(face: Face) -> tuple[float, float]:
+    """Share of the volume (mm³, about the origin) and area (mm²) of a face; the area is negative where the loops run
+    against the face's normal."""
+    sign = 1.0 if face.same_sense else -1.0
+    if isinstance(face.surface, SplineSurface):
+        volume, area = _whole_patch(face.surface)
+        turning = _turning(face)
+        return turning * volume, turning * sign * area
+    volume = area = 0.0
+    for loop in face.loops:
+        loop_volume, loop_area = _green(face.surface, loop)
+        volume, area = volume + loop_volume, area + loop_area
+    return volume, sign * area
+
+
+def _flux(surface: Surface, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """x . (x_u x x_v) / 3 and |x_u x x_v| at pairs (n,)."""
+    x, xu, xv = surface.jet(u, v)
+    normal = np.cross(xu, xv)
+    return (x * normal).sum(axis=1) / 3.0, np.sqrt((normal * normal).sum(axis=1))
+
+
+def _whole_patch(surface: SplineSurface) -> tuple[float, float]:
+    u, wu = gauss(surface.u.breaks, surface.u.degree + 3)
+    v, wv = gauss(surface.v.breaks, surface.v.degree + 3)
+    flux, area = _flux(surface, np.repeat(u, len(v)), np.tile(v, len(u)))
+    weight = np.repeat(wu, len(v)) * np.tile(wv, len(u))
+    return float(flux @ weight), float(area @ weight)
+
+
+def _turning(face: Face) -> float:
+    """+1 where the outer loop runs counter-clockwise in the parameters of a spline surface, -1 where clockwise."""
+    points = np.concatenate([_run(use) for use in face.loops[0]])
+    u, v = face.surface.locate(points)
+    return float(np.sign((u * np.roll(v, -1) - np.roll(u, -1) * v).sum()))
+
+
+def _run(use: Use) -> Floats:
+    points = use.edge.points(5)
+    return points[:-1] if use.forward else points[:0:-1]
+
+
+def _green(surface: Surface, loop: Loop) -> tuple[float, float]:
+    """Integrals over the inside of a loop of flux and area element, as the loop integral of their u-primitives."""
+    parts = [_passed(surface, use) for use in loop]
+    u, v, dv = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    if not isinstance(surface, Plane):
+        u = np.unwrap(u)
+    nodes, weights = np.polynomial.legendre.leggauss(1 if isinstance(surface, Plane) else 24)
+    start = float(u[0])
+    half = 0.5 * (u - start)
+    at = start + half[:, None] * (1.0 + nodes)
+    flux, area = _flux(surface, at.ravel(), np.repeat(v, len(nodes)))
+    shape = at.shape
+    inner = half[:, None] * weights
+    primitives = [(values.reshape(shape) * inner).sum(axis=1) for values in (flux, area)]
+    return float(primitives[0] @ dv), float(primitives[1] @ dv)
+
+
+def _passed(surface: Surface, use: Use) -> tuple[Floats, Floats, Floats]:
+    """Surface parameters at the Gauss nodes of an edge in the order of the pass, and the weighted change of v."""
+    t, weight = use.edge.quadrature()
+    u, v = surface.locate(use.edge.curve.at(t))
+    _, xu, xv = surface.jet(u, v)
+    _, dv = solve_pairs(xu, xv, use.edge.curve.tangent(t))
+    if use.forward:
+        return u, v, dv * weight
+    return u[::-1], v[::-1], -dv[::-1] * weight[::-1]
+

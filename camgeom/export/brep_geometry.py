@@ -1,0 +1,291 @@
+"""Curves and surfaces of a boundary representation: exact where the shape is elementary, clamped B-splines elsewhere.
+
+All lengths in mm, angles in rad. Every curve has `at(t)` and `locate(points)`, every surface `jet(u, v)` and
+`locate(points)`; `locate` gives the parameters of the nearest point and must be asked for points near the shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, sin
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.export.brep_spline import Basis
+
+Floats = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+
+def vector(values: npt.ArrayLike) -> Vector:
+    """Three floats from any array of three."""
+    x, y, z = (float(value) for value in np.asarray(values, dtype=float))
+    return x, y, z
+
+
+def unit(values: npt.ArrayLike) -> Vector:
+    """The unit vector along `values`."""
+    array = np.asarray(values, dtype=float)
+    return vector(array / np.sqrt(array @ array))
+
+
+@final
+@dataclass(frozen=True)
+class Frame:
+    """A right-handed placement: origin (mm), unit axis (its Z) and unit ref (its X, perpendicular to the axis)."""
+
+    origin: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    ref: Vector = (1.0, 0.0, 0.0)
+
+    @classmethod
+    def about(cls, origin: npt.ArrayLike, axis: npt.ArrayLike) -> Frame:
+        """A frame with the given axis and a ref chosen the same way every time."""
+        z = np.array(unit(axis))
+        helper = np.eye(3)[int(np.argmin(np.abs(z)))]
+        x = np.cross(np.cross(z, helper), z)
+        if abs(z[2]) > 1.0 - 1e-15:
+            x = np.array([1.0, 0.0, 0.0])
+        return cls(vector(origin), vector(z), unit(x))
+
+    @cached_property
+    def rows(self) -> Floats:
+        """Rotation matrix (3, 3) whose rows are X, Y, Z."""
+        x, z = np.array(self.ref), np.array(self.axis)
+        return np.stack([x, np.cross(z, x), z])
+
+    def local(self, points: Floats) -> Floats:
+        """Points (..., 3) in this frame's coordinates."""
+        return np.asarray((points - np.array(self.origin)) @ self.rows.T)
+
+    def world(self, points: Floats) -> Floats:
+        """Points (..., 3) given in this frame, in the outer coordinates."""
+        return np.asarray(points @ self.rows + np.array(self.origin))
+
+
+@final
+@dataclass(frozen=True)
+class Line:
+    """A straight line through origin (mm) along the unit direction; the parameter is the distance."""
+
+    origin: Vector
+    direction: Vector
+
+    def at(self, t: Floats) -> Floats:
+        """Points (n, 3), mm."""
+        return np.asarray(np.array(self.origin) + t[:, None] * np.array(self.direction))
+
+    def tangent(self, t: Floats) -> Floats:
+        """Derivative by the parameter, (n, 3)."""
+        return np.repeat([self.direction], len(t), axis=0).astype(float)
+
+    def locate(self, points: Floats) -> Floats:
+        """Parameters (n,) of the nearest points."""
+        return np.asarray((points - np.array(self.origin)) @ np.array(self.direction))
+
+
+@final
+@dataclass(frozen=True)
+class Circle:
+    """A circle of radius mm in the XY plane of its frame; the parameter is the angle from ref, counter-clockwise."""
+
+    frame: Frame
+    radius: float
+
+    def at(self, t: Floats) -> Floats:
+        """Points (n, 3), mm."""
+        return self.frame.world(self.radius * np.stack([np.cos(t), np.sin(t), np.zeros_like(t)], axis=1))
+
+    def tangent(self, t: Floats) -> Floats:
+        """Derivative by the parameter, (n, 3)."""
+        turned = self.radius * np.stack([-np.sin(t), np.cos(t), np.zeros_like(t)], axis=1)
+        return np.asarray(turned @ self.frame.rows)
+
+    def locate(self, points: Floats) -> Floats:
+        """Angles (n,) in (-pi, pi] of the nearest points."""
+        q = self.frame.local(points)
+        return np.arctan2(q[:, 1], q[:, 0])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SplineCurve:
+    """A clamped B-spline curve: basis, poles (n, 3) mm and weights (n,) or None; an edge on it uses all of it."""
+
+    basis: Basis
+    poles: Floats
+    weights: Floats | None = None
+
+    def derivative(self, t: Floats, order: int) -> Floats:
+        """Derivative of the given order, 0 or 1, at t (n,): (n, 3)."""
+        if self.weights is None:
+            return self._sum(self.poles, t, order)
+        weighted = np.concatenate([self.poles * self.weights[:, None], self.weights[:, None]], axis=1)
+        h = self._sum(weighted, t, 0)
+        x = h[:, :3] / h[:, 3:]
+        if order == 0:
+            return np.asarray(x)
+        d = self._sum(weighted, t, 1)
+        return np.asarray((d[:, :3] - x * d[:, 3:]) / h[:, 3:])
+
+    def _sum(self, poles: Floats, t: Floats, order: int) -> Floats:
+        first, values = self.basis.local(t, order)
+        return np.einsum("nk,nkc->nc", values, poles[first[:, None] + np.arange(self.basis.degree + 1)])
+
+    def at(self, t: Floats) -> Floats:
+        """Points (n, 3), mm."""
+        return self.derivative(t, 0)
+
+    def tangent(self, t: Floats) -> Floats:
+        """Derivative by the parameter, (n, 3)."""
+        return self.derivative(t, 1)
+
+    def locate(self, points: Floats) -> Floats:
+        """Parameters (n,) of the nearest points (Gauss-Newton from the nearest of four samples a span)."""
+        basis = self.basis
+        grid = np.linspace(basis.start, basis.stop, 4 * len(basis.breaks))
+        t = grid[_nearest(points, self.at(grid))]
+        for _ in range(20):
+            d, x = self.tangent(t), self.at(t) - points
+            step = _rows_dot(d, x) / np.maximum(_rows_dot(d, d), 1e-300)
+            t = np.clip(t - step, basis.start, basis.stop)
+        return np.asarray(t)
+
+
+@final
+@dataclass(frozen=True)
+class Plane:
+    """The XY plane of its frame; u along ref, v across, mm. The normal is the frame's axis."""
+
+    frame: Frame
+
+    def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        """Points and derivatives by u and v, each (n, 3)."""
+        x = self.frame.world(np.stack([u, v, np.zeros_like(u)], axis=1))
+        return x, np.repeat(self.frame.rows[:1], len(u), axis=0), np.repeat(self.frame.rows[1:2], len(u), axis=0)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        """Parameters (u, v) of the nearest points."""
+        q = self.frame.local(points)
+        return q[:, 0], q[:, 1]
+
+
+@final
+@dataclass(frozen=True)
+class Cone:
+    """A cone about its frame's axis, radius + v tan(half_angle) at height v; half_angle 0 is a cylinder.
+
+    u is the angle from ref; the normal u x v points away from the axis.
+    """
+
+    frame: Frame
+    radius: float
+    half_angle: float = 0.0
+
+    def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        """Points and derivatives by u and v, each (n, 3)."""
+        slope, c, s, zero = sin(self.half_angle) / cos(self.half_angle), np.cos(u), np.sin(u), np.zeros_like(u)
+        r = self.radius + slope * v
+        x = self.frame.world(np.stack([r * c, r * s, v], axis=1))
+        xu = np.stack([-r * s, r * c, zero], axis=1) @ self.frame.rows
+        xv = np.stack([slope * c, slope * s, zero + 1.0], axis=1) @ self.frame.rows
+        return x, xu, xv
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        """Parameters (u, v) of the nearest points."""
+        q = self.frame.local(points)
+        rho = np.hypot(q[:, 0], q[:, 1]) - self.radius
+        c, s = cos(self.half_angle), sin(self.half_angle)
+        return np.arctan2(q[:, 1], q[:, 0]), np.asarray((rho * s + q[:, 2] * c) * c)
+
+
+@final
+@dataclass(frozen=True)
+class Torus:
+    """A torus about its frame's axis; u round the axis, v round the tube, mm. The normal points out of the tube."""
+
+    frame: Frame
+    major: float
+    minor: float
+
+    def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        """Points and derivatives by u and v, each (n, 3)."""
+        cu, su, cv, sv = np.cos(u), np.sin(u), np.cos(v), np.sin(v)
+        r = self.major + self.minor * cv
+        x = self.frame.world(np.stack([r * cu, r * su, self.minor * sv], axis=1))
+        xu = np.stack([-r * su, r * cu, np.zeros_like(u)], axis=1) @ self.frame.rows
+        xv = self.minor * np.stack([-sv * cu, -sv * su, cv], axis=1) @ self.frame.rows
+        return x, xu, xv
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        """Parameters (u, v) of the nearest points."""
+        q = self.frame.local(points)
+        rho = np.hypot(q[:, 0], q[:, 1])
+        return np.arctan2(q[:, 1], q[:, 0]), np.arctan2(q[:, 2], rho - self.major)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SplineSurface:
+    """A clamped tensor-product B-spline surface: bases, poles (nu, nv, 3) mm and weights (nu, nv) or None."""
+
+    u: Basis
+    v: Basis
+    poles: Floats
+    weights: Floats | None = None
+
+    def _sum(self, poles: Floats, u: Floats, v: Floats, order: tuple[int, int]) -> Floats:
+        iu, bu = self.u.local(u, order[0])
+        iv, bv = self.v.local(v, order[1])
+        rows = (iu[:, None] + np.arange(self.u.degree + 1))[:, :, None]
+        columns = (iv[:, None] + np.arange(self.v.degree + 1))[:, None, :]
+        return np.einsum("ni,nj,nijc->nc", bu, bv, poles[rows, columns], optimize=True)
+
+    def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        """Points and derivatives by u and v, each (n, 3), at pairs u (n,), v (n,)."""
+        if self.weights is None:
+            x, xu, xv = (self._sum(self.poles, u, v, order) for order in ((0, 0), (1, 0), (0, 1)))
+            return x, xu, xv
+        weighted = np.concatenate([self.poles * self.weights[..., None], self.weights[..., None]], axis=2)
+        h, hu, hv = (self._sum(weighted, u, v, order) for order in ((0, 0), (1, 0), (0, 1)))
+        w, x = h[:, 3:], h[:, :3] / h[:, 3:]
+        return x, (hu[:, :3] - x * hu[:, 3:]) / w, (hv[:, :3] - x * hv[:, 3:]) / w
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        """Parameters (u, v) of the nearest points (damped Gauss-Newton from the nearest sample)."""
+        gu = np.linspace(self.u.start, self.u.stop, 2 * len(self.u.breaks) + 1)
+        gv = np.linspace(self.v.start, self.v.stop, 2 * len(self.v.breaks) + 5)
+        nodes = np.stack([a.ravel() for a in np.meshgrid(gu, gv, indexing="ij")])
+        u, v = nodes[:, _nearest(points, self.jet(*nodes)[0])]
+        for _ in range(25):
+            x, xu, xv = self.jet(u, v)
+            du, dv = solve_pairs(xu, xv, points - x)
+            u = np.clip(u + du, self.u.start, self.u.stop)
+            v = np.clip(v + dv, self.v.start, self.v.stop)
+        return u, v
+
+
+Curve = Line | Circle | SplineCurve
+Surface = Plane | Cone | Torus | SplineSurface
+
+
+def solve_pairs(xu: Floats, xv: Floats, d: Floats) -> tuple[Floats, Floats]:
+    """Least-squares a, b (n,) of a xu + b xv = d, damped where the two directions nearly agree or one vanishes."""
+    lu, lv = (np.sqrt(_rows_dot(x, x)) + 1e-150 for x in (xu, xv))
+    f = _rows_dot(xu, xv) / (lu * lv)
+    p, q = _rows_dot(xu, d) / lu, _rows_dot(xv, d) / lv
+    det = np.maximum(1.0 - f * f, 1e-14)
+    return np.asarray((p - q * f) / (det * lu)), np.asarray((q - p * f) / (det * lv))
+
+
+def _rows_dot(a: Floats, b: Floats) -> Floats:
+    return np.asarray(np.einsum("nc,nc->n", a, b))
+
+
+def _nearest(points: Floats, samples: Floats) -> npt.NDArray[np.intp]:
+    """Index (n,) of the sample nearest to each point."""
+    square = (samples * samples).sum(axis=1)[None, :] - 2.0 * points @ samples.T
+    return np.argmin(square, axis=1)

@@ -1,0 +1,212 @@
+"""Solids from exact outlines and meridians: prisms with holes (planar cams) and bodies of revolution.
+
+An outline is a callable: no polygon, no resampling. Where it is straight or circular between two knots the file gets
+planes and cylinders, elsewhere splines within the tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import asin, pi, sqrt
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.export.brep import Colour, Face, Loop, Solid, reversed_loop
+from camgeom.export.brep_geometry import Frame, Plane
+from camgeom.export.brep_sheet import Band, Sheet, sheet
+from camgeom.export.brep_spline import SurfacePoints
+
+Floats = npt.NDArray[np.float64]
+TOLERANCE = 1e-5
+"""mm; default deviation of fitted curves and surfaces, a tenth of what a drawing could ask"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """A closed curve in the XY plane, counter-clockwise.
+
+    point  exact points: parameters (n,) -> (n, 2) mm; at an inner knot either neighbour's value
+    knots  ascending parameters where a derivative jumps, at least three; the last is one period after the first
+    name   of the faces; a tuple names each interval between knots
+    """
+
+    point: Callable[[Floats], Floats]
+    knots: tuple[float, ...]
+    name: str | tuple[str, ...] = "outline"
+
+
+def circle_outline(radius: float, centre: tuple[float, float] = (0.0, 0.0), name: str = "bore") -> Outline:
+    """A circle, mm."""
+
+    def point(t: Floats) -> Floats:
+        return np.stack([centre[0] + radius * np.cos(t), centre[1] + radius * np.sin(t)], axis=1)
+
+    return Outline(point, (0.0, pi, 2.0 * pi), name)
+
+
+def polygon_outline(corners: Sequence[tuple[float, float]], name: str | tuple[str, ...] = "side") -> Outline:
+    """A closed polygon through the corners (mm), counter-clockwise; edge i runs from corner i."""
+    ring = np.array([*corners, corners[0]], dtype=float)
+
+    def point(t: Floats) -> Floats:
+        return np.stack([np.interp(t, np.arange(len(ring)), ring[:, c]) for c in (0, 1)], axis=1)
+
+    return Outline(point, tuple(float(k) for k in range(len(ring))), name)
+
+
+def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float = 0.0) -> Outline:
+    """A bore, with a keyway centred on +X where the width is not zero; depth (mm) from the bore wall on its middle."""
+    radius, half = 0.5 * diameter, 0.5 * keyway_width
+    if not keyway_width:
+        return circle_outline(radius)
+    start, chord, top = asin(half / radius), sqrt(radius * radius - half * half), radius + keyway_depth
+    corners = np.array([[chord, -half], [top, -half], [top, half], [chord, half]])
+    knots = (start, pi, 2.0 * pi - start, 7.0, 8.0, 9.0)
+    across = np.array([2.0 * pi - start, 7.0, 8.0, 9.0])
+
+    def point(t: Floats) -> Floats:
+        arc = radius * np.stack([np.cos(t), np.sin(t)], axis=1)
+        key = np.stack([np.interp(t, across, corners[:, c]) for c in (0, 1)], axis=1)
+        return np.asarray(np.where((t > across[0])[:, None], key, arc))
+
+    return Outline(point, knots, ("bore", "bore", "keyway", "keyway", "keyway"))
+
+
+def wall(outline: Outline, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Sheet:
+    """The sheet straight along Z over an outline from z = low to z = high, mm; outward -1 for a hole."""
+
+    def point(t: Floats, share: Floats) -> Floats:
+        flat = outline.point(t)
+        x = np.empty((len(t), len(share), 3))
+        x[..., :2] = flat[:, None, :]
+        x[..., 2] = low * (1.0 - share) + high * share
+        return x
+
+    return sheet([Band(outline.name, point, degree=1)], np.array(outline.knots), outward, tolerance)
+
+
+def flat_end(name: str, z: float, up: bool, loops: Sequence[Loop], colour: Colour | None = None) -> Face:
+    """A flat face at z (mm) whose normal is +Z where up, else -Z; outer loop first, as the sheets hand them over."""
+    normal = 1.0 if up else -1.0
+    return Face(name, Plane(Frame.about((0.0, 0.0, z), (0.0, 0.0, normal))), tuple(loops), True, colour)
+
+
+def prism_solid(
+    outline: Outline,
+    z0: float,
+    z1: float,
+    holes: Sequence[Outline] = (),
+    name: str = "cam",
+    ends: str = "end",
+    tolerance: float = TOLERANCE,
+) -> Solid:
+    """The prism z0 <= z <= z1 (mm) over an outline, with holes through it: the solid of every planar cam.
+
+    >>> from camgeom.export.brep_check import check_solid
+    >>> box = prism_solid(polygon_outline([(0, 0), (2, 0), (2, 3), (0, 3)]), 0.0, 4.0)
+    >>> round(check_solid(box).volume, 12)
+    24.0
+    """
+    outer = wall(outline, z0, z1, 1.0, tolerance)
+    inner = [wall(hole, z0, z1, -1.0, tolerance) for hole in holes]
+    bottom = flat_end(ends, z0, False, [outer.first, *(hole.first for hole in inner)])
+    top = flat_end(ends, z1, True, [outer.last, *(hole.last for hole in inner)])
+    faces = (*outer.faces, *(face for hole in inner for face in hole.faces), bottom, top)
+    return Solid(name, faces, deviation=max(s.deviation for s in (outer, *inner)))
+
+
+def closed_solid(
+    name: str, body: Sheet, ends: tuple[float, float], holes: Sequence[Outline] = (), tolerance: float = TOLERANCE
+) -> Solid:
+    """Close a sheet that runs round the axis from a ring at z = ends[0] to one at ends[1] by flat ends with holes."""
+    inner = [wall(hole, *ends, -1.0, tolerance) for hole in holes]
+    bottom = flat_end("end", ends[0], False, [body.first, *(hole.first for hole in inner)])
+    top = flat_end("end", ends[1], True, [body.last, *(hole.last for hole in inner)])
+    faces = (*body.faces, *(face for hole in inner for face in hole.faces), bottom, top)
+    return Solid(name, faces, deviation=max(s.deviation for s in (body, *inner)))
+
+
+def revolved_band(
+    name: str, meridian: Callable[[Floats], Floats], degree: int = 5, colour: Colour | None = None
+) -> Band:
+    """A band of revolution about Z: meridian share (m,) -> (m, 2) of (r, z) mm; phi is the angle, so knots are too."""
+
+    def point(phi: Floats, share: Floats) -> Floats:
+        rz = meridian(share)
+        x = np.empty((len(phi), len(share), 3))
+        x[..., 0], x[..., 1] = np.outer(np.cos(phi), rz[:, 0]), np.outer(np.sin(phi), rz[:, 0])
+        x[..., 2] = rz[:, 1]
+        return x
+
+    return Band(name, point, degree, colour=colour)
+
+
+def line_meridian(start: tuple[float, float], end: tuple[float, float]) -> Callable[[Floats], Floats]:
+    """A straight meridian from (r, z) to (r, z), mm."""
+    a, b = np.array(start, dtype=float), np.array(end, dtype=float)
+    return lambda share: np.asarray(a * (1.0 - share[:, None]) + b * share[:, None])
+
+
+def arc_meridian(
+    start: tuple[float, float], end: tuple[float, float], centre: tuple[float, float]
+) -> Callable[[Floats], Floats]:
+    """The shorter arc about a centre from (r, z) to (r, z), mm."""
+    c = np.array(centre, dtype=float)
+    low, high = np.array(start) - c, np.array(end) - c
+    radius = float(np.hypot(*low))
+    a0, a1 = float(np.arctan2(low[1], low[0])), float(np.arctan2(high[1], high[0]))
+    sweep = (a1 - a0 + pi) % (2.0 * pi) - pi
+
+    def point(share: Floats) -> Floats:
+        angle = a0 + sweep * share
+        return np.asarray(c + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+    return point
+
+
+def revolved_solid(
+    points: Sequence[tuple[float, float]],
+    arcs: Sequence[tuple[float, float] | None] = (),
+    names: Sequence[str] = (),
+    holes: Sequence[Outline] = (),
+    name: str = "blank",
+    tolerance: float = TOLERANCE,
+) -> Solid:
+    """A body of revolution about Z: outline points (r, z) mm from the lower end ring to the upper, lines or arcs between.
+
+    arcs   for each outline edge None (a line) or the arc's centre (r, z)
+    names  of the faces, one for each outline edge
+    The flat ends are at the first and last z; holes run through them along Z.
+    """
+    pairs = list(zip(points[:-1], points[1:]))
+    centres = list(arcs) or [None] * len(pairs)
+    labels = list(names) or ["land"] * len(pairs)
+    bands = [
+        revolved_band(label, line_meridian(a, b), 1) if c is None else revolved_band(label, arc_meridian(a, b, c))
+        for (a, b), c, label in zip(pairs, centres, labels)
+    ]
+    body = sheet(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
+    return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), holes, tolerance)
+
+
+__all__ = [
+    "TOLERANCE",
+    "Outline",
+    "SurfacePoints",
+    "arc_meridian",
+    "bore_outline",
+    "circle_outline",
+    "closed_solid",
+    "flat_end",
+    "line_meridian",
+    "polygon_outline",
+    "prism_solid",
+    "reversed_loop",
+    "revolved_band",
+    "revolved_solid",
+    "wall",
+]
