@@ -11,23 +11,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import DesignError
-from camgeom.export.brep import Colour, Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
-from camgeom.export.brep_geometry import Cone, Plane, SplineSurface, Surface, Torus
-from camgeom.export.brep_recognise import curve_of, surface_of
-from camgeom.export.brep_spline import SurfaceFit, SurfacePoints, fit_surface
+from camgeom.errors import DesignError, NotConverged
+from camgeom.export.step.brep import Colour, Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
+from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus
+from camgeom.export.step.recognise import curve_of, surface_of
+from camgeom.export.step.spline import SurfaceFit, SurfacePoints, fit_bands
 
 Floats = npt.NDArray[np.float64]
 NOTHING = 1e-7
 """mm; a band narrower than this everywhere is left out, at a knot it ends in a point"""
 MEET = 1e-8
 """mm; patches that ought to meet at a knot must do so within this"""
-WIDEST = 3.5
+WIDEST = 5.5
 """rad; faces on surfaces of revolution are joined over knots up to this angle, so none needs a seam"""
 
 
@@ -82,25 +83,19 @@ def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
 
 
 def _fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
-    """Fits by band and interval with common spans along phi in an interval and across in a band."""
-    intervals = list(zip(knots[:-1].tolist(), knots[1:].tolist()))
-    count = np.full((len(intervals), 1), 2) + np.zeros((1, len(bands)), dtype=int)
-    across = np.ones_like(count)
-    fits: dict[tuple[int, int], SurfaceFit] = {}
-    for k, band in enumerate(bands):
-        for i, interval in enumerate(intervals):
-            fit = fit_surface(band.point, interval, (0.0, 1.0), tolerance, (5, band.degree), (2, 1))
-            fits[k, i] = fit
-            count[i, k], across[i, k] = fit.spans
-    nu, nv = count.max(axis=1), across.max(axis=0)
-    for (k, i), fit in fits.items():
-        want = int(nu[i]), int(nv[k])
-        if fit.spans != want:
-            band = bands[k]
-            fits[k, i] = fit_surface(band.point, intervals[i], (0.0, 1.0), tolerance, (5, band.degree), want)
-            if fits[k, i].spans != want:
-                raise DesignError(f"face {band.label(i)!r}: the spline fit is not stable; allow a larger tolerance")
-    return [[fits[k, i] for i in range(len(intervals))] for k in range(len(bands))]
+    """Fits by band and interval: one basis along phi in each interval, one across in each band."""
+    points, degrees = [band.point for band in bands], [band.degree for band in bands]
+    intervals = list(pairwise(knots.tolist()))
+    columns = [fit_bands(points, degrees, interval, tolerance) for interval in intervals]
+    most = [max(column[k].spans[1] for column in columns) for k in range(len(bands))]
+    for i, column in enumerate(columns):
+        along = column[0].spans[0]
+        if [fit.spans[1] for fit in column] == most:
+            continue
+        columns[i] = fit_bands(points, degrees, intervals[i], tolerance, (along, most))
+        if [fit.spans[1] for fit in columns[i]] != most:
+            raise NotConverged("a spline fit gets worse when it is refined; allow a larger tolerance")
+    return [[column[k] for column in columns] for k in range(len(bands))]
 
 
 @final
@@ -242,4 +237,3 @@ def _agrees(surface: Surface, fit: SurfaceFit) -> bool:
     x, xu, xv = SplineSurface(fit.u, fit.v, fit.poles).jet(*middle)
     _, su, sv = surface.jet(*surface.locate(x))
     return bool((np.cross(xu, xv) * np.cross(su, sv)).sum() > 0.0)
-

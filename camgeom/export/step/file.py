@@ -1,27 +1,18 @@
-"""STEP files: exact boundary representations (AP242, or AP214 on request), and triangles as AP242 tessellated geometry.
-
-The file is text, the same bytes for the same shape. Lengths are mm, angles rad. Faces keep their names. A solid comes
-from `brep_solids` (prisms, bodies of revolution), from `step_groove` (cams with a closed groove or rib), or from any
-stack of `brep_sheet.Band`s.
-"""
+"""The STEP file round the shapes: header, units, products, assemblies, density, colours."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal, final
 
 from camgeom.errors import ExportError
-from camgeom.export.brep import Assembly, Placed, Solid
-from camgeom.export.brep_geometry import Frame
-from camgeom.export.step_brep import placement, solid, triangles
-from camgeom.export.step_text import Instances, real, references, string
-from camgeom.maths.mesh import Mesh
+from camgeom.export.step.brep import Assembly, Facets, Placed, Solid
+from camgeom.export.step.entities import placement, solid, triangles
+from camgeom.export.step.geometry import Frame
+from camgeom.export.step.text import Instances, real, references, string
 
 Schema = Literal["AP242", "AP214"]
-_SCHEMAS = {
+_SCHEMAS: dict[Schema, str] = {
     "AP242": "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF { 1 0 10303 442 1 1 4 }",
     "AP214": "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }",
 }
@@ -48,36 +39,23 @@ class StepOptions:
     organization: str = ""
 
 
-def step_text(shape: Solid | Assembly | Mesh, name: str = "", options: StepOptions | None = None) -> str:
-    """The STEP file of a solid, an assembly or a mesh, as text. Raises ExportError for a mesh in AP214."""
+def schema_of(name: str) -> Schema:
+    """The schema of that name. Raises ExportError with those there are."""
+    for schema in _SCHEMAS:
+        if schema == name.upper():
+            return schema
+    raise ExportError(f"no STEP schema {name!r}; there are {', '.join(_SCHEMAS)}")
+
+
+def step_text(shape: Solid | Facets | Assembly, options: StepOptions | None = None) -> str:
+    """The STEP file of a solid, of a body of triangles or of an assembly, as ASCII text.
+
+    Raises ExportError for triangles in AP214, which has none.
+    """
     options = options or StepOptions()
     out = Instances()
-    title = name or (shape.name if not isinstance(shape, Mesh) else "mesh")
-    _Product(out, options).write(shape, title)
-    return _header(title, options) + out.data() + "ENDSEC;\nEND-ISO-10303-21;\n"
-
-
-def write_step(
-    path: str | Path, shape: Solid | Assembly | Mesh, name: str = "", options: StepOptions | None = None
-) -> int:
-    """Write a STEP file whole or not at all; returns its size in bytes. Raises ExportError where it cannot be written."""
-    data = step_text(shape, name, options).encode("ascii")
-    _replace(Path(path), data)
-    return len(data)
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Write beside the target, then put in place, so that an earlier file is untouched by a failure."""
-    beside = ""
-    try:
-        handle, beside = tempfile.mkstemp(prefix=path.name, dir=path.parent)
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.replace(beside, path)
-    except OSError as error:
-        if beside and os.path.exists(beside):
-            os.unlink(beside)
-        raise ExportError(f"{path}: {error.strerror or error}") from error
+    _Product(out, options).write(shape)
+    return _header(shape.name, options) + out.data() + "ENDSEC;\nEND-ISO-10303-21;\n"
 
 
 def _header(title: str, options: StepOptions) -> str:
@@ -112,23 +90,21 @@ class _Product:
         self.origin = placement(out, Frame())
         self.styled: list[int] = []
 
-    def write(self, shape: Solid | Assembly | Mesh, title: str) -> None:
+    def write(self, shape: Solid | Facets | Assembly) -> None:
         """The whole DATA section."""
         if isinstance(shape, Assembly):
-            self._assembly(shape, title)
-        elif isinstance(shape, Mesh):
-            self._mesh(shape, title)
+            self._assembly(shape)
         else:
-            self._part(shape, title)
+            self._part(shape)
         if self.styled:
             listed = f"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{references(self.styled)}"
             self.out.add(f"{listed},#{self.context})")
 
-    def _definition(self, name: str, category: str = "part") -> int:
+    def _definition(self, name: str) -> int:
         """PRODUCT down to PRODUCT_DEFINITION; returns the definition."""
         out, label = self.out, string(name)
         product = out.add(f"PRODUCT({label},{label},'',(#{self.product_context}))")
-        out.add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('{category}',$,(#{product}))")
+        out.add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))")
         version = out.add(f"PRODUCT_DEFINITION_FORMATION('','',#{product})")
         return out.add(f"PRODUCT_DEFINITION('design','',#{version},#{self.definition_context})")
 
@@ -136,27 +112,28 @@ class _Product:
         shape = self.out.add(f"PRODUCT_DEFINITION_SHAPE('','',#{definition})")
         self.out.add(f"SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})")
 
-    def _part(self, body: Solid, title: str) -> tuple[int, int]:
-        """A product of one solid; returns its definition and its representation."""
-        out = self.out
-        definition = self._definition(title)
-        brep, styled = solid(out, body)
-        self.styled += styled
-        items = references((self.origin, brep))
-        kind = "ADVANCED_BREP_SHAPE_REPRESENTATION"
-        representation = out.add(f"{kind}({string(title)},{items},#{self.context})")
+    def _part(self, body: Solid | Facets) -> tuple[int, int]:
+        """A product of one body; returns its definition and its representation."""
+        definition = self._definition(body.name)
+        representation = self._facets(body) if isinstance(body, Facets) else self._brep(body)
         self._shaped(definition, representation)
-        if body.density is not None:
+        if isinstance(body, Solid) and body.density is not None:
             self._density(definition, body.density)
         return definition, representation
 
-    def _mesh(self, mesh: Mesh, title: str) -> None:
+    def _brep(self, body: Solid) -> int:
+        brep, styled = solid(self.out, body)
+        self.styled += styled
+        items = references((self.origin, brep))
+        return self.out.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION({string(body.name)},{items},#{self.context})")
+
+    def _facets(self, body: Facets) -> int:
         if self.options.schema != "AP242":
-            raise ExportError("triangles in STEP need schema AP242")
-        body = triangles(self.out, title, mesh)
-        kind = "TESSELLATED_SHAPE_REPRESENTATION"
-        representation = self.out.add(f"{kind}({string(title)},(#{body}),#{self.context})")
-        self._shaped(self._definition(title), representation)
+            raise ExportError(f"{body.name!r} is known as triangles only, which need schema AP242")
+        number, styled = triangles(self.out, body)
+        self.styled += styled
+        items = references((self.origin, number))
+        return self.out.add(f"TESSELLATED_SHAPE_REPRESENTATION({string(body.name)},{items},#{self.context})")
 
     def _density(self, definition: int, density: float) -> None:
         """Density as a property of the part, kg/mm³."""
@@ -167,28 +144,29 @@ class _Product:
             out.once(f"DERIVED_UNIT_ELEMENT(#{self.length},-3.)"),
         )
         unit = out.once(f"DERIVED_UNIT({references(parts)})")
-        item = out.add(f"MEASURE_REPRESENTATION_ITEM('density measure',POSITIVE_RATIO_MEASURE({real(density)}),#{unit})")
+        measure = f"POSITIVE_RATIO_MEASURE({real(density)})"
+        item = out.add(f"MEASURE_REPRESENTATION_ITEM('density measure',{measure},#{unit})")
         value = out.add(f"REPRESENTATION('density',(#{item}),#{self.context})")
         what = out.add(f"PROPERTY_DEFINITION('material property','density',#{definition})")
         out.add(f"PROPERTY_DEFINITION_REPRESENTATION(#{what},#{value})")
 
-    def _assembly(self, assembly: Assembly, title: str) -> None:
+    def _assembly(self, assembly: Assembly) -> None:
         out = self.out
-        definition = self._definition(title)
+        definition = self._definition(assembly.name)
         places = [placement(out, part.frame) for part in assembly.parts]
         items = references(dict.fromkeys((self.origin, *places)))
-        whole = out.add(f"SHAPE_REPRESENTATION({string(title)},{items},#{self.context})")
+        whole = out.add(f"SHAPE_REPRESENTATION({string(assembly.name)},{items},#{self.context})")
         self._shaped(definition, whole)
         written: dict[int, tuple[int, int]] = {}
         for index, (part, place) in enumerate(zip(assembly.parts, places), 1):
-            if id(part.solid) not in written:
-                written[id(part.solid)] = self._part(part.solid, part.solid.name)
-            self._occurrence(index, part, place, (definition, whole), written[id(part.solid)])
+            if id(part.body) not in written:
+                written[id(part.body)] = self._part(part.body)
+            self._occurrence(index, part, place, (definition, whole), written[id(part.body)])
 
     def _occurrence(self, index: int, part: Placed, place: int, whole: tuple[int, int], child: tuple[int, int]) -> None:
         """One use of a part in the assembly, at its placement."""
         out = self.out
-        name = string(part.name or part.solid.name)
+        name = string(part.name or part.body.name)
         use = out.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{index}',{name},'',#{whole[0]},#{child[0]},$)")
         shape = out.add(f"PRODUCT_DEFINITION_SHAPE('placement','',#{use})")
         move = out.add(f"ITEM_DEFINED_TRANSFORMATION('','',#{self.origin},#{place})")

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import asin, pi, sqrt
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep import Colour, Face, Loop, Solid, reversed_loop
-from camgeom.export.brep_geometry import Frame, Plane
-from camgeom.export.brep_sheet import Band, Sheet, sheet
-from camgeom.export.brep_spline import SurfacePoints
+from camgeom.export.step.brep import Colour, Face, Loop, Solid
+from camgeom.export.step.geometry import Frame, Plane
+from camgeom.export.step.sheet import Band, Sheet, sheet
 
 Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-5
@@ -106,7 +106,7 @@ def prism_solid(
 ) -> Solid:
     """The prism z0 <= z <= z1 (mm) over an outline, with holes through it: the solid of every planar cam.
 
-    >>> from camgeom.export.brep_check import check_solid
+    >>> from camgeom.export.step.check import check_solid
     >>> box = prism_solid(polygon_outline([(0, 0), (2, 0), (2, 3), (0, 3)]), 0.0, 4.0)
     >>> round(check_solid(box).volume, 12)
     24.0
@@ -176,13 +176,13 @@ def revolved_solid(
     name: str = "blank",
     tolerance: float = TOLERANCE,
 ) -> Solid:
-    """A body of revolution about Z: outline points (r, z) mm from the lower end ring to the upper, lines or arcs between.
+    """A body of revolution about Z: points (r, z) mm from the lower end ring to the upper, lines or arcs between.
 
     arcs   for each outline edge None (a line) or the arc's centre (r, z)
     names  of the faces, one for each outline edge
     The flat ends are at the first and last z; holes run through them along Z.
     """
-    pairs = list(zip(points[:-1], points[1:]))
+    pairs = list(pairwise(points))
     centres = list(arcs) or [None] * len(pairs)
     labels = list(names) or ["land"] * len(pairs)
     bands = [
@@ -191,22 +191,3 @@ def revolved_solid(
     ]
     body = sheet(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
     return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), holes, tolerance)
-
-
-__all__ = [
-    "TOLERANCE",
-    "Outline",
-    "SurfacePoints",
-    "arc_meridian",
-    "bore_outline",
-    "circle_outline",
-    "closed_solid",
-    "flat_end",
-    "line_meridian",
-    "polygon_outline",
-    "prism_solid",
-    "reversed_loop",
-    "revolved_band",
-    "revolved_solid",
-    "wall",
-]

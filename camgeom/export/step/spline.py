@@ -8,7 +8,7 @@ depends on degree and number of spans only and is kept, so that each fit is one 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import final
@@ -20,12 +20,13 @@ from camgeom.errors import NotConverged
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]
-CurvePoints = Callable[[Floats], Floats]
-"""Exact points of a curve: (n,) parameters -> (n, 3) mm."""
 SurfacePoints = Callable[[Floats, Floats], Floats]
 """Exact points of a surface on a grid: (n,) u and (m,) v -> (n, m, 3) mm."""
 
-MAX_SPANS = 1024
+MAX_SPANS = 256
+DEGREE = 5
+"""along u: the deviation falls with the sixth power of the span, so few poles reach a nanometre"""
+FIRST_SPANS = 6
 _PROBES = np.array([0.07, 0.23, 0.41, 0.59, 0.77, 0.93])
 """Positions inside each span where a fit is measured: none is a Greville abscissa of a uniform knot vector."""
 
@@ -109,16 +110,6 @@ def _derivatives(degree: int, knots: Floats, span: Ints, x: Floats, order: int) 
 
 @final
 @dataclass(frozen=True, eq=False)
-class CurveFit:
-    """Interpolated curve: basis, poles (size, 3) mm, and the largest deviation in mm from the exact points between."""
-
-    basis: Basis
-    poles: Floats
-    deviation: float
-
-
-@final
-@dataclass(frozen=True, eq=False)
 class SurfaceFit:
     """Interpolated surface: bases along u and v, poles (nu, nv, 3) mm, and the largest deviation in mm between."""
 
@@ -135,53 +126,55 @@ class SurfaceFit:
         return len(self.u.breaks) - 1, len(self.v.breaks) - 1
 
 
-def fit_curve(point: CurvePoints, start: float, stop: float, tolerance: float, degree: int = 5) -> CurveFit:
-    """Curve through exact points, refined until it is within `tolerance` mm at six other parameters in each span.
+def fit_bands(
+    points: Sequence[SurfacePoints],
+    degrees: Sequence[int],
+    u: tuple[float, float],
+    tolerance: float,
+    spans: tuple[int, Sequence[int]] | None = None,
+) -> list[SurfaceFit]:
+    """Quintic-by-`degrees` surfaces over one interval of u and v in [0, 1], through exact points.
 
+    All share their basis along u, which is refined, and each across apart, until every one is within `tolerance` mm of
+    its exact points at six other parameters in each span. spans: the fewest along u, and across each surface.
     Raises NotConverged where MAX_SPANS spans are not enough: a kink inside the interval, which belongs at a knot.
     """
-    spans = 2
+    nu, across = (FIRST_SPANS, [1] * len(points)) if spans is None else (spans[0], list(spans[1]))
     while True:
-        kit = _kit(degree, spans)
-        poles = kit.inverse @ point(_scaled(kit.nodes, start, stop))
-        error = _largest(kit.probe @ poles - point(_scaled(kit.probes, start, stop)))
-        if error <= tolerance:
-            return CurveFit(Basis(degree, _scaled(kit.knots, start, stop)), poles, error)
-        spans = _refined(spans, error, tolerance, degree, start, stop)
+        trials = [_Trial(point, degree, u, nu, nv) for point, degree, nv in zip(points, degrees, across)]
+        along = max(trial.along for trial in trials)
+        if not along <= 0.5 * tolerance:  # true for NaN as well
+            nu = _refined(nu, 2.0 * along, tolerance, DEGREE, *u)
+        rough = [k for k, trial in enumerate(trials) if not trial.across <= 0.5 * tolerance]
+        for k in rough:
+            across[k] = _refined(across[k], 2.0 * trials[k].across, tolerance, degrees[k], 0.0, 1.0)
+        if along <= 0.5 * tolerance and not rough:
+            return [trial.fit() for trial in trials]
 
 
-def fit_surface(
-    point: SurfacePoints,
-    u: tuple[float, float],
-    v: tuple[float, float],
-    tolerance: float,
-    degree: tuple[int, int] = (5, 5),
-    spans: tuple[int, int] = (2, 1),
-) -> SurfaceFit:
-    """Tensor-product surface through exact points, refined in u and v apart until within `tolerance` mm between them.
+@final
+class _Trial:
+    """One fit and its deviation along u and across, mm; the exact points come in one call."""
 
-    spans: the fewest spans along u and v, so that neighbours can be given the same basis.
-    Raises NotConverged where MAX_SPANS spans are not enough in one direction.
-    """
-    nu, nv = spans
-    while True:
-        ku, kv = _kit(degree[0], nu), _kit(degree[1], nv)
-        au, av = _scaled(ku.nodes, *u), _scaled(kv.nodes, *v)
-        bu, bv = _scaled(ku.probes, *u), _scaled(kv.probes, *v)
-        rows = np.tensordot(ku.inverse, point(au, av), axes=(1, 0))
-        along_u = _largest(np.tensordot(ku.probe, rows, axes=(1, 0)) - point(bu, av))
-        poles = np.einsum("ij,njk->nik", kv.inverse, rows)
-        along_v = _largest(np.einsum("ij,njk->nik", kv.probe @ kv.inverse, point(au, av)) - point(au, bv))
-        if along_u > tolerance / 2:
-            nu = _refined(nu, 2 * along_u, tolerance, degree[0], *u)
-        if along_v > tolerance / 2:
-            nv = _refined(nv, 2 * along_v, tolerance, degree[1], *v)
-        if max(along_u, along_v) <= tolerance / 2:
-            exact = point(_framed(bu, *u), _framed(bv, *v))
-            fitted = np.einsum("ij,njk->nik", kv.probe, np.tensordot(ku.probe, poles, axes=(1, 0)))
-            error = _largest(fitted - exact[1:-1, 1:-1])
-            bases = Basis(degree[0], _scaled(ku.knots, *u)), Basis(degree[1], _scaled(kv.knots, *v))
-            return SurfaceFit(*bases, poles, error, exact)
+    def __init__(self, point: SurfacePoints, degree: int, u: tuple[float, float], nu: int, nv: int) -> None:
+        self.ku, self.kv, self.interval = _kit(DEGREE, nu), _kit(degree, nv), u
+        a, b = len(self.ku.nodes), len(self.kv.nodes)
+        self.grid = point(_scaled(self.ku.grid, *u), self.kv.grid)
+        rows = np.tensordot(self.ku.inverse, self.grid[:a, :b], axes=(1, 0))
+        self.poles = np.einsum("ij,njk->nik", self.kv.inverse, rows)
+        over = np.einsum("ij,njk->nik", self.kv.probe @ self.kv.inverse, self.grid[:a, :b])
+        self.along = _largest(np.tensordot(self.ku.probe, rows, axes=(1, 0)) - self.grid[a:, :b])
+        self.across = _largest(over - self.grid[:a, b:])
+
+    def fit(self) -> SurfaceFit:
+        """The finished fit, with its deviation measured where neither direction was interpolated."""
+        a, b = len(self.ku.nodes), len(self.kv.nodes)
+        fitted = np.einsum("ij,njk->nik", self.kv.probe, np.tensordot(self.ku.probe, self.poles, axes=(1, 0)))
+        error = max(self.along, self.across, _largest(fitted - self.grid[a:, b:]))
+        rows = np.r_[0, a : len(self.ku.grid), a - 1]
+        columns = np.r_[0, b : len(self.kv.grid), b - 1]
+        bases = Basis(DEGREE, _scaled(self.ku.knots, *self.interval)), Basis(self.kv.degree, self.kv.knots)
+        return SurfaceFit(*bases, self.poles, error, self.grid[rows[:, None], columns])
 
 
 @final
@@ -189,11 +182,13 @@ def fit_surface(
 class _Kit:
     """Everything about interpolation on [0, 1] that does not depend on the points."""
 
+    degree: int
     knots: Floats
     nodes: Floats
     inverse: Floats
-    probes: Floats
     probe: Floats
+    grid: Floats
+    """nodes, then the parameters in between where the fit is measured"""
 
 
 @lru_cache(maxsize=256)
@@ -203,19 +198,15 @@ def _kit(degree: int, spans: int) -> _Kit:
     basis = Basis(degree, np.concatenate((ends[0], breaks, ends[1])))
     nodes = np.clip(basis.greville, 0.0, 1.0)
     nodes[0], nodes[-1] = 0.0, 1.0
-    inverse = np.linalg.inv(basis.design(nodes))
+    inverse = np.asarray(np.linalg.inv(basis.design(nodes)), dtype=float)
     inverse[0], inverse[-1] = np.eye(basis.size)[0], np.eye(basis.size)[-1]
     probes = (breaks[:-1, None] + _PROBES / spans).ravel()
-    return _Kit(basis.knots, nodes, inverse, probes, basis.design(probes))
+    return _Kit(degree, basis.knots, nodes, inverse, basis.design(probes), np.concatenate([nodes, probes]))
 
 
 def _scaled(unit: Floats, start: float, stop: float) -> Floats:
     """Unit parameters on [start, stop]; both ends are hit exactly."""
     return np.asarray(start * (1.0 - unit) + stop * unit)
-
-
-def _framed(inner: Floats, start: float, stop: float) -> Floats:
-    return np.concatenate([[start], inner, [stop]])
 
 
 def _largest(difference: Floats) -> float:

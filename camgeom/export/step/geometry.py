@@ -14,10 +14,12 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep_spline import Basis
+from camgeom.export.step.spline import Basis
 
 Floats = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
+SETTLED = 1e-13
+"""share of a parameter range below which the search for a nearest point has arrived"""
 
 
 def vector(values: npt.ArrayLike) -> Vector:
@@ -66,6 +68,10 @@ class Frame:
         return np.asarray(points @ self.rows + np.array(self.origin))
 
 
+WORLD = Frame()
+"""The cam frame itself."""
+
+
 @final
 @dataclass(frozen=True)
 class Line:
@@ -80,7 +86,7 @@ class Line:
 
     def tangent(self, t: Floats) -> Floats:
         """Derivative by the parameter, (n, 3)."""
-        return np.repeat([self.direction], len(t), axis=0).astype(float)
+        return np.asarray(np.repeat([self.direction], len(t), axis=0), dtype=float)
 
     def locate(self, points: Floats) -> Floats:
         """Parameters (n,) of the nearest points."""
@@ -133,7 +139,8 @@ class SplineCurve:
 
     def _sum(self, poles: Floats, t: Floats, order: int) -> Floats:
         first, values = self.basis.local(t, order)
-        return np.einsum("nk,nkc->nc", values, poles[first[:, None] + np.arange(self.basis.degree + 1)])
+        alive = poles[first[:, None] + np.arange(self.basis.degree + 1)]
+        return np.asarray(np.einsum("nk,nkc->nc", values, alive))
 
     def at(self, t: Floats) -> Floats:
         """Points (n, 3), mm."""
@@ -149,9 +156,11 @@ class SplineCurve:
         grid = np.linspace(basis.start, basis.stop, 4 * len(basis.breaks))
         t = grid[_nearest(points, self.at(grid))]
         for _ in range(20):
-            d, x = self.tangent(t), self.at(t) - points
+            d, x, before = self.tangent(t), self.at(t) - points, t
             step = _rows_dot(d, x) / np.maximum(_rows_dot(d, d), 1e-300)
             t = np.clip(t - step, basis.start, basis.stop)
+            if np.abs(t - before).max() < SETTLED * (basis.stop - basis.start):
+                break
         return np.asarray(t)
 
 
@@ -242,7 +251,7 @@ class SplineSurface:
         iv, bv = self.v.local(v, order[1])
         rows = (iu[:, None] + np.arange(self.u.degree + 1))[:, :, None]
         columns = (iv[:, None] + np.arange(self.v.degree + 1))[:, None, :]
-        return np.einsum("ni,nj,nijc->nc", bu, bv, poles[rows, columns], optimize=True)
+        return np.asarray(np.einsum("ni,nj,nijc->nc", bu, bv, poles[rows, columns], optimize=True))
 
     def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Points and derivatives by u and v, each (n, 3), at pairs u (n,), v (n,)."""
@@ -260,11 +269,16 @@ class SplineSurface:
         gv = np.linspace(self.v.start, self.v.stop, 2 * len(self.v.breaks) + 5)
         nodes = np.stack([a.ravel() for a in np.meshgrid(gu, gv, indexing="ij")])
         u, v = nodes[:, _nearest(points, self.jet(*nodes)[0])]
+        scale = self.u.stop - self.u.start, self.v.stop - self.v.start
         for _ in range(25):
             x, xu, xv = self.jet(u, v)
             du, dv = solve_pairs(xu, xv, points - x)
+            before = u, v
             u = np.clip(u + du, self.u.start, self.u.stop)
             v = np.clip(v + dv, self.v.start, self.v.stop)
+            moved = float(np.abs(u - before[0]).max()) / scale[0], float(np.abs(v - before[1]).max()) / scale[1]
+            if max(moved) < SETTLED:
+                break
         return u, v
 
 
@@ -288,4 +302,4 @@ def _rows_dot(a: Floats, b: Floats) -> Floats:
 def _nearest(points: Floats, samples: Floats) -> npt.NDArray[np.intp]:
     """Index (n,) of the sample nearest to each point."""
     square = (samples * samples).sum(axis=1)[None, :] - 2.0 * points @ samples.T
-    return np.argmin(square, axis=1)
+    return np.asarray(np.argmin(square, axis=1))

@@ -13,8 +13,8 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep import Face, Loop, Solid, Use, gauss
-from camgeom.export.brep_geometry import Plane, SplineSurface, Surface, solve_pairs
+from camgeom.export.step.brep import Face, Loop, Solid, Use, gauss
+from camgeom.export.step.geometry import Plane, SplineSurface, Surface, solve_pairs
 
 Floats = npt.NDArray[np.float64]
 
@@ -171,4 +171,3 @@ def _passed(surface: Surface, use: Use) -> tuple[Floats, Floats, Floats]:
     if use.forward:
         return u, v, dv * weight
     return u[::-1], v[::-1], -dv[::-1] * weight[::-1]
-

@@ -12,7 +12,7 @@ from math import atan2
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep_geometry import (
+from camgeom.export.step.geometry import (
     Circle,
     Cone,
     Curve,
@@ -26,7 +26,7 @@ from camgeom.export.brep_geometry import (
     unit,
     vector,
 )
-from camgeom.export.brep_spline import Basis
+from camgeom.export.step.spline import Basis
 
 Floats = npt.NDArray[np.float64]
 EXACT = 1e-9
@@ -144,4 +144,3 @@ def _snapped_axis(axis: Floats) -> Floats:
 
 def _distance(a: Floats, b: Floats) -> float:
     return float(np.sqrt(((a - b) ** 2).sum(axis=-1)).max())
-

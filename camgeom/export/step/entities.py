@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep import Colour, Edge, Face, Loop, Solid, Vertex
-from camgeom.export.brep_geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
-from camgeom.export.brep_spline import Basis
-from camgeom.export.step_text import Instances, integers, real, reals, references, string, triples
-from camgeom.maths.mesh import Mesh
+from camgeom.export.step.brep import Colour, Edge, Face, Facets, Loop, Solid, Vertex
+from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
+from camgeom.export.step.spline import Basis
+from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
 
 Floats = npt.NDArray[np.float64]
 
@@ -87,9 +86,7 @@ def _edge(out: Instances, edge: Edge) -> int:
 
 
 def _loop(out: Instances, loop: Loop) -> int:
-    uses = [
-        out.add(f"ORIENTED_EDGE('',*,*,#{_edge(out, use.edge)},{'.T.' if use.forward else '.F.'})") for use in loop
-    ]
+    uses = [out.add(f"ORIENTED_EDGE('',*,*,#{_edge(out, use.edge)},{'.T.' if use.forward else '.F.'})") for use in loop]
     return out.add(f"EDGE_LOOP('',{references(uses)})")
 
 
@@ -128,8 +125,9 @@ def _style(out: Instances, colour: Colour) -> int:
     return out.once(f"PRESENTATION_STYLE_ASSIGNMENT((#{usage}))")
 
 
-def triangles(out: Instances, name: str, mesh: Mesh) -> int:
-    """TESSELLATED_SOLID of a mesh: one TRIANGULATED_FACE for each face group, with its own points."""
+def triangles(out: Instances, body: Facets) -> tuple[int, list[int]]:
+    """TESSELLATED_SOLID of a mesh, one TRIANGULATED_FACE for each face group; its number and styled items."""
+    mesh = body.mesh
     group = np.zeros(len(mesh.faces), dtype=np.uint8) if mesh.group is None else mesh.group
     faces = []
     for index, label in enumerate(mesh.groups):
@@ -137,8 +135,10 @@ def triangles(out: Instances, name: str, mesh: Mesh) -> int:
         if len(chosen) == 0:
             continue
         used, local = np.unique(chosen, return_inverse=True)
-        points = mesh.vertices[used]
-        listed = out.add(f"COORDINATES_LIST('',{len(points)},{triples(points)})")
-        corners = ",".join(f"({a},{b},{c})" for a, b, c in (local.reshape(-1, 3) + 1).tolist())
-        faces.append(out.add(f"TRIANGULATED_FACE({string(label)},#{listed},{len(points)},(),$,(),({corners}))"))
-    return out.add(f"TESSELLATED_SOLID({string(name)},{references(faces)},$)")
+        listed = out.add(f"COORDINATES_LIST('',{len(used)},{triples(mesh.vertices[used])})")
+        corners = ",".join([f"({a},{b},{c})" for a, b, c in (local.reshape(-1, 3) + 1).tolist()])
+        faces.append(out.add(f"TRIANGULATED_FACE({string(label)},#{listed},{len(used)},(),$,(),({corners}))"))
+    number = out.add(f"TESSELLATED_SOLID({string(body.name)},{references(faces)},$)")
+    if body.colour is None:
+        return number, []
+    return number, [out.add(f"STYLED_ITEM('colour',(#{_style(out, body.colour)}),#{number})")]

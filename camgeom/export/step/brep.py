@@ -1,4 +1,4 @@
-"""A boundary representation small enough to read: vertices, edges shared by two faces, loops, faces, solids, assemblies.
+"""A boundary representation small enough to read: vertices, edges shared by two faces, loops, faces, solids.
 
 Everything is frozen; a vertex or an edge is shared by being the same object. An edge runs along its curve from start to
 end. A face's outward normal is its surface's normal (u x v), reversed where `same_sense` is False; seen against it
@@ -16,7 +16,8 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.brep_geometry import Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, unit, vector
+from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
+from camgeom.maths.mesh import Mesh
 
 Floats = npt.NDArray[np.float64]
 Colour = tuple[float, float, float]
@@ -148,26 +149,31 @@ class Solid:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """A solid in an assembly: where its origin and axes go, and the name of this occurrence."""
+class Facets:
+    """A body known only as triangles: its name, its mesh (face groups become faces) and a colour."""
 
-    solid: Solid
-    frame: Frame = Frame()
+    name: str
+    mesh: Mesh
+    colour: Colour | None = None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A body in an assembly: where its origin and axes go, and the name of this occurrence (default: the body's)."""
+
+    body: Solid | Facets
+    frame: Frame = WORLD
     name: str = ""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Solids with placements; the same solid may be placed several times and is then written once."""
+    """Bodies with placements; the same body may be placed several times and is then written once."""
 
     name: str
     parts: tuple[Placed, ...]
-
-
-def line_edge(start: Vertex, end: Vertex) -> Edge:
-    """The straight edge between two vertices."""
-    return Edge(Line(start.point, unit(np.array(end.point) - np.array(start.point))), start, end)
 
 
 def vertex(point: npt.ArrayLike) -> Vertex:

@@ -1,0 +1,48 @@
+"""STEP files: exact boundary representations (AP242, or AP214 on request), and triangles where there is nothing exact.
+
+The file is text, the same bytes for the same shape; lengths mm, angles rad; faces and bodies keep their names.
+
+How a cam becomes faces. A body is one or more sheets (`sheet.sheet`): bands of exact points (phi, share across) stacked
+round the cam, cut at the knots of the motion. Give each band as a callable, say where the knots are, and close the
+sheet with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
+points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
+blanks, `groove` for a closed groove or rib round a drum. A new kind of part is one entry in `parts.EXACT`; a part with
+none is written as triangles. `check.check_solid` judges a solid without a CAD kernel.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from camgeom.export import writer
+from camgeom.export.atomic import atomic_write
+from camgeom.export.step.brep import Assembly, Facets, Solid
+from camgeom.export.step.file import StepOptions, step_text
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+
+def write_step(path: str | Path, shape: Solid | Facets | Assembly, options: StepOptions | None = None) -> int:
+    """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
+    data = step_text(shape, options).encode("ascii")
+    with atomic_write(path) as stream:
+        stream.write(data)
+    return len(data)
+
+
+@writer(".step", "STEP AP242: exact faces, for CAD and CAM", takes="model")
+def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
+    """Write a model's bodies; schema AP242 or AP214; tolerance in mm of fitted faces (default 1e-5)."""
+    from camgeom.export.step.file import schema_of
+    from camgeom.export.step.parts import model_bodies
+    from camgeom.export.step.solids import TOLERANCE
+
+    return write_step(path, model_bodies(model, tolerance or TOLERANCE), StepOptions(schema=schema_of(schema)))
+
+
+@writer(".stp", "STEP, the same under its short name", takes="model")
+def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
+    """As `write_model`."""
+    return write_model(path, model, schema, tolerance)

@@ -1,0 +1,236 @@
+"""Cams with a closed groove or rib as boundary representations: the bands of `solid`, on exact splines.
+
+The bands are those of the direct mesh (land, flank, edge sweep, floor, edge sweep, flank, land), each as exact points
+at any cam angle and any share across it, so that mesh and STEP file describe one and the same surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.blank import Bore
+from camgeom.errors import DesignError
+from camgeom.export.step.brep import Solid
+from camgeom.export.step.geometry import WORLD, Cone
+from camgeom.export.step.sheet import Band, sheet
+from camgeom.export.step.solids import TOLERANCE, Outline, bore_outline, closed_solid
+from camgeom.export.step.spline import SurfacePoints
+from camgeom.groove import Column, Level, cylinder_level
+from camgeom.solid import GroovedCylinder, RibbedCylinder
+from camgeom.track import Track
+
+Floats = npt.NDArray[np.float64]
+
+
+def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Solid:
+    """The grooved cylinder as a solid whose fitted faces are within `tolerance` mm of the exact ones.
+
+    Raises DesignError where the groove runs out of an end or its edge turns back (the mesh says so too), NotConverged
+    where the motion has a kink that is no knot.
+    """
+    if not body.fits():
+        raise DesignError(f"{body.name!r}: the groove runs out of an end face, so it is no closed ring")
+    section = body.section()
+    walls = Walls(body.track, section.level, section.guess)
+    bands = [
+        land(walls.edge(section.first), 0.0, True, body.radius),
+        *groove_bands(walls, section.first),
+        land(walls.edge(-section.first), body.length, False, body.radius),
+    ]
+    knots = split_knots(body.track)
+    skin = sheet(bands, knots, -body.track.sense, tolerance)
+    return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
+
+
+def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Solid:
+    """The ribbed drum as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above."""
+    low_side, high_side = facing(body.lower, 1.0), facing(body.upper, -1.0)
+    feet, tops = ([Walls(t, cylinder_level(r), r) for t in (body.lower, body.upper)] for r in (body.base, body.radius))
+    bands = [
+        land(feet[0].edge(low_side), 0.0, True, body.base, "base"),
+        Band("flank", between(feet[0], tops[0], low_side)),
+        crest(tops[0].edge(low_side), tops[1].edge(high_side), body.radius),
+        Band("flank", flipped(between(feet[1], tops[1], high_side))),
+        land(feet[1].edge(high_side), body.length, False, body.base, "base"),
+    ]
+    skin = sheet(bands, body.lower.knots(), -body.lower.sense, tolerance)
+    return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
+
+
+def facing(track: Track, sign: float) -> float:
+    """The side (+1 or -1) of a roller's flank that is towards sign * Z."""
+    column, t = Column(track, np.zeros(1)), np.array([track.meridian.parameter(track.contact[1])])
+    return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
+
+
+def between(foot: Walls, top: Walls, side: float) -> SurfacePoints:
+    """Points of one flank from the level surface of `foot` (share 0) to that of `top` (share 1)."""
+
+    def point(phi: Floats, share: Floats) -> Floats:
+        low, high = foot.top(phi, side), top.top(phi, side)
+        return points_last(foot.column(phi).wall(side, low + (high - low) * share))
+
+    return point
+
+
+def crest(start: SurfacePoints, stop: SurfacePoints, radius: float) -> Band:
+    """The land of a rib between its two edges on the cylinder of `radius`, straight in angle and z."""
+
+    def point(phi: Floats, share: Floats) -> Floats:
+        low, high = start(phi, share), stop(phi, share)
+        a0 = np.arctan2(low[..., 1], low[..., 0])
+        sweep = (np.arctan2(high[..., 1], high[..., 0]) - a0 + np.pi) % (2.0 * np.pi) - np.pi
+        angle = a0 + sweep * share
+        z = low[..., 2] * (1.0 - share) + high[..., 2] * share
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)
+
+    return Band("land", point, candidates=(Cone(WORLD, radius),))
+
+
+def bore_holes(bore: Bore | None) -> Sequence[Outline]:
+    """The bore as a list of hole outlines, empty for a solid blank."""
+    return [] if bore is None else [bore_outline(bore.diameter, bore.keyway_width, bore.keyway_depth)]
+
+
+@final
+class Walls:
+    """The two flanks of a track from a level surface down to the roller's free end, and what lies between.
+
+    Columns are kept while neighbouring bands ask for the same cam angles.
+    """
+
+    KEPT = 4
+
+    def __init__(self, track: Track, level: Level, guess: float) -> None:
+        self.track, self.level, self.guess = track, level, guess
+        self._columns: dict[bytes, tuple[Column, dict[float, Floats]]] = {}
+
+    def column(self, phi: Floats) -> Column:
+        """The track's column at cam angles (n,), computed once for a run of calls."""
+        return self._entry(phi)[0]
+
+    def _entry(self, phi: Floats) -> tuple[Column, dict[float, Floats]]:
+        key = phi.tobytes()
+        if key not in self._columns:
+            while len(self._columns) >= self.KEPT:
+                del self._columns[next(iter(self._columns))]
+            self._columns[key] = Column(self.track, phi), {}
+        return self._columns[key]
+
+    def top(self, phi: Floats, side: float) -> Floats:
+        """Meridian parameter (n, 1) where a flank meets the level surface."""
+        column, tops = self._entry(phi)
+        if side not in tops:
+            tops[side] = column.reach(side, self.level, self.guess)
+        return tops[side]
+
+    def wall(self, side: float) -> SurfacePoints:
+        """Points of one flank from the level surface (share 0) to its foot at the roller's free end (share 1)."""
+
+        def point(phi: Floats, share: Floats) -> Floats:
+            column, top = self.column(phi), self.top(phi, side)
+            if column.ball_ended:
+                return points_last(self._ball(column, column.wall(side, top), share))
+            return points_last(column.wall(side, top + (column.bottom_t() - top) * share))
+
+        return point
+
+    def _ball(self, column: Column, top: Floats, share: Floats) -> Floats:
+        """Points (3, n, m) of a ball's contact circle from its top (3, n, 1) to its lowest point, even in angle."""
+        pose, meridian = column.pose, self.track.meridian
+        centre = (pose.a[0] + meridian.centre * pose.u[0])[:, :, None]
+        down, up = (column.ball_bottom()[:, :, None] - centre) / meridian.radius, (top - centre) / meridian.radius
+        cosine = (down * up).sum(axis=0)
+        aside = up - cosine * down
+        sine = np.sqrt((aside * aside).sum(axis=0))
+        angle = np.arctan2(sine, cosine) * (1.0 - share)
+        return np.asarray(centre + meridian.radius * (np.cos(angle) * down + np.sin(angle) * (aside / sine)))
+
+    def edge(self, side: float) -> SurfacePoints:
+        """Points (n, 1, 3) of the edge between one flank and the level surface."""
+        return lambda phi, _: points_last(self.column(phi).wall(side, self.top(phi, side)))
+
+
+def groove_bands(walls: Walls, first: float) -> list[Band]:
+    """Bands across a groove from the top of flank `first` (+1 or -1) to the top of the other one."""
+    down, up = Band("flank", walls.wall(first)), Band("flank", flipped(walls.wall(-first)))
+    if walls.column(np.zeros(1)).ball_ended:
+        return [down, up]
+
+    def sweep(side: float) -> SurfacePoints:
+        return lambda phi, share: points_last(walls.column(phi).edge(side, share))
+
+    def floor(phi: Floats, share: Floats) -> Floats:
+        column = walls.column(phi)
+        low, high = column.chord_end(first)[:, :, None], column.chord_end(-first)[:, :, None]
+        return points_last(low * (1.0 - share) + high * share)
+
+    middle = [Band("edge", sweep(first)), Band("floor", floor, degree=1), Band("edge", flipped(sweep(-first)))]
+    return [down, *middle, up]
+
+
+def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land") -> Band:
+    """The cylinder of `radius` straight along Z between an end ring at z and a groove's edge (first where falling)."""
+
+    def point(phi: Floats, share: Floats) -> Floats:
+        top = edge(phi, share)
+        x = np.repeat(top, len(share), axis=1)
+        weight = share if rising else 1.0 - share
+        x[..., 2] = z * (1.0 - weight) + top[..., 2] * weight
+        return x
+
+    return Band(name, point, degree=1, candidates=(Cone(WORLD, radius),))
+
+
+def flipped(points: SurfacePoints) -> SurfacePoints:
+    """The same band run across the other way."""
+    return lambda phi, share: points(phi, (1.0 - share)[::-1])[:, ::-1]
+
+
+def points_last(x: Floats) -> Floats:
+    """Component-major (3, n, m) points as (n, m, 3)."""
+    return np.ascontiguousarray(np.moveaxis(x, 0, -1))
+
+
+def split_knots(track: Track, samples: int = 48) -> Floats:
+    """The track's knots, and between them the cam angles where an edge sweep narrows to a point, rad."""
+    knots = track.knots()
+    if Column(track, knots[:1]).ball_ended:
+        return knots
+    found = [knots]
+    for side in (1.0, -1.0):
+        for low, high in pairwise(knots.tolist()):
+            phi = np.linspace(low, high, samples + 1)[1:-1]
+            angle = Column(track, phi).edge_angle(side)[2]
+            big = float(np.abs(angle).max())
+            if big < 1e-9:
+                continue
+            at = np.nonzero((angle[1:] * angle[:-1] < 0.0) & (np.maximum(abs(angle[1:]), abs(angle[:-1])) > 1e-9))[0]
+            found.append(np.array([_crossing(track, side, phi[j], phi[j + 1]) for j in at]))
+    merged = np.unique(np.concatenate(found))
+    keep = np.concatenate([[True], np.diff(merged) > 1e-9])
+    return np.asarray(merged[keep])
+
+
+def _crossing(track: Track, side: float, low: float, high: float) -> float:
+    """Cam angle between low and high where the edge sweep's arc is zero (bisection to rounding)."""
+
+    def angle(phi: float) -> float:
+        return float(Column(track, np.array([phi])).edge_angle(side)[2][0])
+
+    at_low = angle(low)
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        value = angle(middle)
+        if value == 0.0 or middle in (low, high):
+            return middle
+        if (value > 0.0) == (at_low > 0.0):
+            low = middle
+        else:
+            high = middle
+    raise DesignError(f"track {track.name!r}: the edge sweep does not close near {np.degrees(low):.6g} deg")
