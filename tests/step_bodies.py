@@ -10,6 +10,7 @@ from camgeom.solid import GroovedCylinder
 from camgeom.track import Arc, Slide, Straight, Swing, Track
 
 RADIUS, FLOOR, ROLLER, LENGTH = 67.0, 54.0, 11.0, 110.0
+BORE = Bore(40.0)
 
 
 def pin_program() -> Program:
@@ -33,7 +34,7 @@ def drum(
     program: Program | None = None,
     meridian: Straight | Arc | None = None,
     sense: float = 1.0,
-    bore: Bore | None = Bore(40.0),
+    bore: Bore | None = BORE,
     tip: float = FLOOR,
     start: float = 18.0,
 ) -> GroovedCylinder:
@@ -52,14 +53,6 @@ def swinging_drum() -> GroovedCylinder:
         angular=True,
     )
     joint = Swing((-1.0, 0.0, 0.0), (0.0, 85.0, 55.0))
-    track = Track(
-        Straight(8.0, 60.0),
-        joint,
-        (0.0, -5.0, 55.0),
-        (1.0, 0.0, 0.0),
-        54.0,
-        (55.0, 67.0),
-        program,
-        shift=radians(-20.0),
-    )
+    roller, anchor, axis, middle = Straight(8.0, 60.0), (0.0, -5.0, 55.0), (1.0, 0.0, 0.0), radians(-20.0)
+    track = Track(roller, joint, anchor, axis, FLOOR, (55.0, RADIUS), program, shift=middle)
     return GroovedCylinder("swing cam", track, Blank.cylinder(RADIUS, LENGTH, Bore(40.0, 12.0, 5.0)), RADIUS, LENGTH)

@@ -48,7 +48,10 @@ def test_blank_of_cones_cylinders_and_a_flat_shoulder() -> None:
     points = [(20, 0), (25, 5), (25, 10), (15, 10), (15, 14), (20, 20)]
     solid = revolved_solid(points, holes=[circle_outline(5.0)])
     verdict = check_solid(solid)
-    frustum = lambda a, b, h: (a * a + a * b + b * b) * h / 3.0
+
+    def frustum(a: float, b: float, h: float) -> float:
+        return (a * a + a * b + b * b) * h / 3.0
+
     want = pi * (frustum(20, 25, 5) + 625 * 5 + 225 * 4 + frustum(15, 20, 6) - 25 * 20)
     assert verdict.sound
     assert verdict.volume == pytest.approx(want, rel=1e-10)
@@ -122,16 +125,17 @@ def test_checker_sees_a_vertex_off_its_edge() -> None:
     assert any("vertex is" in problem for problem in check_solid(solid).problems)
 
 
+def quarter_circle() -> SplineCurve:
+    poles = np.array([[5.0, 0.0, 0.0], [5.0, 5.0, 0.0], [0.0, 5.0, 0.0]])
+    return SplineCurve(Basis(2, np.array([0, 0, 0, 1, 1, 1.0])), poles, np.array([1.0, 0.5**0.5, 1.0]))
+
+
 @pytest.mark.parametrize(
     "curve",
     [
         Line((1.0, 2.0, 3.0), (0.6, 0.0, 0.8)),
         Circle(Frame((1.0, 0.0, 2.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)), 7.0),
-        SplineCurve(
-            Basis(2, np.array([0, 0, 0, 1, 1, 1.0])),
-            np.array([[5, 0, 0], [5, 5, 0], [0, 5, 0.0]]),
-            np.array([1, 0.5**0.5, 1]),
-        ),
+        quarter_circle(),
     ],
 )
 def test_curves_locate_their_own_points(curve: Line | Circle | SplineCurve) -> None:
@@ -143,12 +147,11 @@ def test_curves_locate_their_own_points(curve: Line | Circle | SplineCurve) -> N
 
 
 def test_rational_quarter_circle_is_round() -> None:
-    basis = Basis(2, np.array([0, 0, 0, 1, 1, 1.0]))
-    arc = SplineCurve(basis, np.array([[5, 0, 0], [5, 5, 0], [0, 5, 0.0]]), np.array([1, 0.5**0.5, 1]))
+    arc = quarter_circle()
     assert np.allclose(np.linalg.norm(arc.at(np.linspace(0, 1, 9)), axis=1), 5.0, atol=1e-14)
     weights = np.outer(np.array([1, 0.5**0.5, 1]), [1.0, 1.0])
-    poles = np.stack([arc.poles, arc.poles + [0.0, 0.0, 4.0]], axis=1)
-    tube = SplineSurface(basis, Basis(1, np.array([0, 0, 1, 1.0])), poles, weights)
+    poles = np.stack([arc.poles, arc.poles + np.array([0.0, 0.0, 4.0])], axis=1)
+    tube = SplineSurface(arc.basis, Basis(1, np.array([0, 0, 1, 1.0])), poles, weights)
     x, xu, xv = tube.jet(np.array([0.3]), np.array([0.5]))
     assert np.hypot(x[0, 0], x[0, 1]) == pytest.approx(5.0, abs=1e-14)
     assert abs(float(xu[0] @ [x[0, 0], x[0, 1], 0.0])) < 1e-12
