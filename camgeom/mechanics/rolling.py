@@ -34,8 +34,9 @@ def check_strength(pressure: Array, material: Material) -> None:
     """Raises DesignError where the pressure, MPa, is so far above the contact limit that no damage can be computed."""
     share = float(np.max(pressure, initial=0.0, where=np.isfinite(pressure))) / material.contact_limit
     if share > 1.0 and material.exponent * np.log10(share) > MOST_DAMAGE:
-        raise DesignError(f"the peak pressure is {share:.3g} times the contact limit, {material.contact_limit:.6g} MPa: "
-                          "there is no fatigue life to speak of; check force, contact length and units")
+        limit = f"{material.contact_limit:.6g} MPa"
+        raise DesignError(f"the peak pressure is {share:.3g} times the contact limit of {limit}: "
+                          "there is no fatigue life to speak of; check force, length and units")
 
 
 @final
