@@ -21,6 +21,7 @@ from camgeom.dynamics.impact_fixed import solve_fixed
 from camgeom.dynamics.impact_rates import Machine
 from camgeom.dynamics.impact_reference import b1_problem
 from camgeom.dynamics.impact_run import solve
+from camgeom.dynamics.impact_solver import LONGEST_STEP
 from camgeom.dynamics.impact_study import clearance_study
 from camgeom.errors import NotConverged
 
@@ -41,7 +42,7 @@ def general(contact: str, clearance: float, method: str, rtol: float) -> float:
     """Peak acceleration by a general solver on the same equations without events, 0 where it loses the contact.
 
     The force law switches inside the right-hand side, and the approach speed is latched when a call first finds the
-    roller inside, as simple programs do.
+    roller inside, as simple programs do. The steps are bounded by 1 degree of the cam, or contacts would be missed.
     """
     from scipy.integrate import solve_ivp
 
@@ -60,7 +61,11 @@ def general(contact: str, clearance: float, method: str, rtol: float) -> float:
             if machine.depth(which, regimes[arc], t, complex(eta, rate))[0] <= 0.0:
                 latch[which] = 0.0
                 continue
-            delta, h, g, _, _, bend = machine.touches[which](arc, x, s0, s1, s2, eta)
+            try:
+                delta, h, g, _, _, bend = machine.touches[which](arc, x, s0, s1, s2, eta)
+            except NotConverged:
+                # A trial stage far inside the cam: a push that the step control must refuse.
+                return math.copysign(1e9, -eta), s2 * w * w
             speed = g * w - h * (s1 * w + rate)
             if latch[which] == 0.0:
                 latch[which] = max(speed, 1e-3)
@@ -75,7 +80,7 @@ def general(contact: str, clearance: float, method: str, rtol: float) -> float:
     start = [problem.pair.middle(0.0), 0.0]
     times = np.linspace(0.0, END / w, 20_001)
     try:
-        made = solve_ivp(right, (0.0, END / w), start, method, times, rtol=rtol, atol=atol)
+        made = solve_ivp(right, (0.0, END / w), start, method, times, rtol=rtol, atol=atol, max_step=LONGEST_STEP / w)
         return max(abs(force(float(t), float(a), float(b))[0]) for t, a, b in zip(times, *made.y, strict=True))
     except NotConverged:
         return 0.0
