@@ -158,26 +158,46 @@ class Flank:
         return -dt / (g * r), (rtt * dt - dtt * rt) / g**3
 
     @cached_property
+    def _middle_curvatures(self) -> tuple[Floats, Floats, Floats]:
+        """Principal curvatures (larger, smaller) of the surface half way from flank to roller axis, and its distance.
+
+        Neither a cusp of the flank nor the pitch curve of a ball, to which the pitch surface shrinks, makes that
+        parallel surface singular; margin and curvature of the flank follow from it without dividing by zero.
+        """
+        x_phi, x_t, n_phi, n_t = self._tangents
+        n = self.n
+        n_phi, n_t = n_phi - dot(n_phi, n) * n, n_t - dot(n_t, n) * n
+        d = -0.5 / self.roller_curvatures[0]
+        p_phi, p_t = x_phi - d * n_phi, x_t - d * n_t
+        middle = Forms(
+            dot(p_phi, p_phi), dot(p_phi, p_t), dot(p_t, p_t), -dot(n_phi, p_phi), -dot(n_phi, p_t), -dot(n_t, p_t)
+        )
+        return (*middle.principal(), d)
+
+    @cached_property
     def k_rel(self) -> Floats:
-        """Relative (induced) curvature of cam against roller across the contact line, 1/mm, (n, m); must be > 0."""
+        """Relative (induced) curvature of cam against roller across the contact line, 1/mm, (n, m); must be > 0.
+
+        The flank's principal curvatures are k / (1 - d k), k those of a parallel surface at distance d; at a cusp,
+        where they have no bound, the denominator is kept from zero: the value is very large and not infinite.
+        """
+        k1, k2, d = self._middle_curvatures
         round_it, along = self.roller_curvatures
-        return np.asarray(self.forms.twice_mean() - round_it - along)
+        total = -round_it - along
+        for k in (k1, k2):
+            rest = 1.0 - d * k
+            total = total + k / np.where(np.abs(rest) > 1e-12, rest, 1e-12)
+        return np.asarray(total)
 
     @cached_property
     def margin(self) -> Floats:
         """Undercut margin 1 - r k_max, (n, m): 1 far from undercut, 0 at the cusp, negative where the flank folds.
 
-        For a flank of principal curvature kappa cut by a roller of radius r it is 1 / (1 + r kappa), which for the
-        cylindrical roller is 1 - r k of the pitch surface.
+        k is the curvature of the pitch surface; of the surface half way it is k / (1 - r k / 2), solved here for k.
         """
-        round_it, _ = self.roller_curvatures
-        one_minus = [1.0 / np.where(np.abs(g) > 1e-300, g, 1e-300) for g in self._growths(-1.0 / round_it)]
-        return np.asarray(np.minimum(*one_minus))
-
-    def _growths(self, radius: Floats) -> tuple[Floats, Floats]:
-        """1 + r kappa for both principal curvatures of the flank."""
-        k1, k2 = self.forms.principal()
-        return 1.0 + radius * k1, 1.0 + radius * k2
+        k1, _, d = self._middle_curvatures
+        rest = 1.0 + d * k1
+        return np.asarray((1.0 - d * k1) / np.where(np.abs(rest) > 1e-12, rest, 1e-12))
 
     def pressure_angle(self, at: At = "surface") -> Floats:
         """Angle between the contact normal and the velocity of the follower point, rad, (n, m).
