@@ -318,6 +318,7 @@ def test_an_unknown_extension_names_the_nearest(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="no writer for"):
         write_mesh(BODIES, tmp_path / "cam")
     assert format_of("STL").extension == ".stl"
+    assert format_of("points.csv").extension == ".points.csv"
     assert format_of("a/b.v2.Points.PLY").extension == ".points.ply"
     assert format_of("points.ply", takes="bodies").extension == ".ply"
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 
 from camgeom.errors import ExportError
-from camgeom.export.cloud import Cloud, write_cloud_csv, write_cloud_npz, write_cloud_ply
+from camgeom.export.cloud import Cloud, flank_points, write_cloud_csv, write_cloud_npz, write_cloud_ply
+from camgeom.model import read
 
 
 @pytest.fixture
@@ -68,3 +70,21 @@ def test_a_broken_cloud_is_refused(tmp_path: Path, cloud: dict, write, name: str
     with pytest.raises(ExportError, match=message):
         write(tmp_path / "flank.points.ply", {**cloud, name: values})
     assert not list(tmp_path.iterdir())
+
+
+def test_flank_points_touch_the_roller_with_the_normal_towards_its_axis() -> None:
+    """The pin-insertion cam's roller is a cylinder of radius 11 mm: every point is that far from its axis."""
+    model = read(str(Path(__file__).parents[1] / "profiles" / "pin_insertion.toml"))
+    cloud = flank_points(model)
+    pose = model.tracks[0].pose(np.radians(cloud["cam_angle_deg"]), 0)
+    centre = (pose.a[0] + cloud["roller_mm"] * pose.u[0]).T
+    np.testing.assert_allclose(centre - cloud["points"], 11.0 * cloud["normals"], atol=1e-9)
+    assert set(cloud["side"]) == {-1.0, 1.0}
+    larger, smaller = cloud["curvature_1_per_mm"], cloud["curvature_2_per_mm"]
+    assert np.all(larger >= smaller)
+    np.testing.assert_allclose(larger + smaller + 1.0 / 11.0, cloud["relative_curvature_per_mm"], atol=1e-12)
+
+
+def test_a_cam_without_rollers_has_no_flank_points() -> None:
+    with pytest.raises(ExportError, match="the follower has no roller"):
+        flank_points(SimpleNamespace(flanks=()))  # type: ignore[arg-type]

@@ -81,18 +81,17 @@ def formats() -> dict[str, Format]:
 
 
 def format_of(path: Path | str, takes: str | None = None) -> Format:
-    """The format a file name (or a bare name such as "3mf") asks for, the longest matching extension first.
+    """The format a file name (or a bare one, `3mf`, `points.csv`) asks for, the longest matching extension first.
 
     `takes` limits the choice to the formats that are written from that. Raises ExportError with the formats there are
     and the nearest spelling.
     """
-    name = Path(path).name.lower()
-    name = name if "." in name else f".{name}"
+    name = f".{Path(path).name.lower()}"
     offered = {ext: form for ext, form in formats().items() if takes is None or form.takes == takes}
     matching = [ext for ext in offered if name.endswith(ext)]
     if matching:
         return offered[max(matching, key=len)]
-    suffix = Path(name).suffix or name
+    suffix = name[name.rindex(".") :]
     hint = did_you_mean(suffix, offered)
     raise ExportError(f"{path}: no writer for {suffix}{hint and '; ' + hint} (there are {', '.join(offered)})")
 

@@ -43,7 +43,7 @@ def flank_points(model: Model) -> dict[str, Floats]:
             first, second = flank.forms.principal()
             columns = {
                 "points": flank.points.reshape(-1, 3),
-                "normals": -flank.normals.reshape(-1, 3),
+                "normals": 0.0 - flank.normals.reshape(-1, 3),
                 "cam_angle_deg": np.degrees(np.broadcast_to(flank.phi[:, None], shape)),
                 "roller_mm": np.broadcast_to(survey.track.meridian.jet(survey.stations)[0], shape),
                 "pressure_angle_deg": np.degrees(flank.pressure_angle()),
