@@ -19,7 +19,7 @@ class Shaded:
 
     source   (n,) int32, the mesh vertex each comes from: positions and fields are `array[source]`
     faces    (f, 3) int32 indices into 0..n, in the mesh's order
-    normals  (n, 3) unit normals, outward: the faces' normals weighted by area
+    normals  (n, 3) unit normals, outward
     """
 
     source: Ints
@@ -30,21 +30,42 @@ class Shaded:
 def shade(mesh: Mesh, angle: float = 30.0) -> Shaded:
     """Split the mesh along edges whose faces meet at more than `angle` degrees or belong to different groups.
 
-    A vertex on such an edge becomes one vertex for each fan of faces that smooth edges join round it.
+    A vertex on such an edge becomes one vertex for each fan of faces that smooth edges join round it. A normal is the
+    sum of the faces' cross products, each divided by the squares of its two sides (N. Max, Weights for computing vertex
+    normals from facet normals, 1999: exact on a sphere, and blind to how the surface is cut into triangles).
     """
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
-    area = np.cross(b - a, c - a)
-    size = np.sqrt(np.einsum("fi,fi->f", area, area))
-    unit = area / np.where(size > 0.0, size, 1.0)[:, None]
-    fan, corner = _fans(mesh.faces, _smooth_edges(mesh, unit, cos(radians(angle))))
-    source = mesh.faces.ravel()[fan]
-    faces = corner.reshape(-1, 3)
-    weighted = np.repeat(area, 3, axis=0)
-    normals = np.column_stack([np.bincount(faces.ravel(), weighted[:, i], len(fan)) for i in range(3)])
+    corner, unit = _corner_normals(mesh)
+    fan, place = _fans(mesh.faces, _smooth_edges(mesh, unit, cos(radians(angle))))
+    normals = np.column_stack([np.bincount(place, corner[:, i], len(fan)) for i in range(3)])
     length = np.sqrt(np.einsum("ni,ni->n", normals, normals))
     flat = length == 0.0  # only corners of faces without area
     normals[flat], length[flat] = (0.0, 0.0, 1.0), 1.0
-    return Shaded(source, faces, normals / length[:, None])
+    return Shaded(mesh.faces.ravel()[fan], place.reshape(-1, 3), normals / length[:, None])
+
+
+def crease_lines(mesh: Mesh, angle: float = 30.0) -> Ints:
+    """Edges (e, 2), as vertex indices, whose faces meet at more than `angle` degrees or differ in group, or end there."""
+    _, unit = _corner_normals(mesh)
+    crease = np.ones(3 * len(mesh.faces), dtype=bool)
+    for edges in _smooth_edges(mesh, unit, cos(radians(angle))):
+        crease[edges] = False
+    edge = np.flatnonzero(crease)
+    ends = mesh.faces.ravel()[np.stack([edge, _following(edge)], axis=1)]
+    return np.unique(np.sort(ends, axis=1), axis=0)
+
+
+def _corner_normals(mesh: Mesh) -> tuple[Floats, Floats]:
+    """The weighted normal at every corner (3 f, 3), and the unit normal of every face (f, 3), 0 without area."""
+    p = mesh.vertices[mesh.faces]
+    side = p[:, [1, 2, 0]] - p
+    square = np.einsum("fki,fki->fk", side, side)
+    (ax, ay, az), (bx, by, bz) = side[:, 0].T, side[:, 1].T
+    area = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+    size = np.sqrt(np.einsum("fi,fi->f", area, area))
+    unit = area / np.where(size > 0.0, size, 1.0)[:, None]
+    around = square * square[:, [2, 0, 1]]
+    weight = np.where(around > 0.0, 1.0 / np.where(around > 0.0, around, 1.0), 0.0)
+    return (weight[:, :, None] * area[:, None, :]).reshape(-1, 3), unit
 
 
 def _smooth_edges(mesh: Mesh, unit: Floats, least: float) -> tuple[Integers, Integers]:
