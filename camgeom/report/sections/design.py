@@ -24,7 +24,7 @@ from camgeom.report.content import (
     Text,
 )
 from camgeom.report.numerals import number
-from camgeom.report.sections.bodies import cam_meshes, placed, poses, roller_meshes
+from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, placed, poses, roller_meshes
 from camgeom.track import Swing, Track
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _rollers(model: Model, plane: int, level: float, axes: tuple[str, str]) -> t
     """Outlines of the rollers where they stand at cam angle 0 and meet the plane."""
     start = np.zeros(1)
     paths = []
-    for _, mesh, track in roller_meshes(model):
+    for _, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
         there = placed(mesh, poses(track, start)[0])
         paths += [Path(loop, "ghost", closed=True) for loop in _flat(outlines(there, plane, level), axes)]
     return tuple(paths)

@@ -1,0 +1,169 @@
+"""Dynamics of an indexing drive: natural frequencies over the turn, Campbell diagram, response, sweep over speeds."""
+
+from __future__ import annotations
+
+from math import degrees, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.maths.mesh import Floats
+from camgeom.report.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
+from camgeom.report.numerals import number
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.indexing import IndexingDrive
+    from camgeom.dynamics.indexing_modes import Mode, Modes
+    from camgeom.dynamics.indexing_response import Response
+    from camgeom.dynamics.indexing_sweep import Sweep
+    from camgeom.motion.program import Program
+
+ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
+"""harmonics of the turn drawn in the Campbell diagram"""
+HIGH = 3.0
+"""modes up to this many times the lowest share one diagram; the others stand in the table"""
+RAD = 30.0 / pi
+
+
+def indexing(drive: IndexingDrive, program: Program, response: Response, sweep: Sweep | None) -> tuple[Block, ...]:
+    """All about an indexing drive at the first speed of its periodic response; the sweep where there is one."""
+    from camgeom.dynamics.indexing_modes import natural_modes
+
+    found = natural_modes(drive, program)
+    speed = float(response.speed[0]) * RAD
+    blocks: list[Block] = [frequencies(found), campbell_chart(found, speed), over_turn(response)]
+    if sweep is not None:
+        blocks.append(over_speeds(sweep, speed))
+    return (*blocks, modes_table(found, speed), peaks(response))
+
+
+def _low(found: Modes) -> list[Mode]:
+    """Modes that oscillate, up to `HIGH` times the lowest of them."""
+    kept = [mode for mode in found.modes if mode.oscillates]
+    lowest = min(float(mode.frequency_hz().min()) for mode in kept)
+    return [mode for mode in kept if float(mode.frequency_hz().min()) <= HIGH * lowest]
+
+
+def frequencies(found: Modes) -> Chart:
+    """Natural frequencies over the cam angle, the lowest modes."""
+    angle = np.degrees(found.theta)
+    series, marks = [], []
+    for k, mode in enumerate(_low(found), start=1):
+        hertz = mode.frequency_hz()
+        series.append(Series(f"f{_below(k)} {mode.label}", angle, hertz))
+        i = int(hertz.argmin()) if k == 1 else int(hertz.argmax())
+        marks.append(Mark(float(angle[i]), float(hertz[i]), f"{number(float(hertz[i]))} Hz"))
+    panel = Panel(Axis("Natural frequency", "Hz"), tuple(series), marks=tuple(marks))
+    return Chart("Natural frequencies of the drive held at each cam angle", CAM_ANGLE, (panel,))
+
+
+def _below(k: int) -> str:
+    return str(k).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
+
+
+def campbell_chart(found: Modes, speed_rpm: float) -> Chart:
+    """Bands of natural frequency over all cam angles, and the harmonics of the turn that excite them."""
+    from camgeom.dynamics.indexing_modes import campbell
+
+    low = _low(found)
+    top = 1.15 * max(float(mode.frequency_hz().max()) for mode in low)
+    reach = 2.0 * speed_rpm
+    speeds = np.array([0.0, reach])
+    data = campbell(found, speeds, max(ORDERS))
+    lines = []
+    for order in ORDERS:
+        line = data.lines_hz[order - 1]
+        share = min(1.0, top / float(line[-1]))  # a line ends where it leaves the diagram
+        lines.append(Series(f"{order}×", speeds * share, line * share, 4))
+    bands = []
+    for k, mode in enumerate(low, start=1):
+        hertz = mode.frequency_hz()
+        lowest, highest = float(hertz.min()), float(hertz.max())
+        name, style = f"f{_below(k)}", (k - 1) % 4
+        if highest - lowest < 0.004 * top:  # too narrow for a band
+            lines.append(Series(name, speeds, np.full(2, 0.5 * (lowest + highest)), style))
+        else:
+            bands.append(Band(name, speeds, np.full(2, lowest), np.full(2, highest), style))
+    at = (Limit(speed_rpm, f"{number(speed_rpm)} r/min", vertical=True),)
+    panel = Panel(Axis("Frequency", "Hz", 0.0, top), tuple(lines), tuple(bands), at, direct=True, height=1.4)
+    caption = "Campbell diagram: bands of natural frequency over the turn, and harmonics of the cam speed"
+    return Chart(caption, Axis("Cam speed", "r/min", 0.0, reach), (panel,))
+
+
+def _turn(response: Response) -> tuple[Floats, Floats]:
+    """Cam angles of one turn, rad: as the response knows them, and from zero."""
+    last = float(response.theta[-1])
+    theta = np.linspace(last - 2.0 * pi, last, 1081)
+    return theta[:-1], theta[:-1] - theta[0]
+
+
+def over_turn(response: Response) -> Chart:
+    """Load acceleration against the rigid motion, load deviation, contact and input torque over one turn."""
+    theta, shown = _turn(response)
+    angle = np.degrees(shown)
+    acceleration = response.at(theta, "load_acceleration")[0]
+    omega = float(response.speed[0])
+    rigid = omega**2 * np.asarray(response.system.motion.jet(theta, 2)[2])
+    i = int(np.abs(acceleration).argmax())
+    mark = Mark(float(angle[i]), float(acceleration[i]), f"{number(float(acceleration[i]))} at {number(float(angle[i]))}°")
+    panels = [
+        Panel(
+            Axis("Load acceleration", "rad/s²"),
+            (Series("with vibration", angle, acceleration), Series("rigid", angle, rigid)),
+            marks=(mark,),
+        )
+    ]
+    rows = (("load_deviation", Axis("Load deviation", "mrad"), 1e3), ("contact_torque", Axis("Contact torque", "N m"), 1.0),
+            ("input_torque", Axis("Input torque", "N m"), 1.0))  # fmt: skip
+    for name, axis, factor in rows:
+        panels.append(Panel(axis, (Series(axis.label, angle, factor * response.at(theta, name)[0]),)))
+    caption = f"Periodic response over one turn at {number(omega * RAD)} r/min"
+    return Chart(caption, CAM_ANGLE, tuple(panels))
+
+
+def over_speeds(sweep: Sweep, speed_rpm: float) -> Chart:
+    """Peak load acceleration and its ratio to the rigid peak over the cam speed."""
+    kept = sweep.answered
+    x = sweep.speed[kept] * RAD
+    at = (Limit(speed_rpm, f"{number(speed_rpm)} r/min", vertical=True),)
+    peak = np.maximum(np.abs(sweep.maximum), np.abs(sweep.minimum))[kept]
+    ratio = sweep.amplification[kept]
+    i = int(ratio.argmax())
+    mark = Mark(float(x[i]), float(ratio[i]), f"{number(float(ratio[i]))} at {number(float(x[i]))} r/min")
+    panels = (
+        Panel(Axis("Peak load acceleration", "rad/s²", zero=True), (Series("peak", x, peak),), limits=at),
+        Panel(Axis("Ratio to the rigid peak"), (Series("ratio", x, ratio),), marks=(mark,)),
+    )
+    return Chart("Response over the cam speed", Axis("Cam speed", "r/min"), panels)
+
+
+def modes_table(found: Modes, speed_rpm: float) -> Table:
+    """Every mode with its range of frequency and the harmonic of the turn that comes nearest to it."""
+    rows: list[tuple[Cell, ...]] = []
+    for mode in found.modes:
+        if not mode.oscillates:
+            rows.append((mode.label, "diverges: the stiffness is not definite", None, None, None))
+            continue
+        hertz = mode.frequency_hz()
+        low, high = float(hertz.min()), float(hertz.max())
+        order = max(1, round(60.0 * low / speed_rpm))
+        rows.append((mode.label, "oscillates", low, high, order))
+    columns = (Column("Block"), Column("Kind"), Column("Lowest", "Hz"), Column("Highest", "Hz"), Column("Nearest harmonic"))
+    return Table(f"Natural modes; harmonics of {number(speed_rpm)} r/min", columns, tuple(rows))
+
+
+def peaks(response: Response) -> Table:
+    """Extremes of the outputs and what the drive does in the dwell."""
+    from camgeom.dynamics.indexing_response import OUTPUTS
+
+    rows: list[tuple[Cell, ...]] = []
+    for name, meaning in OUTPUTS.items():
+        found = response.peak(name)
+        high, low = (float(found.maximum[0]), float(found.maximum_at[0])), (float(found.minimum[0]), float(found.minimum_at[0]))
+        unit = meaning.split(",")[0].split(" of ")[0].split(" in ")[0].split(" between ")[0].replace("rad/s2", "rad/s²")
+        rows.append((name.replace("_", " "), unit, high[0], degrees(high[1]) % 360.0, low[0], degrees(low[1]) % 360.0))
+    rows.append(("peak load acceleration over rigid", "1", float(response.amplification()[0]), None, None, None))
+    columns = (
+        Column("Output"), Column("Unit"), Column("Largest"), Column("at", "°"), Column("Smallest"), Column("at", "°"),
+    )  # fmt: skip
+    return Table("Extremes of the periodic response", columns, tuple(rows))
