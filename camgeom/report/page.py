@@ -169,10 +169,11 @@ def _block(block: Block, figures: count[int], tables: count[int]) -> str:
             f'<figure class="scene full">{caption}<div class="stage">The 3D view needs scripts.</div>'
             f'<div class="controls"></div><script type="application/json">{scene_json(block)}</script></figure>'
         )
-    narrow = sheet(block, NARROW).render(block.caption)
+    style = "drawing" if isinstance(block, Drawing) else ""
+    narrow = sheet(block, NARROW).render(block.caption, style)
     if block.width == "half":
         return f'<figure class="half">{caption}{narrow}</figure>'
-    wide = sheet(block, WIDE).render(block.caption)
+    wide = sheet(block, WIDE).render(block.caption, style)
     return f'<figure class="full">{caption}<div class="wide">{wide}</div><div class="narrow">{narrow}</div></figure>'
 
 

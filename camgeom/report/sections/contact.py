@@ -129,10 +129,20 @@ def hardest(model: Model) -> Table:
         ("Largest shear stress under the surface", float(one.shear), "MPa", None),
         ("Depth of the largest shear stress", float(one.shear_depth), "mm", None),
         ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
-        ("Mean drive torque", 1e-3 * float(duty.force.work()) / (2.0 * pi), "N m", None),
+        (
+            "Mean drive torque",
+            _unless_rounding(1e-3 * float(duty.force.work()) / (2.0 * pi), 1e-3 * torque),
+            "N m",
+            None,
+        ),
     ]
     columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
     return Table("Contact and drive", columns, tuple(rows))
+
+
+def _unless_rounding(value: float, scale: float) -> float:
+    """The value, or 0 where it is rounding against `scale`."""
+    return value if abs(value) > 1e-12 * abs(scale) else 0.0
 
 
 def reversals(duty: Duty) -> Text:

@@ -14,6 +14,7 @@ from camgeom.report.content import (
     Axis,
     Block,
     Chart,
+    Circle,
     Dimension,
     Drawing,
     Leader,
@@ -25,6 +26,7 @@ from camgeom.report.content import (
 )
 from camgeom.report.numerals import number
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, placed, poses, roller_meshes
+from camgeom.report.sections.faces import face_bodies
 from camgeom.track import Swing, Track
 
 if TYPE_CHECKING:
@@ -39,7 +41,9 @@ def design(model: Model) -> tuple[Block, ...]:
         meshes = cam_meshes(model)
     except DesignError as error:
         return (Text((f"No body can be drawn: {error}.",)), *developed(model))
-    return (axial(model, meshes), across(model, meshes), *developed(model))
+    views = (axial(model, meshes), across(model, meshes))
+    flat = not model.tracks or abs(model.tracks[0].axis[2]) > 0.99  # a plate shows its shape from above
+    return (*(views[::-1] if flat else views), *developed(model))
 
 
 Meshes = tuple[tuple[str, Mesh], ...]
@@ -82,14 +86,24 @@ def _regions(meshes: Meshes, plane: int, level: float, axes: tuple[str, str]) ->
     return tuple(Region(loops) for loops in found if loops)
 
 
-def _rollers(model: Model, plane: int, level: float, axes: tuple[str, str]) -> tuple[Path, ...]:
-    """Outlines of the rollers where they stand at cam angle 0 and meet the plane."""
+def _followers(model: Model, plane: int, level: float, axes: tuple[str, str]) -> tuple[Path, ...]:
+    """Outlines of the follower where it stands at cam angle 0 and meets the plane; left out where it stands aside."""
     start = np.zeros(1)
+    bodies = [(mesh, poses(track, start)) for _, mesh, track in roller_meshes(model) if _meets(track, plane, level)]
+    if bodies or not model.tracks:
+        bodies += [(mesh, poses(track, start)) for _, mesh, track in carrier_meshes(model)]
+        bodies += [(mesh, moved) for _, mesh, moved in face_bodies(model, start)]
     paths = []
-    for _, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
-        there = placed(mesh, poses(track, start)[0])
+    for mesh, moved in bodies:
+        there = placed(mesh, moved[0])
         paths += [Path(loop, "ghost", closed=True) for loop in _flat(outlines(there, plane, level), axes)]
     return tuple(paths)
+
+
+def _meets(track: Track, plane: int, level: float) -> bool:
+    """Whether the plane goes through the roller as it stands at cam angle 0."""
+    reach = float(track.meridian.jet(np.array([track.meridian.parameter(0.5 * sum(track.contact))]))[3][0])
+    return abs(float(_stand(track)[plane]) - level) < 0.9 * max(reach, 0.5 * abs(track.contact[1] - track.contact[0]))
 
 
 @final
@@ -125,7 +139,7 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     bore = _bore(model)
     if bore:
         dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-    leaders = list(_roller_notes(model, AXIAL))
+    leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
     for track in model.tracks[:1]:
         joint = track.joint
         if not isinstance(joint, Swing):
@@ -138,7 +152,7 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
             paths += _cross(z, x, 0.05 * reach)
             dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "right"))
             leaders.append(Leader((z, x), "turret axis"))
-    paths += _rollers(model, 1, 0.0, AXIAL)
+    paths += _followers(model, 1, 0.0, AXIAL)
     caption = "Section through the cam axis, follower at cam angle 0"
     regions = _regions(meshes, 1, 0.0, AXIAL)
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
@@ -155,9 +169,14 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     dimensions = []
     if not size.round:
         wide, tall = (float(v) for v in (high - low)[:2])
-        dimensions.append(Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(wide, 5), "below"))
-        dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall, 5), "left"))
+        dimensions.append(Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(wide), "below"))
+        dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall), "left"))
     leaders = list(_roller_notes(model, ACROSS))
+    circles = []
+    base = getattr(model.cam, "base_radius", None)
+    if base:
+        circles.append(Circle((0.0, 0.0), float(base), "hidden"))
+        leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
     for track in tracks:
         if abs(track.axis[2]) > 0.99:  # rollers parallel to the cam axis: the pitch curve lies in this view
             curve = np.ascontiguousarray(track.pose(np.linspace(*track.span, 361), 0).a[0][:2].T)
@@ -171,10 +190,11 @@ def across(model: Model, meshes: Meshes) -> Drawing:
             paths += _cross(x, y, 0.05 * reach)
             dimensions.append(Dimension((0.0, 0.0), (x, y), number(abs(x), 6), "above"))
             leaders.append(Leader((x, y), "pivot"))
-    paths += _rollers(model, 2, level, ACROSS)
-    caption = f"Section across the cam axis at z = {number(level)} mm, seen from +Z, follower at cam angle 0"
+    paths += _followers(model, 2, level, ACROSS)
+    way = "clockwise" if getattr(model.cam, "direction", "ccw") == "cw" else "counter-clockwise"
+    caption = f"Section at z = {number(level)} mm, seen from +Z, follower at cam angle 0; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
-    return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
+    return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), regions)
 
 
 def _depth_note(model: Model, z: float) -> list[Leader]:

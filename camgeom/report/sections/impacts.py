@@ -77,7 +77,9 @@ def all_turns(run: ImpactRun) -> Chart:
     series = tuple(
         Series(name, 1e3 * flat.time, flat.force[:, k]) for k, name in enumerate(("main contact", "opposite contact"))
     )
-    return Chart("Contact forces over the whole run", Axis("Time", "ms"), (Panel(Axis("Force", "N", zero=True), series),))
+    return Chart(
+        "Contact forces over the whole run", Axis("Time", "ms"), (Panel(Axis("Force", "N", zero=True), series),)
+    )
 
 
 def hits(run: ImpactRun, window: tuple[float, float]) -> Block:

@@ -105,7 +105,9 @@ def over_turn(response: Response) -> Chart:
     omega = float(response.speed[0])
     rigid = omega**2 * np.asarray(response.system.motion.jet(theta, 2)[2])
     i = int(np.abs(acceleration).argmax())
-    mark = Mark(float(angle[i]), float(acceleration[i]), f"{number(float(acceleration[i]))} at {number(float(angle[i]))}°")
+    mark = Mark(
+        float(angle[i]), float(acceleration[i]), f"{number(float(acceleration[i]))} at {number(float(angle[i]))}°"
+    )
     panels = [
         Panel(
             Axis("Load acceleration", "rad/s²"),
@@ -113,8 +115,11 @@ def over_turn(response: Response) -> Chart:
             marks=(mark,),
         )
     ]
-    rows = (("load_deviation", Axis("Load deviation", "mrad"), 1e3), ("contact_torque", Axis("Contact torque", "N m"), 1.0),
-            ("input_torque", Axis("Input torque", "N m"), 1.0))  # fmt: skip
+    rows = (
+        ("load_deviation", Axis("Load deviation", "mrad"), 1e3),
+        ("contact_torque", Axis("Contact torque", "N m"), 1.0),
+        ("input_torque", Axis("Input torque", "N m"), 1.0),
+    )
     for name, axis, factor in rows:
         panels.append(Panel(axis, (Series(axis.label, angle, factor * response.at(theta, name)[0]),)))
     caption = f"Periodic response over one turn at {number(omega * RAD)} r/min"
@@ -148,7 +153,13 @@ def modes_table(found: Modes, speed_rpm: float) -> Table:
         low, high = float(hertz.min()), float(hertz.max())
         order = max(1, round(60.0 * low / speed_rpm))
         rows.append((mode.label, "oscillates", low, high, order))
-    columns = (Column("Block"), Column("Kind"), Column("Lowest", "Hz"), Column("Highest", "Hz"), Column("Nearest harmonic"))
+    columns = (
+        Column("Block"),
+        Column("Kind"),
+        Column("Lowest", "Hz"),
+        Column("Highest", "Hz"),
+        Column("Nearest harmonic"),
+    )
     return Table(f"Natural modes; harmonics of {number(speed_rpm)} r/min", columns, tuple(rows))
 
 
@@ -159,7 +170,10 @@ def peaks(response: Response) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for name, meaning in OUTPUTS.items():
         found = response.peak(name)
-        high, low = (float(found.maximum[0]), float(found.maximum_at[0])), (float(found.minimum[0]), float(found.minimum_at[0]))
+        high, low = (
+            (float(found.maximum[0]), float(found.maximum_at[0])),
+            (float(found.minimum[0]), float(found.minimum_at[0])),
+        )
         unit = meaning.split(",")[0].split(" of ")[0].split(" in ")[0].split(" between ")[0].replace("rad/s2", "rad/s²")
         rows.append((name.replace("_", " "), unit, high[0], degrees(high[1]) % 360.0, low[0], degrees(low[1]) % 360.0))
     rows.append(("peak load acceleration over rigid", "1", float(response.amplification()[0]), None, None, None))

@@ -12,6 +12,7 @@ from camgeom.flank import Flank
 from camgeom.maths.mesh import Floats, Mesh
 from camgeom.report.content import Axis, Block, Body, Scene, Shade
 from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, kept, poses, roller_meshes
+from camgeom.report.sections.faces import face_bodies
 from camgeom.report.sections.motion import units
 from camgeom.track import TURN, Track
 
@@ -46,6 +47,7 @@ def _scene(model: Model) -> Scene:
         bodies.append(Body(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))
     for name, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
         bodies.append(Body(name, mesh, poses(track, phi), "follower"))
+    bodies += [Body(name, mesh, moved, "follower") for name, mesh, moved in face_bodies(model, phi)]
     shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
     axes, factors = units(model)
     lift = factors[0] * model.setup.program.jet(phi, 0)[0]

@@ -65,7 +65,7 @@ class Viewer {
     const reach = new Box3();
     for (let f = 0; f < this.data.frames; f += Math.max(1, Math.floor(this.data.frames / 24))) {
       this.place(this.data.angles[f]);
-      reach.union(new Box3().setFromObject(this.world, false));
+      reach.union(new Box3().setFromObject(this.world, true));
     }
     this.centre = reach.getCenter(new Vector3());
     this.extent = reach.getSize(new Vector3());
