@@ -37,8 +37,13 @@ def test_mean_load_against_a_fine_sum():
 
 def test_life_of_the_pin_roller():
     found = bearing_life(PIN.panels, NORMAL, RATE, ROLLER_RADIUS, SPEED, rating=9000.0, static_rating=12000.0)
-    path = integrate.quad(lambda t: float(np.hypot(PITCH_RADIUS, PIN_MOTION.jet(np.array([t]), 1)[1, 0])), 0.0, TURN,
-                          points=list(PIN_MOTION.knots), limit=200)[0]
+    path = integrate.quad(
+        lambda t: float(np.hypot(PITCH_RADIUS, PIN_MOTION.jet(np.array([t]), 1)[1, 0])),
+        0.0,
+        TURN,
+        points=list(PIN_MOTION.knots),
+        limit=200,
+    )[0]
     turns_per_hour = 600 * 60 * path / (2 * np.pi * ROLLER_RADIUS)
     assert float(found.speed) == pytest.approx(turns_per_hour / 3600 * 2 * np.pi, rel=1e-10)
     turns = (9000 / float(found.mean_load)) ** (10 / 3) * 1e6

@@ -114,7 +114,7 @@ def test_vtu_keeps_every_bit(tmp_path: Path, bodies: tuple[Body, ...]) -> None:
         np.testing.assert_array_equal(np.ravel(read.point_data[name]), want[name])
     for name in ("group", "body"):
         np.testing.assert_array_equal(np.ravel(read.cell_data[name][0]), want[name])
-    assert "body 0 cam <1> & \"co\" \u2205 : group 0 flank, group 1 land" in (tmp_path / "cam.vtu").read_bytes().decode(
+    assert 'body 0 cam <1> & "co" \u2205 : group 0 flank, group 1 land' in (tmp_path / "cam.vtu").read_bytes().decode(
         errors="replace"
     )
 

@@ -65,6 +65,7 @@ def test_minus_sign_gives_another_trend_than_printed():
 
 # --- an independent count -------------------------------------------------------------------------------------------
 
+
 class Plain:
     """The same contact by quadrature and root search at every single contact, nothing tabled."""
 
@@ -155,8 +156,9 @@ def test_hot_spot_is_the_largest_of_fine_stepping():
 FAST = Cycloids(((0, 12, 0, 3), (12, 40, 3, 40), (40, 200, 40, 10), (200, 215, 10, 10), (215, 360, 10, 0)))
 
 
-@pytest.mark.parametrize(("radius", "exponent"),
-                         [(0.5, 6.0), (3.0, 9.0), (7.0, 1.0), (25.0, 6.0), (300.0, 3.0), (1e4, 40.0)])
+@pytest.mark.parametrize(
+    ("radius", "exponent"), [(0.5, 6.0), (3.0, 9.0), (7.0, 1.0), (25.0, 6.0), (300.0, 3.0), (1e4, 40.0)]
+)
 def test_hot_spot_on_other_motions_sizes_and_exponents(radius, exponent):
     """The refined maximum against the profile on a fine grid, for rollers from many turns to a fraction of one."""
     load = FollowerLoad(FAST, 50.0, 1.0, 20.0, preload=5.0).sampled()
@@ -220,8 +222,9 @@ def test_variants_are_the_single_cases():
 
 def test_peak_pressure_against_scipy():
     plain = Plain(PIN_MOTION, pin_force, PITCH_RADIUS, ROLLER_RADIUS, LENGTH)
-    found = optimize.minimize_scalar(lambda phi: -plain.stress(phi, -1), bounds=(5.3, 5.6), method="bounded",
-                                     options={"xatol": 1e-10})
+    found = optimize.minimize_scalar(
+        lambda phi: -plain.stress(phi, -1), bounds=(5.3, 5.6), method="bounded", options={"xatol": 1e-10}
+    )
     peak = pin_contact().peak()
     assert float(peak.pressure) == pytest.approx(-found.fun, rel=1e-10)
     assert float(peak.theta) == pytest.approx(found.x, abs=1e-6)
@@ -238,6 +241,7 @@ def test_cam_life_is_that_of_its_worst_point():
 
 
 # --- curvature ------------------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize("wall", ["behind", "ahead"])
 def test_exact_curvature_is_that_of_the_surface_by_differences(wall):
@@ -263,6 +267,7 @@ def test_exact_curvature_is_that_of_the_surface_by_differences(wall):
 
     def gap(step):
         """Distance from the roller's surface of the flank at a step square to the line of contact."""
+
         def miss(place):
             return flank(*place)[0] @ np.array([across, line]).T - [contact @ across + step, contact @ line]
 
@@ -295,8 +300,10 @@ def test_conventions_agree_where_they_must():
 
 def test_undercut_has_two_sides():
     def margin(radius):
-        return min(float(curvature.undercut_margin(wall, radius, PITCH_RADIUS, LOAD.ds, LOAD.dds).min())
-                   for wall in ("behind", "ahead"))
+        return min(
+            float(curvature.undercut_margin(wall, radius, PITCH_RADIUS, LOAD.ds, LOAD.dds).min())
+            for wall in ("behind", "ahead")
+        )
 
     edge = optimize.brentq(margin, 11.0, 40.0)
     radius = edge * np.array([0.998, 1.003])
@@ -309,6 +316,7 @@ def test_undercut_has_two_sides():
 
 
 # --- limits ---------------------------------------------------------------------------------------------------------
+
 
 def test_near_undercut_the_panels_are_split_until_resolved():
     load = pin_load()
@@ -357,8 +365,10 @@ def test_slices_along_the_roller_are_a_leading_axis():
     cosine = curvature.cos_pressure_angle(radii[:, None, None], LOAD.ds)
     wide = LENGTH / 4
     line = LOAD.force / cosine.sum(axis=0) / wide
-    walls = [curvature.relative_curvature("exact", wall, ROLLER_RADIUS, radii[:, None, None], LOAD.ds, LOAD.dds)
-             for wall in ("behind", "ahead")]
+    walls = [
+        curvature.relative_curvature("exact", wall, ROLLER_RADIUS, radii[:, None, None], LOAD.ds, LOAD.dds)
+        for wall in ("behind", "ahead")
+    ]
     pair = pair_compliance(ROLLER, CAM)
     contact = line_contacts(LOAD.panels, line * wide, walls[0], walls[1], rates, wide, pair)
     assert isinstance(contact, Contact)

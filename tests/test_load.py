@@ -37,9 +37,15 @@ def test_force_of_the_pin_machine_at_every_sample():
 
 
 def test_program_and_written_out_motion_give_the_same_force():
-    program = Program.from_segments([
-        Segment(155 * DEG), Segment(215 * DEG, 37.0, "cycloidal"), Segment(280 * DEG, 74.0, "cycloidal"),
-        Segment(290 * DEG), Segment(360 * DEG, 0.0, "cycloidal")])
+    program = Program.from_segments(
+        [
+            Segment(155 * DEG),
+            Segment(215 * DEG, 37.0, "cycloidal"),
+            Segment(280 * DEG, 74.0, "cycloidal"),
+            Segment(290 * DEG),
+            Segment(360 * DEG, 0.0, "cycloidal"),
+        ]
+    )
     load = FollowerLoad(program, SPEED, 2.25, 8.3, applied=(insertion(),))
     found = load.sampled(PIN.panels)
     np.testing.assert_allclose(found.force, PIN.force, rtol=1e-9, atol=1e-8)
@@ -71,8 +77,12 @@ def test_variants_are_the_single_cases():
 
 
 def test_work_over_a_turn_is_what_friction_and_insertion_take():
-    insert = integrate.quad(lambda phi: (pin_force(phi, 0.0, 0.0)) * PIN_MOTION.jet(np.array([phi]), 1)[1, 0],
-                            INSERTION_FROM, INSERTION_UNTIL, epsabs=1e-12)[0]
+    insert = integrate.quad(
+        lambda phi: (pin_force(phi, 0.0, 0.0)) * PIN_MOTION.jet(np.array([phi]), 1)[1, 0],
+        INSERTION_FROM,
+        INSERTION_UNTIL,
+        epsabs=1e-12,
+    )[0]
     assert float(PIN.work()) == pytest.approx(8.3 * 2 * 74.0 + insert, rel=1e-12)
     # Inertia, spring and weight give back what they take.
     loaded = pin_load(rate=3.0, preload=50.0, weight=20.0).sampled(PIN.panels)
@@ -89,8 +99,9 @@ def test_torque_of_the_whole_drive_balances_the_power():
 
 
 def test_rotating_follower_is_in_torques():
-    swing = Program.from_segments([
-        Segment(90 * DEG, 0.5, "3-4-5"), Segment(180 * DEG), Segment(360 * DEG, 0.0, "3-4-5")])
+    swing = Program.from_segments(
+        [Segment(90 * DEG, 0.5, "3-4-5"), Segment(180 * DEG), Segment(360 * DEG, 0.0, "3-4-5")]
+    )
     load = FollowerLoad(swing, 20.0, mass=0.01, friction=30.0, kind="rotating").sampled()
     theta = load.panels.theta
     jet = swing.jet(theta, 2)
@@ -129,6 +140,7 @@ def test_loads_at_extreme_ratios_stay_finite():
 
 
 # --- applied forces -------------------------------------------------------------------------------------------------
+
 
 def test_expression_force_holds_on_its_closed_range_only():
     force = expression_force("3 + 0*phi", 1.0, 2.0)
@@ -178,8 +190,10 @@ def test_monotone_cubic_is_that_of_scipy_and_does_not_overshoot(values):
     assert ((found >= low - slack) & (found <= high + slack)).all()
 
 
-@pytest.mark.parametrize(("rows", "message"), [
-    ([[10.0, 1.0]], "two rows"), ([[10.0, 1.0], [10.0, 2.0]], "increase"), ([[0.0, 1.0], [361.0, 1.0]], "one turn")])
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [([[10.0, 1.0]], "two rows"), ([[10.0, 1.0], [10.0, 2.0]], "increase"), ([[0.0, 1.0], [361.0, 1.0]], "one turn")],
+)
 def test_bad_tables(rows, message):
     with pytest.raises(ValidationError, match=message):
         Force.model_validate({"table": rows})
@@ -193,15 +207,22 @@ def test_force_section():
     assert float(force.applied()(np.array([260 * DEG]))[0]) == pytest.approx(520.0)
     table = Force.model_validate({"table": ((10.0, 1.0), (20.0, 3.0)), "interpolation": "smooth"})
     assert float(table.applied()(15 * DEG)) == pytest.approx(2.0)
-    for bad, message in (({}, "either"), ({"expression": "1", "table": [[0.0, 1.0], [1.0, 2.0]]}, "either"),
-                         ({"expression": "9**9**9"}, "exponent"), ({"expression": "phi.x"}, "Attribute"),
-                         ({"expression": "1", "from": 5.0, "until": 5.0}, "equal"), ({"expresion": "1"}, "Extra"),
-                         ({"table": [[0.0, "1"], [1.0, 2.0]]}, "number"), ({"table": 3}, "tuple")):
+    for bad, message in (
+        ({}, "either"),
+        ({"expression": "1", "table": [[0.0, 1.0], [1.0, 2.0]]}, "either"),
+        ({"expression": "9**9**9"}, "exponent"),
+        ({"expression": "phi.x"}, "Attribute"),
+        ({"expression": "1", "from": 5.0, "until": 5.0}, "equal"),
+        ({"expresion": "1"}, "Extra"),
+        ({"table": [[0.0, "1"], [1.0, 2.0]]}, "number"),
+        ({"table": 3}, "tuple"),
+    ):
         with pytest.raises(ValidationError, match=message):
             Force.model_validate(bad)
 
 
 # --- panels ---------------------------------------------------------------------------------------------------------
+
 
 def test_panels_integrate_interpolate_and_find_maxima():
     where = panels([0.0, 1.0, 2.5, TURN])
@@ -251,6 +272,7 @@ def test_reversal_at_a_jump_is_at_the_jump():
 
 
 # --- spin reversal --------------------------------------------------------------------------------------------------
+
 
 def test_spin_reversal_against_a_stepped_simulation():
     rate, omega, growth, radius, inertia, mu = 80.0, 60.0, 4000.0, 11.0, 2e-6, 0.1
