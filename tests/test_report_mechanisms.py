@@ -81,7 +81,7 @@ def test_follower_touches_the_turning_plate_and_never_enters(name: str, directio
     assert tool.mesh.watertight
     assert tool.mesh.volume > 0.0
     (rim,) = (loop for loop in outlines(cam.mesh, 2, 7.0) if np.hypot(loop[:, 0], loop[:, 1]).min() > 20.0)
-    rim = np.concatenate([rim + share * (np.roll(rim, -1, axis=0) - rim) for share in np.linspace(0.0, 0.95, 20)])
+    rim = np.concatenate([rim + share * (np.roll(rim, -1, axis=0) - rim) for share in np.linspace(0.0, 0.98, 50)])
     for k in range(0, len(scene.angles), 15):
         machine = rim @ cam.poses[k, :, :3].T + cam.poses[k, :, 3]
         seen = (machine - tool.poses[k, :, 3]) @ tool.poses[k, :, :3]  # in the follower's own frame
