@@ -6,7 +6,7 @@ smooth, so peaks, reversals and the hot spot are found to rounding, not to a sam
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 
@@ -20,9 +20,9 @@ from camgeom.mechanics.bearing import BearingLife, bearing_life
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.fatigue import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.hertz import LineContact, line_contact
-from camgeom.mechanics.load import FollowerForce, FollowerLoad, drive_torque, normal_force
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.panels import highest
+from camgeom.mechanics.panels import highest, panels, roots
 from camgeom.mechanics.slices import share_load
 from camgeom.track import Track
 
@@ -65,8 +65,20 @@ class Duty:
 
     @cached_property
     def force(self) -> FollowerForce:
-        """Motion and force of the follower on panels."""
-        return self.load.sampled()
+        """Motion and force of the follower on panels; what this track's walls can give.
+
+        A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
+        clipped at zero, on panels that have an edge where it changes sign.
+        """
+        full = self.load.sampled()
+        if len(self.track.sides) > 1:
+            return full
+        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
+        if zeros.size:
+            full = self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), np.inf))
+        sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
+                              .lever().mean()))
+        return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
 
     def walls(self, t: float) -> Walls:
         """The flank at one meridian parameter t."""

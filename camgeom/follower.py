@@ -95,6 +95,8 @@ class TranslatingFollower(Section):
     offset: SignedLength = Field(0.0, description="mm, disc cams: offset of the follower's line towards +Y")
     face: Face = Field("roller", description="disc cams: what touches the cam")
     face_radius: Length | None = Field(None, description="mm, face = curved: radius of the mushroom's face")
+    face_width: Length | None = Field(None, description="mm, face = flat: width of the face, centred on its line")
+    clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the slide between the two cams")
 
 
 class SwingingFollower(Section):
@@ -115,6 +117,7 @@ class SwingingFollower(Section):
     face: Face = Field("roller", description="disc cams: what touches the cam")
     face_radius: Length | None = Field(None, description="mm, face = curved: radius of the face")
     face_offset: SignedLength = Field(0.0, description="mm, face = flat: from the pivot back to the face's line")
+    face_width: Length | None = Field(None, description="mm, face = flat: length of the face, from the pivot on")
 
 
 class TurretFollower(Section):
@@ -133,6 +136,7 @@ class FrameFollower(Section):
     kind: Literal["frame"]
     mass: Mass = Field(0.0, description="kg")
     clearance: Gap = Field(0.0, description="mm, total play between frame and cam")
+    face_width: Length | None = Field(None, description="mm, width of each face, centred on the cam axis")
 
 
 FollowerSpec = Annotated[

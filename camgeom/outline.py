@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import acos
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.motion.program import Program
 from camgeom.track import TURN, Track
 
 Floats = npt.NDArray[np.float64]
@@ -88,7 +90,7 @@ class FaceOutline:
     angle; x = h n + (h' / psi') n_left. With psi = const -+ phi this is the support function of the theory.
     """
 
-    line: FaceMotion
+    line: FlatFace
 
     def knots(self) -> Floats:
         """Cam angles where the motion's derivatives may jump."""
@@ -108,14 +110,40 @@ class FaceOutline:
         return Curve(points, n, 1.0 / safe, radius * psi[1])
 
 
-class FaceMotion(Protocol):
-    """The motion of a flat face seen from the cam."""
+@dataclass(frozen=True, eq=False)
+class FlatFace:
+    """A flat face carried by a slide along X (pivot None) or by an arm pivoted at (pivot, 0).
+
+    Translating: support base + s, normal azimuth -sense phi. Swinging: the normal stands at way * (beta0 - lift) in the
+    machine, cos(beta0) = (base + offset) / pivot, and the support is pivot cos(beta) - offset.
+    """
+
+    program: Program
+    sense: float
+    base: float
+    pivot: float | None = None
+    offset: float = 0.0
+    way: float = 1.0
 
     def knots(self) -> Floats:
-        """Cam angles where a derivative may jump, rad."""
+        """Cam angles where the motion's derivatives may jump."""
+        return np.asarray(self.program.knots)
 
     def jets(self, phi: Floats) -> tuple[Floats, Floats]:
-        """Azimuth of the face normal (3, n), rad, and its support (3, n), mm, with two derivatives each."""
+        """Azimuth of the normal and support, each (3, n)."""
+        s = self.program.jet(phi, 2)
+        psi, h = np.zeros_like(s), s.copy()
+        psi[0], psi[1] = -self.sense * phi, -self.sense
+        if self.pivot is None:
+            h[0] += self.base
+            return psi, h
+        beta = -s
+        beta[0] += acos((self.base + self.offset) / self.pivot)
+        c, sn = np.cos(beta[0]), np.sin(beta[0])
+        h[0] = self.pivot * c - self.offset
+        h[1] = -self.pivot * sn * beta[1]
+        h[2] = -self.pivot * (c * beta[1] ** 2 + sn * beta[2])
+        return psi + self.way * beta, h
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import acos, cos, sin, sqrt
-from typing import Any, ClassVar, Literal
+from dataclasses import replace
+from math import inf, sqrt
+from typing import ClassVar, Literal
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from camgeom.blank import Bore
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
-from camgeom.motion.program import Program
-from camgeom.outline import CircleOutline, FaceOutline, Outline, RollerOutline
+from camgeom.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.outline_mount import (
+    SLIDE,
+    Arm,
+    arm_angle,
+    bore_problems,
+    lift_range,
+    problem,
+    roller_track,
+    swing_problem,
+    triangle_problem,
+)
+from camgeom.outline_touch import Touch
 from camgeom.prism import FaceGroove, Loop, Prism
 from camgeom.solid import Part
 from camgeom.spec import Gap, Length, Section
-from camgeom.track import Joint, Meridian, Slide, Straight, Swing, Track
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track import Joint, Meridian, Straight, Track, Vector
 
 STARTER = """
 # Starter: a disc cam with a translating roller follower held by a spring. Lengths mm, angles degrees.
@@ -127,12 +134,12 @@ class Cam(Section):
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
-        found = _bore_problems(self, self.base_radius)
+        found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, self.base_radius)
         face = _face(setup)
         if face == "roller" and setup.roller is None:
             return [*found, Problem("roller", "face = 'roller' needs a roller", None, "a [roller] table")]
         if face == "roller" and setup.roller is not None and setup.roller.shape not in ("cylinder", "crowned"):
-            found.append(_problem("roller.shape", setup.roller.shape, "cylinder or crowned on a disc cam"))
+            found.append(problem("roller.shape", setup.roller.shape, "cylinder or crowned on a disc cam"))
         if face == "curved" and not getattr(setup.follower, "face_radius", None):
             found.append(Problem("follower.face_radius", "is missing", None, "a radius in mm, for face = 'curved'"))
         if self.form == "groove":
@@ -142,63 +149,49 @@ class Cam(Section):
         offset = abs(setup.follower.offset) if isinstance(setup.follower, TranslatingFollower) else 0.0
         prime = self.prime_radius(setup)
         if face != "flat" and offset >= prime:
-            found.append(_problem("follower.offset", offset, f"below the prime radius {prime:g} mm"))
+            found.append(problem("follower.offset", offset, f"below the prime radius {prime:g} mm"))
         return found
 
     def _groove_problems(self, setup: Setup, face: str) -> list[Problem]:
         if face != "roller":
-            return [_problem("follower.face", face, "roller, for form = 'groove'")]
+            return [problem("follower.face", face, "roller, for form = 'groove'")]
         if self.diameter is None or self.groove_depth is None:
             missing = "cam.diameter" if self.diameter is None else "cam.groove_depth"
             return [Problem(missing, "is missing", None, "a length in mm, for form = 'groove'")]
         found = []
         if self.groove_depth >= self.width:
-            found.append(_problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
-        reach = self.prime_radius(setup) + _stroke_reach(setup) + self.touch_radius(setup) + self.running_clearance
+            found.append(problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
+        stroke = lift_range(setup.program)[1]
+        reach = self.prime_radius(setup) + stroke + self.touch_radius(setup) + self.running_clearance
         if isinstance(setup.follower, TranslatingFollower) and 0.5 * self.diameter <= reach:
             limit = f"above {2.0 * reach:g} mm, so that the groove is inside"
-            found.append(_problem("cam.diameter", self.diameter, limit))
+            found.append(problem("cam.diameter", self.diameter, limit))
         return found
 
     def _swing_problems(self, setup: Setup, follower: SwingingFollower, face: str) -> list[Problem]:
         a = self.center_distance
         if a is None:
             return [Problem("cam.center_distance", "is missing", None, "mm, cam axis to the follower's pivot")]
-        lifts = [lift for span in setup.program.spans for lift in (span.before, span.after)]
         if face == "flat":
             if not abs(self.base_radius + follower.face_offset) < a:
                 least = abs(self.base_radius + follower.face_offset)
                 limit = f"above {least:g} mm, so that the face clears the base circle"
-                return [_problem("cam.center_distance", a, limit)]
+                return [problem("cam.center_distance", a, limit)]
             return []
         arm, prime = follower.arm, self.prime_radius(setup)
-        if not abs(a - arm) < prime < a + arm:
-            limit = f"such that arm {arm:g}, centre distance {a:g} and prime radius form a triangle: the prime radius "
-            limit += f"{prime:g} mm must lie between {abs(a - arm):g} and {a + arm:g} mm"
-            return [_problem("cam.center_distance", a, limit)]
-        psi = _arm_angle(a, arm, prime)
-        if psi + max(lifts) >= np.pi or psi + min(lifts) <= 0.0:
-            limit = f"{np.degrees(-psi):.6g} .. {180.0 - np.degrees(psi):.6g} deg, where the arm comes into line"
-            return [_problem("motion.to", float(np.degrees(max(lifts, key=abs))), limit)]
-        return []
+        found = triangle_problem("cam.center_distance", a, arm, prime, "arm")
+        found = found or swing_problem(arm_angle(a, arm, prime), setup.program)
+        return [found] if found else []
 
     def track(self, setup: Setup) -> Track:
         """The pitch motion of the roller (or of the centre of a curved face, or of a knife edge)."""
-        anchor, joint, shift = self._mount(setup)
+        anchor, joint = self._mount(setup)
         low, high = self.contact(setup)
         sides = (1.0, -1.0) if self.form == "groove" else (-self.sense,)
-        return Track(
-            meridian=self._meridian(setup),
-            joint=joint,
-            anchor=anchor,
-            axis=(0.0, 0.0, 1.0),
-            tip=low,
-            contact=(low, high),
-            program=setup.program,
-            sense=self.sense,
-            shift=shift,
-            name="profile" if self.form == "external" else "groove",
-            sides=sides,
+        name = "profile" if self.form == "external" else "groove"
+        meridian = self._meridian(setup)
+        return roller_track(
+            name, setup.program, self.sense, anchor, joint, meridian, (low, high), sides=sides
         )
 
     def _meridian(self, setup: Setup) -> Meridian:
@@ -211,20 +204,14 @@ class Cam(Section):
         """The roller's track; a curved face counts as a roller of its radius; none for flat and knife followers."""
         return (self.track(setup),) if _face(setup) in ("roller", "curved") else ()
 
-    def _mount(self, setup: Setup) -> tuple[tuple[float, float, float], Joint, float]:
+    def _mount(self, setup: Setup) -> tuple[Vector, Joint]:
         follower, prime = setup.follower, self.prime_radius(setup)
         if isinstance(follower, SwingingFollower):
             assert self.center_distance is not None
-            psi = _arm_angle(self.center_distance, follower.arm, prime)
-            way = 1.0 if follower.side == "left" else -1.0
-            anchor = (
-                self.center_distance - follower.arm * cos(psi),
-                way * follower.arm * sin(psi),
-                0.0,
-            )
-            return anchor, Swing((0.0, 0.0, -way), (self.center_distance, 0.0, 0.0)), 0.0
+            arm = Arm(self.center_distance, _way(follower))
+            return arm.point(follower.arm, arm_angle(self.center_distance, follower.arm, prime)), arm.joint
         assert isinstance(follower, TranslatingFollower)
-        return (sqrt(prime**2 - follower.offset**2), follower.offset, 0.0), Slide((1.0, 0.0, 0.0)), 0.0
+        return (sqrt(prime**2 - follower.offset**2), follower.offset, 0.0), SLIDE
 
     def outline(self, setup: Setup) -> Outline:
         """The cam's profile (groove form: the inner flank)."""
@@ -250,10 +237,35 @@ class Cam(Section):
         follower = setup.follower
         if isinstance(follower, SwingingFollower):
             assert self.center_distance is not None
-            way = 1.0 if follower.side == "left" else -1.0
             pivot, offset = self.center_distance, follower.face_offset
-            return FlatFace(setup.program, self.sense, self.base_radius, pivot, offset, way)
+            return FlatFace(setup.program, self.sense, self.base_radius, pivot, offset, _way(follower))
         return FlatFace(setup.program, self.sense, self.base_radius)
+
+    def touches(self, setup: Setup) -> tuple[Touch, ...]:
+        """The contacts: one of an external cam, both flanks of a face groove."""
+        face = _face(setup)
+        low, high = self.contact(setup)
+        joint = self._joint(setup)
+        radius = inf if face == "flat" else self.touch_radius(setup)
+        inner = Touch("profile", self.outline(setup), joint, self.sense, 1.0, radius, high - low, kind=face)
+        if self.form == "external":
+            return (inner,)
+        outer = self.outlines(setup)["outer flank"]
+        return (
+            replace(inner, name="inner flank"),
+            Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
+        )
+
+    def _joint(self, setup: Setup) -> Joint:
+        if isinstance(setup.follower, SwingingFollower):
+            assert self.center_distance is not None
+            return Arm(self.center_distance, _way(setup.follower)).joint
+        return SLIDE
+
+    def clearance(self, setup: Setup) -> float:
+        """Total play of the roller in a face groove along the normal, mm."""
+        del setup
+        return 2.0 * self._gap
 
     def bore_spec(self) -> Bore | None:
         """The bore, or None."""
@@ -273,65 +285,10 @@ class Cam(Section):
         return (FaceGroove("cam", rim, inside, outside, 0.0, floor, self.width, self.bore_spec()),)
 
 
-@dataclass(frozen=True, eq=False)
-class FlatFace:
-    """A flat face carried by a slide along X (pivot None) or by an arm pivoted at (pivot, 0).
-
-    Translating: support base + s, normal azimuth -sense phi. Swinging: the normal stands at way * (beta0 - lift) in the
-    machine, cos(beta0) = (base + offset) / pivot, and the support is pivot cos(beta) - offset.
-    """
-
-    program: Program
-    sense: float
-    base: float
-    pivot: float | None = None
-    offset: float = 0.0
-    way: float = 1.0
-
-    def knots(self) -> Floats:
-        """Cam angles where the motion's derivatives may jump."""
-        return np.asarray(self.program.knots)
-
-    def jets(self, phi: Floats) -> tuple[Floats, Floats]:
-        """Azimuth of the normal and support, each (3, n)."""
-        s = self.program.jet(phi, 2)
-        psi, h = np.zeros_like(s), s.copy()
-        psi[0], psi[1] = -self.sense * phi, -self.sense
-        if self.pivot is None:
-            h[0] += self.base
-            return psi, h
-        beta = -s
-        beta[0] += acos((self.base + self.offset) / self.pivot)
-        c, sn = np.cos(beta[0]), np.sin(beta[0])
-        h[0] = self.pivot * c - self.offset
-        h[1] = -self.pivot * sn * beta[1]
-        h[2] = -self.pivot * (c * beta[1] ** 2 + sn * beta[2])
-        return psi + self.way * beta, h
-
-
-def _arm_angle(centre: float, arm: float, prime: float) -> float:
-    """Angle at the pivot between the line of centres and the arm at zero lift, rad."""
-    return acos((centre**2 + arm**2 - prime**2) / (2.0 * centre * arm))
-
-
 def _face(setup: Setup) -> str:
     return str(getattr(setup.follower, "face", "roller"))
 
 
-def _stroke_reach(setup: Setup) -> float:
-    return max(lift for span in setup.program.spans for lift in (span.before, span.after))
-
-
-def _bore_problems(cam: Any, radius: float) -> list[Problem]:
-    if not cam.bore:
-        return [_problem("cam.keyway_width", cam.keyway_width, "0 without a bore")] if cam.keyway_width else []
-    if bool(cam.keyway_width) != bool(cam.keyway_depth) or cam.keyway_width >= cam.bore:
-        return [_problem("cam.keyway_width", cam.keyway_width, f"below the bore {cam.bore:g} mm, with a keyway_depth")]
-    reach = Bore(cam.bore, cam.keyway_width, cam.keyway_depth).reach
-    if reach >= radius:
-        return [_problem("cam.bore", cam.bore, f"outline (reaches {reach:g} mm) inside the base circle {radius:g} mm")]
-    return []
-
-
-def _problem(key: str, value: object, allowed: str) -> Problem:
-    return Problem(key, "cannot be built", value, allowed)
+def _way(follower: SwingingFollower) -> float:
+    """+1 where the arm's contact lies on the +Y side."""
+    return 1.0 if follower.side == "left" else -1.0
