@@ -21,6 +21,8 @@ const SCREENS = [
   { name: "phone-dark", width: 390, height: 844, scheme: "dark", touch: true },
   { name: "tablet-light", width: 720, height: 1000, scheme: "light" },
   { name: "small-phone-light", width: 320, height: 640, scheme: "light", touch: true },
+  { name: "without-webgl", width: 1280, height: 900, scheme: "light", flags: ["--disable-3d-apis"] },
+  { name: "greyscale", width: 1280, height: 900, scheme: "light", grey: true },
 ];
 
 for (const screen of SCREENS) {
@@ -34,12 +36,12 @@ for (const screen of SCREENS) {
     colorScheme: screen.scheme,
     args: [
       "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-      "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+      "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...(screen.flags ?? []),
     ],
   });
   const page = context.pages()[0] ?? (await context.newPage());
   const say = (what) => complaints.push(`${screen.name}: ${what}`);
-  page.on("console", (m) => { if (["error", "warning"].includes(m.type()) && !/GPU stall|swiftshader/i.test(m.text())) say(`console: ${m.text()}`); });
+  page.on("console", (m) => { if (["error", "warning"].includes(m.type()) && !/GPU stall|swiftshader/i.test(m.text()) && !screen.flags) say(`console: ${m.text()}`); });
   page.on("pageerror", (error) => say(`error: ${error.message}`));
   page.on("request", (request) => { if (!/^(file|data|blob):/.test(request.url())) say(`asks the network for ${request.url()}`); });
   page.on("dialog", async (dialog) => { say(`dialog: ${dialog.message()}`); await dialog.dismiss(); });
@@ -47,6 +49,8 @@ for (const screen of SCREENS) {
   const scene = page.locator("figure.scene").first();
   const has3d = (await scene.count()) > 0;
   if (has3d) await page.waitForSelector("figure.scene[data-ready], figure.scene.without", { timeout: 60000 });
+  if (screen.flags && has3d && !(await page.locator("figure.scene.without").count())) say("no word that the 3D view cannot start");
+  if (screen.grey) await page.addStyleTag({ content: "html { filter: grayscale(1); }" });
   for (const fault of await page.evaluate(faults)) say(fault);
   await page.screenshot({ path: join(out, `${screen.name}-top.png`) });
   for (const section of await page.locator("main section[id]").all()) {

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -119,3 +121,15 @@ def test_every_number_in_the_page_is_finite(html: str) -> None:
 
 def test_repeated_rendering_is_the_same(html: str) -> None:
     assert render(report_demo.page()) == html
+
+
+def test_vendored_viewer_is_built_from_the_sources_here() -> None:
+    root = Path(__file__).parent.parent
+    assets = root / "camgeom" / "report" / "assets"
+    bundle = (assets / "viewer.js").read_text(encoding="utf-8")
+    sources = sorted((root / "scripts" / "viewer" / "src").iterdir())
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+    assert digest in bundle[:400], "run `npm ci && npm run build` in scripts/viewer"
+    assert "MIT" in (assets / "viewer.LICENSE.txt").read_text(encoding="utf-8")
+    assert "</script" not in bundle.lower()
+    assert len(bundle) < 700_000

@@ -25,12 +25,16 @@ ACROSS, ALONG = 721, 13
 WINDOW, STEPS = np.radians(15.0), 61
 """cam angles about its own at which a vertex is measured against the roller"""
 COLOURED = ("flank",)
+GROOVE = ("flank", "floor", "edge")
+"""faces that a clearance is shown on"""
+NOTHING = 1e-3
+"""mm; a clearance nowhere larger than this is contact all over and no picture"""
 
 SHADES = (
     Shade("pressure_angle", "Pressure angle", "°", groups=COLOURED),
     Shade("curvature", "Relative curvature", "1/mm", groups=COLOURED),
     Shade("pressure", "Contact pressure", "MPa", groups=COLOURED),
-    Shade("clearance", "Clearance to the roller", "mm"),
+    Shade("clearance", "Clearance to the roller", "mm", groups=GROOVE),
 )
 
 
@@ -93,12 +97,14 @@ def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
         field = np.where(wall & (distance < 0.25 * radius), values[nearest], np.nan)
         if np.any(np.isfinite(field)):
             out[name] = field
-    near = np.flatnonzero(distance < 1.2 * radius)
+    groove = np.zeros(len(mesh.vertices), dtype=bool)
+    for name in GROOVE:
+        groove[mesh.faces[mesh.group_faces(name)]] = True
+    near = np.flatnonzero(groove & (distance < 1.2 * radius))
     gap = np.full(len(mesh.vertices), np.nan)
-    gap[near] = _clearance(model, mesh.vertices[near], samples, nearest[near])
-    gap[gap > radius] = np.nan
-    if np.any(np.isfinite(gap)):
-        out["clearance"] = np.maximum(gap, 0.0)
+    gap[near] = np.maximum(_clearance(model, mesh.vertices[near], samples, nearest[near]), 0.0)
+    if np.any(gap[near] > NOTHING):
+        out["clearance"] = gap
     return out
 
 
