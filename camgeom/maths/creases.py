@@ -44,7 +44,7 @@ def shade(mesh: Mesh, angle: float = 30.0) -> Shaded:
 
 
 def crease_lines(mesh: Mesh, angle: float = 30.0) -> Ints:
-    """Edges (e, 2), as vertex indices, whose faces meet at more than `angle` degrees or differ in group, or end there."""
+    """Edges (e, 2), as vertex indices, where faces meet at more than `angle` degrees, or groups or the surface end."""
     _, unit = _corner_normals(mesh)
     crease = np.ones(3 * len(mesh.faces), dtype=bool)
     for edges in _smooth_edges(mesh, unit, cos(radians(angle))):

@@ -26,11 +26,12 @@ STEEL: Colour = (0.80, 0.82, 0.845)
 FLANK: Colour = (0.50, 0.66, 0.82)
 CUT: Colour = (0.95, 0.85, 0.66)
 ROLLER: Colour = (0.87, 0.55, 0.22)
+CARRIER: Colour = (0.93, 0.80, 0.64)
 """Blue and orange stay apart in every kind of colour vision, and in grey."""
 _LINE, _HATCH = "#20252b", "#b98a45"
 
 _METAL = {"ambient": 0.22, "diffuse": 0.80, "specular": 0.16, "specular_power": 20.0}
-_PAINT = {"ambient": 0.50, "diffuse": 0.52, "specular": 0.0}
+_PAINT = {"ambient": 0.62, "diffuse": 0.42, "specular": 0.0}
 _FLAT = {"ambient": 0.75, "diffuse": 0.28, "specular": 0.0}
 """Result colours and cut faces are lit evenly, so that they can be compared with the bar and with each other."""
 
@@ -51,7 +52,8 @@ CAMERAS = {
 class View:
     """What a picture shows.
 
-    field        name of the result field in colours, on the faces of `field_groups` (all where empty)
+    field        name of the result field in colours, on the faces of `field_groups` (all where empty); a face with a
+                 vertex where the field is NaN keeps the body's colour
     label, unit  its title at the colour bar
     limits       range of the colours; by default that of the shown values
     diverging    colours that part at zero
@@ -169,7 +171,8 @@ class Stage:
         if drawn.values is None:
             return np.zeros(len(drawn.faces), dtype=bool)
         wanted = [n for n in drawn.groups if n != "cut" and n in (self.view.field_groups or drawn.groups)]
-        return np.isin(drawn.group, [drawn.groups.index(name) for name in wanted])
+        known = np.all(np.isfinite(drawn.values[drawn.faces]), axis=1)
+        return np.asarray(known & np.isin(drawn.group, [drawn.groups.index(name) for name in wanted]))
 
     def _range(self, skins: Sequence[Skin]) -> None:
         if self.view.field is None:
@@ -188,7 +191,8 @@ class Stage:
         actors = []
         if self.bar is not None and shown.any():
             assert drawn.values is not None
-            place = np.clip((drawn.values - self.bar.low) / (self.bar.high - self.bar.low), 0.0, 1.0)
+            values = np.nan_to_num(drawn.values, nan=self.bar.low)
+            place = np.clip((values - self.bar.low) / (self.bar.high - self.bar.low), 0.0, 1.0)
             colours = scale(self.bar.diverging)[np.rint(255.0 * place).astype(int)]
             actors.append(self._surface(drawn, shown, colours))
         for number, name in enumerate(drawn.groups):
@@ -246,10 +250,14 @@ class Stage:
         camera.parallel_scale = 0.5 * self.mm_per_pixel * height
 
     def _light(self, size: float) -> None:
-        """A key light from the upper left, weaker ones from the eye and from the right; corners lie in shade."""
+        """A key light from the upper left, weaker ones from the eye and from the right; corners lie in shade.
+
+        Seen from below, the key light comes from below too.
+        """
         import pyvista
 
-        for right, up, towards, strength in ((-0.55, 0.6, 0.8, 0.72), (0.0, 0.0, 1.0, 0.38), (0.95, 0.1, 0.4, 0.20)):
+        high = 0.6 if self.axes[2, 2] > -0.1 else -0.6
+        for right, up, towards, strength in ((-0.55, high, 0.8, 0.72), (0.0, 0.0, 1.0, 0.38), (0.95, 0.1, 0.4, 0.20)):
             light = pyvista.Light(light_type="scene light", intensity=strength)
             light.positional = False
             light.focal_point = (0.0, 0.0, 0.0)

@@ -1,0 +1,93 @@
+"""The stills of a design: cam and follower, the section through the roller, the results on the flanks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.export import Body
+from camgeom.maths.mesh import Mesh
+from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, placed, poses, roller_meshes
+from camgeom.report.sections.mechanism import SHADES, fields
+from camgeom.report.views import CARRIER, ROLLER, Plane, View, render
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+_FLAT = 0.5
+"""A cam lower than this share of its width is looked at from higher up."""
+_ABOVE = 0.15
+"""How much better the view from below must be."""
+_RESULTS = ("pressure", "pressure_angle")
+
+
+def write_pictures(model: Model, folder: Path, stem: str, size: tuple[int, int] = (1600, 1200)) -> list[Path]:
+    """Draw the stills of a model into `folder` as <stem>-<what>.png and give their paths.
+
+    mechanism       cam and follower where the pressure angle is largest, in the machine frame
+    section         the same, the cam cut through its axis and the follower's
+    pressure, pressure-angle    on the flanks, seen from where they are largest (what the model has of them)
+
+    Raises ExportError where no OpenGL library works here or a file cannot be written, DesignError where the cam is
+    undercut.
+    """
+    cams = cam_meshes(model)
+    eye = _eye(cams)
+    scene = _mechanism(model, cams)
+    names = tuple(name for name, _ in cams)
+    plane = Plane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+    views = [
+        ("mechanism", scene, View(camera=eye)),
+        ("section", scene, View(camera=eye, section=plane, section_bodies=names)),
+    ]
+    coloured = [Body(name, replace(mesh, fields=fields(model, mesh))) for name, mesh in cams]
+    for shade in SHADES:
+        shown = [body for body in coloured if shade.key in body.mesh.fields]
+        if shade.key in _RESULTS and shown:
+            look = View(shade.key, shade.groups, shade.label, shade.unit, camera=_facing(shown, shade.key, eye[2]))
+            views.append((shade.key.replace("_", "-"), coloured, look))
+    paths = []
+    for what, bodies, view in views:
+        path = folder / f"{stem}-{what}.png"
+        render(bodies, path, replace(view, size=size))
+        paths.append(path)
+    return paths
+
+
+def _eye(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
+    """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam."""
+    size = np.ptp(np.concatenate([mesh.vertices for _, mesh in cams]), axis=0)
+    return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else 0.42)
+
+
+def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
+    """All bodies in the machine frame at the cam angle of the largest pressure angle."""
+    surveys = model.flanks
+    angle = max((s.pressure_angle for s in surveys), key=lambda e: e.value).cam_angle if surveys else 0.0
+    phi = np.array([angle])
+    sense = -1.0 if getattr(model.cam, "direction", "ccw") == "cw" else 1.0
+    bodies = [Body(name, placed(mesh, cam_poses(sense, phi)[0])) for name, mesh in cams]
+    for colour, found in ((ROLLER, roller_meshes(model)), (CARRIER, carrier_meshes(model))):
+        for number, (name, mesh, track) in enumerate(found):
+            bodies.append(Body(f"{name} {number}", placed(mesh, poses(track, phi)[0]), colour))
+    return bodies
+
+
+def _facing(bodies: list[Body], key: str, height: float) -> tuple[float, float, float]:
+    """Direction from which the face with the largest value is seen best; from below only where that is much better."""
+    best = max(bodies, key=lambda body: float(np.nanmax(body.mesh.fields[key]))).mesh
+    place = int(np.nanargmax(best.fields[key]))
+    corners = best.vertices[best.faces[best.group_faces("flank") & np.any(best.faces == place, axis=1)]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+    normal = normal / (float(np.linalg.norm(normal)) or 1.0)
+    azimuth = float(np.arctan2(best.vertices[place, 1], best.vertices[place, 0]))
+    eyes = [
+        np.array([np.cos(azimuth + aside), np.sin(azimuth + aside), up])
+        for aside in (-0.6, -0.35, 0.35, 0.6)
+        for up in (height, -height)
+    ]
+    x, y, z = max(eyes, key=lambda eye: float(eye @ normal) + (_ABOVE if eye[2] > 0.0 else 0.0))
+    return (float(x), float(y), float(z))
