@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 from camgeom.export.step.brep import Assembly, Facets, Placed, Solid
 from camgeom.export.step.groove import grooved_solid, ribbed_solid
+from camgeom.export.step.planar import face_groove_solid, planar_solid
 from camgeom.export.step.solids import TOLERANCE
+from camgeom.prism import FaceGroove, Prism
 from camgeom.solid import GroovedCylinder, RibbedCylinder
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-EXACT: dict[type, Callable[[Any, float], Solid]] = {GroovedCylinder: grooved_solid, RibbedCylinder: ribbed_solid}
+EXACT: dict[type, Callable[[Any, float], Solid]] = {
+    GroovedCylinder: grooved_solid,
+    RibbedCylinder: ribbed_solid,
+    Prism: planar_solid,
+    FaceGroove: face_groove_solid,
+}
 """How a kind of part becomes a boundary representation: (part, tolerance mm) -> Solid."""
 
 

@@ -73,6 +73,8 @@ def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
     tolerance  mm between the exact points and every fitted curve and surface
     Raises NotConverged where a band has a kink between knots, DesignError where patches do not meet at a knot.
     """
+    if len(knots) == 2:  # a face that closed on itself would need a seam
+        knots = np.array([knots[0], 0.5 * (knots[0] + knots[1]), knots[1]])
     patches = _fitted(bands, knots, tolerance)
     net = _Net(bands, patches)
     faces = [face for k in range(len(bands)) for face in _band_faces(net, k, outward)]

@@ -27,10 +27,10 @@ TOLERANCE = 1e-5
 @final
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """A closed curve in the XY plane, counter-clockwise.
+    """A closed curve in the XY plane, run either way.
 
     point  exact points: parameters (n,) -> (n, 2) mm; at an inner knot either neighbour's value
-    knots  ascending parameters where a derivative jumps, at least three; the last is one period after the first
+    knots  ascending parameters where a derivative jumps; the last is one period after the first
     name   of the faces; a tuple names each interval between knots
     """
 
@@ -78,6 +78,8 @@ def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float
 
 def wall(outline: Outline, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Sheet:
     """The sheet straight along Z over an outline from z = low to z = high, mm; outward -1 for a hole."""
+    knots = np.array(outline.knots)
+    turn = outward * _running(outline.point(np.linspace(knots[0], knots[-1], 361)[:-1]))
 
     def point(t: Floats, share: Floats) -> Floats:
         flat = outline.point(t)
@@ -86,7 +88,13 @@ def wall(outline: Outline, low: float, high: float, outward: float, tolerance: f
         x[..., 2] = low * (1.0 - share) + high * share
         return x
 
-    return sheet([Band(outline.name, point, degree=1)], np.array(outline.knots), outward, tolerance)
+    return sheet([Band(outline.name, point, degree=1)], knots, turn, tolerance)
+
+
+def _running(points: Floats) -> float:
+    """+1 where a closed polygon (n, 2) runs counter-clockwise, -1 where clockwise."""
+    x, y = points.T
+    return 1.0 if float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) > 0.0 else -1.0
 
 
 def flat_end(name: str, z: float, up: bool, loops: Sequence[Loop], colour: Colour | None = None) -> Face:
