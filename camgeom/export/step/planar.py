@@ -63,5 +63,5 @@ def keep_bore_inside(outline: Outline, bore: Bore | None, body: str, samples: in
     nearest = float(np.hypot(*outline.point(np.linspace(outline.knots[0], outline.knots[-1], samples)).T).min())
     if nearest <= bore.reach:
         raise DesignError(
-            f"{body!r}: the bore reaches {bore.reach:.6g} mm from the axis, the outline comes as near as {nearest:.6g} mm"
+            f"{body!r}: the bore reaches {bore.reach:.6g} mm from the axis, the outline is {nearest:.6g} mm from it"
         )
