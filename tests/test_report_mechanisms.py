@@ -155,6 +155,26 @@ def test_impacts_are_listed_and_the_play_is_crossed() -> None:
     assert len(table.rows) == len([hit for hit in run.impacts if window[0] <= hit.time < window[1]])
 
 
+def test_frame_holds_the_constant_width_cam_on_both_sides() -> None:
+    from camgeom.cams import cam_class
+
+    (scene,) = _blocks(Model(parse(cam_class("constant-width").STARTER)), "solid")
+    assert isinstance(scene, Scene)
+    cam = next(body for body in scene.bodies if body.role == "cam")
+    frame = next(body for body in scene.bodies if body.role == "follower")
+    assert frame.mesh.watertight
+    assert frame.mesh.genus == 1
+    assert cam.poses is not None
+    assert frame.poses is not None
+    inner = frame.mesh.vertices[8:]
+    for k in range(0, len(scene.angles), 12):
+        machine = cam.mesh.vertices @ cam.poses[k, :, :3].T
+        shift = frame.poses[k, 0, 3]
+        assert machine[:, 0].max() == pytest.approx(shift + inner[:, 0].max(), abs=0.02)
+        assert machine[:, 0].min() == pytest.approx(shift + inner[:, 0].min(), abs=0.02)
+        assert np.abs(machine[:, 1]).max() < inner[:, 1].max()
+
+
 def test_page_of_a_turret_shows_every_roller_and_the_whole_engagement() -> None:
     from camgeom.cams import cam_class
 
@@ -164,6 +184,7 @@ def test_page_of_a_turret_shows_every_roller_and_the_whole_engagement() -> None:
     rollers = [body for body in scene.bodies if body.name.startswith("roller")]
     assert len(rollers) == (model.setup.follower.rollers or model.setup.follower.stops)
     assert [body.name for body in scene.bodies].count("turret") == 1
+    assert all(body.mesh.watertight for body in scene.bodies)
     places = {tuple(np.round(b.poses[0, :, :3] @ b.mesh.vertices.mean(axis=0) + b.poses[0, :, 3], 3)) for b in rollers}
     assert len(places) == len(rollers)
     assert len(render(page)) < 3_000_000

@@ -193,21 +193,30 @@ def _cell(value: Cell) -> str:
         return "–"
     if isinstance(value, bool):
         return '<span class="pass">✓ passes</span>' if value else '<span class="fail">✗ fails</span>'
-    return escape(value if isinstance(value, str) else number(value))
+    text = value if isinstance(value, str) else number(value)
+    return escape(text.replace(" ", "\N{NO-BREAK SPACE}") if len(text) < 8 else text)
 
 
 def _table(table: Table, n: int) -> str:
     numeric = [_is_numeric(table, i) for i in range(len(table.columns))]
     head = "".join(_heading(column, right) for column, right in zip(table.columns, numeric))
+    labels = [escape(f"{c.label}, {c.unit}" if c.unit else c.label) for c in table.columns]
     rows = []
     for row in table.rows:
-        cells = "".join(f"<td{' class=n' if right else ''}>{_cell(v)}</td>" for v, right in zip(row, numeric))
+        cells = "".join(map(_table_cell, row, numeric, labels))
         failed = any(value is False for value in row)
         rows.append(f"<tr{' class=failed' if failed else ''}>{cells}</tr>")
+    stacks = " class=stacks" if len(table.columns) > 3 else ""  # a phone sets the cells of a row one under another
     return (
-        f'<div class="scroll"><table><caption><b>Table {n}</b>{escape(table.caption)}</caption>'
+        f'<div class="scroll"><table{stacks}><caption><b>Table {n}</b>{escape(table.caption)}</caption>'
         f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
     )
+
+
+def _table_cell(value: Cell, right: bool, label: str) -> str:
+    kinds = [word for word, applies in (("n", right), ("void", value is None or value == "")) if applies]
+    style = f' class="{" ".join(kinds)}"' if kinds else ""
+    return f'<td{style} data-label="{label}">{_cell(value)}</td>'
 
 
 def _is_numeric(table: Table, i: int) -> bool:

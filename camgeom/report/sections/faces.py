@@ -37,6 +37,13 @@ def face_bodies(model: Model, phi: Floats) -> tuple[tuple[str, Mesh, Floats], ..
     if face == "flat" and hasattr(model.cam, "face_motion"):
         mesh, poses = flat_face(model.cam.face_motion(model.setup), width, phi)
         return (("flat face", mesh, poses),)
+    if model.setup.follower.kind == "frame" and hasattr(model.cam, "span_between"):
+        base = float(model.cam.base_radius)
+        mesh = frame(float(model.cam.span_between(model.setup)), base, width)
+        reach = base + model.setup.program.jet(phi, 0)[0]
+        poses = np.zeros((len(phi), 3, 4))
+        poses[:, range(3), range(3)], poses[:, 0, 3] = 1.0, reach
+        return (("frame", mesh, poses),)
     if face == "knife" and hasattr(model.cam, "track"):
         from camgeom.report.sections.bodies import poses as carried
 
@@ -66,6 +73,27 @@ def flat_face(motion: FaceMotion, width: float, phi: Floats) -> tuple[Mesh, Floa
     poses = np.zeros((len(phi), 3, 4))
     poses[:, :2, 0], poses[:, :2, 1], poses[:, 2, 2], poses[:, :2, 3] = normal, along, 1.0, origin
     return mesh, poses
+
+
+def frame(span: float, base: float, width: float) -> Mesh:
+    """A frame about the cam: its near face through the origin across X, the far face `span` behind it.
+
+    The cam's largest radius is span - base; its opening clears that.
+    """
+    thick, half = THICK * span, 1.05 * (span - base)
+    inner = np.array([[-span, -half], [0.0, -half], [0.0, half], [-span, half]])
+    outer = inner + thick * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    levels = (0.1 * width, 0.9 * width)
+    vertices = np.vstack([np.column_stack([ring, np.full(4, z)]) for ring in (outer, inner) for z in levels])
+    i, j = np.arange(4), (np.arange(4) + 1) % 4
+    bands = ((0, 4, False), (8, 12, True), (0, 8, True), (4, 12, False))  # outside, inside, below, above
+    faces = []
+    for a, b, turned in bands:
+        quads = np.stack([np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]).reshape(
+            -1, 3
+        )
+        faces.append(quads[:, ::-1] if turned else quads)
+    return Mesh(vertices, np.ascontiguousarray(np.vstack(faces), dtype=np.int32))
 
 
 def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:

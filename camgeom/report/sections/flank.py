@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.flank import Flank
+from camgeom.maths.extremum import piece_grid
 from camgeom.maths.mesh import Floats
 from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
 from camgeom.report.numerals import number
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.survey import Extreme, Survey
 
+STEEPEST = 1e4
+"""1/mm; a sharper outline has a corner, not a curvature"""
 ACROSS, ALONG = 361, 21
 """cells of a map"""
 
@@ -25,7 +28,7 @@ ACROSS, ALONG = 361, 21
 def flank(model: Model) -> tuple[Block, ...]:
     """Extremes of every track, lines at three stations, and maps of the first track."""
     if not model.flanks:
-        return (Text(("The follower touches the cam without a roller: no roller envelope, no pressure-angle map.",)),)
+        return outlines(model)
     first = model.flanks[0]
     folded = [survey for survey in model.flanks if survey.margin.value <= 0.0]
     if folded:
@@ -35,6 +38,24 @@ def flank(model: Model) -> tuple[Block, ...]:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
         blocks.insert(1, Text((same,)))
     return (*blocks, *maps(first))
+
+
+def outlines(model: Model) -> tuple[Block, ...]:
+    """Curvature of the plane outlines of a cam without rollers."""
+    curves = getattr(model.cam, "outlines", None)
+    if curves is None:
+        return ()
+    panels = []
+    for name, outline in curves(model.setup).items():
+        phi, _ = piece_grid(np.asarray(outline.knots()), 720)
+        bend = outline.curve(phi).curvature
+        if np.abs(bend).max() < STEEPEST:
+            panels.append(Panel(Axis(f"Curvature, {name}", "1/mm", zero=True), (Series(name, np.degrees(phi), bend),)))
+    text = "The follower touches the cam without a roller: curvature is that of the outline, convex positive."
+    if not panels:
+        return (Text(("The outline has a corner or a cusp, so its curvature has no bound: see the checks.",)),)
+    caption = "Curvature of the outline where the follower touches it"
+    return Text((text,)), Chart(caption, CAM_ANGLE, tuple(panels), zones(model.setup.program))
 
 
 def _folded(model: Model, folded: list[Survey]) -> tuple[Block, ...]:
