@@ -80,6 +80,19 @@ class Blank:
         """A plain cylinder 0 <= z <= length."""
         return cls(((radius, 0.0), (radius, length)), bore, (None,), ("land",))
 
+    @property
+    def share(self) -> float:
+        """Share of a tolerance that each of the two directions may take.
+
+        Sags of a surface bent outward both ways add up inside a triangle; on a saddle (a globoid, whose arc is about a
+        centre outside) or a surface straight one way they have opposite signs or are alone.
+        """
+        saddle = all(
+            arc is None or arc[0] > max(start[0], stop[0])
+            for start, stop, arc in zip(self.outline[:-1], self.outline[1:], self.arcs)
+        )
+        return 0.98 if saddle else 0.5
+
     def sections(self, tolerance: float) -> tuple[Floats, list[str]]:
         """Outline polyline (k, 2) of (r, z) within tolerance, and the name of each of its edges."""
         points, names = [np.array(self.outline[0])], []
@@ -104,9 +117,10 @@ class Blank:
 
     def mesh(self, tolerance: float) -> Mesh:
         """Watertight mesh of the blank within tolerance, groups named by face."""
-        rz, names = self.sections(0.5 * tolerance)
+        share = self.share * tolerance
+        rz, names = self.sections(share)
         largest = float(rz[:, 0].max())
-        parts = max(12, ceil(2.0 * pi / chord_step(largest, 0.5 * tolerance)))
+        parts = max(12, ceil(2.0 * pi / chord_step(largest, share)))
         angle = 2.0 * pi * np.arange(parts) / parts
         ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         builder = Builder()

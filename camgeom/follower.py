@@ -129,6 +129,11 @@ class TurretFollower(Section):
     pitch_radius: Length = Field(description="mm, turret axis to the middle of the roller's contact length")
     inertia: Inertia = Field(0.0, description="kg m2 of the turret and its load")
 
+    @property
+    def count(self) -> int:
+        """Number of rollers on the turret."""
+        return self.rollers or self.stops
+
 
 class FrameFollower(Section):
     """A frame with two parallel flat faces (or two rollers) about a constant-width cam."""

@@ -274,11 +274,23 @@ class CutBlank:
         return Solid(self.name, mesh, error, "boolean", self.expected_genus)
 
 
+class CrossSection(Protocol):
+    """What a groove body is made of: its track and the names of its bands."""
+
+    @property
+    def track(self) -> Track:
+        """The track of the groove."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Face-group name of each band across the groove."""
+
+
 BLANK_SHARE = 1.0
 """the blank's own chord error as a share of the tolerance (its mesh is made within it)"""
 
 
-def groove_body(grid: Grid, section: GrooveSection, ridge: float, tolerance: float) -> Mesh:
+def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: float) -> Mesh:
     """Close a groove grid with a back over its ridge (the roller axis at delta = ridge) and, where open, two caps."""
     track = section.track
     pose = track.pose(grid.phi, 0)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
-from math import asin, atan2, ceil, degrees, floor, hypot, pi, sin, sqrt
+from math import asin, atan2, degrees, hypot, pi, sin, sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -13,9 +12,11 @@ from pydantic import Field
 from camgeom.blank import Blank, Bore
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, TurretFollower
-from camgeom.solid import CutBlank, Part
+from camgeom.solid import Part
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import TURN, Swing, Track
+from camgeom.turret_cut import GloboidLevel, IndexingCut
+from camgeom.turret_tracks import turret_tracks
 
 STARTER = """
 # Starter: a globoidal indexing cam, rib type, eight stops. Lengths mm, angles degrees. `camgeom run` this file.
@@ -78,7 +79,9 @@ class Cam(Section):
     globoid_radius: Length = Field(description="mm, radius of the blank's outside about the turret axis")
     tip_clearance: Gap = Field(0.5, description="mm, from the roller's end to the groove floor")
     running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
-    preload: Gap = Field(0.0, description="mm, by which the turret is set closer than the cam was cut for")
+    preload: Gap = Field(
+        0.0, description="mm, by which rollers press into the ribs they ride in the dwell, by a closer centre distance"
+    )
     bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the cam solid")
     keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
@@ -89,9 +92,23 @@ class Cam(Section):
         """Radius of the blank at its end faces (its largest), mm."""
         return self.center_distance - sqrt(self.globoid_radius**2 - 0.25 * self.width**2)
 
+    def centre_shift(self, setup: Setup) -> float:
+        """By how much the turret is set closer than the cam was cut for, mm.
+
+        In the dwell a flank's normal lies at the roller's angle tau from the line across the centres, so that a shift
+        presses the roller in by shift * sin(tau): tau is half the roller pitch for a rib, the pitch for a groove.
+        """
+        assert isinstance(setup.follower, TurretFollower)
+        share = 0.5 if self.form == "rib" else 1.0
+        return self.preload / sin(share * self.roller_pitch(setup.follower))
+
+    def allowed_interference(self, setup: Setup) -> float:
+        """By how much a roller may stand in the cam on purpose, mm (the preload at its steepest)."""
+        return self.centre_shift(setup)
+
     def roller_pitch(self, follower: TurretFollower) -> float:
         """Angle between neighbouring rollers of the turret, rad."""
-        return TURN / (follower.rollers or follower.stops)
+        return TURN / follower.count
 
     def contact(self, setup: Setup) -> tuple[float, float]:
         """Stretch of the roller that touches the flank, from the turret axis, mm."""
@@ -136,9 +153,10 @@ class Cam(Section):
         if 0.5 * self.width >= self.globoid_radius:
             limit = f"below twice the globoid radius, {2.0 * self.globoid_radius:g} mm"
             return [_problem("cam.width", self.width, limit)]
-        floor_radius = self.center_distance - self.tip(setup) - self.tip_clearance
+        floor_radius = self.center_distance - self.floor_radius(setup)
         if floor_radius <= 0.0:
-            limit = f"below {self.center_distance - self.tip_clearance:g} mm, where the roller ends on the cam axis"
+            most = follower.pitch_radius + floor_radius
+            limit = f"below {most:g} mm, where the groove floor reaches the cam axis"
             found.append(_problem("follower.pitch_radius", follower.pitch_radius, limit))
         elif self.bore and self.bore_spec().reach >= floor_radius:
             limit = f"outline inside the groove floor, {floor_radius:g} mm from the axis"
@@ -155,7 +173,7 @@ class Cam(Section):
     def _turret_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
         found = []
         pitch = self.roller_pitch(follower)
-        rollers = follower.rollers or follower.stops
+        rollers = follower.count
         if rollers % follower.stops:
             found.append(_problem("follower.rollers", rollers, f"a multiple of the {follower.stops} stops"))
         roller = setup.roller
@@ -195,55 +213,31 @@ class Cam(Section):
         follower = setup.follower
         assert isinstance(follower, TurretFollower)
         reach = asin(min(1.0, 0.5 * self.width / follower.pitch_radius))
-        return tuple(self._grooves(setup, reach, self.center_distance - self.preload, self.tip(setup)))
+        return self._grooves(setup, reach, self.center_distance - self.centre_shift(setup), self.tip(setup))
 
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
-        extra = self.running_clearance if isinstance(setup.roller, SphereRoller) else self.tip_clearance
         grooves = self._grooves(setup, self._clear_angle(setup), self.center_distance, self.tip(setup))
-        return tuple(replace(g.grown(self.running_clearance), tip=g.tip + extra) for g in grooves)
+        floor = self.floor_radius(setup)
+        return tuple(replace(g.grown(self.running_clearance), tip=floor) for g in grooves)
 
-    def _grooves(self, setup: Setup, reach: float, centre: float, tip: float) -> list[Track]:
+    def _grooves(self, setup: Setup, reach: float, centre: float, tip: float) -> tuple[Track, ...]:
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
         assert roller is not None
-        middle = follower.pitch_radius
         pitch = self.roller_pitch(follower)
-        base = 0.5 * pitch if self.form == "rib" else 0.0
-        program = setup.program
         first = Track(
-            meridian=roller.meridian(middle, 1.0),
+            meridian=roller.meridian(follower.pitch_radius, 1.0),
             joint=Swing((0.0, 1.0 if self.hand == "right" else -1.0, 0.0), (centre, 0.0, 0.0)),
             anchor=(centre, 0.0, 0.0),
             axis=(-1.0, 0.0, 0.0),
             tip=tip,
             contact=self.contact(setup),
-            program=program,
+            program=setup.program,
             sense=1.0 if self.direction == "ccw" else -1.0,
-            name="groove",
         )
-        if program.closed:
-            return self._oscillating(first, follower, base, pitch, reach)
-        starts = round(program.advance / pitch)
-        found = []
-        for j in range(starts):
-            shift = base + j * pitch
-            name = f"groove {j + 1}" if starts > 1 else "groove"
-            found.append(replace(first, shift=shift, span=_span(program, shift, reach), name=name))
-        return found
-
-    def _oscillating(
-        self, first: Track, follower: TurretFollower, base: float, pitch: float, reach: float
-    ) -> list[Track]:
-        """To-and-fro drives: every roller that comes beside the cam has its own closed groove."""
-        lifts = [lift for span in first.program.spans for lift in (span.before, span.after)]
-        count = follower.rollers or follower.stops
-        found = []
-        for k in range(-count, count + 1):
-            shift = base + k * pitch
-            if shift + max(lifts) > -reach and shift + min(lifts) < reach and abs(shift) <= pi:
-                found.append(replace(first, shift=shift, name=f"groove {len(found) + 1}"))
-        return found
+        base = 0.5 * pitch if self.form == "rib" else 0.0
+        return turret_tracks(first, follower.count, base, reach)
 
     def _clear_angle(self, setup: Setup) -> float:
         """Turret angle (rad) from the line of centres beyond which a tool is clear of the blank."""
@@ -263,43 +257,39 @@ class Cam(Section):
         del setup
         return self.globoid_radius - 0.05 * self.globoid_radius
 
+    def floor_radius(self, setup: Setup) -> float:
+        """Distance of the floor's edges from the turret axis, mm.
+
+        Rims of the rollers' ends move at hypot(tip, r); a straight floor as wide as the roller between edges at
+        hypot(tip, r, r) stays outside that, and the tip clearance is left besides.
+        """
+        roller = setup.roller
+        assert roller is not None
+        tip = self.tip(setup)
+        if isinstance(roller, SphereRoller):
+            return tip + self.running_clearance
+        end = roller.meridian(setup.follower.pitch_radius, 1.0)  # type: ignore[union-attr]
+        radius = float(end.jet(np.array([end.parameter(tip)]))[3][0]) + self.running_clearance
+        return hypot(tip, radius, radius) + self.tip_clearance
+
     def parts(self, setup: Setup) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves, by one boolean."""
+        assert setup.roller is not None
         top = self.top_radius(setup)
-        ridge = top - 0.25 * (setup.roller.diameter if setup.roller else 1.0)
-        level = GloboidLevel(self.center_distance, top)
-        return (CutBlank("cam", self.cutters(setup), self.blank(setup), level, top, ridge, 1 if self.bore else 0),)
-
-
-class GloboidLevel:
-    """Field of the globoid of `radius` about a turret axis at `centre`: positive outside the cam, mm."""
-
-    def __init__(self, centre: float, radius: float) -> None:
-        self.centre, self.radius = centre, radius
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """radius - distance of the meridian point from the turret centre."""
-        rho = np.sqrt(x[0] * x[0] + x[1] * x[1])
-        return np.asarray(self.radius - np.hypot(rho - self.centre, x[2]))
-
-
-@lru_cache(maxsize=64)
-def _span(program: object, shift: float, reach: float) -> tuple[float, float]:
-    """Cam angles (over several turns) between which the turret angle lift + shift lies within +-reach, rad."""
-    advance = program.advance  # type: ignore[attr-defined]
-    low = TURN * floor((-reach - shift) / advance - 1.0)
-    high = TURN * ceil((reach - shift) / advance + 1.0)
-
-    def crossing(level: float, a: float, b: float) -> float:
-        for _ in range(200):
-            mid = 0.5 * (a + b)
-            if program.jet(np.array([mid]), 0)[0, 0] + shift < level:  # type: ignore[attr-defined]
-                a = mid
-            else:
-                b = mid
-        return b
-
-    return crossing(-reach, low, high), crossing(reach, low, high)
+        ridge = top - 0.25 * setup.roller.diameter
+        centre, floor = self.center_distance, self.floor_radius(setup)
+        return (
+            IndexingCut(
+                "cam",
+                self.cutters(setup),
+                self.blank(setup),
+                GloboidLevel(centre, top),
+                GloboidLevel(centre, floor),
+                (top, self.tip(setup)),
+                ridge,
+                1 if self.bore else 0,
+            ),
+        )
 
 
 def _problem(key: str, value: object, allowed: str) -> Problem:

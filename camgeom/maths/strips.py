@@ -259,7 +259,7 @@ def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[
     """Counts (q,) to choose from and the step factor (q, n) that each allows."""
     sag = float(np.abs(band.c).max()) / 8.0
     least = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
-    series = np.unique(np.minimum(most, np.ceil(least * 1.35 ** np.arange(6)))).astype(np.int64)
+    series = np.unique(np.minimum(most, np.ceil(least * 1.35 ** np.arange(12)))).astype(np.int64)
     factors = np.stack(
         [np.minimum(_bound(band, np.array(coarse / c), FILL * tolerance).min(axis=1), 64.0) for c in series]
     )
