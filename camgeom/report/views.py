@@ -263,4 +263,4 @@ class Stage:
             light.focal_point = (0.0, 0.0, 0.0)
             light.position = tuple(np.array([right, up, towards]) @ self.axes)
             self.plotter.add_light(light)
-        self.plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=32, blur=True)
+        self.plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=24, blur=True)
