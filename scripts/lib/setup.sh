@@ -58,7 +58,7 @@ ensure_venv() {
   local extra="${1:-}" what="$root"
   is_ready "$extra" && return 0
   exec 9<"$root/pyproject.toml"
-  flock 9
+  flock -n 9 || { say "camgeom set-up: waiting for another set-up of this folder"; flock 9; }
   if ! is_ready "$extra"; then
     "$python" -c 'import pip' 2>/dev/null || make_venv
     rm -f "$venv/.stamp" "$venv/.stamp-dev"
