@@ -13,7 +13,8 @@ from camgeom.maths.mesh import Mesh
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = b"camgeom, lengths in mm".ljust(80)
-_CHUNK = 16384
+_CHUNK = 8192
+"""Triangles at a time, so that the working arrays stay in the cache."""
 
 
 @writer(".stl", "binary STL; coordinates rounded to float32, names and fields lost")
@@ -34,16 +35,18 @@ def write_stl(path: Path, bodies: Sequence[Body]) -> int:
 
 
 def _blocks(mesh: Mesh) -> Iterator[memoryview]:
-    """Triangles as the file holds them, as many at a time as stay in the cache."""
+    """Triangles as the file holds them, some at a time."""
     vertices = mesh.vertices.astype(np.float32)
     for start in range(0, len(mesh.faces), _CHUNK):
         faces = mesh.faces[start : start + _CHUNK]
         block = np.zeros(len(faces), dtype=_TRIANGLE)
-        corners = vertices[faces]
+        corners = vertices.take(faces, axis=0)
         block["corners"] = corners
         x, y, z = corners.transpose(2, 1, 0).astype(np.float64, order="C")
         bx, by, bz, cx, cy, cz = x[1] - x[0], y[1] - y[0], z[1] - z[0], x[2] - x[0], y[2] - y[0], z[2] - z[0]
-        normal = np.stack([by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx])
-        length = np.sqrt((normal * normal).sum(axis=0))
-        block["normal"] = (normal / np.where(length > 0.0, length, 1.0)).T
+        normal = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx)
+        length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+        length[length == 0.0] = 1.0
+        for axis in range(3):
+            block["normal"][:, axis] = normal[axis] / length
         yield block.data

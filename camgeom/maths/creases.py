@@ -36,7 +36,8 @@ def shade(mesh: Mesh, angle: float = 30.0) -> Shaded:
     """
     corner, unit = _corner_normals(mesh)
     fan, place = _fans(mesh.faces, _smooth_edges(mesh, unit, cos(radians(angle))))
-    normals = np.column_stack([np.bincount(place, corner[:, i], len(fan)) for i in range(3)])
+    at = place.reshape(-1, 3).T.ravel()
+    normals = np.column_stack([np.bincount(at, one.ravel(), len(fan)) for one in corner])
     length = np.sqrt(np.einsum("ni,ni->n", normals, normals))
     flat = length == 0.0  # only corners of faces without area
     normals[flat], length[flat] = (0.0, 0.0, 1.0), 1.0
@@ -55,17 +56,17 @@ def crease_lines(mesh: Mesh, angle: float = 30.0) -> Ints:
 
 
 def _corner_normals(mesh: Mesh) -> tuple[Floats, Floats]:
-    """The weighted normal at every corner (3 f, 3), and the unit normal of every face (f, 3), 0 without area."""
-    p = mesh.vertices[mesh.faces]
-    side = p[:, [1, 2, 0]] - p
-    square = np.einsum("fki,fki->fk", side, side)
-    (ax, ay, az), (bx, by, bz) = side[:, 0].T, side[:, 1].T
-    area = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
-    size = np.sqrt(np.einsum("fi,fi->f", area, area))
-    unit = area / np.where(size > 0.0, size, 1.0)[:, None]
-    around = square * square[:, [2, 0, 1]]
-    weight = np.where(around > 0.0, 1.0 / np.where(around > 0.0, around, 1.0), 0.0)
-    return (weight[:, :, None] * area[:, None, :]).reshape(-1, 3), unit
+    """Weighted normals at the corners, (xyz, place, f), and the unit normals of the faces, (xyz, f), 0 without area."""
+    corners = np.ascontiguousarray(mesh.faces.T)
+    x, y, z = (np.ascontiguousarray(mesh.vertices[:, i]).take(corners) for i in range(3))
+    u, v, w = (p[[1, 2, 0]] - p for p in (x, y, z))  # sides, each from its corner to the next
+    square = u * u + v * v + w * w
+    area = np.stack([v[0] * w[1] - w[0] * v[1], w[0] * u[1] - u[0] * w[1], u[0] * v[1] - v[0] * u[1]])
+    size = np.sqrt(area[0] ** 2 + area[1] ** 2 + area[2] ** 2)
+    around = square * square[[2, 0, 1]]
+    around[around == 0.0] = np.inf
+    size[size == 0.0] = 1.0
+    return area[:, None, :] / around, area / size
 
 
 def _smooth_edges(mesh: Mesh, unit: Floats, least: float) -> tuple[Integers, Integers]:
@@ -79,7 +80,8 @@ def _smooth_edges(mesh: Mesh, unit: Floats, least: float) -> tuple[Integers, Int
     pair = np.flatnonzero(same[1:-1] & ~same[:-2] & ~same[2:])  # an edge of three faces is a crease
     one, other = order[pair], order[pair + 1]
     f, g = one // 3, other // 3
-    smooth = (start[one] == end[other]) & (np.einsum("ni,ni->n", unit[f], unit[g]) >= least)
+    smooth = start[one] == end[other]
+    smooth &= sum(axis.take(f) * axis.take(g) for axis in unit) >= least
     if mesh.group is not None:
         smooth &= mesh.group[f] == mesh.group[g]
     return one[smooth], other[smooth]
