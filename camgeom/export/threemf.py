@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 from xml.sax.saxutils import escape, quoteattr
@@ -71,12 +71,23 @@ def _write_model(model: IO[bytes], title: str, bodies: Sequence[Body]) -> None:
         kind = "model" if body.mesh.watertight else "surface"
         put(f'<object id="{number + 2}" type="{kind}" name={quoteattr(_plain(body.name))} pid="1" pindex="{number}">')
         put("<mesh>\n<vertices>\n")
-        model.writelines(rows(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS))
+        model.writelines(_ahead(rows(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS)))
         put("</vertices>\n<triangles>\n")
-        model.writelines(rows(body.mesh.faces, (b'<triangle v1="', b'" v2="', b'" v3="'), b'"/>\n'))
+        model.writelines(_ahead(rows(body.mesh.faces, (b'<triangle v1="', b'" v2="', b'" v3="'), b'"/>\n')))
         put("</triangles>\n</mesh></object>\n")
     items = "".join(f'<item objectid="{number + 2}"/>\n' for number in range(len(bodies)))
     put(f"</resources>\n<build>\n{items}</build>\n</model>\n")
+
+
+def _ahead(chunks: Iterator[bytes]) -> Iterator[bytes]:
+    """The same chunks, the next one being made while this one is packed; both work outside Python's lock."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(1) as worker:
+        waiting = worker.submit(next, chunks, None)
+        while (chunk := waiting.result()) is not None:
+            waiting = worker.submit(next, chunks, None)
+            yield chunk
 
 
 def _plain(text: str) -> str:
