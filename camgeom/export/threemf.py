@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator, Sequence
+from html import escape
 from pathlib import Path
 from typing import IO
-from xml.sax.saxutils import escape, quoteattr
 
 from camgeom import __version__
 from camgeom.export import Body, writer
@@ -65,11 +65,11 @@ def _write_model(model: IO[bytes], title: str, bodies: Sequence[Body]) -> None:
     put(f'<metadata name="Title">{escape(_plain(title))}</metadata>\n')
     put(f'<metadata name="Application">camgeom {__version__}</metadata>\n<resources>\n<basematerials id="1">\n')
     for body in bodies:
-        put(f'<base name={quoteattr(_plain(body.name))} displaycolor="{_hex(body)}"/>\n')
+        put(f'<base name="{escape(_plain(body.name))}" displaycolor="{_hex(body)}"/>\n')
     put("</basematerials>\n")
     for number, body in enumerate(bodies):
         kind = "model" if body.mesh.watertight else "surface"
-        put(f'<object id="{number + 2}" type="{kind}" name={quoteattr(_plain(body.name))} pid="1" pindex="{number}">')
+        put(f'<object id="{number + 2}" type="{kind}" name="{escape(_plain(body.name))}" pid="1" pindex="{number}">')
         put("<mesh>\n<vertices>\n")
         model.writelines(_ahead(rows(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS)))
         put("</vertices>\n<triangles>\n")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ def write_vtu(path: Path, bodies: Sequence[Body]) -> int:
             parts = "" if array.ndim == 1 else f' NumberOfComponents="{array.shape[1]}"'
             kind = _TYPES[array.dtype.str[1:]]
             lines.append(
-                f'<DataArray type="{kind}" Name={quoteattr(name)}{parts} format="appended" offset="{offset}"/>'
+                f'<DataArray type="{kind}" Name="{escape(name)}"{parts} format="appended" offset="{offset}"/>'
             )
             offset += 8 + array.nbytes
         lines.append(f"</{section}>")
