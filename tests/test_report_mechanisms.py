@@ -155,6 +155,14 @@ def test_impacts_are_listed_and_the_play_is_crossed() -> None:
     assert len(table.rows) == len([hit for hit in run.impacts if window[0] <= hit.time < window[1]])
 
 
+def test_dynamics_section_shows_what_the_model_knows() -> None:
+    model = Model(parse(DISC.format(cam="", follower='kind = "translating"', roller=ROLLER, direction="ccw")))
+    assert report(model, ["dynamics"]).sections == ()
+    model.__dict__["impact"] = solve(b1_problem(1e-4), turns=1)
+    (section,) = report(model, ["dynamics"]).sections
+    assert any(isinstance(block, Table) and "Impacts" in block.caption for block in section.blocks)
+
+
 def test_frame_holds_the_constant_width_cam_on_both_sides() -> None:
     from camgeom.cams import cam_class
 

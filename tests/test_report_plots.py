@@ -16,12 +16,25 @@ from hypothesis import strategies as st
 
 from camgeom.maths.mesh import Mesh
 from camgeom.report.colours import picture, scale
-from camgeom.report.content import Axis, Body, Chart, Map, Panel, Scene, Series, Shade
+from camgeom.report.content import (
+    CAM_ANGLE,
+    Axis,
+    Body,
+    Chart,
+    Limit,
+    Map,
+    Mark,
+    Panel,
+    Scene,
+    Series,
+    Shade,
+    Zone,
+)
 from camgeom.report.maps import isolines
 from camgeom.report.numerals import number, ticks
 from camgeom.report.plots import chart_sheet, spread
 from camgeom.report.scene import scene_json
-from camgeom.report.svg import thin_line
+from camgeom.report.svg import outside, overlap, thin_line
 
 finite = st.floats(-1e9, 1e9, allow_nan=False)
 
@@ -150,6 +163,29 @@ def test_lines_that_cannot_be_drawn_are_refused() -> None:
 def test_flat_tiny_and_huge_lines_are_drawn(y: list[float]) -> None:
     chart = Chart("c", Axis("x"), (Panel(Axis("y"), (Series("s", np.array([0.0, 1.0]), np.array(y)),)),))
     assert "NaN" not in chart_sheet(chart, 400.0).render("c")
+
+
+@pytest.mark.parametrize("width", [820.0, 370.0, 300.0])
+def test_crowded_charts_keep_their_labels_apart(width: float) -> None:
+    rng = np.random.default_rng(7)
+    x = np.linspace(0.0, 360.0, 200)
+    for _ in range(40):
+        panels = []
+        for _ in range(rng.integers(1, 4)):
+            size, lift = 10.0 ** rng.integers(-9, 10), rng.choice([0.0, 3.0, 100.0])
+            waves = [size * (np.sin(x / rng.uniform(5.0, 90.0) + k) + lift) for k in range(rng.integers(1, 4))]
+            lines = tuple(Series("line " + "x" * int(rng.integers(1, 18)), x, y) for y in waves)
+            ends = [(y, i) for y in waves for i in {int(np.argmax(y)), int(np.argmin(y))}]
+            marks = tuple(Mark(float(x[i]), float(y[i]), f"{number(float(y[i]))} at {x[i]:.0f}°") for y, i in ends)
+            limits = (Limit(float(size * rng.uniform(-2.0, 2.0)), "limit 12"),) if rng.random() < 0.5 else ()
+            panels.append(Panel(Axis("Quantity of a longer name", "N m/rad"), lines, limits=limits, marks=marks))
+        axis = CAM_ANGLE if rng.random() < 0.5 else Axis("x", "mm")
+        drawn = chart_sheet(
+            Chart("c", axis, tuple(panels), (Zone(0.0, 60.0, "dwell"), Zone(90.0, 94.0, "dwell"))), width
+        )
+        for i, (box, text) in enumerate(drawn.words):
+            assert outside(box, (-1.5, -1.5, width + 1.5, drawn.height + 1.5)) == 0.0, text
+            assert [t for b, t in drawn.words[i + 1 :] if overlap(box, b, -1.5) > 30.0] == [], text
 
 
 def _unpack(text: str, kind: str) -> np.ndarray:

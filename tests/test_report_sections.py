@@ -143,6 +143,16 @@ def test_one_section_computes_only_what_it_shows(tmp_path: Path) -> None:
     assert set(lone.ledger.costs) <= {"setup"}
 
 
+def test_known_findings_are_not_judged_again() -> None:
+    from camgeom.checks import Finding
+
+    known = Finding("pressure-angle", 71.0, 70.0, "deg", False, 325.0, "slow down", "somewhere")
+    lone = read(str(PIN))
+    page = report(lone, ["checks"], (known,))
+    assert (page.passed, page.findings[0].value, page.findings[0].advice) == (False, 71.0, "Slow down.")
+    assert "checks" not in lone.ledger.costs
+
+
 def test_unknown_section_is_named_with_the_known_ones(model: Model) -> None:
     with pytest.raises(ProfileError, match="motoin") as caught:
         report(model, ["motoin"])

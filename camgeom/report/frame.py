@@ -119,24 +119,31 @@ _WAYS = (
 def place_label(sheet: Sheet, frame: Box, x: float, y: float, text: str, lines: Floats, style: str = "note") -> None:
     """Write `text` beside the point (px) where it covers no other words, and as little of the lines (k, 2) as can be.
 
-    Near places come first; the farther ones get a leader line.
+    Near places come first, then farther ones with a leader line, then any free place in the frame.
     """
     width = text_width(text)
-    best: tuple[float, Box, float, float] | None = None
+
+    def rated(left: float, base: float, reach: float) -> tuple[float, float, float]:
+        left = min(max(left, frame[0] + 3.0), frame[2] - width - 3.0)
+        box = text_box(left, base, text)
+        cost = 1e3 * sheet.clash(box) + 1e4 * outside(box, frame) + 3.0 * _covered(box, lines) + 0.25 * reach
+        return cost + 1e3 * overlap(box, (x - 3, y - 3, x + 3, y + 3)), left, base
+
+    best = (np.inf, x, y)
     for reach in (8.0, 22.0, 44.0, 70.0, 100.0):
         for dx, dy in _WAYS:
             left = x + dx * reach + (dx - 1.0) * 0.5 * width
             base = y + dy * reach + (0.35 + 0.45 * np.sign(dy)) * FONT
-            left = min(max(left, frame[0] + 3.0), frame[2] - width - 3.0)
-            box = text_box(left, base, text)
-            cost = 1e3 * sheet.clash(box) + 1e4 * outside(box, frame) + 3.0 * _covered(box, lines) + 0.25 * reach
-            cost += 1e3 * overlap(box, (x - 3, y - 3, x + 3, y + 3))
-            if best is None or cost < best[0]:
-                best = cost, box, left, base
-        if best is not None and best[0] < 4.0 + 0.25 * reach:
+            best = min(best, rated(left, base, reach))
+        if best[0] < 4.0 + 0.25 * reach:
             break
-    assert best is not None
-    _, box, left, base = best
+    if best[0] > 500.0:
+        places = [
+            (u, v) for u in np.linspace(frame[0], frame[2] - width, 15) for v in np.linspace(frame[1], frame[3], 15)
+        ]
+        best = min([best, *(rated(u, v, float(np.hypot(u - x, v - y))) for u, v in places)])
+    _, left, base = best
+    box = text_box(left, base, text)
     near = min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
     if np.hypot(near[0] - x, near[1] - y) > 14.0:
         sheet.line(x, y, *near, "leader")

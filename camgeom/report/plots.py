@@ -132,13 +132,12 @@ def _all_x(chart: Chart) -> list[Floats]:
 
 def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: bool) -> None:
     x0, y0, x1, y1 = frame.box
-    first = slot.panel is chart.panels[0]
+    named = slot.panel is chart.panels[0] and _named_zones(chart, sheet.width)
     for zone in chart.zones:
         low, high = (float(np.clip(frame.one(v, 0.0)[0], x0, x1)) for v in (zone.low, zone.high))
         sheet.rect((low, y0, high, y1), "zone")
-        if (
-            first and zone.label and text_width(zone.label) + 6.0 < high - low
-        ):  # a zone too narrow for its word is shaded only
+        fits = text_width(zone.label) + 6.0 < high - low  # a zone too narrow for its word is shaded only
+        if named and zone.label and fits:
             sheet.text(0.5 * (low + high), y0 - 5.0, zone.label, "middle", "faint")
     _draw_header(sheet, slot, frame)
     draw_grid(sheet, frame, bottom=last)

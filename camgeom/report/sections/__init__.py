@@ -16,6 +16,7 @@ from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.report.content import Block, Page, Section, Text
 
 if TYPE_CHECKING:
+    from camgeom.checks import Finding
     from camgeom.model import Model
 
 Writer = Callable[["Model"], tuple[Block, ...]]
@@ -48,6 +49,7 @@ SECTIONS = (
     Entry("flank", "Flank geometry", "flank:flank"),
     Entry("contact", "Contact and drive", "contact:contact"),
     Entry("fatigue", "Fatigue life", "life:life"),
+    Entry("dynamics", "Dynamics", "dynamics:dynamics"),
     Entry("validation", "Validation", "validation:validation"),
     Entry("parameters", "Parameters", "record:parameters"),
     Entry("cost", "What was computed", "record:cost"),
@@ -55,17 +57,22 @@ SECTIONS = (
 """The sections in their order; checks also give the verdict at the head of the page."""
 
 
-def report(model: Model, only: Collection[str] | None = None) -> Page:
-    """The page about a model; `only` names the sections wanted. Raises ProfileError for an unknown section."""
+def report(model: Model, only: Collection[str] | None = None, judged: tuple[Finding, ...] | None = None) -> Page:
+    """The page about a model; `only` names the sections wanted, `judged` the findings where they are known already.
+
+    Raises ProfileError for an unknown section.
+    """
     wanted = chosen(only)
-    from camgeom.report.sections.judgement import head, key_figures
+    from camgeom.report.sections.judgement import head, key_figures, take
+
+    if judged is not None:
+        take(model, judged)
 
     sections = []
     for entry in SECTIONS:
         if entry.key in wanted and (blocks := entry.blocks(model)):
             sections.append(Section(entry.key, entry.title, blocks))
-    judged = "checks" in wanted
-    return head(model, judged, key_figures(model, wanted), tuple(sections))
+    return head(model, "checks" in wanted, key_figures(model, wanted), tuple(sections))
 
 
 def chosen(only: Collection[str] | None) -> tuple[str, ...]:
@@ -79,12 +86,17 @@ def chosen(only: Collection[str] | None) -> tuple[str, ...]:
     return tuple(key for key in known if key in only)
 
 
-def write_report(model: Model, path: str | Path, only: Collection[str] | None = None) -> Path:
-    """Write the report as one HTML file, whole or not at all, and give its path."""
+def write_report(
+    model: Model,
+    path: str | Path,
+    only: Collection[str] | None = None,
+    judged: tuple[Finding, ...] | None = None,
+) -> Path:
+    """Write the report as one HTML file, whole or not at all, and give its path; arguments as of `report`."""
     from camgeom.export.atomic import atomic_write
     from camgeom.report.page import render
 
-    text = render(report(model, only))
+    text = render(report(model, only, judged))
     with atomic_write(path) as file:
         file.write(text.encode())
     return Path(path)
