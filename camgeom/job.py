@@ -93,6 +93,12 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
             data["contact"] = contact_data(model)
         if "fatigue" in wanted:
             data["fatigue"] = fatigue_data(model)
+    if model.turret_loaded:
+        if "contact" in wanted:
+            data["contact"] = model.turret_duty.contact_data()
+        if "fatigue" in wanted and model.setup.roller is not None:
+            roller = model.setup.roller
+            data["fatigue"] = model.turret_duty.fatigue_data(roller.dynamic_rating, roller.static_rating)
     data["files"] = []
     return Result(data, found, refused)
 

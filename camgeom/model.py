@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.facts import Ledger, Observer, fact
-from camgeom.follower import CylinderRoller, Setup, SwingingFollower, TranslatingFollower
+from camgeom.follower import CylinderRoller, Setup, SwingingFollower, TranslatingFollower, TurretFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
 from camgeom.track import Track
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from camgeom.clearance import Clearance
     from camgeom.duty import Duty
     from camgeom.solid import Part, Solid
+    from camgeom.turret_duty import TurretDuty
 
 Floats = npt.NDArray[np.float64]
 
@@ -151,6 +152,34 @@ class Model:
         return self.profile.operation is not None and bool(self.tracks) and simple
 
     @property
+    def turret_loaded(self) -> bool:
+        """True where the profile has an [operation] and a turret, whose rollers share the load."""
+        turret = isinstance(self.setup.follower, TurretFollower)
+        return self.profile.operation is not None and bool(self.tracks) and turret
+
+    @fact
+    def turret_duty(self) -> TurretDuty:
+        """Load sharing, stress and life of a turret. Raises ProfileError where the profile has no [operation]."""
+        from camgeom.duty import angular_speed
+        from camgeom.turret_duty import TurretDuty
+
+        operation, cam = self.profile.operation, self.cam
+        if operation is None:
+            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
+        speed = angular_speed(operation.speed)
+        return TurretDuty(
+            self.tracks,
+            cam.inside,
+            self._follower_load(speed),
+            self.profile.material.roller,
+            self.profile.material.cam,
+            speed,
+            getattr(cam, "preload", 0.0),
+            cam.width,
+            cam.bore,
+        )
+
+    @property
     def classical(self) -> bool:
         """True for a loaded groove drum with a translating cylindrical roller: the case of the literature."""
         kinds = self.profile.kind == "cylindrical" and isinstance(self.setup.follower, TranslatingFollower)
@@ -188,7 +217,7 @@ class Model:
             mass = follower.mass + operation.load_mass
             rate, weight = operation.spring_rate, mass * operation.gravity
         else:
-            assert isinstance(follower, SwingingFollower)
+            assert isinstance(follower, SwingingFollower | TurretFollower)
             mass = follower.inertia + operation.load_inertia
             rate, weight = operation.spring_rate * 180.0 / np.pi, 0.0
         return FollowerLoad(

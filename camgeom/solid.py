@@ -35,6 +35,13 @@ class Solid:
     expected_genus: int
 
     @property
+    def pieces(self) -> tuple[Mesh, ...]:
+        """The connected shells, the largest first; one for a sound body."""
+        return (self.mesh,) if self.mesh.components == 1 else tuple(
+            sorted(self.mesh.shells, key=lambda shell: -abs(shell.volume))
+        )
+
+    @property
     def sound(self) -> bool:
         """Watertight, of positive volume, one shell, and of the expected genus."""
         m = self.mesh

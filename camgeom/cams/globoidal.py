@@ -272,6 +272,37 @@ class Cam(Section):
         radius = float(end.jet(np.array([end.parameter(tip)]))[3][0]) + self.running_clearance
         return hypot(tip, radius, radius) + self.tip_clearance
 
+    def inside(self, x: np.ndarray) -> np.ndarray:
+        """Whether points (3, ...) of the cam frame lie within the blank."""
+        rho = np.hypot(x[0], x[1])
+        within = np.hypot(rho - self.center_distance, x[2]) >= self.globoid_radius - 1e-9
+        return np.asarray(within & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
+
+    def rib_depths(self, setup: Setup) -> tuple[tuple[str, float], ...]:
+        """Where ribs are measured, from the turret axis, mm: at their tip and beside the rollers' ends."""
+        low, high = self.contact(setup)
+        return ("tip", max(low, self.globoid_radius)), ("root", high)
+
+    def gaps(self, setup: Setup) -> tuple[tuple[str, float, str], ...]:
+        """Free distances of the turret in mm, each with advice: (name, distance, advice)."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
+        assert roller is not None
+        seat, tip = self.contact(setup)[0], self.tip(setup)
+        between = 2.0 * seat * sin(0.5 * self.roller_pitch(follower)) - roller.diameter
+        found = [
+            ("between rollers", between, "fewer rollers, smaller ones, or a larger pitch radius"),
+            ("turret body to blank", self.globoid_radius - seat - self.centre_shift(setup),
+             "a globoid radius 1 to 5 mm above the inner end of the rollers"),
+        ]
+        if not isinstance(roller, SphereRoller):
+            meridian = roller.meridian(follower.pitch_radius, 1.0)
+            radius = float(meridian.jet(np.array([meridian.parameter(tip)]))[3][0])
+            floor = sqrt(self.floor_radius(setup) ** 2 - (radius + self.running_clearance) ** 2)
+            gap = floor - hypot(tip, radius) - self.centre_shift(setup)
+            found.append(("roller end to floor", gap, "a larger tip_clearance"))
+        return tuple(found)
+
     def parts(self, setup: Setup) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves, by one boolean."""
         assert setup.roller is not None

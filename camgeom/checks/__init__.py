@@ -1,7 +1,7 @@
 """Checks: facts judged against limits. One file a check, found by file name; each is a function (Model) -> findings.
 
 A check module defines `@check("name", needs=...)` functions. `needs` names what has to exist for the check to apply:
-"tracks", "solid", "operation"; a check that does not apply says nothing.
+"tracks", "solid", "operation", "turret", "turret load"; a check that does not apply says nothing.
 """
 
 from __future__ import annotations
@@ -89,4 +89,8 @@ def _has(model: Model, need: str) -> bool:
         return bool(model.tracks)
     if need == "operation":
         return model.loaded
+    if need == "turret":
+        return hasattr(model.cam, "rib_depths") and bool(model.tracks)
+    if need == "turret load":
+        return model.turret_loaded
     return True

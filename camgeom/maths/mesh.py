@@ -73,9 +73,24 @@ class Mesh:
         used[self.faces] = True
         return int(used.sum()) - 3 * len(self.faces) // 2 + len(self.faces)
 
-    @cached_property
+    @property
     def components(self) -> int:
-        """Number of connected shells (label propagation on the edges, with pointer jumping)."""
+        """Number of connected shells."""
+        return len(np.unique(self._labels[np.unique(self.faces)]))
+
+    @property
+    def shells(self) -> tuple[Mesh, ...]:
+        """Every connected shell as a mesh of its own, without groups and fields."""
+        owner = self._labels[self.faces[:, 0]]
+        found = []
+        for label in np.unique(owner):
+            used, index = np.unique(self.faces[owner == label], return_inverse=True)
+            found.append(Mesh(self.vertices[used], index.reshape(-1, 3).astype(np.int32)))
+        return tuple(found)
+
+    @cached_property
+    def _labels(self) -> npt.NDArray[np.int64]:
+        """The shell of each vertex (v,) (label propagation on the edges, with pointer jumping)."""
         label = np.arange(len(self.vertices))
         edges = self.faces[:, [0, 1]], self.faces[:, [1, 2]]
         while True:
@@ -86,8 +101,7 @@ class Mesh:
                 np.minimum.at(label, edge[:, 1], low)
             label = label[label]
             if np.array_equal(before, label):
-                break
-        return len(np.unique(label[np.unique(self.faces)]))
+                return label
 
     @property
     def genus(self) -> int:

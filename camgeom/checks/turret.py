@@ -1,0 +1,128 @@
+"""An indexing turret beside its cam: ribs, gaps, hand-over, fins, dwell, contact pressure and lives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import degrees, isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.checks import Finding, check
+from camgeom.turret_ribs import Engagement, Rib, rib_thickness
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+USUAL_STOPS = (3, 24)
+"""stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
+DWELL_SECONDS = 30.0
+"""seconds of arc; coarser end of the indexing accuracy of globoidal cams (T/WLJC 15-2018, section 3.2)"""
+ANGLES = 721
+
+
+@check("stops", "turret")
+def stops(model: Model) -> Iterable[Finding]:
+    """Number of stops against the range in use; a remark, never a failure."""
+    value = model.setup.follower.stops  # type: ignore[union-attr]
+    low, high = USUAL_STOPS
+    advice = ""
+    if value < low:
+        advice = f"fewer than {low} stops: expect a large pressure angle; more motion angle or a smaller rf / C helps"
+    elif value > high:
+        advice = f"more than {high} stops: preload tends to jam; take the groove form and little preload"
+    yield Finding("stops", float(value), float(high), "1", True, None, advice)
+
+
+@check("rib-thickness", "turret")
+def rib_thickness_check(model: Model) -> Iterable[Finding]:
+    """Thinnest place of the ribs at their tip and root over dwell and index."""
+    limit = model.profile.limits.min_wall_mm
+    pitch = 2.0 * np.pi / model.setup.follower.count  # type: ignore[union-attr]
+    for name, delta in model.cam.rib_depths(model.setup):
+        ribs = [rib_thickness(track, pitch, model.cam.inside, delta) for track in model.cutters]
+        found: list[Rib] = [rib for rib in ribs if rib is not None]
+        if not found:
+            continue
+        worst = min(found, key=lambda rib: rib.thickness)
+        passed = worst.thickness >= limit
+        advice = "" if passed else "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
+        angle = degrees(worst.cam_angle) % 360.0
+        yield Finding("rib-thickness", worst.thickness, limit, "mm", passed, angle, advice, f"rib {name}")
+
+
+@check("turret-gap", "turret")
+def turret_gap(model: Model) -> Iterable[Finding]:
+    """Free distances of the turret: between rollers, body to blank, roller ends to floor."""
+    limit = model.profile.limits.clearance_mm
+    for name, value, remedy in model.cam.gaps(model.setup):
+        passed = value > limit
+        yield Finding("turret-gap", value, limit, "mm", passed, None, "" if passed else remedy, name)
+
+
+@check("hand-over", "turret")
+def hand_over(model: Model) -> Iterable[Finding]:
+    """Least number of rollers with a wall to bear on, pushing on and holding back, over the whole turn."""
+    theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
+    count = Engagement(model.tracks, model.cam.inside, theta).count
+    for row, name in zip(count, ("pushing on", "holding back")):
+        least = int(np.argmin(row))
+        passed = bool(row[least] >= 1)
+        advice = "" if passed else "no roller holds the turret there: widen the cam so that the next roller is engaged"
+        yield Finding("hand-over", float(row[least]), 1.0, "rollers", passed, degrees(theta[least]), advice, name)
+
+
+@check("fins", "turret", "solid")
+def fins(model: Model) -> Iterable[Finding]:
+    """Thin pieces that the grooves cut off a too wide blank."""
+    for solid in model.solids:
+        pieces = solid.pieces
+        advice = ""
+        if len(pieces) > 1:
+            size = sorted(piece.volume for piece in pieces)
+            inner = min(float(np.abs(piece.vertices[:, 2]).min()) for piece in pieces if piece.volume < size[-1])
+            advice = (
+                f"the blank is so wide that the grooves cut {len(pieces) - 1} fins off (largest {size[-2]:.4g} mm3); "
+                f"reduce the width below {2.0 * inner:.4g} mm or the globoid radius's overlap with the rollers"
+            )
+        yield Finding("fins", float(len(pieces) - 1), 0.0, "1", len(pieces) == 1, None, advice, solid.name)
+
+
+@check("dwell-accuracy", "turret", "solid")
+def dwell_accuracy(model: Model) -> Iterable[Finding]:
+    """Error of the turret's angle that the mesh's chord error may cause; a remark: cams are not ground from meshes."""
+    radius = model.cam.quoted_radius(model.setup)
+    error = max(solid.chord_error for solid in model.solids)
+    value = degrees(error / radius) * 3600.0
+    wanted = np.radians(DWELL_SECONDS / 3600.0) * radius
+    advice = "" if value <= DWELL_SECONDS else f"parts made from the mesh need a tolerance of {wanted:.3g} mm or less"
+    yield Finding("dwell-accuracy", value, DWELL_SECONDS, "arcsec", True, None, advice)
+
+
+@check("turret-pressure", "turret", "turret load")
+def turret_pressure(model: Model) -> Iterable[Finding]:
+    """Largest contact pressure over all rollers that share the torque."""
+    material = model.profile.material
+    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
+    duty = model.turret_duty
+    value, (angle, delta) = duty.peak_pressure, duty.worst()
+    passed = value <= limit
+    advice = "" if passed else "use longer or larger rollers, a larger centre distance, less inertia or speed"
+    where = f"slice at {delta:.6g} mm along the roller axis"
+    yield Finding("turret-pressure", value, limit, "MPa", passed, degrees(angle), advice, where)
+
+
+@check("turret-life", "turret", "turret load")
+def turret_life(model: Model) -> Iterable[Finding]:
+    """Lives of roller, cam and roller bearing."""
+    limit = model.profile.limits.life_h
+    if limit is None:
+        return
+    duty, roller = model.turret_duty, model.setup.roller
+    lives = {"roller": duty.roller_life, "cam": duty.cam_life}
+    if roller is not None and roller.dynamic_rating is not None:
+        lives["bearing"] = duty.bearing(roller.dynamic_rating, roller.static_rating)[0]
+    for name, value in lives.items():
+        shown = value if isfinite(value) else 1e30
+        advice = "" if value >= limit else "lower the load: larger rollers or centre distance, less inertia or speed"
+        yield Finding("turret-life", shown, limit, "h", value >= limit, None, advice, name)

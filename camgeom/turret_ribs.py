@@ -1,0 +1,181 @@
+"""A turret beside its cam: which rollers bear at each cam angle, the hand-over between them, how thick the ribs are.
+
+Arrays: n cam angles, k rollers (each place a roller takes beside the cam counts as one), m slices along the roller.
+Direction 0 holds the walls that can push the turret towards larger angles, direction 1 those that can hold it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, floor
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.clearance import roller_distance
+from camgeom.flank import Flank
+from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.surface import dot
+from camgeom.track import TURN, Track
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Inside = Callable[[Floats], Bools]
+"""Points (3, ...) in the cam frame -> whether they lie within the blank."""
+SLICES = 7
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
+
+    inside  which points lie within the blank: beyond it a roller has no wall to bear on
+    """
+
+    tracks: tuple[Track, ...]
+    inside: Inside
+    theta: Floats
+
+    @cached_property
+    def places(self) -> tuple[tuple[int, int], ...]:
+        """(track, turn) of every roller that is ever beside the cam; its own angle is theta + turn * 2 pi."""
+        found = []
+        for index, track in enumerate(self.tracks):
+            low, high = track.span
+            turns = range(floor(low / TURN), ceil(high / TURN)) if not track.closed else range(1)
+            found += [(index, turn) for turn in turns]
+        return tuple(found)
+
+    @cached_property
+    def stations(self) -> Floats:
+        """Meridian parameters of the slices' middles, (m,)."""
+        ends = [self.tracks[0].meridian.parameter(d) for d in sorted(self.tracks[0].contact)]
+        edges = np.linspace(ends[0], ends[1], SLICES + 1)
+        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+
+    @cached_property
+    def width(self) -> float:
+        """Length of a slice along the roller axis, mm."""
+        low, high = sorted(self.tracks[0].contact)
+        return (high - low) / SLICES
+
+    @cached_property
+    def _walls(self) -> dict[str, Floats]:
+        n, k, m = len(self.theta), len(self.places), SLICES
+        out = {
+            "lever": np.ones((2, n, k, m)),
+            "curvature": np.ones((2, n, k, m)),
+            "on": np.zeros((2, n, k, m)),
+            "normal": np.zeros((2, n, k, m, 3)),
+            "rate": np.zeros((n, k)),
+        }
+        for place, (index, turn) in enumerate(self.places):
+            track = self.tracks[index]
+            phi = self.theta + TURN * turn
+            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
+            if len(rows):
+                self._fill(out, track, phi[rows], rows, place)
+        return out
+
+    def _fill(self, out: dict[str, Floats], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+        for side in track.sides:
+            flank = Flank(track, phi, self.stations, side)
+            lever = flank.lever()
+            way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
+            out["lever"][way, rows, place] = np.abs(lever)
+            out["curvature"][way, rows, place] = flank.k_rel
+            out["on"][way, rows, place] = self.inside(flank.x)
+            out["normal"][way, rows, place] = flank.normals
+        pose, middle = flank.pose, float(track.meridian.jet(self.stations)[0].mean())
+        v, u = pose.a[1] + middle * pose.u[1], pose.u[0]
+        across = v - dot(v, u) * u
+        out["rate"][rows, place] = np.sqrt(dot(across, across))
+
+    @property
+    def lever(self) -> Floats:
+        """Speed of the contact along its normal per radian of the turret, mm, (2, n, k, m), > 0."""
+        return self._walls["lever"]
+
+    @property
+    def curvature(self) -> Floats:
+        """Relative curvature, 1/mm, (2, n, k, m)."""
+        return self._walls["curvature"]
+
+    @cached_property
+    def on(self) -> Bools:
+        """Whether a slice has a wall to bear on, (2, n, k, m)."""
+        return self._walls["on"] > 0.5
+
+    @property
+    def normal(self) -> Floats:
+        """Unit normals from roller into cam, (2, n, k, m, 3)."""
+        return self._walls["normal"]
+
+    @property
+    def path_rate(self) -> Floats:
+        """Path of the roller's middle across its axis relative to the cam, mm/rad, (n, k); 0 away from the cam."""
+        return self._walls["rate"]
+
+    @cached_property
+    def carrying(self) -> Floats:
+        """Rollers that have a wall in each direction, in whole rollers: sums of shares of contact length, (2, n)."""
+        return np.asarray(self.on.mean(axis=3).sum(axis=2))
+
+    @cached_property
+    def count(self) -> npt.NDArray[np.intp]:
+        """Number of rollers that touch a wall of each direction with any slice, (2, n)."""
+        return np.asarray(self.on.any(axis=3).sum(axis=2))
+
+
+@dataclass(frozen=True)
+class Rib:
+    """Thickness of a rib, mm, where it is thinnest: cam angle, rad, and distance from the turret axis, mm."""
+
+    thickness: float
+    cam_angle: float
+    delta: float
+
+
+def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samples: int = 361) -> Rib | None:
+    """Thinnest place, at one distance from the turret axis, of the rib between a track and the next roller's.
+
+    pitch   angle between the rollers, rad; delta: mm
+    Each point of either wall is measured against the other roller's body over the angles about its own; None where the
+    two rollers are never beside the blank together.
+    """
+    # The groove is open towards the turret: its wall goes on beyond the contact stretch.
+    low, high = sorted(track.contact)
+    track = replace(track, contact=(2.0 * low - high, high))
+    reach = float(np.abs(track.coordinate(np.array(track.span), 0)[0]).max())
+    phi = np.linspace(*track.span, samples)
+    best: Rib | None = None
+    for sign in (1.0, -1.0):
+        other = replace(track, shift=track.shift + sign * pitch)
+        near = np.abs(other.coordinate(phi, 0)[0]) <= reach
+        t = np.array([track.meridian.parameter(delta)])
+        for side in track.sides:
+            x = Flank(track, phi, t, side).x[:, :, 0]
+            kept = near & inside(x)
+            if not kept.any():
+                continue
+            distance = _nearest(other, x[:, kept], phi[kept])
+            i = int(np.argmin(distance))
+            if best is None or distance[i] < best.thickness:
+                best = Rib(float(distance[i]), float(phi[kept][i]), delta)
+    return best
+
+
+def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6, rounds: int = 36) -> Floats:
+    """Least distance of points (3, n) to a roller near cam angles phi (n,), by sampling and golden section, mm."""
+    grid = np.linspace(-width, width, 25)
+    at = phi[:, None] + grid
+    value = roller_distance(track, x[:, :, None], at)
+    middle = at[np.arange(len(phi)), np.argmin(value, axis=1)]
+    low, high = middle - grid[1] + grid[0], middle + grid[1] - grid[0]
+    for _ in range(rounds):
+        p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        lower = roller_distance(track, x, p) < roller_distance(track, x, q)
+        low, high = np.where(lower, low, p), np.where(lower, q, high)
+    return roller_distance(track, x, 0.5 * (low + high))
