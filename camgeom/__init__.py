@@ -7,6 +7,37 @@ that `import camgeom` costs a millisecond.
 from __future__ import annotations
 
 from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from camgeom.checks import findings as check
+    from camgeom.errors import (
+        CamgeomError,
+        DesignError,
+        ExportError,
+        GeometryEngineError,
+        NotConverged,
+        Problem,
+        ProfileError,
+    )
+    from camgeom.export import write
+    from camgeom.model import Model, read
+    from camgeom.motion import LAWS
+
+__all__ = [
+    "LAWS",
+    "CamgeomError",
+    "DesignError",
+    "ExportError",
+    "GeometryEngineError",
+    "Model",
+    "NotConverged",
+    "Problem",
+    "ProfileError",
+    "check",
+    "read",
+    "write",
+]
 
 __version__ = "0.1.0"
 
