@@ -30,7 +30,7 @@ CARRIER: Colour = (0.93, 0.80, 0.64)
 """Blue and orange stay apart in every kind of colour vision, and in grey."""
 _LINE, _HATCH = "#20252b", "#b98a45"
 
-_METAL = {"ambient": 0.22, "diffuse": 0.80, "specular": 0.16, "specular_power": 20.0}
+_METAL = {"ambient": 0.30, "diffuse": 0.74, "specular": 0.16, "specular_power": 20.0}
 _PAINT = {"ambient": 0.62, "diffuse": 0.42, "specular": 0.0}
 _FLAT = {"ambient": 0.75, "diffuse": 0.28, "specular": 0.0}
 """Result colours and cut faces are lit evenly, so that they can be compared with the bar and with each other."""
@@ -224,7 +224,7 @@ class Stage:
         pairs = np.arange(2 * len(lines)).reshape(-1, 2)
         cells = np.hstack([np.full((len(lines), 1), 2), pairs]).ravel()
         data = pyvista.PolyData(lines.reshape(-1, 3), lines=cells)
-        width *= _FINER * self.view.size[1] / 1000.0
+        width = max(width * _FINER * self.view.size[1] / 1000.0, 2.0)  # a thinner one breaks into dashes
         actor = self.plotter.add_mesh(data, color=colour, line_width=width, lighting=False)
         # Towards the eye by a hair, so that the faces beside a line do not eat half of it.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
@@ -257,7 +257,7 @@ class Stage:
         import pyvista
 
         high = 0.6 if self.axes[2, 2] > -0.1 else -0.6
-        for right, up, towards, strength in ((-0.55, high, 0.8, 0.72), (0.0, 0.0, 1.0, 0.38), (0.95, 0.1, 0.4, 0.20)):
+        for right, up, towards, strength in ((-0.55, high, 0.8, 0.62), (0.0, 0.0, 1.0, 0.50), (0.95, 0.1, 0.4, 0.20)):
             light = pyvista.Light(light_type="scene light", intensity=strength)
             light.positional = False
             light.focal_point = (0.0, 0.0, 0.0)
