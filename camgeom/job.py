@@ -227,7 +227,7 @@ def fatigue_data(model: Model) -> dict[str, Any]:
     """Lives of roller, cam and bearing."""
     duty = model.duty
     life, slices = duty.roller_life, duty.slice_life
-    data = {
+    data: dict[str, Any] = {
         "roller_life_h": _finite(life.life_h),
         "roller_slice_life_h": _finite(np.min(slices.life_h)),
         "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,

@@ -147,7 +147,8 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
     """
     # The groove is open towards the turret: its wall goes on beyond the contact stretch.
     low, high = sorted(track.contact)
-    track = replace(track, contact=(2.0 * low - high, high))
+    more = (2.0 * low - high, high) if track.tip_sign > 0.0 else (low, 2.0 * high - low)
+    track = replace(track, contact=more)
     reach = float(np.abs(track.coordinate(np.array(track.span), 0)[0]).max())
     phi = np.linspace(*track.span, samples)
     best: Rib | None = None

@@ -1,0 +1,254 @@
+"""Cylindrical (barrel) indexing cam: grooves or ribs round a drum, driving a turret whose rollers reach into it sideways.
+
+The turret's axis is perpendicular to the cam's and passes it at the centre distance; the rollers stand parallel to the
+turret axis on its face and meet the drum one after another while they pass the line of centres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import asin, cos, degrees, pi, sin, sqrt
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from camgeom.blank import Blank, Bore
+from camgeom.errors import Problem
+from camgeom.follower import Setup, SphereRoller, TurretFollower
+from camgeom.groove import cylinder_level
+from camgeom.solid import Part
+from camgeom.spec import Gap, Length, Section
+from camgeom.track import TURN, Swing, Track
+from camgeom.turret_cut import IndexingCut
+from camgeom.turret_tracks import turret_tracks
+
+STARTER = """
+# Starter: a cylindrical indexing cam, rib type, twelve stops. Lengths mm, angles degrees. `camgeom run` this file.
+
+name = "my barrel indexer"
+
+[cam]
+kind = "cylindrical-index"
+form = "rib"             # rib: two rollers straddle a rib in the dwell; groove: one sits in a groove
+hand = "right"
+center_distance = 118    # cam axis to turret axis
+diameter = 120
+width = 76               # length of the drum
+bore = 40
+
+[follower]
+kind = "turret"
+stops = 12
+pitch_radius = 120       # circle of the rollers
+inertia = 0.4            # kg m2, turret and load
+
+[roller]
+shape = "cylinder"
+diameter = 26
+length = 14              # contact length, from the drum's outside down
+
+[[motion]]
+until = 90
+
+[[motion]]               # one index; `to` is the turret's angle
+until = 270
+to = 30
+law = "modified-sine"
+
+[[motion]]
+until = 360
+
+[operation]
+speed = 80
+
+[output]
+tolerance = 0.01
+formats = ["3mf", "stl"]
+"""
+
+
+class Cam(Section):
+    """A drum -width/2 <= z <= width/2; the turret turns about a line along X through (0, center_distance, 0)."""
+
+    FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
+    STARTER: ClassVar[str] = STARTER
+
+    kind: Literal["cylindrical-index"]
+    form: Literal["rib", "groove"] = Field(
+        "rib", description="in a dwell two rollers straddle a rib, or one sits in a groove"
+    )
+    hand: Literal["right", "left"] = Field("right", description="right: rollers next to the cam move towards +Z")
+    center_distance: Length = Field(description="mm, cam axis to turret axis")
+    diameter: Length = Field(description="mm, outside of the drum")
+    width: Length = Field(description="mm, length of the drum along its axis")
+    tip_clearance: Gap = Field(0.5, description="mm, from the roller's end to the groove floor")
+    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the cam solid")
+    keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
+    keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
+    direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
+
+    @property
+    def radius(self) -> float:
+        """Outer radius of the drum, mm."""
+        return 0.5 * self.diameter
+
+    def roller_pitch(self, follower: TurretFollower) -> float:
+        """Angle between neighbouring rollers of the turret, rad."""
+        return TURN / follower.count
+
+    def contact(self, setup: Setup) -> tuple[float, float]:
+        """Stretch of the roller that touches the flank, from the plane of both axes' feet, mm."""
+        roller = setup.roller
+        assert roller is not None
+        if isinstance(roller, SphereRoller):
+            return self.radius - (roller.length or 0.35 * roller.diameter), self.radius
+        return self.radius - roller.length, self.radius
+
+    def tip(self, setup: Setup) -> float:
+        """Free end of the roller, in the same measure, mm."""
+        if isinstance(setup.roller, SphereRoller):
+            return self.radius - 0.5 * setup.roller.diameter
+        return self.contact(setup)[0]
+
+    def quoted_radius(self, setup: Setup) -> float:
+        """Where the classical figures are quoted: the middle of the contact, mm from the cam axis."""
+        return 0.5 * sum(self.contact(setup))
+
+    def floor_radius(self, setup: Setup) -> float:
+        """Distance of the floor's edges from the cam axis, mm."""
+        return self.tip(setup) - self.tip_clearance
+
+    def _clear_angle(self, setup: Setup) -> float:
+        """Turret angle (rad) from the line of centres beyond which a tool is clear of the drum."""
+        assert setup.roller is not None
+        assert isinstance(setup.follower, TurretFollower)
+        reach = (0.5 * self.width + 0.5 * setup.roller.diameter + self.running_clearance) / setup.follower.pitch_radius
+        return 1.02 * asin(reach) + 0.01 if reach < 0.95 else 0.5 * pi
+
+    def problems(self, setup: Setup) -> list[Problem]:
+        """What cannot be built, with key, value and allowed range."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
+        if roller is None:
+            return [Problem("roller", "a cylindrical indexing cam needs rollers", None, "a [roller] table")]
+        found = self._reach_problems(setup, follower, 0.5 * roller.diameter)
+        room = 2.0 * follower.pitch_radius * sin(0.5 * self.roller_pitch(follower))
+        if room <= roller.diameter:
+            limit = f"below {room:g} mm, the distance of neighbouring rollers"
+            found.append(_problem("roller.diameter", roller.diameter, limit))
+        if follower.count % follower.stops:
+            found.append(_problem("follower.rollers", follower.count, f"a multiple of the {follower.stops} stops"))
+        if bool(self.keyway_width) != bool(self.keyway_depth):
+            found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
+        elif self.keyway_width and self.keyway_width >= self.bore:
+            found.append(_problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
+        if setup.program.advance < 0.0:
+            found.append(_problem("motion.to", degrees(setup.program.advance), "positive; `hand` turns the way round"))
+        return found
+
+    def _reach_problems(self, setup: Setup, follower: TurretFollower, radius: float) -> list[Problem]:
+        if 0.5 * self.width + radius >= 0.95 * follower.pitch_radius:
+            most = 2.0 * (0.95 * follower.pitch_radius - radius)
+            return [_problem("cam.width", self.width, f"below {most:g} mm, so that the rollers swing clear of the drum")]
+        floor = self.floor_radius(setup)
+        if floor <= 0.0:
+            return [_problem("roller.length", self.radius - self.tip(setup), f"below the drum's radius {self.radius:g} mm")]
+        rim = radius + self.running_clearance
+        low = follower.pitch_radius * cos(self._clear_angle(setup)) - floor + rim
+        high = follower.pitch_radius + floor - rim
+        found = []
+        if not low < self.center_distance < high:
+            limit = f"{low:g} .. {high:g} mm, where rollers stay over the groove floor"
+            found.append(_problem("cam.center_distance", self.center_distance, limit))
+        elif self.bore and self.bore_spec().reach >= sqrt(max(0.0, floor**2 - rim**2)):
+            most = sqrt(max(0.0, floor**2 - rim**2))
+            found.append(_problem("cam.bore", self.bore, f"outline inside the groove floor, {most:g} mm from the axis"))
+        return found
+
+    def bore_spec(self) -> Bore:
+        """The bore outline."""
+        return Bore(self.bore, self.keyway_width, self.keyway_depth)
+
+    def blank(self, setup: Setup) -> Blank:
+        """The drum before the grooves are cut."""
+        del setup
+        half = 0.5 * self.width
+        bore = self.bore_spec() if self.bore else None
+        return Blank(((self.radius, -half), (self.radius, half)), bore, (None,), ("land",))
+
+    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+        """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
+        assert isinstance(setup.follower, TurretFollower)
+        reach = asin(min(1.0, 0.5 * self.width / setup.follower.pitch_radius))
+        return self._grooves(setup, reach)
+
+    def cutters(self, setup: Setup) -> tuple[Track, ...]:
+        """The tools: each followed until clear of the drum, larger by the running clearance and deeper at the tip."""
+        if isinstance(setup.roller, SphereRoller):
+            tip = self.tip(setup) - self.running_clearance
+        else:
+            tip = self.floor_radius(setup)
+        grooves = self._grooves(setup, self._clear_angle(setup))
+        return tuple(replace(g.grown(self.running_clearance), tip=tip) for g in grooves)
+
+    def _grooves(self, setup: Setup, reach: float) -> tuple[Track, ...]:
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
+        assert roller is not None
+        low, high = self.contact(setup)
+        middle = high if isinstance(roller, SphereRoller) else 0.5 * (low + high)
+        first = Track(
+            meridian=roller.meridian(middle, -1.0),
+            joint=Swing((-1.0 if self.hand == "right" else 1.0, 0.0, 0.0), (0.0, self.center_distance, 0.0)),
+            anchor=(0.0, self.center_distance - follower.pitch_radius, 0.0),
+            axis=(1.0, 0.0, 0.0),
+            tip=self.tip(setup),
+            contact=(low, high),
+            program=setup.program,
+            sense=1.0 if self.direction == "ccw" else -1.0,
+        )
+        base = 0.5 * self.roller_pitch(follower) if self.form == "rib" else 0.0
+        return turret_tracks(first, follower.count, base, reach)
+
+    def inside(self, x: np.ndarray) -> np.ndarray:
+        """Whether points (3, ...) of the cam frame lie within the drum."""
+        return np.asarray((np.hypot(x[0], x[1]) <= self.radius + 1e-9) & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
+
+    def rib_depths(self, setup: Setup) -> tuple[tuple[str, float], ...]:
+        """Where ribs are measured, along the roller, mm: at their tip and beside the rollers' ends."""
+        low, high = self.contact(setup)
+        return ("tip", high), ("root", low)
+
+    def gaps(self, setup: Setup) -> tuple[tuple[str, float, str], ...]:
+        """Free distances of the turret in mm, each with advice: (name, distance, advice)."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
+        assert roller is not None
+        between = 2.0 * follower.pitch_radius * sin(0.5 * self.roller_pitch(follower)) - roller.diameter
+        found = [("between rollers", between, "fewer rollers, smaller ones, or a larger pitch radius")]
+        if not isinstance(roller, SphereRoller):
+            found.append(("roller end to floor", self.tip_clearance, "a larger tip_clearance"))
+        return tuple(found)
+
+    def parts(self, setup: Setup) -> tuple[Part, ...]:
+        """The cam: drum minus its grooves, by one boolean."""
+        assert setup.roller is not None
+        top = 1.04 * self.radius
+        return (
+            IndexingCut(
+                "cam",
+                self.cutters(setup),
+                self.blank(setup),
+                cylinder_level(top),
+                cylinder_level(self.floor_radius(setup)),
+                (top, self.tip(setup)),
+                top + 0.5 * setup.roller.diameter,
+                1 if self.bore else 0,
+            ),
+        )
+
+
+def _problem(key: str, value: object, allowed: str) -> Problem:
+    return Problem(key, "cannot be built", value, allowed)
