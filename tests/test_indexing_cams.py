@@ -95,7 +95,7 @@ def test_starter_passes_its_checks_and_carries_its_load():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("width = 76", "width = 230", "so that the rollers swing clear"),
+        ("width = 76", "width = 230", "so that the rollers swing clear of it"),
         ("diameter = 26", "diameter = 64", "distance of neighbouring rollers"),
         ("center_distance = 118", "center_distance = 40", "stay over the groove floor"),
         ("bore = 40", "bore = 92", "outline inside the groove floor"),

@@ -1,4 +1,4 @@
-"""Cylindrical (barrel) indexing cam: grooves or ribs round a drum, driving a turret whose rollers reach into it sideways.
+"""Cylindrical (barrel) indexing cam: grooves or ribs round a drum, driving a turret whose rollers reach in sideways.
 
 The turret's axis is perpendicular to the cam's and passes it at the centre distance; the rollers stand parallel to the
 turret axis on its face and meet the drum one after another while they pass the line of centres.
@@ -151,10 +151,11 @@ class Cam(Section):
     def _reach_problems(self, setup: Setup, follower: TurretFollower, radius: float) -> list[Problem]:
         if 0.5 * self.width + radius >= 0.95 * follower.pitch_radius:
             most = 2.0 * (0.95 * follower.pitch_radius - radius)
-            return [_problem("cam.width", self.width, f"below {most:g} mm, so that the rollers swing clear of the drum")]
+            return [_problem("cam.width", self.width, f"below {most:g} mm, so that the rollers swing clear of it")]
         floor = self.floor_radius(setup)
         if floor <= 0.0:
-            return [_problem("roller.length", self.radius - self.tip(setup), f"below the drum's radius {self.radius:g} mm")]
+            limit = f"below the drum's radius {self.radius:g} mm"
+            return [_problem("roller.length", self.radius - self.tip(setup), limit)]
         rim = radius + self.running_clearance
         low = follower.pitch_radius * cos(self._clear_angle(setup)) - floor + rim
         high = follower.pitch_radius + floor - rim
