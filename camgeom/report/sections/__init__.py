@@ -68,11 +68,12 @@ def report(model: Model, only: Collection[str] | None = None, judged: tuple[Find
     if judged is not None:
         take(model, judged)
 
+    figures = key_figures(model, wanted)
     sections = []
     for entry in SECTIONS:
         if entry.key in wanted and (blocks := entry.blocks(model)):
             sections.append(Section(entry.key, entry.title, blocks))
-    return head(model, "checks" in wanted, key_figures(model, wanted), tuple(sections))
+    return head(model, "checks" in wanted, figures, tuple(sections))
 
 
 def chosen(only: Collection[str] | None) -> tuple[str, ...]:
