@@ -75,8 +75,9 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
     refused = ""
     if "motion" in wanted:
         data["motion"] = motion_data(model)
-    if "flank" in wanted and model.tracks:
-        data["flank"] = flank_data(model)
+    if "flank" in wanted and (model.tracks or model.planar is not None):
+        data["flank"] = flank_data(model) if model.tracks else {}
+        data["flank"] |= model.planar.data() if model.planar is not None else {}
     if "checks" in wanted:
         from camgeom.checks import findings
 
@@ -99,6 +100,9 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
         if "fatigue" in wanted and model.setup.roller is not None:
             roller = model.setup.roller
             data["fatigue"] = model.turret_duty.fatigue_data(roller.dynamic_rating, roller.static_rating)
+    if model.driven and "contact" in wanted:
+        # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
+        data["contact"] = model.drive.data() | data.get("contact", {}) | model.drive.totals()
     data["files"] = []
     return Result(data, found, refused)
 
@@ -164,7 +168,7 @@ def flank_data(model: Model) -> dict[str, Any]:
 
 def _quoted(model: Model) -> dict[str, Any]:
     quoted = getattr(model.cam, "quoted_radius", None)
-    if quoted is None:
+    if quoted is None or model.planar is not None:
         return {}
     radius = quoted(model.setup)
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
@@ -234,6 +238,8 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         "cam_life_h": _finite(duty.cam_life.life_h),
         "path_per_turn_m": float(life.path) * 1e-3,
     }
+    if len(model.duties) > 1:
+        data["roller_lives_h"] = [_finite(one.roller_life.life_h) for one in model.duties]
     if model.classical:
         data["conventions"] = conventions(model)
     roller = model.setup.roller

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.facts import Ledger, Observer, fact
-from camgeom.follower import CylinderRoller, Setup, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.follower import CylinderRoller, FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
 from camgeom.track import Track
@@ -25,6 +25,8 @@ from camgeom.track import Track
 if TYPE_CHECKING:
     from camgeom.clearance import Clearance
     from camgeom.duty import Duty
+    from camgeom.planar import Planar
+    from camgeom.planar_force import PlanarDrive
     from camgeom.solid import Part, Solid
     from camgeom.turret_duty import TurretDuty
 
@@ -94,9 +96,11 @@ class Model:
     def refuse_folded(self) -> None:
         """Raise DesignError where a flank folds back on itself or the motion jumps, so that no solid exists."""
         continuity = self.setup.program.continuity
-        if continuity.order < 1 and self.tracks:
+        if continuity.order < 1 and (self.tracks or self.planar is not None):
             angles = ", ".join(f"{degrees(j.angle):.6g}" for j in continuity.jumps if j.order <= 1)
             raise DesignError(f"the motion's velocity jumps at {angles} deg, so the flank has gaps there and no solid")
+        if self.planar is not None:
+            self.planar.refuse_folded()
         for survey in self.flanks:
             if survey.margin.value <= 0.0:
                 at = survey.margin
@@ -148,8 +152,32 @@ class Model:
     @property
     def loaded(self) -> bool:
         """True where the profile has an [operation] and a roller follower that one roller at a time serves."""
-        simple = isinstance(self.setup.follower, TranslatingFollower | SwingingFollower)
+        simple = not isinstance(self.setup.follower, TurretFollower) and self.setup.roller is not None
         return self.profile.operation is not None and bool(self.tracks) and simple
+
+    @fact
+    def planar(self) -> Planar | None:
+        """What touches a planar cam, and its extremes; None for other cams."""
+        from camgeom.planar import planar_of
+
+        return planar_of(self.cam, self.setup)
+
+    @property
+    def driven(self) -> bool:
+        """True for a planar cam whose profile has an [operation]."""
+        return self.profile.operation is not None and hasattr(self.cam, "touches")
+
+    @fact
+    def drive(self) -> PlanarDrive:
+        """Forces of a planar cam on its follower. Raises ProfileError where the profile has no [operation]."""
+        from camgeom.duty import angular_speed
+        from camgeom.planar_force import PlanarDrive
+
+        material, planar = self.profile.material, self.planar
+        if self.profile.operation is None or planar is None:
+            raise ProfileError([Problem("operation", "missing: no speed or load to compute the force on a cam from")])
+        load = self._follower_load(angular_speed(self.profile.operation.speed))
+        return PlanarDrive(planar.touches, load, material.roller, material.cam)
 
     @property
     def turret_loaded(self) -> bool:
@@ -187,15 +215,29 @@ class Model:
 
     @fact
     def duty(self) -> Duty:
-        """Force, contact stress, life and torque. Raises ProfileError where the profile has no [operation]."""
+        """Force, contact stress, life and torque of the hardest pressed roller.
+
+        Raises ProfileError where the profile has no [operation].
+        """
+        if len(self.duties) == 1:
+            return self.duties[0]
+        return max(self.duties, key=lambda duty: float(duty.contact.peak().pressure))
+
+    @fact
+    def duties(self) -> tuple[Duty, ...]:
+        """The duty of every roller: of two that drive a follower to and fro each carries its own direction."""
+        if self.profile.operation is None:
+            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
+        return tuple(self._duty(track) for track in self.tracks)
+
+    def _duty(self, track: Track) -> Duty:
         from camgeom.duty import Duty, angular_speed
 
         operation = self.profile.operation
-        if operation is None:
-            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
-        track = self.tracks[0]
-        radius = self.cam.quoted_radius(self.setup)
+        assert operation is not None
         low, high = track.contact
+        quoted = self.cam.quoted_radius(self.setup)
+        radius = quoted if min(low, high) <= quoted <= max(low, high) else 0.5 * (low + high)
         speed = angular_speed(operation.speed)
         return Duty(
             track,
@@ -213,7 +255,7 @@ class Model:
         operation, follower = self.profile.operation, self.setup.follower
         assert operation is not None
         applied = tuple(force.applied() for force in operation.force)
-        if isinstance(follower, TranslatingFollower):
+        if isinstance(follower, TranslatingFollower | FrameFollower):
             mass = follower.mass + operation.load_mass
             rate, weight = operation.spring_rate, mass * operation.gravity
         else:
@@ -229,7 +271,7 @@ class Model:
             rate,
             weight,
             applied,
-            "translating" if isinstance(follower, TranslatingFollower) else "rotating",
+            "translating" if isinstance(follower, TranslatingFollower | FrameFollower) else "rotating",
         )
 
 

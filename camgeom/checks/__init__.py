@@ -89,6 +89,8 @@ def _has(model: Model, need: str) -> bool:
         return bool(model.tracks)
     if need == "operation":
         return model.loaded
+    if need == "planar":
+        return model.planar is not None
     if need == "turret":
         return hasattr(model.cam, "rib_depths") and bool(model.tracks)
     if need == "turret load":

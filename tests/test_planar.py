@@ -1,0 +1,108 @@
+"""Planar cams under load: contact lost and the spring that keeps it, two-way drives, jumps, design helpers."""
+
+from __future__ import annotations
+
+from math import degrees, pi, radians
+
+import numpy as np
+import pytest
+
+from camgeom.checks import findings
+from camgeom.job import COMMANDS, compute
+from camgeom.model import Model
+from camgeom.profile import parse
+from tests.test_conjugate import b1
+from tests.test_constant_width import machine
+from tests.test_disc import disc, flat, toml
+
+JUMPING = [(120, 10, "cycloidal"), (180, None, None), (300, 0, "cycloidal"), (360, None, None)]
+
+
+def jumping(speed: float = 1000.0, preload: float = 37.5) -> Model:
+    """A follower that leaves its cam: 1.8 kg, 15 N/mm, the spring pressed together by 2.5 mm."""
+    rest = f"[operation]\nspeed = {speed}\nspring_rate = 15\nspring_preload = {preload}"
+    return disc("base_radius = 60", 'kind = "translating"\nmass = 1.8', motion=JUMPING, rest=rest)
+
+
+def test_follower_leaves_the_cam_where_it_would_have_to_be_pulled() -> None:
+    drive = jumping().drive
+    at_100 = drive.force.panels.at(drive.force.force, radians(100.0))[0]
+    assert at_100 == pytest.approx(-61.688, abs=5e-4)
+    (lost,) = [one for one in drive.lost if one.begin < radians(120.0)]
+    theta = np.linspace(lost.begin - 1e-6, lost.begin + 1e-6, 3)
+    omega = 1000.0 * pi / 30.0
+    s, _, dds = jumping().setup.program.jet(theta, 2)
+    needed = 1.8e-3 * omega**2 * dds + 37.5 + 15.0 * s
+    assert needed[0] > 0.0 > needed[2]
+    assert needed[1] == pytest.approx(0.0, abs=1e-5)
+    finding = next(iter(findings(jumping(), ["contact-kept"])))
+    assert not finding.passed
+    assert f"no contact from {degrees(lost.begin):.6g}" in finding.where
+    assert min(normal.min() for normal in drive.normals.values()) == 0.0
+
+
+def test_spring_and_speed_that_just_keep_contact() -> None:
+    drive = jumping().drive
+    for factor, kept in ((0.999, False), (1.002, True)):
+        assert (jumping(preload=factor * drive.preload_needed).drive.least[0] >= 0.0) is kept
+    rpm = drive.leaving_speed * 30.0 / pi
+    assert (jumping(speed=0.999 * rpm).drive.lost == ()) is True
+    assert (jumping(speed=1.002 * rpm).drive.lost == ()) is False
+
+
+def test_two_way_drives_share_the_force_between_their_touches() -> None:
+    for model in (b1(), machine(), machine(roller="[roller]\ndiameter = 20\nlength = 16")):
+        drive = model.drive
+        assert drive.form_closed
+        assert drive.lost == ()
+        one, two = drive.normals.values()
+        assert np.all(np.minimum(one, two) == 0.0)
+        levers = [touch.at(drive.force.panels.theta.ravel()).lever.reshape(one.shape) for touch in drive.touches]
+        assert one * levers[0] + two * levers[1] == pytest.approx(drive.force.force, rel=1e-12, abs=1e-9)
+
+
+def test_b1_takes_the_torque_of_its_inertia() -> None:
+    model = b1()
+    peak = model.setup.program.peak(2)
+    torque, _ = model.drive.peak_of(np.abs(model.drive.force.force))
+    exact = 10.0 / np.sqrt(3.0) * radians(24.0) / radians(70.0) ** 2 * (20.0 * pi) ** 2
+    assert exact == pytest.approx(6396.418982, abs=1e-6)
+    assert abs(peak.value) * (20.0 * pi) ** 2 == pytest.approx(exact, rel=1e-12)
+    assert torque * 1e-3 == pytest.approx(0.14 * exact, rel=1e-8)
+
+
+def test_face_pressure_is_that_of_a_cylinder_on_a_plane() -> None:
+    model = flat(rest="[operation]\nspeed = 1\nspring_preload = 500")
+    pressure, _, _ = model.drive.peak_pressure
+    low = model.planar.radii[0].value
+    compliance = 2.0 * (1.0 - 0.3**2) / 206000.0
+    assert pressure == pytest.approx(np.sqrt(500.0 / 12.0 / low / (pi * compliance)), rel=1e-3)
+
+
+def test_curvature_jumps_stand_at_the_ends_of_the_rise() -> None:
+    jumps = machine().planar.curvature_jumps
+    assert [degrees(jump.cam_angle) for jump in jumps] == pytest.approx([0.0, 140.0, 180.0, 320.0])
+    assert machine("cycloidal").planar.curvature_jumps == ()
+    _, _, dds = machine().setup.program.jet(np.zeros(1), 2)
+    assert (jumps[0].before, jumps[0].after) == pytest.approx((1.0 / 40.0, 1.0 / (40.0 + dds[0])), rel=1e-6)
+
+
+def test_paper_machine_keeps_its_figures() -> None:
+    result = compute(machine(), COMMANDS["run"]).data
+    assert result["flank"]["width_mm"] == 110.0
+    assert abs(result["flank"]["width_residual_mm"]) < 1e-12
+    assert result["flank"]["top_dwell_share"] == pytest.approx(1.0 / 9.0)
+    assert result["motion"]["peak_velocity_mm_per_s"] == pytest.approx(pi * 30.0 * 2.0 * pi / (2.0 * radians(140.0)))
+    assert not next(one for one in result["checks"] if one["check"] == "continuity")["passed"]
+
+
+@pytest.mark.parametrize("face", ["roller", "flat", "knife", "curved"])
+def test_every_follower_runs_through_all_products(face: str) -> None:
+    roller = "diameter = 20\nlength = 12" if face == "roller" else ""
+    follower = f'kind = "translating"\nmass = 0.5\nface = "{face}"\nface_radius = 50'
+    rest = "[operation]\nspeed = 100\nspring_preload = 80"
+    model = Model(parse(toml("", follower, roller, rest=rest)))
+    result = compute(model, COMMANDS["run"])
+    assert [one.check for one in result.findings if not one.passed] == []
+    assert result.data["contact"]["least_force_n"] > 0.0
+    assert ("fatigue" in result.data) is (face == "roller")
