@@ -126,7 +126,8 @@ def _finding(finding: Finding) -> str:
 
 
 def _value(value: Cell, unit: str) -> str:
-    return f"{_cell(value)}\N{NARROW NO-BREAK SPACE}{escape(unit)}" if unit else _cell(value)
+    gap = "" if unit == "°" or not unit else "\N{NARROW NO-BREAK SPACE}"
+    return f"{_cell(value)}{gap}{escape(unit)}"
 
 
 def _key_figures(figures: tuple[Figure, ...]) -> str:
