@@ -48,6 +48,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("study", "one row per variant of a profile, CSV and plot", "camgeom.cli_study:run", ("profile", "study")),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli_tables:laws", ("json",)),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli_tables:new", ("new",)),
+    Command("design", "a checked profile from stops, motion, size, speed, load and life, with the reason of each choice",
+            "camgeom.cli_design:run", ("design",)),
     Command("schema", "JSON Schema of the profile", "camgeom.cli_tables:schema", ("schema",)),
 )
 """Every subcommand; one line adds one."""
@@ -155,6 +157,22 @@ def _add_schema(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
 
 
+def _add_design(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal")
+    sub.add_argument("file", metavar="FILE", nargs="?", help="where to write the profile; default stdout")
+    sub.add_argument("--stops", metavar="N", required=True, help="stops in one turn of the turret")
+    sub.add_argument("--motion-angle", metavar="DEG", help="cam angle of the motion")
+    sub.add_argument("--ratio", metavar="KD", help="time of motion over time of dwell, instead of the angle")
+    sub.add_argument("--center-distance", metavar="MM", help="cam axis to turret axis")
+    sub.add_argument("--envelope", metavar="MM", help="length that cam and turret may take, instead of the distance")
+    sub.add_argument("--speed", metavar="RPM", help="cam speed, default 60 r/min")
+    sub.add_argument("--inertia", metavar="KGM2", help="turret and load, default 0.1 kg m2")
+    sub.add_argument("--torque", metavar="NM", help="load on the turret against the motion, default 0")
+    sub.add_argument("--life", metavar="H", help="life of rollers, bearings and cam, default 20000 h")
+    sub.add_argument("--name", metavar="TEXT", help="the profile's name")
+    _add_json(sub)
+
+
 _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "profile": _add_profile,
     "delivery": _add_delivery,
@@ -162,6 +180,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "study": _add_study,
     "new": _add_new,
     "schema": _add_schema,
+    "design": _add_design,
 }
 
 
