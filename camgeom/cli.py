@@ -48,7 +48,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("study", "one row per variant of a profile, CSV and plot", "camgeom.cli_study:run", ("profile", "study")),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli_tables:laws", ("json",)),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli_tables:new", ("new",)),
-    Command("design", "a checked profile from stops, motion, size, speed, load and life, with the reason of each choice",
+    Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
             "camgeom.cli_design:run", ("design",)),
     Command("schema", "JSON Schema of the profile", "camgeom.cli_tables:schema", ("schema",)),
 )

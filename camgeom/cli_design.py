@@ -16,7 +16,8 @@ KINDS = ("globoidal",)
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Design, print the reasons and write the profile; returns the exit status."""
-    from camgeom.design_globoidal import Wanted, design
+    from camgeom.design_brief import Wanted
+    from camgeom.design_globoidal import design
     from camgeom.export.atomic import atomic_write
 
     if arguments.kind not in KINDS:
@@ -31,7 +32,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         raise UsageError("--stops: needs a whole number from 2 to 48")
     wanted = Wanted(
         int(stops),
-        angle if ratio is None else 360.0 * ratio / (1.0 + ratio),
+        float(angle or 0.0) if ratio is None else 360.0 * ratio / (1.0 + ratio),
         _number(arguments, "speed", 60.0) or 0.0,
         _number(arguments, "inertia", 0.1) or 0.0,
         _number(arguments, "torque", 0.0) or 0.0,

@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from camgeom.cli import main
-from camgeom.design_globoidal import Wanted, design
+from camgeom.design_brief import Wanted
+from camgeom.design_globoidal import design
 from camgeom.design_series import MATERIALS, ROLLERS, material_for
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
@@ -59,7 +60,7 @@ def test_wrong_input_is_refused_all_at_once():
 
 
 def test_overload_is_said_with_its_reason():
-    with pytest.raises(DesignError, match="turret-(life|pressure)"):
+    with pytest.raises(DesignError, match=r"turret-(life|pressure)"):
         design(replace(USUAL, inertia=400.0, speed=300.0))
 
 
