@@ -111,6 +111,12 @@ class Model:
                 )
 
     @fact
+    def turret(self) -> Solid | None:
+        """The turret with its rollers at cam angle zero, for assemblies; None where the follower is no turret."""
+        recipe = getattr(self.cam, "turret", None)
+        return recipe(self.setup).solid(self.tolerance) if recipe else None
+
+    @fact
     def walls(self) -> tuple[Any, ...]:
         """Wall thicknesses of the body: name, thickness mm, cam angle rad."""
         walls = getattr(self.cam, "walls", None)

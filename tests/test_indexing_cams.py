@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from indexing_machines import SHAPES, dwell_half_angle, index_program, roller_of
+from indexing_machines import SHAPES, dwell_half_angle, index_program, indexer, roller_of
 from oracle import roller_distance, swept_distance, triangle_points
 
 from camgeom.cams.cylindrical_index import STARTER, Cam
@@ -105,3 +105,25 @@ def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
     with pytest.raises(ProfileError) as refused:
         parse(STARTER.replace(old, new))
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("kind", ["globoidal", "cylindrical-index"])
+def test_turret_stands_in_its_grooves_without_touching_the_cam(kind, shape):
+    """The turret's solid at some cam angles against the cam's: they meet in the chords' slack only."""
+    cam, setup = barrel(12, shape=shape) if kind != "globoidal" else indexer(8, shape=shape)
+    (part,) = cam.parts(setup)
+    solid = part.solid(0.05)
+    turret = cam.turret(setup, 0.0).solid(0.05)
+    assert turret.sound
+    for angle in (0.0, 2.9, 3.6):
+        body = cam.turret(setup, angle).solid(0.05)
+        assert body.mesh.volume == pytest.approx(turret.mesh.volume, rel=1e-5)
+        common = manifold(body.mesh) ^ manifold(solid.mesh)
+        assert common.volume() < 1e-4 * setup.roller.diameter**3
+
+
+def manifold(mesh):
+    import manifold3d
+
+    return manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))

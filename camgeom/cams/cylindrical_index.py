@@ -20,6 +20,7 @@ from camgeom.groove import cylinder_level
 from camgeom.solid import Part
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import TURN, Swing, Track
+from camgeom.turret_body import TurretBody
 from camgeom.turret_cut import IndexingCut
 from camgeom.turret_tracks import turret_tracks
 
@@ -232,6 +233,18 @@ class Cam(Section):
         if not isinstance(roller, SphereRoller):
             found.append(("roller end to floor", self.tip_clearance, "a larger tip_clearance"))
         return tuple(found)
+
+    def turret(self, setup: Setup, cam_angle: float = 0.0) -> TurretBody:
+        """The turret with its rollers as it stands at a cam angle (rad)."""
+        follower, roller = setup.follower, setup.roller
+        assert roller is not None
+        assert isinstance(follower, TurretFollower)
+        track = self.tracks(setup)[0]
+        near, far = self.radius + 2.0, self.radius + 2.0 + 0.6 * roller.diameter
+        # The turret's axis points along X or against it with the hand.
+        low, high = (near, far) if track.joint.axis[0] > 0.0 else (-far, -near)  # type: ignore[union-attr]
+        radius = follower.pitch_radius + 0.6 * roller.diameter
+        return TurretBody(track, follower.count, radius, low, high, 0.5 * (near + far), cam_angle)
 
     def parts(self, setup: Setup) -> tuple[Part, ...]:
         """The cam: drum minus its grooves, by one boolean."""

@@ -15,6 +15,7 @@ from camgeom.follower import Setup, SphereRoller, TurretFollower
 from camgeom.solid import Part
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import TURN, Swing, Track
+from camgeom.turret_body import TurretBody
 from camgeom.turret_cut import GloboidLevel, IndexingCut
 from camgeom.turret_tracks import turret_tracks
 
@@ -302,6 +303,13 @@ class Cam(Section):
             gap = floor - hypot(tip, radius) - self.centre_shift(setup)
             found.append(("roller end to floor", gap, "a larger tip_clearance"))
         return tuple(found)
+
+    def turret(self, setup: Setup, cam_angle: float = 0.0) -> TurretBody:
+        """The turret with its rollers as it stands at a cam angle (rad)."""
+        assert setup.roller is not None
+        assert isinstance(setup.follower, TurretFollower)
+        track, seat, half = self.tracks(setup)[0], self.contact(setup)[0], 0.65 * setup.roller.diameter
+        return TurretBody(track, setup.follower.count, seat, -half, half, 0.7 * seat, cam_angle)
 
     def parts(self, setup: Setup) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves, by one boolean."""
