@@ -14,7 +14,7 @@ from camgeom.dynamics.indexing_response import CONSTANT, Response, refuse_indefi
 from camgeom.dynamics.indexing_system import Fluctuation, TorsionSystem
 from camgeom.dynamics.integrators import Array, Method
 from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy, pool
-from camgeom.dynamics.integrators_choice import choose
+from camgeom.dynamics.integrators_choice import cheapest, choose
 from camgeom.dynamics.integrators_grid import aligned_grid
 from camgeom.dynamics.integrators_solve import periodic, verified
 from camgeom.errors import NotConverged
@@ -96,14 +96,14 @@ def _groups(
     system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
     if accuracy.steps is not None:
         return [(part, accuracy.fixed(), accuracy.steps) for part in _parts(np.arange(len(speeds)))]
-    methods, steps = choose(system, np.asarray(motion.knots), accuracy.tolerance, pool(system, accuracy))
-    # two rungs of the ladder share a grid: fewer groups, at most a fifth more steps
+    knots = np.asarray(motion.knots)
+    method = cheapest(system, knots, accuracy.tolerance, pool(system, accuracy))
+    _, steps = choose(system, knots, accuracy.tolerance, (method,))
+    # neighbours share a grid: fewer groups, at most two fifths more steps
     rungs = np.exp2(np.ceil(np.log2(steps) * 2.0) / 2.0).round().astype(int)
-    keys = sorted({(method.name, int(rung)) for method, rung in zip(methods, rungs, strict=True)})
     out: list[tuple[npt.NDArray[np.intp], Method, int]] = []
-    for name, rung in keys:
-        index = np.array([k for k, method in enumerate(methods) if method.name == name and rungs[k] == rung])
-        out += [(part, methods[int(part[0])], rung) for part in _parts(index)]
+    for rung in np.unique(rungs):
+        out += [(part, method, int(rung)) for part in _parts(np.flatnonzero(rungs == rung))]
     return out
 
 

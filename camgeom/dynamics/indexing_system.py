@@ -43,6 +43,8 @@ class Fluctuation:
         return factor, slope
 
 
+SEEN = 12
+"""jets of the motion kept: the same cam angles are asked for by the equation of motion, its check and its outputs"""
 Torque = Callable[[Array, Side], Array]
 """External torque (1, n, 3) in N m on cam, turret and load plate over cam angles (1, n)."""
 
@@ -64,6 +66,7 @@ class TorsionSystem:
     paper_form: bool = False
     mass: Array = field(init=False, repr=False)
     _fixed: tuple[Array, Array] = field(init=False, repr=False)
+    _seen: dict[tuple[bytes, tuple[int, ...], Side], Array] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         d = self.drive
@@ -131,7 +134,14 @@ class TorsionSystem:
 
     def jet(self, theta: Array, order: int, side: Side = "right") -> Array:
         """tau, tau', ... (order + 1, ., n) at cam angles theta (., n)."""
-        return self.motion.jet(theta.ravel(), order, side).reshape(order + 1, *theta.shape)
+        key = (theta.tobytes(), theta.shape, side)
+        found = self._seen.get(key)
+        if found is None or len(found) <= order:
+            if len(self._seen) >= SEEN:
+                self._seen.clear()
+            found = self.motion.jet(theta.ravel(), max(order, 2), side).reshape(-1, *theta.shape)
+            self._seen[key] = found
+        return found[: order + 1]
 
     def _damping(self, tau: Array, omega: Array, slope: Array) -> Array:
         """M^-1 C/omega + omega'/omega."""

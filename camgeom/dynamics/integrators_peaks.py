@@ -85,7 +85,7 @@ def _refined(
     values = at(share)
     best, place = _pick(values, share)
     reach = 1.0 / (len(SWEEP) - 1)
-    for _ in range(3):
+    for _ in range(2):
         centre = np.clip(place, reach, 1.0 - reach)
         window = centre[..., None] + reach * QUARTIC
         values = at(window)

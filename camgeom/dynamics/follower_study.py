@@ -1,0 +1,114 @@
+"""One call for the vibration of an elastic follower: steady state, jump, preload, windup, as frozen facts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees, pi
+
+import numpy as np
+
+from camgeom.dynamics.follower import CamShaft, Closure, FollowerTrain, Load, Motion
+from camgeom.dynamics.follower_jump import Flight, Jump, flight, jump, jump_speed
+from camgeom.dynamics.follower_response import FollowerResponse, from_rest, steady_state
+from camgeom.dynamics.integrators import Array
+from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy
+from camgeom.dynamics.spec import DynamicsSpec
+
+RPM = pi / 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class FollowerStudy:
+    """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles)."""
+
+    train: FollowerTrain
+    motion: Motion
+    speed: float
+    scale: float = 1e-3
+    accuracy: Accuracy = STANDARD
+    shaft: CamShaft | None = None
+    load: Load | None = None
+    sweep_speeds: Array | None = None
+
+    @cached_property
+    def steady(self) -> FollowerResponse:
+        """Periodic steady state, contact held."""
+        return steady_state(self.train, self.motion, self.speed, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def start(self) -> FollowerResponse:
+        """First turn from static equilibrium."""
+        return from_rest(self.train, self.motion, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def sweep(self) -> FollowerResponse:
+        """Steady states over the sweep, or at the operating speed alone where none was asked for."""
+        speeds = np.array([self.speed]) if self.sweep_speeds is None else self.sweep_speeds
+        return steady_state(self.train, self.motion, speeds, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def jump(self) -> Jump | None:
+        """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
+        return jump(self.steady) if self.train.closure == "force" else None
+
+    @cached_property
+    def flight(self) -> Flight:
+        """Motion with loss of contact over three turns."""
+        return flight(self.train, self.motion, self.speed, 3, self.scale, self.load)
+
+    def jump_speed_rpm(self, lowest_rpm: float, highest_rpm: float) -> float:
+        """Lowest speed in r/min between two at which contact is lost; raises as `follower_jump.jump_speed`."""
+        found = jump_speed(
+            self.train, self.motion, lowest_rpm * RPM, highest_rpm * RPM, self.accuracy, self.scale, self.load
+        )
+        return found / RPM
+
+    def summary(self, rotating: bool = False) -> dict[str, object]:
+        """The figures of the follower for a result file, units in the names (rad, N m for a rotating follower)."""
+        steady = self.steady
+        length, force = ("rad", "n_m") if rotating else ("m", "n")
+        acceleration, contact = steady.peak("acceleration"), steady.peak("contact_force")
+        out: dict[str, object] = {
+            "model": "elastic follower, two masses" if self.train.two_masses else "elastic follower, one mass",
+            "frequencies_hz": [float(w) / (2.0 * pi) for w in self.train.natural_frequency()],
+            f"peak_acceleration_{length}_s2": float(acceleration.magnitude[0]),
+            f"peak_deviation_{length}": float(steady.peak("deviation").magnitude[0]),
+            f"peak_contact_force_{force}": float(contact.maximum[0]),
+            f"least_contact_force_{force}": float(contact.minimum[0]),
+            "least_contact_force_cam_angle_deg": degrees(float(contact.minimum_at[0])),
+            "peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0]),
+            "spectral_radius": float(steady.solution.spectral_radius[0]),
+            "error": float(steady.solution.error[0]) if np.isfinite(steady.solution.error[0]) else None,
+            "integrator": steady.solution.choice
+            or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
+            "cautions": list(steady.solution.cautions),
+        }
+        if self.jump is not None:
+            out["contact_lost"] = bool(self.jump.lost[0])
+            out[f"required_preload_{force}"] = float(self.jump.required_preload[0])
+        if self.shaft is not None:
+            out["peak_windup_deg"] = degrees(float(steady.peak("windup").magnitude[0]))
+            out["peak_shaft_torque_n_m"] = float(steady.peak("shaft_torque").magnitude[0])
+        return out
+
+
+def follower_study(
+    spec: DynamicsSpec,
+    motion: Motion,
+    speed_rpm: float,
+    rotating: bool = False,
+    closure: Closure = "force",
+    mass: float = 0.0,
+    return_stiffness: float = 0.0,
+    preload: float = 0.0,
+    load: Load | None = None,
+) -> FollowerStudy:
+    """The study a profile's [dynamics] table asks for, at the cam speed in r/min.
+
+    mass (kg or kg m2), return_stiffness (N/m or N m/rad) and preload (N or N m) serve where the table gives none;
+    lifts are mm, or rad for a rotating follower.
+    """
+    train = spec.train(rotating, closure, mass, return_stiffness, preload)
+    scale = 1.0 if rotating else 1e-3
+    return FollowerStudy(train, motion, speed_rpm * RPM, scale, spec.accuracy(), spec.shaft(), load, spec.speeds())

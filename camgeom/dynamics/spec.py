@@ -1,0 +1,208 @@
+"""The `[dynamics]` table of a profile: the elastic drive behind the cam (units at the edge: mm, N, kg, degrees,
+r/min).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self, final
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from camgeom.dynamics.follower import CamShaft, Closure, FollowerTrain
+from camgeom.dynamics.indexing import IndexingDrive
+from camgeom.dynamics.indexing_system import Fluctuation
+from camgeom.dynamics.integrators import Method, generalized_alpha, wilson
+from camgeom.dynamics.integrators_accuracy import Accuracy
+from camgeom.errors import Problem, ProfileError
+from camgeom.spec import Section
+
+Positive = Annotated[float, Field(gt=0.0, le=1e15, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, le=1e15, allow_inf_nan=False)]
+Signed = Annotated[float, Field(ge=-1e15, le=1e15, allow_inf_nan=False)]
+Speed = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)]
+Family = Literal["auto", "wilson", "newmark", "generalized-alpha", "rk4", "magnus2", "magnus4"]
+Gauss = Literal["gauss1", "gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8"]
+Radau = Literal["radau2", "radau3", "radau5"]
+
+PER_MM = 1000.0
+"""N/mm to N/m"""
+DRIVE_KEYS = ("cam_inertia", "turret_inertia", "load_inertia", "input_stiffness", "output_stiffness")
+INDEXING_KEYS = (
+    *(*DRIVE_KEYS, "contact_stiffness", "input_damping", "output_damping", "contact_damping", "cam_friction"),
+    *("turret_friction", "cam_mass", "turret_mass", "load_mass", "cam_bending", "cam_axial", "turret_bending"),
+    *("load_bending", "cross_bending", "output_axial", "exact_contact", "fluctuation", "fluctuation_order"),
+    *("settling_band", "estimate"),
+)
+FOLLOWER_KEYS = (
+    *("mass", "linkage_stiffness", "linkage_damping", "return_stiffness", "return_damping", "preload", "tappet_mass"),
+    *("tappet_stiffness", "tappet_damping", "shaft_inertia", "shaft_stiffness", "shaft_damping"),
+)
+
+
+@final
+class DynamicsSpec(Section):
+    """Vibration of the elastic drive: an indexing drive (turret) or an elastic follower, by `kind`."""
+
+    kind: Literal["indexing", "follower"] = Field(description="indexing: turret with load plate; follower: any other")
+    method: Family | Gauss | Radau = Field(
+        "auto", description="integrator; auto: the cheapest that meets the tolerance"
+    )
+    tolerance: Annotated[float, Field(ge=1e-13, le=0.1)] = Field(1e-6, description="share of the peak, by halving")
+    steps: Annotated[int, Field(ge=1, le=4_000_000)] | None = Field(
+        None, description="steps a turn, fixed and unchecked; default: what the tolerance needs"
+    )
+    wilson_theta: Annotated[float, Field(ge=1.0, le=10.0)] = Field(1.40, description="of the wilson method")
+    spectral_radius: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.8, description="of generalized-alpha")
+    sweep: tuple[Speed, Speed] | None = Field(None, description="r/min, lowest and highest speed of a sweep")
+    sweep_points: Annotated[int, Field(ge=2, le=5000)] = Field(100, description="speeds in the sweep")
+
+    cam_inertia: Positive | None = Field(None, description="kg m2, cam with its share of the input shaft")
+    turret_inertia: Positive | None = Field(None, description="kg m2, turret")
+    load_inertia: Positive | None = Field(None, description="kg m2, load plate")
+    input_stiffness: Positive | None = Field(None, description="N m/rad, input shaft in torsion")
+    output_stiffness: Positive | None = Field(None, description="N m/rad, output shaft in torsion")
+    contact_stiffness: Positive | None = Field(
+        None, description="N m/rad at the turret, cam against rollers; default: Hertz line contact on the real flanks"
+    )
+    estimate: Literal["half-space", "chord"] = Field("half-space", description="which Hertz estimate that default is")
+    input_damping: NotNegative = Field(0.0, description="N m s/rad, input shaft")
+    output_damping: NotNegative = Field(0.0, description="N m s/rad, output shaft")
+    contact_damping: NotNegative = Field(0.0, description="N m s/rad at the turret, contact")
+    cam_friction: NotNegative = Field(0.0, description="N m s/rad, viscous, on the cam")
+    turret_friction: NotNegative = Field(0.0, description="N m s/rad, viscous, on the turret")
+    cam_mass: NotNegative = Field(0.0, description="kg; 0 leaves the cam's lateral modes out")
+    turret_mass: NotNegative = Field(0.0, description="kg; 0 leaves the output shaft's lateral modes out")
+    load_mass: NotNegative = Field(0.0, description="kg, load plate")
+    cam_bending: NotNegative = Field(0.0, description="N/mm, cam across its shaft, x and z")
+    cam_axial: NotNegative = Field(0.0, description="N/mm, cam along its shaft, y")
+    turret_bending: NotNegative = Field(0.0, description="N/mm, K22 of the output shaft")
+    load_bending: NotNegative = Field(0.0, description="N/mm, K33 of the output shaft")
+    cross_bending: Signed = Field(0.0, description="N/mm, K23 of the output shaft")
+    output_axial: NotNegative = Field(0.0, description="N/mm, output shaft along its axis, z")
+    exact_contact: bool = Field(False, description="motion taken at the wound-up cam angle (non-linear)")
+    fluctuation: Annotated[float, Field(ge=0.0, lt=0.9)] = Field(0.0, description="share by which the speed swings")
+    fluctuation_order: Annotated[int, Field(ge=1, le=1000)] = Field(1, description="swings of the speed in a turn")
+    settling_band: Annotated[float, Field(gt=0.0, le=90.0)] = Field(
+        0.005, description="deg, load plate counts as settled within this band"
+    )
+
+    mass: Positive | None = Field(None, description="kg (kg m2 for swinging); default: the follower's mass and load")
+    linkage_stiffness: Positive | None = Field(None, description="N/mm (N m/rad for swinging), cam to follower mass")
+    linkage_damping: NotNegative = Field(0.0, description="N s/m (N m s/rad)")
+    return_stiffness: NotNegative | None = Field(None, description="N/mm (N m/rad); default: operation.spring_rate")
+    return_damping: NotNegative = Field(0.0, description="N s/m (N m s/rad), to ground")
+    preload: NotNegative | None = Field(None, description="N (N m); default: operation.spring_preload")
+    tappet_mass: NotNegative = Field(0.0, description="kg (kg m2), the part of the mass at the cam")
+    tappet_stiffness: NotNegative = Field(0.0, description="N/mm (N m/rad), contact of the tappet; 0: rigid")
+    tappet_damping: NotNegative = Field(0.0, description="N s/m (N m s/rad), contact of the tappet")
+    shaft_inertia: Positive | None = Field(None, description="kg m2, cam on its elastic shaft")
+    shaft_stiffness: Positive | None = Field(None, description="N m/rad, cam shaft in torsion; default: rigid")
+    shaft_damping: NotNegative = Field(0.0, description="N m s/rad, cam shaft")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        idle = FOLLOWER_KEYS if self.kind == "indexing" else INDEXING_KEYS
+        strange = [key for key in idle if key in self.model_fields_set]
+        if strange:
+            raise ValueError(f"{', '.join(strange)} mean nothing for kind = {self.kind!r}")
+        needed = DRIVE_KEYS if self.kind == "indexing" else ("linkage_stiffness",)
+        missing = [key for key in needed if getattr(self, key) is None]
+        if missing:
+            raise ValueError(f"kind = {self.kind!r} needs {', '.join(missing)}")
+        if (self.shaft_inertia is None) != (self.shaft_stiffness is None):
+            raise ValueError("an elastic cam shaft needs both shaft_inertia and shaft_stiffness")
+        if self.tappet_stiffness > 0.0 and self.tappet_mass == 0.0:
+            raise ValueError("tappet_stiffness needs a tappet_mass")
+        if self.shaft_inertia is not None and self.tappet_mass > 0.0 and self.tappet_stiffness == 0.0:
+            raise ValueError("with an elastic cam shaft a tappet_mass needs a tappet_stiffness")
+        if self.sweep is not None and self.sweep[0] >= self.sweep[1]:
+            raise ValueError("sweep must rise from its first speed to its second")
+        return self
+
+    def accuracy(self) -> Accuracy:
+        """Method, tolerance (share of the peak) and steps."""
+        method: str | Method = self.method
+        if self.method == "wilson":
+            method = wilson(self.wilson_theta)
+        elif self.method == "generalized-alpha":
+            method = generalized_alpha(self.spectral_radius)
+        return Accuracy(self.tolerance, method, self.steps)
+
+    def speeds(self) -> np.ndarray[tuple[int], np.dtype[np.float64]] | None:
+        """Speeds of the sweep in rad/s, None when no sweep is asked for."""
+        if self.sweep is None:
+            return None
+        return np.linspace(*self.sweep, self.sweep_points) * np.pi / 30.0
+
+    def speed_fluctuation(self) -> Fluctuation:
+        """Fluctuation of the input speed."""
+        return Fluctuation(((self.fluctuation_order, self.fluctuation, 0.0),) if self.fluctuation > 0.0 else ())
+
+    def drive(self, contact_table: tuple[float, ...] = ()) -> IndexingDrive:
+        """The indexing drive in SI; contact_table N m/rad at equal steps of a turn serves where no stiffness is given.
+
+        Raises ProfileError when there is neither.
+        """
+        contact = self.contact_stiffness
+        if contact is None:
+            if not contact_table:
+                hint = "or a load and elastic materials from which it follows"
+                raise ProfileError([Problem("dynamics.contact_stiffness", "is missing", None, "> 0 N m/rad", hint)])
+            contact = float(np.mean(contact_table))
+        return IndexingDrive(
+            cam_inertia=self.cam_inertia or 0.0,
+            turret_inertia=self.turret_inertia or 0.0,
+            load_inertia=self.load_inertia or 0.0,
+            input_stiffness=self.input_stiffness or 0.0,
+            output_stiffness=self.output_stiffness or 0.0,
+            contact_stiffness=contact,
+            contact_table=contact_table if self.contact_stiffness is None else (),
+            input_damping=self.input_damping,
+            output_damping=self.output_damping,
+            contact_damping=self.contact_damping,
+            cam_friction=self.cam_friction,
+            turret_friction=self.turret_friction,
+            cam_mass=self.cam_mass,
+            turret_mass=self.turret_mass,
+            load_mass=self.load_mass,
+            cam_bending_x=self.cam_bending * PER_MM,
+            cam_bending_z=self.cam_bending * PER_MM,
+            cam_axial_y=self.cam_axial * PER_MM,
+            turret_bending=self.turret_bending * PER_MM,
+            load_bending=self.load_bending * PER_MM,
+            cross_bending=self.cross_bending * PER_MM,
+            output_axial=self.output_axial * PER_MM,
+        )
+
+    def train(
+        self,
+        rotating: bool,
+        closure: Closure = "force",
+        mass: float = 0.0,
+        return_stiffness: float = 0.0,
+        preload: float = 0.0,
+    ) -> FollowerTrain:
+        """The elastic follower in SI; mass (kg or kg m2), return_stiffness (N/m or N m/rad), preload (N or N m) by
+        default.
+        """
+        per = 1.0 if rotating else PER_MM
+        own = return_stiffness if self.return_stiffness is None else self.return_stiffness * per
+        return FollowerTrain(
+            mass=mass if self.mass is None else self.mass,
+            stiffness=(self.linkage_stiffness or 0.0) * per,
+            damping=self.linkage_damping,
+            return_stiffness=own,
+            return_damping=self.return_damping,
+            preload=preload if self.preload is None else self.preload,
+            tappet_mass=self.tappet_mass,
+            contact_stiffness=self.tappet_stiffness * per,
+            contact_damping=self.tappet_damping,
+            closure=closure,
+        )
+
+    def shaft(self) -> CamShaft | None:
+        """The elastic cam shaft, None where it is rigid."""
+        if self.shaft_inertia is None or self.shaft_stiffness is None:
+            return None
+        return CamShaft(inertia=self.shaft_inertia, stiffness=self.shaft_stiffness, damping=self.shaft_damping)
