@@ -150,6 +150,8 @@ def test_starter_passes_its_checks():
         ("diameter = 30", "diameter = 62", "distance of neighbouring rollers"),
         ("globoid_radius = 80", "globoid_radius = 70", "78 .. 102"),
         ("width = 90", "width = 170", "below twice the globoid radius"),
+        ("diameter = 30", "diameter = 67", "below 66.2742"),
+        ("width = 90", "width = 30", "so that rollers stand beside the rib"),
         ("to = 45", "to = 40", "45"),
         ("bore = 40", "bore = 160", "groove floor"),
     ],
@@ -158,6 +160,25 @@ def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
     with pytest.raises(ProfileError) as refused:
         parse(STARTER.replace(old, new))
     assert words in str(refused.value)
+
+
+def test_fins_are_found_and_advised():
+    from types import SimpleNamespace
+
+    from camgeom.blank import Blank
+    from camgeom.checks.turret import fins
+    from camgeom.maths.mesh import Mesh
+    from camgeom.solid import Solid
+
+    big = Blank.cylinder(50.0, 60.0).mesh(0.5)
+    fin = Blank(((1.0, 80.0), (1.0, 85.0))).mesh(0.5)
+    both = Mesh(np.concatenate([big.vertices, fin.vertices]), np.concatenate([big.faces, fin.faces + len(big.vertices)]))
+    (finding,) = fins(SimpleNamespace(solids=(Solid("cam", both, 0.5, "boolean", 0),)))
+    assert not finding.passed
+    assert finding.value == 1.0
+    assert "below 160 mm" in finding.advice
+    (clean,) = fins(SimpleNamespace(solids=(Solid("cam", big, 0.5, "boolean", 0),)))
+    assert clean.passed
 
 
 def test_oscillating_drive_has_a_closed_groove_for_each_roller():

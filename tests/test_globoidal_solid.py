@@ -36,7 +36,7 @@ def wall_error(cam, setup, shape, solid, samples=16, seed=1):
         shift = dwell_half_angle(setup, cam.form) + start * 2.0 * pi / count
         pose = turret_pose(setup, cam.center_distance, shift, cam.hand, sense)
         low, high = cam.cutters(setup)[start].span
-        deep = cam.tip(setup) + (8.0 if shape == "crowned" else 1000.0)
+        deep = cam.tip(setup) + 12.0
         for best, tip in ((wall, deep), (body, cam.tip(setup))):
 
             def distance(x, a, u, tip=tip):

@@ -72,7 +72,7 @@ def test_every_triangle_within_tolerance(stops, form, hand, starts, shape):
     for start in range(starts):
         shift = dwell_half_angle(setup, cam.form) + start * 2.0 * pi / setup.follower.count
         low, high = cam.cutters(setup)[start].span
-        for best, end in ((wall, tip - (5.0 if shape == "crowned" else 60.0)), (body, tip)):
+        for best, end in ((wall, tip - 6.0), (body, tip)):
 
             def distance(x, a, u, end=end):
                 return roller_distance(x, a, u, radius, end, shape=kind[shape])

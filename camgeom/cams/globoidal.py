@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, atan2, degrees, hypot, pi, sin, sqrt
+from math import asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -184,6 +184,14 @@ class Cam(Section):
         if room <= 2.0 * radius:
             limit = f"below {room:g} mm, the distance of neighbouring rollers at their inner end"
             found.append(_problem("roller.diameter", roller.diameter, limit))
+        half = 0.5 * pitch
+        if radius * cos(half) >= self.globoid_radius * sin(half):
+            limit = f"below {2.0 * self.globoid_radius * tan(half):g} mm, so that ribs keep a tip at the globoid radius"
+            found.append(_problem("roller.diameter", roller.diameter, limit))
+        rib = 2.0 * (self.globoid_radius * sin(half) - radius * cos(half))
+        if self.form == "rib" and self.width <= rib:
+            limit = f"above {rib:g} mm, so that rollers stand beside the rib in the dwell"
+            found.append(_problem("cam.width", self.width, limit))
         starts = abs(setup.program.advance) / pitch
         if setup.program.closed:
             return found
