@@ -7,7 +7,7 @@ them can stand in the roller's way by no more than the chord error besides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -42,14 +42,16 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
     reach = _largest_radius(track)
     turns = _turns(track)
     window = _Window.of(track, reach)
-    near = window.near(points)
-    if not np.any(near):
-        return Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
-    x = points[near]
-    extra = np.zeros(len(x)) if slack is None else slack[near]
     best = Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
     for turn in turns:
-        found = _search(track, x, extra, window, turn)
+        # What a roller passes in one turn of several is a part of the cam.
+        over = TURN * turn - window.half, TURN * (turn + 1) + window.half
+        part = window if len(turns) == 1 else _Window.of(replace(track, span=over), reach)
+        near = part.near(points)
+        if not np.any(near):
+            continue
+        extra = np.zeros(int(near.sum())) if slack is None else slack[near]
+        found = _search(track, points[near], extra, window, turn)
         if found.value < best.value:
             best = found
     return best
@@ -105,12 +107,14 @@ def _turns(track: Track) -> range:
 
 @dataclass(frozen=True)
 class _Window:
-    """Where the roller can be in the machine frame: a sector of azimuth about the cam axis, and a radial stretch."""
+    """Where the roller can be in the machine frame: a sector of azimuth, and a radial and an axial stretch."""
 
     middle: float
     half: float
     low: float
     high: float
+    below: float
+    above: float
     sense: float
 
     @classmethod
@@ -125,12 +129,13 @@ class _Window:
         low, high = float((angle - spread).min()), float((angle + spread).max())
         half = min(np.pi, 0.5 * (high - low) + 1e-6)
         middle = 0.5 * (low + high) + float(np.angle(z.mean()))
-        return cls(middle, half, float(radius.min()) - reach, float(radius.max()) + reach, track.sense)
+        ends = float(radius.min()), float(radius.max()), float(p[2].min()), float(p[2].max())
+        return cls(middle, half, ends[0] - reach, ends[1] + reach, ends[2] - reach, ends[3] + reach, track.sense)
 
     def near(self, points: Floats) -> npt.NDArray[np.bool_]:
-        """Points within the radial stretch."""
-        radius = np.hypot(points[:, 0], points[:, 1])
-        return np.asarray((radius > self.low) & (radius < self.high))
+        """Points within the radial and the axial stretch."""
+        radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        return np.asarray((radius > self.low) & (radius < self.high) & (z > self.below) & (z < self.above))
 
     def angles(self, points: Floats) -> Floats:
         """Cam angle (v,) at which the middle of the sector faces each point: azimuth = middle - sense phi."""

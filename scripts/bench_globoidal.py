@@ -2,8 +2,8 @@
 
     python scripts/bench_globoidal.py [--rollers 240] [--json FILE]
 
-The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle.py (distance to the
-nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller cylinders at
+The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle.py (distance to
+the nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller cylinders at
 equal angles; its wall error falls as the square of their number and its time grows faster than that number.
 """
 
@@ -66,7 +66,8 @@ def wall_error(mesh: Mesh, track, most: int = 600) -> float:
 
     low, high = track.span
     coarse = int(360 * (high - low) / (2.0 * np.pi))
-    found = swept_distance(triangle_points(mesh.vertices, faces, 6), pose_of(track.program), distance, low, high, coarse)
+    points = triangle_points(mesh.vertices, faces, 6)
+    found = swept_distance(points, pose_of(track.program), distance, low, high, coarse)
     return float(np.abs(found).max())
 
 

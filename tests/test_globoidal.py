@@ -172,7 +172,8 @@ def test_fins_are_found_and_advised():
 
     big = Blank.cylinder(50.0, 60.0).mesh(0.5)
     fin = Blank(((1.0, 80.0), (1.0, 85.0))).mesh(0.5)
-    both = Mesh(np.concatenate([big.vertices, fin.vertices]), np.concatenate([big.faces, fin.faces + len(big.vertices)]))
+    faces = np.concatenate([big.faces, fin.faces + len(big.vertices)])
+    both = Mesh(np.concatenate([big.vertices, fin.vertices]), faces)
     (finding,) = fins(SimpleNamespace(solids=(Solid("cam", both, 0.5, "boolean", 0),)))
     assert not finding.passed
     assert finding.value == 1.0
