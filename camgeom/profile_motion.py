@@ -93,6 +93,8 @@ def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -
         return [Problem("motion", "a turret needs a segment that turns it on", None, f"`to` = {index:.12g} deg")]
     i, end = moves[-1]
     steps = round(end / index)
+    if abs(end) <= SLIP and any(abs(to) > SLIP for _, to in moves):
+        return []  # a drive to and fro
     if steps == 0 or abs(end - steps * index) > SLIP:
         allowed = f"a whole multiple of 360 / {stops} = {index:.12g} deg"
         return [Problem(f"motion[{i}].to", "the motion must step by whole indexes of the turret", end, allowed)]

@@ -3,8 +3,8 @@
     python scripts/bench_globoidal.py [--rollers 240] [--json FILE]
 
 The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle.py (distance to
-the nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller cylinders at
-equal angles; its wall error falls as the square of their number and its time grows faster than that number.
+the nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller
+cylinders at equal angles; its wall error falls as the square of their number and its time grows faster than that.
 """
 
 from __future__ import annotations

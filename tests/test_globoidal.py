@@ -162,6 +162,49 @@ def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
     assert words in str(refused.value)
 
 
+def test_to_and_fro_from_a_profile():
+    motion = """[[motion]]
+until = 60
+
+[[motion]]
+until = 160
+to = 45
+law = "modified-sine"
+
+[[motion]]
+until = 230
+
+[[motion]]
+until = 330
+to = 0
+law = "modified-sine"
+
+[[motion]]
+until = 360
+"""
+    head, rest = STARTER.split("[[motion]]", 1)
+    model = Model(parse(head + motion + rest[rest.index("[operation]") :]), 0.1)
+    assert model.setup.program.closed
+    assert all(track.closed for track in model.tracks)
+    assert model.solid.sound
+    assert model.turret_duty.contact_data()["rollers_sharing_least"] >= 1
+    assert all(found.value > -1e-6 for found in model.clearances)
+
+
+def test_hubs_and_keyway():
+    keys = "keyway_width = 12\nkeyway_depth = 3.3\nhub_diameter = 66\nhub_length = 12"
+    text = STARTER.replace("bore = 40", f"bore = 40\n{keys}")
+    model = Model(parse(text), 0.1)
+    plain = Model(parse(STARTER), 0.1)
+    mesh = model.solid.mesh
+    assert model.solid.sound
+    assert float(np.ptp(mesh.vertices[:, 2])) == pytest.approx(90.0 + 24.0)
+    extra = pi * (33.0**2 - 20.0**2) * 24.0 - 12.0 * 3.3 * 114.0
+    assert mesh.volume - plain.solid.mesh.volume == pytest.approx(extra, rel=0.02)
+    with pytest.raises(ProfileError, match="hub_diameter"):
+        parse(text.replace("hub_diameter = 66", "hub_diameter = 190"))
+
+
 def test_fins_are_found_and_advised():
     from types import SimpleNamespace
 

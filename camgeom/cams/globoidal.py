@@ -83,6 +83,8 @@ class Cam(Section):
     preload: Gap = Field(
         0.0, description="mm, by which rollers press into the ribs they ride in the dwell, by a closer centre distance"
     )
+    hub_diameter: Gap = Field(0.0, description="mm, hubs on both ends; 0 leaves them out")
+    hub_length: Gap = Field(0.0, description="mm, length of each hub beyond the end face")
     bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the cam solid")
     keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
@@ -169,7 +171,21 @@ class Cam(Section):
             found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
         elif self.keyway_width and self.keyway_width >= self.bore:
             found.append(_problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
-        return found
+        return [*found, *self._hub_problems(setup)]
+
+    def _hub_problems(self, setup: Setup) -> list[Problem]:
+        """Hubs stay clear of the rollers, whose ends reach floor_radius about the turret axis beside the cam."""
+        if bool(self.hub_diameter) != bool(self.hub_length):
+            return [_problem("cam.hub_length", self.hub_length, "diameter and length both, or neither")]
+        if not self.hub_length:
+            return []
+        reach = self.floor_radius(setup)
+        most = 2.0 * (self.center_distance - sqrt(max(0.0, reach**2 - 0.25 * self.width**2)))
+        least = 2.0 * self.bore_spec().reach if self.bore else 0.0
+        if least < self.hub_diameter < most:
+            return []
+        limit = f"{least:g} .. {most:g} mm, outside the bore and clear of the rollers"
+        return [_problem("cam.hub_diameter", self.hub_diameter, limit)]
 
     def _turret_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
         found = []
@@ -210,12 +226,12 @@ class Cam(Section):
         """The globoid before the grooves are cut."""
         del setup
         half, end = 0.5 * self.width, self.end_radius
-        return Blank(
-            ((end, -half), (end, half)),
-            self.bore_spec() if self.bore else None,
-            ((self.center_distance, 0.0),),
-            ("land",),
-        )
+        bore, arc = self.bore_spec() if self.bore else None, (self.center_distance, 0.0)
+        if not self.hub_length:
+            return Blank(((end, -half), (end, half)), bore, (arc,), ("land",))
+        hub, far = 0.5 * self.hub_diameter, half + self.hub_length
+        outline = ((hub, -far), (hub, -half), (end, -half), (end, half), (hub, half), (hub, far))
+        return Blank(outline, bore, (None, None, arc, None, None), ("hub", "end", "land", "end", "hub"))
 
     def tracks(self, setup: Setup) -> tuple[Track, ...]:
         """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
