@@ -78,6 +78,7 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
     if "flank" in wanted and (model.tracks or model.planar is not None):
         data["flank"] = flank_data(model) if model.tracks else {}
         data["flank"] |= model.planar.data() if model.planar is not None else {}
+        data["flank"] |= model.pair.data() if model.pair is not None else {}
     if "checks" in wanted:
         from camgeom.checks import findings
 

@@ -20,13 +20,14 @@ from camgeom.facts import Ledger, Observer, fact
 from camgeom.follower import CylinderRoller, FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
-from camgeom.track import Track
+from camgeom.track import TURN, Track
 
 if TYPE_CHECKING:
     from camgeom.clearance import Clearance
     from camgeom.duty import Duty
     from camgeom.planar import Planar
     from camgeom.planar_force import PlanarDrive
+    from camgeom.planar_pair import PairResidual
     from camgeom.solid import Part, Solid
     from camgeom.turret_duty import TurretDuty
 
@@ -167,6 +168,15 @@ class Model:
         from camgeom.planar import planar_of
 
         return planar_of(self.cam, self.setup)
+
+    @fact
+    def pair(self) -> PairResidual | None:
+        """Gap at the second roller of a pair that drives a follower both ways; None for other cams."""
+        from camgeom.planar_pair import pair_residual
+
+        if self.planar is None or not self.planar.form_closed or len(self.tracks) != 2:
+            return None
+        return pair_residual(*self.tracks, np.linspace(0.0, TURN, 1440, endpoint=False))
 
     @property
     def driven(self) -> bool:

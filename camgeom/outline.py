@@ -165,6 +165,46 @@ class CircleOutline:
         return Curve(centre + self.radius * n, n, one / self.radius, self.radius * one)
 
 
+@dataclass(frozen=True, eq=False)
+class ParallelOutline:
+    """The curve at a normal distance (mm, outwards) from an outline: the path of a round tool's centre."""
+
+    outline: Outline
+    distance: float
+
+    def knots(self) -> Floats:
+        """Cam angles where a derivative may jump."""
+        return self.outline.knots()
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, normals, curvature."""
+        at = self.outline.curve(phi)
+        growth = 1.0 + self.distance * at.curvature
+        safe = np.where(np.abs(growth) > 1e-300, growth, 1e-300)
+        return Curve(at.points + self.distance * at.normals, at.normals, at.curvature / safe, at.speed * growth)
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonOutline:
+    """A closed polygon (n, 2), counter-clockwise, travelled edge by edge over the turn; flat between its corners."""
+
+    corners: Floats
+
+    def knots(self) -> Floats:
+        """One cam angle a corner."""
+        return np.linspace(0.0, TURN, len(self.corners) + 1)
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, normals, curvature (zero)."""
+        place = np.asarray(phi) / TURN * len(self.corners)
+        edge = np.minimum(place.astype(int), len(self.corners) - 1)
+        step = (np.roll(self.corners, -1, axis=0) - self.corners)[edge].T
+        length = np.sqrt((step**2).sum(axis=0))
+        points = self.corners[edge].T + (place - edge) * step
+        normals = np.stack([step[1], -step[0]]) / length
+        return Curve(points, normals, np.zeros_like(length), length * len(self.corners) / TURN)
+
+
 @dataclass(frozen=True)
 class AreaProperties:
     """Area mm², perimeter mm, centroid mm and second moments about the origin mm⁴ (xx, yy, xy) of an outline."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, pi
+from math import degrees, pi, radians
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ import pytest
 from camgeom.cams import cam_class
 from camgeom.errors import ProfileError
 from camgeom.model import Model
+from camgeom.planar_pair import PairErrors, pair_residual
 from camgeom.profile import parse
 from tests.oracle import roller_distance, swept_distance, triangle_points
 
@@ -141,3 +142,54 @@ def test_phase_mark_goes_through_both_discs() -> None:
         assert np.hypot(mark[:, 0], mark[:, 1] + 70.0) == pytest.approx(3.0, abs=1e-12)
     with pytest.raises(ProfileError, match=r"between 33 and 127 mm"):
         b1(cam="mark_diameter = 6\nmark_radius = 128")
+
+
+PHI = np.linspace(0.0, 2.0 * pi, 3601)
+
+
+@pytest.mark.parametrize("model", [b1(), b1(cam='direction = "cw"'), b1(law="simple-harmonic")])
+def test_pair_residual_of_perfect_parts_is_zero(model: Model) -> None:
+    found = pair_residual(*model.tracks, PHI)
+    assert np.abs(found.gap).max() < 1e-10
+    assert found.position == pytest.approx(model.setup.program.jet(PHI, 0)[0], abs=1e-12)
+
+
+def nearest(curve: np.ndarray, point: complex) -> float:
+    """Distance of a point from a curve sampled densely: the vertex of the parabola through the nearest samples."""
+    far = np.abs(curve - point) ** 2
+    i = int(np.argmin(far))
+    a, b, c = far[i - 1], far[i], far[(i + 1) % len(far)]
+    return float(np.sqrt(b - (a - c) ** 2 / (8.0 * (a - 2.0 * b + c))))
+
+
+def test_pair_residual_under_a_wrong_centre_distance() -> None:
+    """Rest of the main roller and gap of the return roller found by brute force on dense profiles."""
+    model = b1()
+    phi = np.radians([3.0, 20.0, 35.0, 52.0, 88.0, 130.0, 250.0])
+    found = pair_residual(*model.tracks, phi, PairErrors(centre_distance=0.02))
+    dense = np.linspace(0.0, 2.0 * pi, 40_000, endpoint=False)
+    discs = [model.cam.outlines(model.setup)[name].curve(dense).points for name in ("main", "return")]
+    main, back = (points[0] + 1j * points[1] for points in discs)
+    arms = [complex(*track.anchor[:2]) - 205.0 for track in model.tracks]
+    for angle, gap in zip(phi, found.gap):
+
+        def centre(arm: complex, q: float, angle: float = angle) -> complex:
+            return np.exp(-1j * angle) * (205.02 + arm * np.exp(-1j * q))
+
+        low, high = found.position.min() - 1e-3, found.position.max() + 1e-3
+        for _ in range(50):
+            q = 0.5 * (low + high)
+            low, high = (q, high) if nearest(main, centre(arms[0], q)) < 20.0 else (low, q)
+        assert nearest(back, centre(arms[1], q)) - 20.0 == pytest.approx(gap, abs=2e-8)
+    assert found.gap.min() > 0.028
+
+
+def test_play_shows_as_the_gap_of_the_chord() -> None:
+    model = b1(follower="clearance = 0.1")
+    found = model.pair
+    assert found.least == pytest.approx(0.1 * np.cos(radians(33.0)), abs=5e-5)
+    assert found.gap.max() <= 0.1
+    assert found.spread > 0.01
+    jammed = pair_residual(*model.tracks, PHI, PairErrors(return_roller=0.09))
+    assert jammed.least == pytest.approx(found.least - 0.09, abs=1e-6)
+    assert jammed.least < 0.0

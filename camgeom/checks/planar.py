@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 WIDTH_SLACK = 1e-9
 """mm; rounding of a width that is constant by construction"""
+PAIR_SLACK = 1e-9
+"""mm; rounding of a pair without play"""
 FORCE_SLACK = 1e-9
 """share of the peak force that rounding leaves where contact just holds"""
 
@@ -64,6 +66,18 @@ def width(model: Model) -> Iterable[Finding]:
     passed = abs(found.value) <= WIDTH_SLACK
     advice = "" if passed else "opposite motions do not mirror each other: s(theta + 180) = h - s(theta) must hold"
     yield Finding("width", abs(found.value), WIDTH_SLACK, "mm", passed, degrees(found.cam_angle) % 360.0, advice)
+
+
+@check("pair", "planar")
+def pair(model: Model) -> Iterable[Finding]:
+    """Least gap at the return roller of a pair while the main one rests; negative where the pair jams."""
+    found = model.pair
+    if found is None:
+        return
+    angle = degrees(float(found.phi[int(found.gap.argmin())]))
+    passed = found.least >= -PAIR_SLACK
+    advice = "" if passed else "the return roller cuts into its disc: enlarge the clearance"
+    yield Finding("pair", found.least, 0.0, "mm", passed, angle, advice, "return roller")
 
 
 @check("curvature-jumps", "planar")
