@@ -53,6 +53,8 @@ class Duty:
 
     track   the roller's track; `station` its meridian parameter where the classical figures are quoted
     load    what acts on the follower; speed rad/s
+    crown   radius of the meridian, mm, of a crowned roller on a straight flank (planar cams); None: the flank is the
+            roller's own envelope
     """
 
     track: Track
@@ -62,6 +64,7 @@ class Duty:
     roller: Material
     cam: Material
     speed: float
+    crown: float | None = None
 
     @cached_property
     def force(self) -> FollowerForce:
@@ -180,8 +183,11 @@ class Duty:
         return middle, np.diff(edges), walls
 
     def _gaps(self, stations: Floats) -> Floats:
-        """Gap between roller and flank along the slices: none, since the flank is the roller's own envelope."""
-        return np.zeros_like(stations)
+        """Gap between roller and flank along the slices, mm: none where the flank is the roller's own envelope."""
+        if self.crown is None:
+            return np.zeros_like(stations)
+        half = np.minimum(np.abs(stations - 0.5 * sum(self.track.contact)), self.crown)
+        return np.asarray(self.crown - np.sqrt(self.crown**2 - half**2))
 
     @cached_property
     def peak_contact(self) -> LineContact:

@@ -8,7 +8,7 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from camgeom.facts import Ledger, Observer, fact
 from camgeom.follower import CylinderRoller, FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Arc, Straight, Track
 
 if TYPE_CHECKING:
     from camgeom.clearance import Clearance
@@ -252,6 +252,11 @@ class Model:
         operation = self.profile.operation
         assert operation is not None
         low, high = track.contact
+        crown = None
+        if self.planar is not None and isinstance(track.meridian, Arc):
+            # A planar cam is straight along the roller's axis: it is not the envelope of the crown.
+            crown = track.meridian.arc
+            track = replace(track, meridian=Straight(track.meridian.radius, track.meridian.centre))
         quoted = self.cam.quoted_radius(self.setup)
         radius = quoted if min(low, high) <= quoted <= max(low, high) else 0.5 * (low + high)
         speed = angular_speed(operation.speed)
@@ -263,6 +268,7 @@ class Model:
             self.profile.material.roller,
             self.profile.material.cam,
             speed,
+            crown,
         )
 
     def _follower_load(self, speed: float) -> Any:

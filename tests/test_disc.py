@@ -185,3 +185,16 @@ def test_impossible_mechanisms_are_refused() -> None:
         disc("center_distance = 100", 'kind = "swinging"\narm = 80', motion=[(150, 170, "3-4-5"), (360, 0, "3-4-5")])
     with pytest.raises(ProfileError, match="below the prime radius"):
         disc("", 'kind = "translating"\noffset = 45')
+
+
+@pytest.mark.parametrize("name", ["offset", "left arm"])
+def test_a_groove_must_stay_inside_its_plate(name: str) -> None:
+    cam, follower, motion = FOLLOWERS[name]
+    groove = f'form = "groove"\ngroove_depth = 7\n{cam}\n'
+    with pytest.raises(ProfileError, match="so that the groove is inside") as refused:
+        disc(f"{groove}diameter = 100", follower, motion=motion)
+    (problem,) = refused.value.problems
+    least = float(problem.allowed.split()[1])
+    outer = disc(f"{groove}diameter = {least + 0.01}", follower, motion=motion).planar.outlines["outer flank"]
+    reach = np.hypot(*outer.curve(np.linspace(0.0, 2.0 * pi, 7201)).points).max()
+    assert 2.0 * reach == pytest.approx(least, rel=1e-3)

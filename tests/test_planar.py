@@ -106,3 +106,15 @@ def test_every_follower_runs_through_all_products(face: str) -> None:
     assert [one.check for one in result.findings if not one.passed] == []
     assert result.data["contact"]["least_force_n"] > 0.0
     assert ("fatigue" in result.data) is (face == "roller")
+
+
+def test_a_crowned_roller_presses_harder_on_a_straight_disc() -> None:
+    rest = "[operation]\nspeed = 100\nspring_preload = 800"
+    flat_roller, crowned = (
+        disc(roller=f'shape = "{shape}"\ndiameter = 20\nlength = 12\n{more}', rest=rest)
+        for shape, more in (("cylinder", ""), ("crowned", "crown_radius = 300"))
+    )
+    plain, raised = (float(model.duty.slices.peak().pressure.max()) for model in (flat_roller, crowned))
+    assert raised > 1.2 * plain
+    mild = disc(roller='shape = "crowned"\ndiameter = 20\nlength = 12\ncrown_radius = 1e5', rest=rest)
+    assert float(mild.duty.slices.peak().pressure.max()) == pytest.approx(plain, rel=0.03)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, sqrt
+from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -161,12 +161,25 @@ class Cam(Section):
         found = []
         if self.groove_depth >= self.width:
             found.append(problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
-        stroke = lift_range(setup.program)[1]
-        reach = self.prime_radius(setup) + stroke + self.touch_radius(setup) + self.running_clearance
-        if isinstance(setup.follower, TranslatingFollower) and 0.5 * self.diameter <= reach:
+        reach = self._groove_reach(setup)
+        if 0.5 * self.diameter <= reach:
             limit = f"above {2.0 * reach:g} mm, so that the groove is inside"
             found.append(problem("cam.diameter", self.diameter, limit))
         return found
+
+    def _groove_reach(self, setup: Setup) -> float:
+        """Largest radius of the groove's outer flank, mm; 0 where the mechanism itself cannot be built."""
+        follower, prime, top = setup.follower, self.prime_radius(setup), lift_range(setup.program)[1]
+        own = self.touch_radius(setup) + self.running_clearance
+        if isinstance(follower, TranslatingFollower):
+            low = sqrt(max(prime**2 - follower.offset**2, 0.0))
+            return hypot(low + top, follower.offset) + own
+        assert isinstance(follower, SwingingFollower)
+        a = self.center_distance
+        if a is None or self._swing_problems(setup, follower, "roller"):
+            return 0.0
+        angle = arm_angle(a, follower.arm, prime) + top
+        return sqrt(a**2 + follower.arm**2 - 2.0 * a * follower.arm * cos(angle)) + own
 
     def _swing_problems(self, setup: Setup, follower: SwingingFollower, face: str) -> list[Problem]:
         a = self.center_distance
