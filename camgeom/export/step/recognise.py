@@ -23,6 +23,7 @@ from camgeom.export.step.geometry import (
     SplineSurface,
     Surface,
     Torus,
+    cross,
     unit,
     vector,
 )
@@ -49,11 +50,11 @@ def circle_through(points: Floats) -> Circle | None:
     """The circle through points (n, 3) of an arc, counter-clockwise as they run, or None where they are on none."""
     a, b, c = points[0], points[len(points) // 3], points[(2 * len(points)) // 3]
     p, q = b - a, c - a
-    normal = np.cross(p, q)
+    normal = cross(p, q)
     size = float(normal @ normal)
     if size < 1e-16 * max(float(p @ p), float(q @ q)) ** 2:
         return None
-    centre = a + np.cross((p @ p) * q - (q @ q) * p, normal) / (2.0 * size)
+    centre = a + cross((p @ p) * q - (q @ q) * p, normal) / (2.0 * size)
     axis = _snapped_axis(normal / np.sqrt(size))
     centre[np.abs(centre) < 1e-11] = 0.0
     radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1)).mean())
@@ -70,10 +71,11 @@ def surface_of(
 
     rails: the boundary curves along u; where both are circles about one axis the surface may be one of revolution.
     """
+    few = exact[:: max(1, len(exact) // 16)]
     for candidate in candidates:
-        if lies_on(candidate, exact):
+        if lies_on(candidate, few) and lies_on(candidate, exact):
             return candidate
-    plane = _plane_through(exact)
+    plane = _plane_through(few) and _plane_through(exact)
     if plane is not None:
         return plane
     circles = [rail for rail in rails if isinstance(rail, Circle)]
@@ -93,10 +95,11 @@ def lies_on(surface: Surface, points: Floats) -> bool:
 
 def _plane_through(points: Floats) -> Plane | None:
     centre = points.mean(axis=0)
-    _, values, axes = np.linalg.svd(points - centre, full_matrices=False)
-    if values[1] < 1e-9 * values[0]:
+    spread = points - centre
+    values, axes = np.linalg.eigh(spread.T @ spread)
+    if values[1] < 1e-18 * values[2]:
         return None
-    normal = _snapped_axis(axes[2])
+    normal = _snapped_axis(axes[:, 0])
     plane = Plane(Frame.about(vector((centre @ normal) * normal), normal))
     return plane if lies_on(plane, points) else None
 

@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.export.step.brep import Colour, Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
-from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus
+from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus, cross
 from camgeom.export.step.recognise import curve_of, surface_of
-from camgeom.export.step.spline import SurfaceFit, SurfacePoints, fit_bands
+from camgeom.export.step.spline import FIRST_SPANS, SurfaceFit, SurfacePoints, fit_bands
 
 Floats = npt.NDArray[np.float64]
 NOTHING = 1e-7
@@ -88,8 +88,11 @@ def _fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list
     """Fits by band and interval: one basis along phi in each interval, one across in each band."""
     points, degrees = [band.point for band in bands], [band.degree for band in bands]
     intervals = list(pairwise(knots.tolist()))
-    columns = [fit_bands(points, degrees, interval, tolerance) for interval in intervals]
-    most = [max(column[k].spans[1] for column in columns) for k in range(len(bands))]
+    columns: list[list[SurfaceFit]] = []
+    most = [1] * len(bands)
+    for interval in intervals:
+        columns.append(fit_bands(points, degrees, interval, tolerance, (FIRST_SPANS, most)))
+        most = [fit.spans[1] for fit in columns[-1]]
     for i, column in enumerate(columns):
         along = column[0].spans[0]
         if [fit.spans[1] for fit in column] == most:
@@ -235,7 +238,7 @@ def _agrees(surface: Surface, fit: SurfaceFit) -> bool:
     """Whether the surface's normal points along (d/dphi) x (d/dshare) in the middle of the patch."""
     if isinstance(surface, SplineSurface):
         return True
-    middle = np.array([0.5 * (fit.u.start + fit.u.stop)]), np.array([0.5 * (fit.v.start + fit.v.stop)])
-    x, xu, xv = SplineSurface(fit.u, fit.v, fit.poles).jet(*middle)
-    _, su, sv = surface.jet(*surface.locate(x))
-    return bool((np.cross(xu, xv) * np.cross(su, sv)).sum() > 0.0)
+    i, j = len(fit.exact) // 2, fit.exact.shape[1] // 2
+    x, ahead, beside = fit.exact[i, j], fit.exact[i + 1, j], fit.exact[i, j + 1]
+    _, su, sv = surface.jet(*surface.locate(x[None]))
+    return bool(cross(ahead - x, beside - x) @ cross(su[0], sv[0]) > 0.0)

@@ -160,16 +160,16 @@ class _Trial:
         self.ku, self.kv, self.interval = _kit(DEGREE, nu), _kit(degree, nv), u
         a, b = len(self.ku.nodes), len(self.kv.nodes)
         self.grid = point(_scaled(self.ku.grid, *u), self.kv.grid)
-        rows = np.tensordot(self.ku.inverse, self.grid[:a, :b], axes=(1, 0))
-        self.poles = np.einsum("ij,njk->nik", self.kv.inverse, rows)
-        over = np.einsum("ij,njk->nik", self.kv.probe @ self.kv.inverse, self.grid[:a, :b])
-        self.along = _largest(np.tensordot(self.ku.probe, rows, axes=(1, 0)) - self.grid[a:, :b])
+        rows = _along_u(self.ku.inverse, self.grid[:a, :b])
+        self.poles = self.kv.inverse @ rows
+        over = (self.kv.probe @ self.kv.inverse) @ self.grid[:a, :b]
+        self.along = _largest(_along_u(self.ku.probe, rows) - self.grid[a:, :b])
         self.across = _largest(over - self.grid[:a, b:])
 
     def fit(self) -> SurfaceFit:
         """The finished fit, with its deviation measured where neither direction was interpolated."""
         a, b = len(self.ku.nodes), len(self.kv.nodes)
-        fitted = np.einsum("ij,njk->nik", self.kv.probe, np.tensordot(self.ku.probe, self.poles, axes=(1, 0)))
+        fitted = self.kv.probe @ _along_u(self.ku.probe, self.poles)
         error = max(self.along, self.across, _largest(fitted - self.grid[a:, b:]))
         rows = np.r_[0, a : len(self.ku.grid), a - 1]
         columns = np.r_[0, b : len(self.kv.grid), b - 1]
@@ -207,6 +207,12 @@ def _kit(degree: int, spans: int) -> _Kit:
 def _scaled(unit: Floats, start: float, stop: float) -> Floats:
     """Unit parameters on [start, stop]; both ends are hit exactly."""
     return np.asarray(start * (1.0 - unit) + stop * unit)
+
+
+def _along_u(matrix: Floats, points: Floats) -> Floats:
+    """Matrix (k, n) applied along the first axis of points (n, m, 3)."""
+    n, m, _ = points.shape
+    return np.asarray((matrix @ points.reshape(n, 3 * m)).reshape(-1, m, 3))
 
 
 def _largest(difference: Floats) -> float:
