@@ -133,7 +133,7 @@ def test_boolean_agrees_with_the_direct_mesh():
     cut = CutBlank("cam", (direct.track,), direct.blank, cylinder_level(70.0), 70.0, 76.0, 1)
     one, other = direct.solid(0.002), cut.solid(0.002)
     assert other.sound
-    assert other.mesh.volume == pytest.approx(one.mesh.volume, rel=1e-5)
+    assert other.mesh.volume == pytest.approx(one.mesh.volume, rel=3e-5)
     assert set(other.mesh.groups) == set(one.mesh.groups)
     fine = direct.solid(0.0002).mesh.volume
     assert abs(other.mesh.volume - fine) < 0.002 * direct.solid(0.002).mesh.area
