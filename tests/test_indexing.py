@@ -271,7 +271,7 @@ class TestResponse:
         radius: float,
     ) -> None:
         motion = request.getfixturevalue(law)
-        found = steady_state(DRIVE, motion, rpm * RPM, Accuracy(1e-9))
+        found = steady_state(DRIVE, motion, rpm * RPM, Accuracy(1e-11))
         peak = found.peak("load_acceleration")
         assert peak.maximum[0] == pytest.approx(top, rel=3e-11)
         assert peak.minimum[0] == pytest.approx(bottom, rel=3e-11)
@@ -279,7 +279,7 @@ class TestResponse:
         assert np.degrees(peak.minimum_at[0]) == pytest.approx(bottom_at, abs=1.1e-6)
         assert found.amplification()[0] == pytest.approx(ratio, abs=6e-10)
         assert found.solution.spectral_radius[0] == pytest.approx(radius, rel=1e-9)
-        assert found.solution.error[0] <= 1e-9
+        assert found.solution.error[0] <= 1e-11
         coarse = steady_state(DRIVE, motion, rpm * RPM)
         assert coarse.peak("load_acceleration").magnitude[0] == pytest.approx(peak.magnitude[0], rel=1e-6)
 
@@ -503,11 +503,11 @@ class TestHardCases:
 class TestSweep:
     def test_agrees_with_single_speeds(self, mt: Program) -> None:
         rpm = np.array([655.64, 1000.0, 1639.1, 3000.0])
-        found = sweep(DRIVE, mt, rpm * RPM, Accuracy(1e-9))
+        found = sweep(DRIVE, mt, rpm * RPM, Accuracy(1e-11))
         assert found.answered.all()
         assert found.maximum == pytest.approx([row[2] for row in REFERENCE[:4]], rel=3e-11)
         assert found.amplification == pytest.approx([row[6] for row in REFERENCE[:4]], abs=6e-10)
-        assert (found.error <= 1e-9).all()
+        assert (found.error <= 1e-11).all()
         assert found.speed_rpm == pytest.approx(rpm)
 
     def test_published_peaks_are_below_the_kinematic_bound(self, mt: Program) -> None:

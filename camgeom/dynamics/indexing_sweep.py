@@ -72,12 +72,14 @@ def sweep(
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     table = np.zeros((8, len(speeds)))
     choices, refused = [""] * len(speeds), list[tuple[int, str]]()
+    rigid = 0.0
     for index, method, steps in _groups(drive, motion, speeds, accuracy, fluctuation, exact):
         for part, found in _answers(drive, motion, speeds, index, method, steps, accuracy, fluctuation, exact):
             if isinstance(found, str):
                 refused.append((int(part[0]), found))
                 continue
-            table[:, part] = _row(found)
+            rigid = rigid or float(found.rigid_peak()[0] / found.speed[0] ** 2)
+            table[:, part] = _row(found, rigid)
             for k in part:
                 choices[k] = found.solution.choice
     top, top_at, bottom, bottom_at, ratio, radius, error, answered = table
@@ -141,10 +143,10 @@ def _answers(
     ]
 
 
-def _row(found: Response) -> Array:
-    """The columns of a sweep for a group of speeds."""
+def _row(found: Response, rigid: float) -> Array:
+    """The columns of a sweep for a group of speeds; rigid: peak of |tau''| in rad per rad^2."""
     peak = found.peak("load_acceleration")
-    ratio = peak.magnitude / found.rigid_peak()
+    ratio = peak.magnitude / (rigid * found.speed**2)
     radius, error = found.solution.spectral_radius, found.solution.error
     # a solution of a given number of steps has no measured error
     error = np.where(np.isfinite(error), error, 1.0)

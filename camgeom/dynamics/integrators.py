@@ -29,8 +29,8 @@ Side = Literal["left", "right"]
 
 WILSON_BOUND = (1.0 + sqrt(3.0)) / 2.0
 """1.3660254: below it Wilson-theta is only conditionally stable (papers round it to 1.37)."""
-WORK_SET = 16384
-"""steps x speeds whose matrices are formed together; about 30 MB for three coordinates and four stages"""
+WORK_SET = 2048
+"""steps x speeds x stages / 4 whose matrices are formed together; about 4 MB for three coordinates and four stages"""
 
 
 class StepTooLong(NotConverged):

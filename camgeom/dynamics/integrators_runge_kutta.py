@@ -66,14 +66,7 @@ def stages(method: RungeKutta, system: System, start: Array, step: Array, keep_i
     if method.explicit:
         return Stages(method, theta, step, _sweep(method, damping, stiffness, right, h), None)
     n = right.shape[1]
-    left = np.empty((system.batch, n, s, m, s, m))
-    aa = a @ a
-    # block (i, j): h a_ij D_i + h^2 (aa)_ij S_i
-    np.multiply((h * damping)[:, :, :, :, None, :], a[:, None, :, None], out=left)
-    left += (h * h * stiffness)[:, :, :, :, None, :] * aa[:, None, :, None]
-    matrix: Array = left.reshape(system.batch, n, s * m, s * m)
-    index = np.arange(s * m)
-    matrix[:, :, index, index] += 1.0
+    matrix = _stage_matrix(a, h * damping, h * h * stiffness, (system.batch, n, s, m, m))
     right = right.reshape(system.batch, n, s * m, 2 * m + 1)
     if keep_inverse:
         inverse: Array = np.asarray(np.linalg.inv(matrix))
@@ -84,6 +77,24 @@ def stages(method: RungeKutta, system: System, start: Array, step: Array, keep_i
 def maps(method: RungeKutta, system: System, start: Array, step: Array) -> Array:
     """Affine maps (b, n, 2m, 2m + 1) of the state (q, q') for steps (1 or b, n) from cam angles start, rad."""
     return stages(method, system, start, step).maps()
+
+
+def _stage_matrix(a: Array, damping: Array, stiffness: Array, shape: tuple[int, int, int, int, int]) -> Array:
+    """1 + the blocks (i, j): h a_ij D_i + h^2 (a a)_ij S_i, (b, n, s m, s m), from h D and h^2 S broadcast to shape.
+
+    Formed with the steps on the last axis and turned round once: the small matrices would make loops of length m.
+    """
+    b, n, s, m, _ = shape
+    first, second = (
+        np.ascontiguousarray(np.broadcast_to(part, shape).transpose(2, 3, 4, 0, 1)) for part in (damping, stiffness)
+    )
+    left = np.empty((s, m, s, m, b, n))
+    np.multiply(first[:, :, None], a[:, None, :, None, None, None], out=left)
+    left += second[:, :, None] * (a @ a)[:, None, :, None, None, None]
+    matrix: Array = np.ascontiguousarray(left.transpose(4, 5, 0, 1, 2, 3)).reshape(b, n, s * m, s * m)
+    index = np.arange(s * m)
+    matrix[:, :, index, index] += 1.0
+    return matrix
 
 
 def _at(system: System, theta: Array, c: Array) -> Coefficients:
