@@ -198,7 +198,7 @@ class Model:
     @property
     def turret_loaded(self) -> bool:
         """True where the profile has an [operation] and a turret, whose rollers share the load."""
-        turret = isinstance(self.setup.follower, TurretFollower)
+        turret = isinstance(self.setup.follower, TurretFollower) and hasattr(self.cam, "inside")
         return self.profile.operation is not None and bool(self.tracks) and turret
 
     @fact
