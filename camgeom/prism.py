@@ -43,8 +43,9 @@ class Prism:
         walls += [wall(builder, hole, self.z0, self.z1, tolerance, inside=True) for hole in self.holes]
         if self.bore is not None:
             walls.append(bore_wall(builder, self.bore, self.z0, self.z1, tolerance))
-        cap(builder, [w.high for w in walls], [w.plane for w in walls], "end", up=True)
-        cap(builder, [w.low for w in walls], [w.plane for w in walls], "end", up=False)
+        triangles = bounded([w.plane for w in walls])
+        builder.faces(np.concatenate([w.high for w in walls])[triangles], "end")
+        builder.faces(np.concatenate([w.low for w in walls])[triangles][:, ::-1], "end")
         return Solid(self.name, builder.mesh(), max(w.error for w in walls), "direct", len(walls) - 1)
 
 
@@ -122,9 +123,15 @@ def _raised(
 
 
 def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
-    """Add the flat face between an outer ring (counter-clockwise) and holes (clockwise), facing up or down.
+    """Add the flat face between an outer ring and holes, facing up or down; see `bounded`."""
+    faces = np.concatenate(rings)[bounded(planes)]
+    builder.faces(faces if up else faces[:, ::-1], name)
 
-    Raises DesignError where the loops cross, so that they bound no face.
+
+def bounded(planes: list[Floats]) -> Index:
+    """Triangles (t, 3) of the area between an outer polygon (n, 2), counter-clockwise, and holes, clockwise.
+
+    Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
     """
     import manifold3d
 
@@ -134,8 +141,7 @@ def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, u
     covered = _signed_area(np.concatenate(polygons), triangles)
     if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum():
         raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
-    faces = np.concatenate(rings)[triangles]
-    builder.faces(faces if up else faces[:, ::-1], name)
+    return np.asarray(triangles)
 
 
 def _signed_area(points: Floats, triangles: Index) -> Floats:
