@@ -171,10 +171,15 @@ class Model:
 
     @fact
     def pair(self) -> PairResidual | None:
-        """Gap at the second roller of a pair that drives a follower both ways; None for other cams."""
+        """Gap at the second roller of a pair that drives a follower both ways; None for other cams.
+
+        None too where the motion's velocity jumps: the discs then have gaps, and no solid.
+        """
         from camgeom.planar_pair import pair_residual
 
         if self.planar is None or not self.planar.form_closed or len(self.tracks) != 2:
+            return None
+        if self.setup.program.continuity.order < 1:
             return None
         return pair_residual(*self.tracks, np.linspace(0.0, TURN, 1440, endpoint=False))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.cams import cam_class
-from camgeom.errors import ProfileError
+from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.planar_pair import PairErrors, pair_residual
 from camgeom.profile import parse
@@ -193,3 +193,11 @@ def test_play_shows_as_the_gap_of_the_chord() -> None:
     jammed = pair_residual(*model.tracks, PHI, PairErrors(return_roller=0.09))
     assert jammed.least == pytest.approx(found.least - 0.09, abs=1e-6)
     assert jammed.least < 0.0
+
+
+def test_motions_that_jump_have_no_residual_but_a_finding() -> None:
+    model = b1(law="constant-velocity")
+    assert model.pair is None
+    with pytest.raises(DesignError, match="velocity jumps"):
+        _ = model.solids
+    assert np.abs(b1(law="parabolic").pair.gap).max() < 1e-10

@@ -9,6 +9,12 @@ Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] tabl
     problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
     parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid)
     tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
+
+A planar cam also has
+
+    touches(setup) -> tuple[Touch, ...]       what touches it: one contact, or two that drive the follower both ways
+    outlines(setup) -> dict[str, Outline]     its closed curves by name
+    span_between(setup) -> float              optional: the constant width between parallel faces, mm
 """
 
 from __future__ import annotations
