@@ -219,9 +219,10 @@ class Cam(Section):
         return np.asarray((np.hypot(x[0], x[1]) <= self.radius + 1e-9) & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
 
     def rib_depths(self, setup: Setup) -> tuple[tuple[str, float], ...]:
-        """Where ribs are measured, along the roller, mm: at their tip and beside the rollers' ends."""
-        low, high = self.contact(setup)
-        return ("tip", high), ("root", low)
+        """Where ribs are measured, along the roller, mm: where both walls are still in the drum, and at the root."""
+        assert setup.roller is not None
+        low, _ = self.contact(setup)
+        return ("tip", max(low, sqrt(self.radius**2 - 0.25 * setup.roller.diameter**2) - 1e-6)), ("root", low)
 
     def gaps(self, setup: Setup) -> tuple[tuple[str, float, str], ...]:
         """Free distances of the turret in mm, each with advice: (name, distance, advice)."""

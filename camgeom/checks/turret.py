@@ -91,7 +91,7 @@ def fins(model: Model) -> Iterable[Finding]:
 @check("dwell-accuracy", "turret", "solid")
 def dwell_accuracy(model: Model) -> Iterable[Finding]:
     """Error of the turret's angle that the mesh's chord error may cause; a remark: cams are not ground from meshes."""
-    radius = model.cam.quoted_radius(model.setup)
+    radius = model.setup.follower.pitch_radius  # type: ignore[union-attr]
     error = max(solid.chord_error for solid in model.solids)
     value = degrees(error / radius) * 3600.0
     wanted = np.radians(DWELL_SECONDS / 3600.0) * radius
