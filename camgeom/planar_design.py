@@ -26,7 +26,7 @@ from camgeom.profile import Profile
 Floats = npt.NDArray[np.float64]
 
 PER_TURN = 720
-SCANNED = 61
+SCANNED = 33
 UNBUILDABLE = -1.0
 
 

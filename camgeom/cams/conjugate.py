@@ -208,11 +208,6 @@ class Cam(Section):
         assert isinstance(follower, TranslatingFollower)
         return follower.clearance
 
-    def clearance(self, setup: Setup) -> float:
-        """Play of the roller between the two discs, mm, as a chord of its path."""
-        assert isinstance(setup.follower, SwingingFollower | TranslatingFollower)
-        return setup.follower.clearance
-
     def _mounts(self, setup: Setup) -> tuple[Joint, Vector, Vector]:
         """The joint, and where the main and the return roller stand at zero lift."""
         follower, prime = setup.follower, self._prime(setup)

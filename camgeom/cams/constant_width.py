@@ -14,7 +14,7 @@ from pydantic import Field
 
 from camgeom.blank import Bore
 from camgeom.errors import Problem
-from camgeom.follower import FrameFollower, Setup
+from camgeom.follower import Setup
 from camgeom.outline import FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.outline_mount import SLIDE, bore_problems, lift_range, problem, roller_track
 from camgeom.outline_touch import Touch
@@ -143,11 +143,6 @@ class Cam(Section):
             Touch("near face", face, SLIDE, self.sense, 1.0, flat, length, kind="flat"),
             Touch("far face", face, SLIDE, self.sense, -1.0, flat, length, lag=pi, kind="flat"),
         )
-
-    def clearance(self, setup: Setup) -> float:
-        """Total play between cam and frame, mm."""
-        assert isinstance(setup.follower, FrameFollower)
-        return setup.follower.clearance
 
     def parts(self, setup: Setup) -> tuple[Part, ...]:
         """The disc."""

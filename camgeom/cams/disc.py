@@ -275,11 +275,6 @@ class Cam(Section):
             return Arm(self.center_distance, _way(setup.follower)).joint
         return SLIDE
 
-    def clearance(self, setup: Setup) -> float:
-        """Total play of the roller in a face groove along the normal, mm."""
-        del setup
-        return 2.0 * self._gap
-
     def bore_spec(self) -> Bore | None:
         """The bore, or None."""
         return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
