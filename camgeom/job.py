@@ -104,6 +104,8 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
     if model.driven and "contact" in wanted:
         # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
         data["contact"] = model.drive.data() | data.get("contact", {}) | model.drive.totals()
+    if "dynamics" in wanted and (found_dynamics := dynamics_data(model)):
+        data["dynamics"] = found_dynamics
     data["files"] = []
     return Result(data, found, refused)
 
@@ -250,6 +252,30 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         data["bearing_mean_load_n"] = float(bearing.mean_load)
         if roller.static_rating is not None:
             data["bearing_static_safety"] = _finite(bearing.static_safety)
+    return data
+
+
+def dynamics_data(model: Model) -> dict[str, Any]:
+    """What the profile's [dynamics] and [impact] tables ask for; empty without them."""
+    data: dict[str, Any] = {}
+    if model.profile.dynamics_spec is not None:
+        if model.indexing is not None:
+            data |= model.indexing.summary()
+        if model.elastic_follower is not None:
+            data |= model.elastic_follower.summary(model.profile.rotating)
+    spec = model.profile.impact_spec
+    if spec is not None and model.impact is not None:
+        from camgeom.dynamics.impact_study import clearance_study, statistics
+
+        rotating, run = model.profile.rotating, model.impact
+        data["impact"] = {
+            "clearance": run.problem.pair.clearance_text,
+            "conversions_deg": [degrees(hit.angle) for hit in run.conversions],
+            "over_turns": statistics(run, spec.settle).as_dict(rotating),
+        }
+        if spec.study:
+            rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], turns=spec.turns, skip=spec.settle)
+            data["impact"]["study"] = [row.as_dict(rotating) for row in rows]
     return data
 
 

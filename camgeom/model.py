@@ -25,6 +25,9 @@ from camgeom.track import TURN, Arc, Straight, Track
 if TYPE_CHECKING:
     from camgeom.clearance import Clearance
     from camgeom.duty import Duty
+    from camgeom.dynamics.follower_study import FollowerStudy
+    from camgeom.dynamics.impact_run import ImpactRun
+    from camgeom.dynamics.indexing_study import IndexingStudy
     from camgeom.planar import Planar
     from camgeom.planar_force import PlanarDrive
     from camgeom.planar_pair import PairResidual
@@ -227,6 +230,31 @@ class Model:
             cam.width,
             cam.bore,
         )
+
+    @fact
+    def indexing(self) -> IndexingStudy | None:
+        """The elastic indexing drive; None where the profile has no such [dynamics]."""
+        from camgeom.vibration import indexing_of
+
+        spec = self.profile.dynamics_spec
+        return indexing_of(self.profile, self.setup) if spec is not None and spec.kind == "indexing" else None
+
+    @fact
+    def elastic_follower(self) -> FollowerStudy | None:
+        """The elastic follower; None where the profile has no such [dynamics]."""
+        from camgeom.vibration import elastic_follower_of
+
+        spec = self.profile.dynamics_spec
+        if spec is None or spec.kind != "follower":
+            return None
+        return elastic_follower_of(self.profile, self.setup, all(len(t.sides) < 2 for t in self.tracks))
+
+    @fact
+    def impact(self) -> ImpactRun | None:
+        """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
+        from camgeom.vibration import impact_of
+
+        return impact_of(self.profile, self.setup, self.tracks) if self.profile.impact_spec is not None else None
 
     @property
     def classical(self) -> bool:

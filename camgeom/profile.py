@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, final
+from typing import TYPE_CHECKING, Annotated, Any, final
 
 from pydantic import Field, SerializeAsAny, model_validator
 
@@ -18,6 +18,10 @@ from camgeom.profile_reader import Reader, first_of
 from camgeom.profile_sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile_text import MAX_BYTES, Path_, decode, load, read_bytes
 from camgeom.spec import Section
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.impact_spec import ImpactSpec
+    from camgeom.dynamics.spec import DynamicsSpec
 
 
 @final
@@ -58,6 +62,24 @@ class Profile(Section):
     def rotating(self) -> bool:
         """True where positions of the motion are degrees: swinging followers and turrets."""
         return isinstance(self.follower, SwingingFollower | TurretFollower)
+
+    @property
+    def dynamics_spec(self) -> DynamicsSpec | None:
+        """The [dynamics] section with its own type."""
+        if self.dynamics is None:
+            return None
+        from camgeom.dynamics.spec import DynamicsSpec
+
+        return self.dynamics if isinstance(self.dynamics, DynamicsSpec) else None
+
+    @property
+    def impact_spec(self) -> ImpactSpec | None:
+        """The [impact] section with its own type."""
+        if self.impact is None:
+            return None
+        from camgeom.dynamics.impact_spec import ImpactSpec
+
+        return self.impact if isinstance(self.impact, ImpactSpec) else None
 
     def setup(self) -> Setup:
         """Follower, roller and the motion program (mm or rad over rad).

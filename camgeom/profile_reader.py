@@ -51,7 +51,10 @@ ROLLERS: dict[str, Model] = {
     "sphere": SphereRoller,
 }
 PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Materials, "output": Output, "limits": Limits}
-OPTIONAL_SECTIONS = {"impact": ("camgeom.dynamics.impact_spec", "ImpactSpec")}
+OPTIONAL_SECTIONS = {
+    "impact": ("camgeom.dynamics.impact_spec", "ImpactSpec"),
+    "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
+}
 """Sections whose module is imported only when a profile has them."""
 
 

@@ -21,10 +21,13 @@ class Indexing(Protocol):
     def drive(self) -> IndexingDrive: ...
 
     @property
-    def response(self) -> Response: ...
+    def steady(self) -> Response: ...
 
     @property
-    def sweep(self) -> Sweep | None: ...
+    def sweep_speeds(self) -> object: ...
+
+    @property
+    def sweep(self) -> Sweep: ...
 
 
 def dynamics(model: Model) -> tuple[Block, ...]:
@@ -34,7 +37,8 @@ def dynamics(model: Model) -> tuple[Block, ...]:
     if drive is not None:
         from camgeom.report.sections.indexing import indexing
 
-        blocks += indexing(drive.drive, model.setup.program, drive.response, drive.sweep)
+        sweep = drive.sweep if drive.sweep_speeds is not None else None
+        blocks += indexing(drive.drive, model.setup.program, drive.steady, sweep)
     run: ImpactRun | None = getattr(model, "impact", None)
     if run is not None:
         from camgeom.report.sections.impacts import impacts

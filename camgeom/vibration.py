@@ -1,0 +1,128 @@
+"""Dynamics of a profile's own cam: indexing drive, elastic follower, and impacts in the follower's clearance.
+
+The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeom.dynamics`.
+"""
+
+from __future__ import annotations
+
+from math import radians
+from typing import TYPE_CHECKING, Any
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.mechanics.material import pair_compliance
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.follower_study import FollowerStudy
+    from camgeom.dynamics.impact_run import ImpactRun
+    from camgeom.dynamics.impact_side import Pair
+    from camgeom.dynamics.indexing_study import IndexingStudy
+    from camgeom.profile import Profile
+    from camgeom.track import Track
+
+MILLI = 1e-3
+
+
+def indexing_of(profile: Profile, setup: Setup) -> IndexingStudy:
+    """The indexing drive of a turret cam at the operating speed. Raises ProfileError for another follower."""
+    from camgeom.dynamics.indexing_study import indexing_study
+
+    spec = profile.dynamics_spec
+    assert spec is not None
+    if not isinstance(setup.follower, TurretFollower):
+        raise ProfileError([Problem("dynamics.kind", "an indexing drive needs a turret", spec.kind, "follower")])
+    return indexing_study(spec, setup.program, _speed(profile))
+
+
+def elastic_follower_of(profile: Profile, setup: Setup, one_sided: bool) -> FollowerStudy:
+    """The elastic follower at the operating speed; force-closed where the cam has one flank (`one_sided`)."""
+    from camgeom.dynamics.follower_study import follower_study
+
+    spec, operation, follower = profile.dynamics_spec, profile.operation, setup.follower
+    assert spec is not None
+    if isinstance(follower, TurretFollower):
+        raise ProfileError([Problem("dynamics.kind", "a turret is an indexing drive", spec.kind, "indexing")])
+    speed = _speed(profile)
+    assert operation is not None
+    rotating = isinstance(follower, SwingingFollower)
+    # [operation] holds N/mm and N for a slide, N mm/deg and N mm for an arm.
+    stiffness = operation.spring_rate * (MILLI / radians(1.0) if rotating else 1.0 / MILLI)
+    preload = operation.spring_preload * (MILLI if rotating else 1.0)
+    closure: Any = "force" if one_sided else "form"
+    return follower_study(
+        spec, setup.program, speed, rotating, closure, _inertia(profile, setup), stiffness, preload
+    )
+
+
+def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactRun:
+    """The follower's motion with free play between its two contacts, over the turns the profile asks for.
+
+    Raises ProfileError where the cam does not drive both ways or has no play.
+    """
+    from camgeom.dynamics.impact_run import solve
+
+    spec = profile.impact_spec
+    assert spec is not None
+    cam, roller = profile.cam, setup.roller
+    radius = 0.5 * roller.diameter if roller is not None else float("inf")
+    length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
+    base = getattr(cam, "base_radius", None) or getattr(cam, "radius", None) or radius
+    problem = spec.problem(
+        impact_pair(profile, setup, tracks),
+        inertia=_inertia(profile, setup),
+        speed_rpm=_speed(profile),
+        modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
+        length_mm=float(length),
+        roller_radius_mm=radius,
+        cam_radius_mm=float(base),
+    )
+    return solve(problem, turns=spec.turns, rtol=spec.tolerance)
+
+
+def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pair:
+    """The two opposing contacts of the profile's cam, in m and rad. Raises ProfileError where it has none."""
+    from camgeom.dynamics.impact_flank import groove_pair
+    from camgeom.dynamics.impact_frame import FramePair
+    from camgeom.dynamics.impact_lift import Lift
+    from camgeom.dynamics.impact_pairs import RockerPair
+
+    spec, cam, follower = profile.impact_spec, profile.cam, setup.follower
+    assert spec is not None
+    cut = 2.0 * getattr(cam, "running_clearance", 0.0)
+    play = MILLI * (spec.clearance or getattr(follower, "clearance", 0.0) or cut)
+    if play <= 0.0:
+        raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
+    kind = profile.kind
+    if kind == "conjugate" and isinstance(follower, SwingingFollower) and setup.roller is not None:
+        return RockerPair(
+            Lift.from_program(setup.program, 1.0),
+            MILLI * float(getattr(cam, "center_distance", 0.0)),
+            MILLI * follower.arm,
+            MILLI * float(getattr(cam, "return_arm", None) or follower.arm),
+            MILLI * 0.5 * setup.roller.diameter,
+            MILLI * float(getattr(cam, "base_radius", 0.0)),
+            play,
+            spec.clearance_kind,
+            cam.angle_between(setup) if hasattr(cam, "angle_between") else None,
+        )
+    if kind == "constant-width" and isinstance(follower, FrameFollower):
+        return FramePair(Lift.from_program(setup.program, MILLI), MILLI * float(getattr(cam, "base_radius", 0.0)), play)
+    if len(tracks) == 1 and len(tracks[0].sides) == 2 and hasattr(cam, "quoted_radius"):
+        return groove_pair(tracks[0], play, cam.quoted_radius(setup))
+    allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
+    raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", kind, allowed)])
+
+
+def _speed(profile: Profile) -> float:
+    if profile.operation is None:
+        raise ProfileError([Problem("operation.speed", "is missing", None, "r/min, for the dynamics")])
+    return profile.operation.speed
+
+
+def _inertia(profile: Profile, setup: Setup) -> float:
+    """Moving mass, kg, or inertia, kg m2."""
+    follower, operation = setup.follower, profile.operation
+    if isinstance(follower, TranslatingFollower | FrameFollower):
+        return follower.mass + (operation.load_mass if operation else 0.0)
+    assert isinstance(follower, SwingingFollower | TurretFollower)
+    return follower.inertia + (operation.load_inertia if operation else 0.0)
