@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from camgeom.job import Result
     from camgeom.model import Model
 
+PICTURES = "png"
+"""the format that asks for off-screen stills of mechanism, section and results"""
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
 
@@ -42,6 +44,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
     files = _export(model, result, formats, folder) if "exports" in products else []
+    if PICTURES in formats and not result.refused:
+        files += _pictures(model, folder, console)
     if "report" in products:
         files.append(_report(model, folder))
     result.data["files"] = [str(file) for file in files]
@@ -129,6 +133,8 @@ def _formats(arguments: argparse.Namespace, profiled: tuple[str, ...], file: str
     problems = []
     wanted = profiled if given is None else given
     for i, name in enumerate(wanted):
+        if name.lower().lstrip(".") == PICTURES:
+            continue
         try:
             format_of(name.lower())
         except ExportError as error:
@@ -181,6 +187,8 @@ def _export(model: Model, result: Result, formats: tuple[str, ...], folder: Path
     stem = slug(model.profile.name)
     written = []
     for name in formats:
+        if name == PICTURES:
+            continue
         form = format_of(name)
         if result.refused and form.takes in ("bodies", "model"):
             continue
@@ -188,6 +196,17 @@ def _export(model: Model, result: Result, formats: tuple[str, ...], folder: Path
         write(model, path)
         written.append(path)
     return written
+
+
+def _pictures(model: Model, folder: Path, console: Console) -> list[Path]:
+    """The off-screen stills; where this machine cannot draw, one message says why and the rest goes on."""
+    from camgeom.report.pictures import write_pictures
+
+    try:
+        return write_pictures(model, folder, slug(model.profile.name))
+    except ExportError as error:
+        console.err(f"camgeom: no pictures: {error}")
+        return []
 
 
 def _report(model: Model, folder: Path) -> Path:
