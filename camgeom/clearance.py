@@ -19,7 +19,9 @@ Floats = npt.NDArray[np.float64]
 
 SAMPLES = 15
 SECANTS = 5
-ROUNDS = 30
+ROUNDS = 6
+STAGES = 6
+"""stages of ROUNDS golden sections; after each, points that cannot hold the least distance are dropped"""
 
 
 @dataclass(frozen=True)
@@ -159,9 +161,18 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     refined = np.where(fine < coarse, refined, centre)
     least = float(fine.min())
     unsure = (coarse - 0.5 * _lipschitz(track, step) < least) & (fine > least + 1e-9) & (fine == coarse)
-    if np.any(unsure):
-        found, where = _golden_minimum(track, xt[:, unsure], centre[unsure] - step, centre[unsure] + step)
-        fine[unsure], refined[unsure] = np.minimum(found + extra[unsure], fine[unsure]), where
+    index, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
+    for _ in range(STAGES):
+        if not len(index):
+            break
+        found, where, low, high = _golden_minimum(track, xt[:, index], low, high)
+        found = found + extra[index]
+        better = found < fine[index]
+        fine[index] = np.where(better, found, fine[index])
+        refined[index] = np.where(better, where, refined[index])
+        # A point whose distance cannot fall below the least within its bracket is done with.
+        keep = found - _lipschitz(track, 1.0) * (high - low) < float(fine.min())
+        index, low, high = index[keep], low[keep], high[keep]
     i = int(np.argmin(fine))
     return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
 
@@ -208,7 +219,8 @@ def _lipschitz(track: Track, step: float) -> float:
     return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds)) * step
 
 
-def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """A stage of golden section on every bracket: least distances, their places, and the brackets left."""
     p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     fp, fq = roller_distance(track, x, p), roller_distance(track, x, q)
     for _ in range(ROUNDS):
@@ -218,4 +230,4 @@ def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple
         fresh = roller_distance(track, x, np.where(lower, p_next, q_next))
         fp, fq = np.where(lower, fresh, fq), np.where(lower, fp, fresh)
         p, q = p_next, q_next
-    return np.where(fp < fq, fp, fq), np.where(fp < fq, p, q)
+    return np.where(fp < fq, fp, fq), np.where(fp < fq, p, q), low, high
