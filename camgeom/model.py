@@ -89,8 +89,20 @@ class Model:
     @fact
     def solids(self) -> tuple[Solid, ...]:
         """The finished bodies within the tolerance. Raises DesignError where the cam is undercut."""
-        self.refuse_folded()
+        try:
+            self.refuse_folded()
+        except DesignError:
+            if not (self.profile.output.undercut_solid and self.profile.kind == "cylindrical"):
+                raise
+            return (self._undercut_body(),)
         return tuple(part.solid(self.tolerance) for part in self.parts)
+
+    def _undercut_body(self) -> Solid:
+        """What the tool really leaves of an undercut drum, asked for by [output] undercut_solid."""
+        from camgeom.roller_union import RollerUnion
+
+        beyond = self.cam.radius + max(0.05 * self.cam.radius, 0.25 * self.cam.groove_depth)
+        return RollerUnion("cam", self.cutters, self.cam.blank(self.setup), beyond).solid(self.tolerance)
 
     @property
     def solid(self) -> Solid:

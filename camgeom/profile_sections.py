@@ -84,6 +84,9 @@ class Output(Section):
     formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=12)], ...], Field(max_length=40)] = Field(
         ("3mf", "stl"), description="file formats of the solid and its drawings"
     )
+    undercut_solid: bool = Field(
+        False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
+    )
 
 
 PRESSURE_ANGLES = {"translating": 30.0, "swinging": 45.0, "turret": 50.0, "frame": 45.0}
