@@ -247,7 +247,9 @@ def _choose_counts(cells: Cells, coarse: Counts, tolerance: float, most: Counts)
     while improved:
         improved = False
         for b, (series, _) in enumerate(tables):
-            for k in range(len(series)):
+            for k in (pick[b] + 1, pick[b] + 2, pick[b] - 1):
+                if not 0 <= k < len(series):
+                    continue
                 trial = [*pick[:b], k, *pick[b + 1 :]]
                 size = _grid_size(tables, trial)
                 if size < 0.999 * best:
