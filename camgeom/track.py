@@ -180,6 +180,9 @@ class Track:
         phi = np.asarray(phi, dtype=float)
         point, direction = self.joint.carried(self.anchor, self.axis, self.coordinate(phi, order, side))
         turn = np.exp(-1j * self.sense * phi)
+        if abs(self.axis[2]) == 1.0 and (isinstance(self.joint, Slide) or abs(self.joint.axis[2]) == 1.0):
+            # An axis along Z stays along Z: nothing turns it.
+            return Pose(seen_from_turning(point, turn, self.sense), direction, turn)
         return Pose(seen_from_turning(point, turn, self.sense), seen_from_turning(direction, turn, self.sense), turn)
 
     def knots(self) -> Floats:
