@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import pi
 
 import numpy as np
 import numpy.typing as npt
@@ -235,8 +234,3 @@ class Duty:
         """Largest value of a panel quantity (p, n) and its cam angle, rad."""
         value, angle = highest(self.force.panels, values)
         return float(value), float(angle)
-
-
-def angular_speed(rpm: float) -> float:
-    """r/min in rad/s."""
-    return rpm * 2.0 * pi / 60.0

@@ -8,19 +8,19 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.errors import DesignError
 from camgeom.facts import Ledger, Observer, fact
-from camgeom.follower import CylinderRoller, FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.follower import CylinderRoller, Setup, TranslatingFollower, TurretFollower
 from camgeom.profile import Profile
 from camgeom.survey import Survey
-from camgeom.track import TURN, Arc, Straight, Track
+from camgeom.track import TURN, Track
 
 if TYPE_CHECKING:
     from camgeom.clearance import Clearance
@@ -180,6 +180,8 @@ class Model:
     @fact
     def planar(self) -> Planar | None:
         """What touches a planar cam, and its extremes; None for other cams."""
+        if not hasattr(self.cam, "touches"):
+            return None
         from camgeom.planar import planar_of
 
         return planar_of(self.cam, self.setup)
@@ -190,12 +192,12 @@ class Model:
 
         None too where the motion's velocity jumps: the discs then have gaps, and no solid.
         """
-        from camgeom.planar_pair import pair_residual
-
         if self.planar is None or not self.planar.form_closed or len(self.tracks) != 2:
             return None
         if self.setup.program.continuity.order < 1:
             return None
+        from camgeom.planar_pair import pair_residual
+
         return pair_residual(*self.tracks, np.linspace(0.0, TURN, 1440, endpoint=False))
 
     @property
@@ -206,13 +208,13 @@ class Model:
     @fact
     def drive(self) -> PlanarDrive:
         """Forces of a planar cam on its follower. Raises ProfileError where the profile has no [operation]."""
-        from camgeom.duty import angular_speed
+        from camgeom.loading import follower_load
         from camgeom.planar_force import PlanarDrive
 
         material, planar = self.profile.material, self.planar
-        if self.profile.operation is None or planar is None:
-            raise ProfileError([Problem("operation", "missing: no speed or load to compute the force on a cam from")])
-        load = self._follower_load(angular_speed(self.profile.operation.speed))
+        if planar is None:
+            raise DesignError(f"a {self.profile.kind} cam has no planar outline to compute the force on")
+        load = follower_load(self.profile, self.setup)
         return PlanarDrive(planar.touches, load, material.roller, material.cam)
 
     @property
@@ -224,20 +226,17 @@ class Model:
     @fact
     def turret_duty(self) -> TurretDuty:
         """Load sharing, stress and life of a turret. Raises ProfileError where the profile has no [operation]."""
-        from camgeom.duty import angular_speed
+        from camgeom.loading import angular_speed, follower_load, operation_of
         from camgeom.turret_duty import TurretDuty
 
-        operation, cam = self.profile.operation, self.cam
-        if operation is None:
-            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
-        speed = angular_speed(operation.speed)
+        cam, operation = self.cam, operation_of(self.profile, "stress and life")
         return TurretDuty(
             self.tracks,
             cam.inside,
-            self._follower_load(speed),
+            follower_load(self.profile, self.setup),
             self.profile.material.roller,
             self.profile.material.cam,
-            speed,
+            angular_speed(operation.speed),
             getattr(cam, "preload", 0.0),
             cam.width,
             cam.bore,
@@ -287,59 +286,10 @@ class Model:
     @fact
     def duties(self) -> tuple[Duty, ...]:
         """The duty of every roller: of two that drive a follower to and fro each carries its own direction."""
-        if self.profile.operation is None:
-            raise ProfileError([Problem("operation", "missing: no speed or load to compute stress and life from")])
-        return tuple(self._duty(track) for track in self.tracks)
+        from camgeom.loading import roller_duty
 
-    def _duty(self, track: Track) -> Duty:
-        from camgeom.duty import Duty, angular_speed
-
-        operation = self.profile.operation
-        assert operation is not None
-        low, high = track.contact
-        crown = None
-        if self.planar is not None and isinstance(track.meridian, Arc):
-            # A planar cam is straight along the roller's axis: it is not the envelope of the crown.
-            crown = track.meridian.arc
-            track = replace(track, meridian=Straight(track.meridian.radius, track.meridian.centre))
-        quoted = self.cam.quoted_radius(self.setup)
-        radius = quoted if min(low, high) <= quoted <= max(low, high) else 0.5 * (low + high)
-        speed = angular_speed(operation.speed)
-        return Duty(
-            track,
-            track.meridian.parameter(radius),
-            high - low,
-            self._follower_load(speed),
-            self.profile.material.roller,
-            self.profile.material.cam,
-            speed,
-            crown,
-        )
-
-    def _follower_load(self, speed: float) -> Any:
-        from camgeom.mechanics.load import FollowerLoad
-
-        operation, follower = self.profile.operation, self.setup.follower
-        assert operation is not None
-        applied = tuple(force.applied() for force in operation.force)
-        if isinstance(follower, TranslatingFollower | FrameFollower):
-            mass = follower.mass + operation.load_mass
-            rate, weight = operation.spring_rate, mass * operation.gravity
-        else:
-            assert isinstance(follower, SwingingFollower | TurretFollower)
-            mass = follower.inertia + operation.load_inertia
-            rate, weight = operation.spring_rate * 180.0 / np.pi, 0.0
-        return FollowerLoad(
-            self.setup.program,
-            speed,
-            mass,
-            operation.friction,
-            operation.spring_preload,
-            rate,
-            weight,
-            applied,
-            "translating" if isinstance(follower, TranslatingFollower | FrameFollower) else "rotating",
-        )
+        flat = self.planar is not None
+        return tuple(roller_duty(self.profile, self.setup, track, flat) for track in self.tracks)
 
 
 def read(path: str) -> Model:

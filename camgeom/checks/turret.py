@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import Finding, check
-from camgeom.turret_ribs import Engagement, Rib, rib_thickness
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.turret_ribs import Rib
 
 USUAL_STOPS = (3, 24)
 """stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
@@ -37,6 +37,8 @@ def stops(model: Model) -> Iterable[Finding]:
 @check("rib-thickness", "turret")
 def rib_thickness_check(model: Model) -> Iterable[Finding]:
     """Thinnest place of the ribs at their tip and root over dwell and index."""
+    from camgeom.turret_ribs import rib_thickness
+
     limit = model.profile.limits.min_wall_mm
     pitch = 2.0 * np.pi / model.setup.follower.count  # type: ignore[union-attr]
     for name, delta in model.cam.rib_depths(model.setup):
@@ -63,6 +65,8 @@ def turret_gap(model: Model) -> Iterable[Finding]:
 @check("hand-over", "turret")
 def hand_over(model: Model) -> Iterable[Finding]:
     """Least number of rollers with a wall to bear on, pushing on and holding back, over the whole turn."""
+    from camgeom.turret_ribs import Engagement
+
     theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
     count = Engagement(model.tracks, model.cam.inside, theta).count
     for row, name in zip(count, ("pushing on", "holding back")):
