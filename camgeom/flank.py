@@ -142,6 +142,11 @@ class Flank:
         n_t = (dtt * m + dt * m_t - rtt * u) / g
         return x_phi, x_t, n_phi, n_t
 
+    @property
+    def tangents(self) -> tuple[Floats, Floats]:
+        """Derivatives of the contact points by the cam angle and by the meridian parameter, each (3, n, m)."""
+        return self._tangents[:2]
+
     @cached_property
     def forms(self) -> Forms:
         """First and second form in (phi, t) for the normal n that points into the material."""

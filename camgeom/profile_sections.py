@@ -84,6 +84,9 @@ class Output(Section):
     formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=12)], ...], Field(max_length=40)] = Field(
         ("3mf", "stl"), description="file formats of the solid and its drawings"
     )
+    cutter_diameter: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
+        None, description="mm, round cutter or grinding wheel whose centre's path planar drawings show"
+    )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
     )
