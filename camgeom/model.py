@@ -248,7 +248,7 @@ class Model:
         from camgeom.vibration import indexing_of
 
         spec = self.profile.dynamics_spec
-        return indexing_of(self.profile, self.setup) if spec is not None and spec.kind == "indexing" else None
+        return indexing_of(self) if spec is not None and spec.kind == "indexing" else None
 
     @fact
     def elastic_follower(self) -> FollowerStudy | None:

@@ -6,7 +6,9 @@ The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeo
 from __future__ import annotations
 
 from math import radians
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
@@ -17,21 +19,94 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact_run import ImpactRun
     from camgeom.dynamics.impact_side import Pair
     from camgeom.dynamics.indexing_study import IndexingStudy
+    from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.profile import Profile
+    from camgeom.solid import Solid
     from camgeom.track import Track
+    from camgeom.turret_duty import TurretDuty
 
 MILLI = 1e-3
 
 
-def indexing_of(profile: Profile, setup: Setup) -> IndexingStudy:
-    """The indexing drive of a turret cam at the operating speed. Raises ProfileError for another follower."""
+class Drive(Protocol):
+    """What an indexing drive takes from a model."""
+
+    @property
+    def profile(self) -> Profile: ...
+    @property
+    def setup(self) -> Setup: ...
+    @property
+    def turret_duty(self) -> TurretDuty: ...
+    @property
+    def mass(self) -> tuple[Any, ...]: ...
+    @property
+    def turret(self) -> Solid | None: ...
+
+
+def indexing_of(model: Drive) -> IndexingStudy:
+    """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
+
+    Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Raises
+    ProfileError for another follower and where nothing is left for the load plate.
+    """
     from camgeom.dynamics.indexing_study import indexing_study
 
-    spec = profile.dynamics_spec
+    spec = model.profile.dynamics_spec
     assert spec is not None
-    if not isinstance(setup.follower, TurretFollower):
+    if not isinstance(model.setup.follower, TurretFollower):
         raise ProfileError([Problem("dynamics.kind", "an indexing drive needs a turret", spec.kind, "follower")])
-    return indexing_study(spec, setup.program, _speed(profile))
+    speed, sources = _speed(model.profile), dict[str, str]()
+    table: tuple[float, ...] = ()
+    if spec.contact_stiffness is None:
+        from camgeom.turret_stiffness import contact_table
+
+        table = contact_table(model.turret_duty, spec.estimate)
+        sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
+    inertias = _inertias(model, spec, sources)
+    return indexing_study(spec, model.setup.program, speed, table, inertias, sources)
+
+
+def _inertias(model: Drive, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
+    """Inertias, kg m2, that the profile's [dynamics] does not give; where each comes from goes into sources."""
+    found: dict[str, float] = {}
+    follower, operation = model.setup.follower, model.profile.operation
+    assert isinstance(follower, TurretFollower)
+    if spec.cam_inertia is None:
+        found["cam_inertia"] = sum(
+            m.inertia[2][2] + m.mass * MILLI**2 * (m.centroid[0] ** 2 + m.centroid[1] ** 2) for m in model.mass
+        )
+        sources["cam_inertia"] = "the cam's body"
+    load = operation.load_inertia if operation is not None else 0.0
+    turret = spec.turret_inertia
+    if turret is None:
+        turret = follower.inertia if load > 0.0 else _turret_inertia(model)
+        found["turret_inertia"] = turret
+        sources["turret_inertia"] = "follower.inertia" if load > 0.0 else "the turret's body"
+    if spec.load_inertia is None:
+        rest = follower.inertia + load - turret
+        if rest <= 0.0 or turret <= 0.0:
+            text = "nothing of follower.inertia and operation.load_inertia is left for it beside the turret"
+            hint = f"the turret takes {turret:.6g} kg m2; give dynamics.turret_inertia and dynamics.load_inertia"
+            raise ProfileError([Problem("dynamics.load_inertia", text, rest, "> 0 kg m2", hint)])
+        found["load_inertia"] = rest
+        sources["load_inertia"] = "follower.inertia and operation.load_inertia without the turret"
+    return found
+
+
+def _turret_inertia(model: Drive) -> float:
+    """Inertia, kg m2, of the turret's disc and rollers about the turret axis, of the roller's material."""
+    from camgeom.maths.massprops import mass_properties
+    from camgeom.track import Swing
+
+    body = model.turret
+    if body is None:
+        raise ProfileError([Problem("dynamics.turret_inertia", "is missing", None, "> 0 kg m2")])
+    _, mass, centre, inertia = mass_properties(body.mesh, model.profile.material.roller.density)
+    joint = model.turret_duty.tracks[0].joint
+    assert isinstance(joint, Swing)
+    axis, away = np.array(joint.axis), np.array(centre) - np.array(joint.centre)
+    across = away - away @ axis * axis
+    return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
 
 
 def elastic_follower_of(profile: Profile, setup: Setup, one_sided: bool) -> FollowerStudy:

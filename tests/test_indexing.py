@@ -387,6 +387,22 @@ class TestResponse:
         with pytest.raises(ProfileError, match="no dwell"):
             residual_vibration(moving)
 
+    def test_a_dwell_goes_on_over_the_end_of_the_turn(self, ms: Program) -> None:
+        """The same motion begun in the middle of its dwell leaves the same residual and settles as late."""
+        late = radians(20.0)
+        move = Segment(late + radians(300.0), radians(45.0), "modified-sine")
+        turned = Program.from_segments([Segment(late), move, Segment(2.0 * pi)], closed=False, angular=True)
+        states = (steady_state(DRIVE, motion, 1000.0 * RPM, Accuracy(1e-9)) for motion in (ms, turned))
+        plain, moved = (residual_vibration(state, 4e-5) for state in states)
+        assert (moved.begin_rad, moved.end_rad) == pytest.approx((radians(320.0), 2.0 * pi + late))
+        assert moved.deviation == pytest.approx(plain.deviation, rel=1e-7)
+        assert moved.acceleration == pytest.approx(plain.acceleration, rel=1e-7)
+        assert plain.settled.all()
+        assert 0.0 < plain.settling_s[0] < 60.0 / 6000.0
+        assert moved.settling_s == pytest.approx(plain.settling_s, rel=1e-2)
+        # a transient has no turn before its first
+        assert residual_vibration(from_rest(DRIVE, turned, 1000.0 * RPM)).end_rad == pytest.approx(2.0 * pi)
+
     def test_input_speed_fluctuation(self, mt: Program) -> None:
         plain = steady_state(DRIVE, mt, 1000.0 * RPM, Accuracy(1e-8))
         still = steady_state(DRIVE, mt, 1000.0 * RPM, Accuracy(1e-8), Fluctuation(((2, 0.0, 0.3),)))

@@ -14,7 +14,7 @@ from camgeom.dynamics.follower_study import follower_study
 from camgeom.dynamics.indexing_contact import Elastic, contact_stiffness
 from camgeom.dynamics.indexing_study import indexing_study
 from camgeom.dynamics.integrators import INTEGRATORS, Collocated
-from camgeom.dynamics.spec import DRIVE_KEYS, FOLLOWER_KEYS, INDEXING_KEYS, DynamicsSpec
+from camgeom.dynamics.spec import DRIVE_KEYS, FOLLOWER_KEYS, INDEXING_KEYS, INERTIA_KEYS, DynamicsSpec
 from camgeom.errors import ProfileError
 from camgeom.motion import Program, Segment
 
@@ -115,7 +115,7 @@ def test_follower_study(lift: Program) -> None:
     ("changes", "reason"),
     [
         ({"mass": 1.0}, "mass mean nothing"),
-        ({"load_inertia": None}, "needs load_inertia"),
+        ({"output_stiffness": None}, "needs output_stiffness"),
         ({"sweep": (100.0, 50.0)}, "must rise"),
         ({"tolerance": 0.0}, "tolerance"),
         ({"method": "wilsom"}, "method"),
@@ -127,12 +127,21 @@ def test_contradictions_are_named(changes: dict[str, Any], reason: str) -> None:
         DynamicsSpec(**{**DRIVE, **changes})
 
 
+def test_inertias_come_with_the_table_or_beside_it(index: Program) -> None:
+    spec = DynamicsSpec(**{**DRIVE, "load_inertia": None})
+    with pytest.raises(ProfileError, match=r"dynamics\.load_inertia"):
+        indexing_study(spec, index, 800.0)
+    found = indexing_study(spec, index, 800.0, inertias={"load_inertia": 0.05, "cam_inertia": 9.0})
+    assert found.drive.load_inertia == 0.05
+    assert found.drive.cam_inertia == DRIVE["cam_inertia"]
+
+
 def test_every_key_belongs_to_one_kind() -> None:
     names = set(DynamicsSpec.model_fields)
     assert set(INDEXING_KEYS) <= names
     assert set(FOLLOWER_KEYS) <= names
     assert not set(INDEXING_KEYS) & set(FOLLOWER_KEYS)
-    assert set(DRIVE_KEYS) <= set(INDEXING_KEYS)
+    assert set(DRIVE_KEYS) | set(INERTIA_KEYS) <= set(INDEXING_KEYS)
     common = names - set(INDEXING_KEYS) - set(FOLLOWER_KEYS)
     assert common == {
         *("kind", "method", "tolerance", "steps", "wilson_theta", "spectral_radius", "sweep", "sweep_points")

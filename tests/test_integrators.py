@@ -51,6 +51,7 @@ class Varying:
     size = 2
     batch = 1
     linear = True
+    smooth = True
 
     def exact(self, theta: np.ndarray) -> np.ndarray:
         t = np.asarray(theta)
@@ -299,6 +300,7 @@ class Kicked:
     size = 1
     batch = 1
     linear = True
+    smooth = True
     knots = np.array([0.0, 2.0, 2.0 * pi])
 
     def coefficients(self, theta: np.ndarray, side: str = "right") -> Coefficients:

@@ -29,7 +29,8 @@ contact_damping = 3.9
 
 
 def solved(profile, extra):
-    model = Model(parse((PROFILES / f"{profile}.toml").read_text() + extra))
+    head, _, rest = (PROFILES / f"{profile}.toml").read_text().partition("[dynamics]")
+    model = Model(parse(head + rest.partition("\n\n")[2] + extra))
     return compute(model, ("dynamics",)).data["dynamics"]
 
 

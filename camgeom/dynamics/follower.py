@@ -148,6 +148,11 @@ class FollowerSystem:
         return len(self.speed)
 
     @property
+    def smooth(self) -> bool:
+        """Coefficients vary with the motion alone."""
+        return True
+
+    @property
     def linear(self) -> bool:
         """Whether the motion is taken at the nominal cam angle (no elastic shaft)."""
         return self.shaft is None

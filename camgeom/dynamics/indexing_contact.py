@@ -40,15 +40,21 @@ class Elastic:
 
 @dataclass(frozen=True, eq=False)
 class ContactStiffness:
-    """Stiffness (n,) in N/m of the engaged rollers together, half width (n,) in m and approach (n,) in m."""
+    """Stiffness (n,) in N/m of the engaged rollers together, half width (n,) in m and approach (n,) in m.
+
+    each (rollers, n) is the stiffness in N/m of every roller, zero where it is not engaged.
+    """
 
     stiffness: Array
     half_width: Array
     approach: Array
+    each: Array
 
-    def torsional(self, pitch_radius: float) -> Array:
-        """K12 (n,) in N m/rad at the turret: k rp^2, rp in m."""
-        return self.stiffness * pitch_radius**2
+    def torsional(self, lever: npt.ArrayLike) -> Array:
+        """K12 (n,) in N m/rad at the turret, sum of k lever^2: lever in m for each roller (rollers, n), or one pitch
+        radius for all.
+        """
+        return np.asarray((self.each * np.square(np.asarray(lever, dtype=float))).sum(0))
 
 
 def contact_stiffness(
@@ -77,7 +83,8 @@ def contact_stiffness(
     half = np.sqrt(4.0 * line * (cam.compliance + roller.compliance) / (pi * np.where(engaged, curvature, 1.0)))
     safe = np.where(engaged, half, 1.0)
     if estimate == "chord":
-        sink = _arc(safe, 1.0 / roller_radius) + _arc(safe, curvature - 1.0 / roller_radius)
+        arc = np.where(engaged, half, 0.0)
+        sink = _arc(arc, 1.0 / roller_radius) + _arc(arc, curvature - 1.0 / roller_radius)
     else:
         below = roller_radius if depth is None else depth
         sink = line / pi * roller.compliance * (2.0 * np.log(4.0 * roller_radius / safe) - 1.0)
@@ -87,7 +94,7 @@ def contact_stiffness(
     total = each.sum(0)
     if not (total > 0.0).all():
         raise ProfileError([Problem("contact", "no roller is engaged at some cam angle", None, "force and length > 0")])
-    return ContactStiffness(total, np.where(engaged, half, 0.0).max(0), load.sum(0) / total)
+    return ContactStiffness(total, np.where(engaged, half, 0.0).max(0), load.sum(0) / total, each)
 
 
 def _arc(half: Array, curvature: Array | float) -> Array:

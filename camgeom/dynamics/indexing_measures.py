@@ -4,8 +4,7 @@ time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +12,11 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing_response import Response, output
 from camgeom.dynamics.integrators import Array
 from camgeom.dynamics.integrators_exact import advance
+from camgeom.dynamics.integrators_peaks import INSIDE, peak, sampled
+from camgeom.dynamics.integrators_solution import Solution
 from camgeom.errors import Problem, ProfileError
 
+TURN = 2.0 * np.pi
 QUADRATURE = 5
 """Gauss points a step for the mean powers"""
 
@@ -130,50 +132,81 @@ class Residual:
     settled: npt.NDArray[np.bool_]
 
 
-def residual_vibration(response: Response, band: float = 1e-4, samples: int = 64) -> Residual:
-    """Residual vibration in the longest dwell of the last turn; band in rad of load-plate deviation defines settling.
+def residual_vibration(response: Response, band: float = 1e-4) -> Residual:
+    """Residual vibration in the longest dwell; band in rad of load-plate deviation defines settling.
 
-    Raises ProfileError when the motion has no dwell. Samples per step: the peak is exact to (omega h/samples)^2/8.
+    A dwell goes on over the turn's end where the response is periodic; of a transient the last turn counts. Peaks are
+    as exact as the solution. Raises ProfileError when the motion has no dwell.
     """
     if not band > 0.0:
         raise ProfileError([Problem("dynamics.settling_band", "must be positive", band, "> 0 rad")])
     low, high = longest_dwell(response)
-    solution = response.solution
-    offset = solution.theta[-1] - solution.grid.theta[-1]
-    count = max(
-        2, samples * int(np.searchsorted(solution.grid.theta, high) - np.searchsorted(solution.grid.theta, low))
+    parts = [_between(response.solution, *ends) for ends in _pieces(low, high)]
+    deviation, acceleration = (
+        np.max([peak(part, output(response.system, name)).magnitude for part in parts], axis=0)
+        for name in ("load_deviation", "load_acceleration")
     )
-    theta = offset + np.linspace(low, high, count)
-    # the dwell's last angle belongs to the next motion
-    theta[-1] = np.nextafter(theta[-1], 0.0)
-    deviation = np.abs(response.at(theta, "load_deviation"))
-    acceleration = np.abs(response.at(theta, "load_acceleration"))
-    outside = deviation > band
+    time, settled = _settling(response, parts, band)
+    return Residual(low, high, deviation, acceleration, time, settled)
+
+
+def _pieces(low: float, high: float) -> list[tuple[float, float]]:
+    """The stretch within one turn, or the two that it falls into."""
+    return [(low, high)] if high <= TURN else [(low, TURN), (0.0, high - TURN)]
+
+
+def _between(solution: Solution, low: float, high: float) -> Solution:
+    """The solution's last turn between two knots, rad."""
+    first = len(solution.theta) - len(solution.grid.theta)
+    i, j = (first + int(np.abs(solution.grid.theta - angle).argmin()) for angle in (low, high))
+    return replace(solution, theta=solution.theta[i : j + 1], state=solution.state[:, i : j + 1])
+
+
+def _settling(response: Response, parts: list[Solution], band: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Time (b,) in s from the dwell's begin to the last exit from the band, and whether there is none up to its end."""
+    angles, values, begun = [], [], 0.0
+    for part in parts:
+        found = np.abs(sampled(part, output(response.system, "load_deviation")))
+        # sampled() gives the inside of each step first, then its two ends
+        values.append(found[..., [5, 0, 1, 2, 3, 4, 6]].reshape(len(found), -1))
+        share = np.concatenate([[0.0], INSIDE, [1.0]])
+        place = part.theta[:-1, None] + np.diff(part.theta)[:, None] * share
+        angles.append(begun + (place - part.theta[0]).ravel())
+        begun += float(part.theta[-1] - part.theta[0])
+    angle, value = np.concatenate(angles), np.concatenate(values, 1)
+    outside = value > band
+    count = len(angle)
     last = np.where(outside.any(-1), count - 1 - outside[:, ::-1].argmax(-1), 0)
-    settled = last < count - 1
-    time = np.where(outside.any(-1), (theta[last] - theta[0]), 0.0) / response.speed
-    return Residual(low, high, deviation.max(-1), acceleration.max(-1), time, settled)
+    after = np.minimum(last + 1, count - 1)
+    row = np.arange(len(value))
+    drop = value[row, last] - value[row, after]
+    share = np.divide(value[row, last] - band, drop, out=np.zeros_like(drop), where=drop > 0.0)
+    place = angle[last] + np.clip(share, 0.0, 1.0) * (angle[after] - angle[last])
+    return np.where(outside.any(-1), place, 0.0) / response.speed, last < count - 1
 
 
 def longest_dwell(response: Response) -> tuple[float, float]:
-    """Cam angles in rad between which the turret rests longest, within one turn."""
+    """Cam angles in rad between which the turret rests longest; beyond 2 pi where a periodic state rests over the end.
+    """
     motion = response.system.motion
     knots = np.asarray(motion.knots)
     middle = 0.5 * (knots[:-1] + knots[1:])
     at_rest = ~np.any(
         motion.jet(np.concatenate([middle, middle + 0.2 * np.diff(knots)]), 2)[1:].reshape(2, 2, -1), axis=(0, 1)
     )
-    best = (0.0, 0.0)
-    k = 0
-    while k < len(middle):
-        end = k
-        while end < len(middle) and at_rest[end]:
-            end += 1
-        if end > k and knots[end] - knots[k] > best[1] - best[0]:
-            best = (float(knots[k]), float(knots[end]))
-        k = max(end, k + 1)
-    if best[1] <= best[0]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at_rest, [False]]).astype(int)))
+    rests = [(float(knots[i]), float(knots[j])) for i, j in edges.reshape(-1, 2)]
+    if len(rests) > 1 and at_rest[0] and at_rest[-1] and _comes_back(response.solution):
+        rests = [*rests[1:-1], (rests[-1][0], TURN + rests[0][1])]
+    if not rests:
         raise ProfileError(
-            [Problem("motion", "has no dwell, so there is no residual vibration", None, "", f"0 to {2 * pi:.6f}")]
+            [Problem("motion", "has no dwell, so there is no residual vibration", None, "", f"0 to {TURN:.6f}")]
         )
-    return best
+    return max(rests, key=lambda rest: rest[1] - rest[0])
+
+
+def _comes_back(solution: Solution) -> bool:
+    """Whether the state after the last turn is the one before it, to a ten-thousandth of its largest."""
+    first = len(solution.theta) - len(solution.grid.theta)
+    scale = np.abs(solution.state).max(1)
+    return bool(np.all(np.abs(solution.state[:, -1] - solution.state[:, first]) <= 1e-4 * scale))

@@ -199,7 +199,7 @@ def from_rest(
 
 
 def _solve(system: TorsionSystem, accuracy: Accuracy, once: Once) -> Solution:
-    return solved(system, np.asarray(system.motion.knots), accuracy, once, watch)
+    return solved(system, system.knots, accuracy, once, watch)
 
 
 def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)) -> None:

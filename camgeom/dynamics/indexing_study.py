@@ -6,9 +6,11 @@ names.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import degrees
+from types import MappingProxyType
 
 import numpy as np
 
@@ -29,15 +31,19 @@ from camgeom.dynamics.indexing_sweep import Sweep, sweep
 from camgeom.dynamics.indexing_system import Fluctuation
 from camgeom.dynamics.integrators import Array
 from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy
-from camgeom.dynamics.spec import DynamicsSpec
+from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 
 RPM = np.pi / 30.0
+GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
 class IndexingStudy:
-    """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad."""
+    """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
+
+    sources: where contact stiffness and inertias that the [dynamics] table does not give come from.
+    """
 
     drive: IndexingDrive
     motion: Motion
@@ -47,6 +53,7 @@ class IndexingStudy:
     exact: bool = False
     band: float = 1e-4
     sweep_speeds: Array | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def modes(self) -> Modes:
@@ -128,7 +135,23 @@ class IndexingStudy:
             "integrator": steady.solution.choice
             or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
             "cautions": list(steady.solution.cautions),
+            **self._data_figures(),
             **self._dwell_figures(),
+        }
+
+    def _data_figures(self) -> dict[str, object]:
+        """Contact stiffness and inertias that the figures rest on, and where they come from."""
+        drive = self.drive
+        table = drive.contact_table or (drive.contact_stiffness,)
+        names = ("contact_stiffness", "cam_inertia", "turret_inertia", "load_inertia")
+        return {
+            "lowest_contact_stiffness_n_m_per_rad": min(table),
+            "mean_contact_stiffness_n_m_per_rad": float(np.mean(table)),
+            "highest_contact_stiffness_n_m_per_rad": max(table),
+            "cam_inertia_kg_m2": drive.cam_inertia,
+            "turret_inertia_kg_m2": drive.turret_inertia,
+            "load_inertia_kg_m2": drive.load_inertia,
+            "data_from": {name: self.sources.get(name, "given") for name in names},
         }
 
     def _dwell_figures(self) -> dict[str, object]:
@@ -150,14 +173,20 @@ def _where(top: Array, top_at: Array, bottom: Array, bottom_at: Array) -> float:
 
 
 def indexing_study(
-    spec: DynamicsSpec, motion: Motion, speed_rpm: float, contact_table: tuple[float, ...] = ()
+    spec: DynamicsSpec,
+    motion: Motion,
+    speed_rpm: float,
+    contact_table: tuple[float, ...] = (),
+    inertias: Mapping[str, float] = NOTHING,
+    sources: Mapping[str, str] = GIVEN,
 ) -> IndexingStudy:
     """The study a profile's [dynamics] table asks for, at the operating speed in r/min.
 
-    contact_table: K12 in N m/rad at equal steps of a turn (see `indexing_contact`), used where the table gives none.
+    contact_table: K12 in N m/rad at equal steps of a turn (see `indexing_contact`), inertias in kg m2 by key: used
+    where the table gives none. sources says where they come from.
     """
     return IndexingStudy(
-        spec.drive(contact_table),
+        spec.drive(contact_table, inertias),
         motion,
         speed_rpm * RPM,
         spec.accuracy(),
@@ -165,4 +194,5 @@ def indexing_study(
         spec.exact_contact,
         float(np.radians(spec.settling_band)),
         spec.speeds(),
+        sources,
     )

@@ -98,7 +98,7 @@ def _groups(
     system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
     if accuracy.steps is not None:
         return [(part, accuracy.fixed(), accuracy.steps) for part in _parts(np.arange(len(speeds)))]
-    knots = np.asarray(motion.knots)
+    knots = system.knots
     method = cheapest(system, knots, accuracy.tolerance, pool(system, accuracy))
     _, steps = choose(system, knots, accuracy.tolerance, (method,))
     # neighbours share a grid: fewer groups, at most two fifths more steps
@@ -126,7 +126,7 @@ def _answers(
 ) -> list[Answer]:
     """Responses of a group; a group with a refusal is halved until the refused speed stands alone."""
     system = TorsionSystem(drive, motion, speeds[index], fluctuation, exact=exact)
-    grid = aligned_grid(motion.knots, steps)
+    grid = aligned_grid(system.knots, steps)
     try:
         if accuracy.steps is not None:
             return [(index, Response(system, periodic(system, grid, method)))]

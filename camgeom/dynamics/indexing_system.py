@@ -45,6 +45,8 @@ class Fluctuation:
 
 SEEN = 12
 """jets of the motion kept: the same cam angles are asked for by the equation of motion, its check and its outputs"""
+SAME = 1e-9
+"""share of a table's step within which a node is a knot of the motion"""
 Torque = Callable[[Array, Side], Array]
 """External torque (1, n, 3) in N m on cam, turret and load plate over cam angles (1, n)."""
 
@@ -89,9 +91,25 @@ class TorsionSystem:
         return len(self.speed)
 
     @property
+    def smooth(self) -> bool:
+        """Whether the contact stiffness is constant; rollers that come and go change it faster than the motion does."""
+        return not self.drive.contact_table
+
+    @property
     def linear(self) -> bool:
         """Whether the contact is linearised about the rigid motion."""
         return not self.exact
+
+    @property
+    def knots(self) -> Array:
+        """Cam angles in rad at which some derivative jumps: the motion's knots and the nodes of a contact table."""
+        own, count = np.asarray(self.motion.knots, dtype=float), len(self.drive.contact_table)
+        if not count:
+            return own
+        step = 2.0 * np.pi / count
+        nodes = step * np.arange(np.ceil(own[0] / step), np.floor(own[-1] / step) + 1.0)
+        far = np.abs(nodes[:, None] - own).min(1) > SAME * step
+        return np.sort(np.concatenate([own, nodes[far]]))
 
     def exact_contact(self, theta: Array, q: Array, u: Array, side: Side = "right") -> tuple[Array, Array]:
         """Contact torque (b, n) in N m at the turret and the slope tau' at the cam's true angle theta + q1."""

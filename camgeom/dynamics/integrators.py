@@ -64,6 +64,11 @@ class System(Protocol):
     @property
     def linear(self) -> bool: ...
 
+    @property
+    def smooth(self) -> bool:
+        """Whether D and S vary no faster than the motion, as the predicted errors of the Magnus methods take it."""
+        ...
+
     def coefficients(self, theta: Array, side: Side = "right") -> Coefficients:
         """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
         ...

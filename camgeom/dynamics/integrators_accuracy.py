@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.integrators import INTEGRATORS, Array, Method, RungeKutta, System, find
+from camgeom.dynamics.integrators import INTEGRATORS, Array, Magnus, Method, RungeKutta, System, find
 from camgeom.dynamics.integrators_choice import choose
 from camgeom.dynamics.integrators_grid import MAX_STEPS, Grid, aligned_grid
 from camgeom.dynamics.integrators_solution import Solution
@@ -54,7 +54,7 @@ def pool(system: System, accuracy: Accuracy) -> tuple[Method, ...]:
     if accuracy.method != "auto":
         return (find(accuracy.method),)
     if system.linear:
-        return tuple(INTEGRATORS.values())
+        return tuple(one for one in INTEGRATORS.values() if system.smooth or not isinstance(one, Magnus))
     return tuple(one for one in INTEGRATORS.values() if isinstance(one, RungeKutta) and not one.explicit)
 
 

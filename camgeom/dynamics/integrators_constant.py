@@ -42,6 +42,11 @@ class ConstantSystem:
         return int(self.rate.size)
 
     @property
+    def smooth(self) -> bool:
+        """Coefficients vary with the motion alone."""
+        return True
+
+    @property
     def linear(self) -> bool:
         """Always."""
         return True

@@ -4,6 +4,8 @@ r/min).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Literal, Self, final
 
 import numpy as np
@@ -25,11 +27,16 @@ Family = Literal["auto", "wilson", "newmark", "generalized-alpha", "rk4", "magnu
 Gauss = Literal["gauss1", "gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8"]
 Radau = Literal["radau2", "radau3", "radau5"]
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
 PER_MM = 1000.0
 """N/mm to N/m"""
-DRIVE_KEYS = ("cam_inertia", "turret_inertia", "load_inertia", "input_stiffness", "output_stiffness")
+DRIVE_KEYS = ("input_stiffness", "output_stiffness")
+"""what an indexing drive cannot do without"""
+INERTIA_KEYS = ("cam_inertia", "turret_inertia", "load_inertia")
+"""what follows from the profile's own bodies and loads where it is not given"""
 INDEXING_KEYS = (
-    *(*DRIVE_KEYS, "contact_stiffness", "input_damping", "output_damping", "contact_damping", "cam_friction"),
+    *DRIVE_KEYS,
+    *(*INERTIA_KEYS, "contact_stiffness", "input_damping", "output_damping", "contact_damping", "cam_friction"),
     *("turret_friction", "cam_mass", "turret_mass", "load_mass", "cam_bending", "cam_axial", "turret_bending"),
     *("load_bending", "cross_bending", "output_axial", "exact_contact", "fluctuation", "fluctuation_order"),
     *("settling_band", "estimate"),
@@ -57,9 +64,13 @@ class DynamicsSpec(Section):
     sweep: tuple[Speed, Speed] | None = Field(None, description="r/min, lowest and highest speed of a sweep")
     sweep_points: Annotated[int, Field(ge=2, le=5000)] = Field(100, description="speeds in the sweep")
 
-    cam_inertia: Positive | None = Field(None, description="kg m2, cam with its share of the input shaft")
-    turret_inertia: Positive | None = Field(None, description="kg m2, turret")
-    load_inertia: Positive | None = Field(None, description="kg m2, load plate")
+    cam_inertia: Positive | None = Field(
+        None, description="kg m2, cam with its share of the input shaft; default: the cam's body"
+    )
+    turret_inertia: Positive | None = Field(
+        None, description="kg m2, turret; default: follower.inertia beside a load_inertia, else its body"
+    )
+    load_inertia: Positive | None = Field(None, description="kg m2, load plate; default: the rest of what turns")
     input_stiffness: Positive | None = Field(None, description="N m/rad, input shaft in torsion")
     output_stiffness: Positive | None = Field(None, description="N m/rad, output shaft in torsion")
     contact_stiffness: Positive | None = Field(
@@ -139,11 +150,16 @@ class DynamicsSpec(Section):
         """Fluctuation of the input speed."""
         return Fluctuation(((self.fluctuation_order, self.fluctuation, 0.0),) if self.fluctuation > 0.0 else ())
 
-    def drive(self, contact_table: tuple[float, ...] = ()) -> IndexingDrive:
-        """The indexing drive in SI; contact_table N m/rad at equal steps of a turn serves where no stiffness is given.
+    def drive(self, contact_table: tuple[float, ...] = (), inertias: Mapping[str, float] = NOTHING) -> IndexingDrive:
+        """The indexing drive in SI; contact_table (N m/rad at equal steps of a turn) and inertias (kg m2, by
+        INERTIA_KEYS) serve where the table gives none.
 
         Raises ProfileError when there is neither.
         """
+        missing = [key for key in INERTIA_KEYS if getattr(self, key) is None and key not in inertias]
+        if missing:
+            raise ProfileError([Problem(f"dynamics.{key}", "is missing", None, "> 0 kg m2") for key in missing])
+        cam, turret, load = (getattr(self, key) or inertias[key] for key in INERTIA_KEYS)
         contact = self.contact_stiffness
         if contact is None:
             if not contact_table:
@@ -151,9 +167,9 @@ class DynamicsSpec(Section):
                 raise ProfileError([Problem("dynamics.contact_stiffness", "is missing", None, "> 0 N m/rad", hint)])
             contact = float(np.mean(contact_table))
         return IndexingDrive(
-            cam_inertia=self.cam_inertia or 0.0,
-            turret_inertia=self.turret_inertia or 0.0,
-            load_inertia=self.load_inertia or 0.0,
+            cam_inertia=cam,
+            turret_inertia=turret,
+            load_inertia=load,
             input_stiffness=self.input_stiffness or 0.0,
             output_stiffness=self.output_stiffness or 0.0,
             contact_stiffness=contact,
