@@ -49,22 +49,20 @@ class Mesh:
         return float(self.face_areas.sum())
 
     @cached_property
-    def _edge_keys(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        f = self.faces.astype(np.int64)
-        n = np.int64(len(self.vertices))
-        start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
-        return start * n + end, end * n + start
-
-    @cached_property
     def watertight(self) -> bool:
         """Every directed edge is met exactly once by its opposite: closed, oriented, two-manifold along edges."""
         if len(self.faces) == 0:
             return False
-        forward, backward = self._edge_keys
-        forward = np.sort(forward)
-        if np.any(forward[1:] == forward[:-1]):
+        start, end = self.faces.ravel(), self.faces[:, [1, 2, 0]].ravel()
+        forward = start < end
+        low, high = np.where(forward, start, end), np.where(forward, end, start)
+        # One key an edge, its last bit the direction: sorted, each pair must be one edge run both ways.
+        keys = ((low.astype(np.int64) * len(self.vertices) + high) << 1) | forward
+        keys.sort()
+        if len(keys) % 2 or np.any(low == high):
             return False
-        return bool(np.array_equal(forward, np.sort(backward)))
+        even, odd = keys[::2], keys[1::2]
+        return bool(np.all(even & 1 == 0) and np.all(odd == even + 1) and np.all(even[1:] > odd[:-1]))
 
     @cached_property
     def euler(self) -> int:
@@ -73,10 +71,12 @@ class Mesh:
         used[self.faces] = True
         return int(used.sum()) - 3 * len(self.faces) // 2 + len(self.faces)
 
-    @property
+    @cached_property
     def components(self) -> int:
         """Number of connected shells."""
-        return len(np.unique(self._labels[np.unique(self.faces)]))
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.faces] = True
+        return int(np.count_nonzero(used & (self._labels == np.arange(len(used)))))
 
     @property
     def shells(self) -> tuple[Mesh, ...]:
@@ -90,18 +90,20 @@ class Mesh:
 
     @cached_property
     def _labels(self) -> npt.NDArray[np.int64]:
-        """The shell of each vertex (v,) (label propagation on the edges, with pointer jumping)."""
+        """The shell of each vertex (v,), named by its first vertex: trees hooked onto smaller names and flattened."""
         label = np.arange(len(self.vertices))
-        edges = self.faces[:, [0, 1]], self.faces[:, [1, 2]]
-        while True:
-            before = label.copy()
-            for edge in edges:
-                low = np.minimum(label[edge[:, 0]], label[edge[:, 1]])
-                np.minimum.at(label, edge[:, 0], low)
-                np.minimum.at(label, edge[:, 1], low)
-            label = label[label]
-            if np.array_equal(before, label):
-                return label
+        # Two edges of each triangle join all three corners.
+        a = self.faces[:, [0, 1]].ravel().astype(np.int64)
+        b = self.faces[:, [1, 2]].ravel().astype(np.int64)
+        while len(a):
+            low, high = np.minimum(a, b), np.maximum(a, b)
+            label[high] = low
+            while not np.array_equal(label, flat := label[label]):
+                label = flat
+            a, b = label[a], label[b]
+            apart = a != b
+            a, b = a[apart], b[apart]
+        return label
 
     @property
     def genus(self) -> int:

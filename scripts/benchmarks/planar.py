@@ -1,26 +1,22 @@
 """Disc cams: profile error against time, beside a cam package and polygon offsetting; solids at several tolerances.
 
-    python scripts/bench_planar.py [--venv DIR] [--offline] [--json FILE]
-
 The cam is the reference disc: base circle 30, roller radius 10, cycloidal rise of 20 mm. The peers, `mechanism` (PyPI)
-and the offsetting of `shapely`, are installed into a throwaway environment (or DIR, which is kept and reused); without
-a network, or with --offline, they are left out and the script says so. Every error is the distance of vertices and edge
-middles from the nearest roller position, by tests/oracle.py, which shares no code with what it measures.
+and the offsetting of `shapely`, are installed into a throwaway environment (or the folder that CAMGEOM_PEERS names,
+which is kept); without a network they are left out and the table says so. Every error is the distance of vertices and
+edge middles from the nearest roller position, by tests/oracle.py, which shares no code with what it measures.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
+import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
+from kit import Plot, Row, Table, best, milli, run, short
 
-ROOT = Path(__file__).resolve().parents[1]
 TURN = 2.0 * np.pi
 BASE, ROLLER, LIFT = 30.0, 10.0, 20.0
 COUNTS = (360, 3600, 36000)
@@ -49,16 +45,6 @@ law = "cycloidal"
 [[motion]]
 until = 360
 """
-
-
-def best(work, runs: int = 15):
-    """Shortest time of some runs, s, and the last result."""
-    times, result = [], None
-    for _ in range(runs):
-        began = perf_counter()
-        result = work()
-        times.append(perf_counter() - began)
-    return min(times), result
 
 
 def lift(theta):
@@ -106,7 +92,7 @@ def run_peers(folder: Path, out: Path) -> str:
     steps.append([str(python), "-m", "pip", "install", "--quiet", "mechanism", "shapely", "numpy"])
     steps.append([str(python), __file__, "--peers", str(out)])
     for step in steps:
-        run = subprocess.run(step, capture_output=True, text=True, check=False, env={"MPLBACKEND": "Agg", "PATH": ""})
+        run = subprocess.run(step, capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "Agg"})
         if run.returncode:
             return (run.stderr.strip().splitlines() or ["no message"])[-1]
     return ""
@@ -131,7 +117,7 @@ def error(points: np.ndarray, most: int = 1200) -> float:
     return float(np.abs(swept_distance(flat, pose, distance, 0.0, TURN)).max())
 
 
-def own() -> tuple[list[dict], list[dict]]:
+def own() -> tuple[list[Row], list[Row]]:
     """Rows of camgeom: profiles of equal angles, profiles of equal error, and solids."""
     from camgeom.model import Model
     from camgeom.prism import outline_grid
@@ -142,80 +128,65 @@ def own() -> tuple[list[dict], list[dict]]:
     profiles, solids = [], []
     for count in COUNTS:
         theta = np.arange(count) * TURN / count
-        seconds, curve = best(lambda theta=theta: outline.curve(theta))
-        profiles.append(row(f"camgeom, {count} equal angles", curve.points.T, seconds))
-    for tolerance in (1e-2, 1e-3, 1e-4):
-        seconds, grid = best(lambda t=tolerance: outline_grid(outline, t))
-        profiles.append(row(f"camgeom, chord {tolerance * 1e3:g} um", grid.points[:2, :-1, 0].T, seconds))
-        seconds, solid = best(lambda t=tolerance: model.parts[0].solid(t))
+        seconds, curve = best(lambda theta=theta: outline.curve(theta), 15)
+        profiles.append(row("camgeom, equal angles", curve.points.T, seconds))
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5):
+        seconds, grid = best(lambda t=tolerance: outline_grid(outline, t), 15)
+        profiles.append(row("camgeom, equal error", grid.points[:2, :-1, 0].T, seconds))
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5):
+        seconds, solid = best(lambda t=tolerance: model.parts[0].solid(t), 15)
         solids.append({"tolerance_um": tolerance * 1e3, "triangles": len(solid.mesh.faces), "time_ms": milli(seconds)})
     return profiles, solids
 
 
-def row(way: str, points: np.ndarray, seconds: float) -> dict:
-    found = float(f"{error(points) * 1e3:.4g}")
-    return {"way": way, "points": len(points), "error_um": found, "time_ms": milli(seconds)}
+def row(way: str, points: np.ndarray, seconds: float) -> Row:
+    return {"way": way, "points": len(points), "error_um": short(error(points) * 1e3), "time_ms": milli(seconds)}
 
 
-def milli(seconds: float) -> float:
-    return float(f"{seconds * 1e3:.4g}")
-
-
-def table(rows: list[dict]) -> None:
-    """Print rows as aligned text."""
-    columns = list(rows[0])
-    widths = [max(len(c), *(len(str(r.get(c, ""))) for r in rows)) for c in columns]
-    for cells in (columns, *([str(r.get(c, "")) for c in columns] for r in rows)):
-        print("  ".join(cell.ljust(w) for cell, w in zip(cells, widths)).rstrip())
-
-
-def base_circles(found) -> None:
+def base_circles(found) -> list[Row]:
     """Smallest base circle for 25 degrees, this package's and the peer's, judged by the exact pressure angle."""
     from camgeom.model import Model
     from camgeom.planar_design import smallest_prime_radius
     from camgeom.profile import parse
 
     program = Model(parse(PROFILE)).setup.program
-    print("\nsmallest base circle for a pressure angle of 25 deg (and the angle it really has)")
+    rows = []
     for offset in (0.0, 8.0):
         # The peer counts its eccentricity to the side on which the rise gets gentler.
-        seconds, prime = best(lambda e=-offset: smallest_prime_radius(program, np.radians(25.0), e))
+        seconds, prime = best(lambda e=-offset: smallest_prime_radius(program, np.radians(25.0), e), 15)
         peer, peer_seconds = found[f"base/{offset:g}"]
         for name, base, spent in (("camgeom", prime - ROLLER, seconds), ("mechanism", peer, peer_seconds)):
             text = PROFILE.replace("base_radius = 30", f"base_radius = {base}")
             text = text.replace('"translating"', f'"translating"\noffset = {-offset}')
-            angle = np.degrees(Model(parse(text)).planar.pressure_angle.value)
-            print(f"  offset {offset:g}: {name:9} {base:.9f} mm, {angle:.9f} deg, {milli(spent)} ms")
+            angle = float(np.degrees(Model(parse(text)).planar.pressure_angle.value))
+            rows.append({"offset_mm": offset, "way": name, "base_radius_mm": f"{base:.9f}",
+                         "angle_it_has_deg": f"{angle:.9f}", "time_ms": milli(spent)})
+    return rows
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--venv", type=Path, help="environment of the peers, kept and reused; default a throwaway one")
-    parser.add_argument("--offline", action="store_true", help="leave the peers out")
-    parser.add_argument("--json", type=Path, help="also write the rows here")
-    parser.add_argument("--peers", type=Path, help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.peers:
-        peers(options.peers)
-        return
-    sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+def tables(quick: bool) -> list[Table]:
+    """Profiles, solids, base circles."""
     rows, solids = own()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "peers.npz"
-        reason = "--offline" if options.offline else run_peers(options.venv or Path(folder) / "venv", out)
+        reason = run_peers(Path(os.environ.get("CAMGEOM_PEERS", folder)) / "venv", out)
         found = None if reason else dict(np.load(out))
     for name in ("mechanism", "shapely") if found else ():
-        rows += [row(f"{name}, {n} angles", found[f"{name}/{n}"], float(found[f"{name}/{n}/s"])) for n in COUNTS]
-    table(rows)
-    print()
-    table(solids)
+        rows += [row(name, found[f"{name}/{n}"], float(found[f"{name}/{n}/s"])) for n in COUNTS]
+    note = "" if found else f"Without the peers mechanism and shapely: {reason}"
+    plot = Plot("error_um", "time_ms", "way", "measured error, um", "time, ms")
+    made = [
+        Table("planar", "Disc profile: time against measured error", rows, note, plot),
+        Table("planar_solid", "Disc solid", solids),
+    ]
     if found:
-        base_circles(found)
-    else:
-        print(f"\nwithout the peers mechanism and shapely: {reason}")
-    if options.json:
-        options.json.write_text(json.dumps({"profiles": rows, "solids": solids}, indent=1))
+        title = "Smallest base circle for a pressure angle of 25 degrees"
+        made.append(Table("planar_base", title, base_circles(found), "Judged by the exact pressure angle."))
+    return made
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["--peers"]:
+        peers(Path(sys.argv[2]))
+    else:
+        run(tables, __doc__)

@@ -1,24 +1,21 @@
-"""Time of each mesh writer against a raw write of as many bytes and against a general library on the same mesh.
-
-    .venv/bin/python scripts/bench_export.py [TRIANGLES]       default 2 000 000
+"""Mesh writers: each against a raw write of as many bytes and against a general library on the same mesh.
 
 Each time is the best of two, flushed to the disk. The general library is trimesh (meshio for VTU); it rounds to fewer
-digits than these writers do in OBJ and 3MF. Figures in the last column above 1 mean that this package is faster.
+digits than these writers do in OBJ and 3MF.
 """
 
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from time import perf_counter
 
 import meshio
 import numpy as np
 import trimesh
+from kit import Table, best, run, short
 
 from camgeom.export import as_bodies, formats
 from camgeom.maths.mesh import Mesh
@@ -37,16 +34,6 @@ def ring(triangles: int) -> Mesh:
     return Mesh(points, faces.astype(np.int32), ("flank", "land"), group, {"pressure_mpa": points[:, 0] ** 2})
 
 
-def best(action: Callable[[], object]) -> float:
-    """The shorter of two runs, s."""
-    times = []
-    for _ in range(2):
-        began = perf_counter()
-        action()
-        times.append(perf_counter() - began)
-    return min(times)
-
-
 def synced(path: Path, action: Callable[[], object]) -> None:
     """The action, and its file on the disk."""
     action()
@@ -63,25 +50,30 @@ def generic(mesh: Mesh, path: Path) -> Callable[[], object]:
     return lambda: other.export(path)
 
 
-def main() -> None:
-    """Print the table."""
-    mesh = ring(int(sys.argv[1]) if len(sys.argv) > 1 else 2_000_000)
-    closed = mesh.watertight  # every caller has asked this before
-    print(f"{len(mesh.faces)} triangles, closed: {closed}")
-    print(f"{'format':8}{'MB':>9}{'s':>9}{'raw s':>9}{'library s':>11}{'x raw':>8}{'x library':>11}")
+def tables(quick: bool) -> list[Table]:
+    """A row a format."""
+    mesh = ring(200_000 if quick else 2_000_000)
+    assert mesh.watertight  # every caller has asked this before
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         for extension, form in formats().items():
             if form.takes != "bodies":
                 continue
             path, other = Path(folder, f"cam{extension}"), Path(folder, f"other{extension}")
-            own = best(partial(form.write, path, as_bodies(mesh)))
+            own, _ = best(partial(form.write, path, as_bodies(mesh)), 2)
             data = path.read_bytes()
-            raw = best(partial(synced, other, partial(other.write_bytes, data)))
-            library = best(partial(synced, other, generic(mesh, other)))
-            size = len(data) / 1e6
-            ratios = f"{own / raw:8.1f}{library / own:11.1f}"
-            print(f"{extension:8}{size:9.1f}{own:9.3f}{raw:9.3f}{library:11.3f}{ratios}")
+            raw, _ = best(partial(synced, other, partial(other.write_bytes, data)), 2)
+            try:
+                library = best(partial(synced, other, generic(mesh, other)), 2)[0]
+            except (ValueError, KeyError):
+                library = None
+            rows.append({
+                "format": extension, "mb": short(len(data) / 1e6), "time_s": short(own), "raw_write_s": short(raw),
+                "library_s": short(library) if library else "no writer", "times_raw_write": short(own / raw, 3),
+                "times_faster_than_library": short(library / own, 3) if library else "",
+            })
+    return [Table("export", f"Writing {len(mesh.faces):,} triangles".replace(",", " "), rows)]
 
 
 if __name__ == "__main__":
-    main()
+    run(tables, __doc__)
