@@ -87,6 +87,12 @@ class Output(Section):
     cutter_diameter: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
         None, description="mm, round cutter or grinding wheel whose centre's path planar drawings show"
     )
+    table_points: Annotated[int, Field(ge=3, le=100_000)] | None = Field(
+        None, description="points of the electronic cam, evenly spaced with both ends; default 361"
+    )
+    table_tolerance: Annotated[float, Field(ge=1e-9, le=10.0)] | None = Field(
+        None, description="mm (deg), error of the electronic cam between its points; chooses their number and places"
+    )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
     )
