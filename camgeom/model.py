@@ -71,6 +71,24 @@ class Model:
         return tuple(self.cam.tracks(self.setup))
 
     @fact
+    def passages(self) -> tuple[Track, ...]:
+        """Every roller over all the cam angles at which it is beside the cam, also where it touches nothing."""
+        passages = getattr(self.cam, "passages", None)
+        return tuple(passages(self.setup)) if passages else self.tracks
+
+    @fact
+    def drive_angle(self) -> tuple[float, float] | None:
+        """Largest pressure angle (rad) of the best placed roller, and its cam angle, of cams whose rollers take turns.
+
+        None for others, where every roller has to be driven all the way.
+        """
+        if not getattr(self.cam, "SHARED_DRIVE", False):
+            return None
+        from camgeom.turret_ribs import largest_drive_angle
+
+        return largest_drive_angle(self.tracks, self.cam.inside)
+
+    @fact
     def cutters(self) -> tuple[Track, ...]:
         """The tracks with the tool that cuts them (clearance, groove depth)."""
         cutters = getattr(self.cam, "cutters", None)
@@ -147,7 +165,7 @@ class Model:
         """The same with rollers larger by `grow` mm (normal)."""
         from camgeom.clearance import least_clearance
 
-        return tuple(least_clearance(track, *self._surface_points, grow) for track in self.tracks)
+        return tuple(least_clearance(track, *self._surface_points, grow) for track in self.passages)
 
     @property
     def _surface_points(self) -> tuple[Floats, Floats]:

@@ -47,20 +47,30 @@ def _stroke(model: Model) -> float:
 def flank_data(model: Model) -> dict[str, Any]:
     """Extremes over all tracks and flanks."""
     surveys = model.flanks
-    angle = max((s.pressure_angle for s in surveys), key=lambda e: e.value)
-    axis = max((s.axis_pressure_angle for s in surveys), key=lambda e: e.value)
     sharp = max((s.largest_relative_curvature for s in surveys), key=lambda e: e.value)
     margin = min((s.margin for s in surveys), key=lambda e: e.value)
     return {
-        "max_pressure_angle_deg": degrees(angle.value),
-        "max_pressure_angle_at_deg": degrees(angle.cam_angle) % 360.0,
-        "max_pressure_angle_delta_mm": angle.delta,
-        "max_axis_pressure_angle_deg": degrees(axis.value),
+        **_angles(model),
         "min_relative_radius_mm": 1.0 / sharp.value if sharp.value > 0.0 else 0.0,
         "min_relative_radius_at_deg": degrees(sharp.cam_angle) % 360.0,
         "undercut_margin": margin.value,
         "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,
         **_quoted(model),
+    }
+
+
+def _angles(model: Model) -> dict[str, Any]:
+    """Largest pressure angles; where rollers take turns, of the best placed one."""
+    if model.drive_angle is not None:
+        value, at = model.drive_angle
+        return {"max_pressure_angle_deg": degrees(value), "max_pressure_angle_at_deg": degrees(at) % 360.0}
+    angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
+    axis = max((s.axis_pressure_angle for s in model.flanks), key=lambda e: e.value)
+    return {
+        "max_pressure_angle_deg": degrees(angle.value),
+        "max_pressure_angle_at_deg": degrees(angle.cam_angle) % 360.0,
+        "max_pressure_angle_delta_mm": angle.delta,
+        "max_axis_pressure_angle_deg": degrees(axis.value),
     }
 
 

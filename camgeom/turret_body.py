@@ -39,6 +39,10 @@ class TurretBody:
 
     def solid(self, tolerance: float) -> Solid:
         """Disc, studs and rollers united. Raises GeometryEngineError where the engine refuses."""
+        return Solid(self.name, unite(self.bodies(tolerance)), tolerance, "boolean", 0)
+
+    def bodies(self, tolerance: float) -> list[Mesh]:
+        """The disc and the rollers with their studs, in the cam frame."""
         joint = self.track.joint
         assert isinstance(joint, Swing)
         disc = Blank(((self.radius, self.low), (self.radius, self.high)), None, (None,), ("body",)).mesh(tolerance)
@@ -50,7 +54,7 @@ class TurretBody:
             one = replace(self.track, shift=self.track.shift + k * TURN / self.rollers)
             pose = one.pose(np.array([self.cam_angle]), 0)
             bodies.append(_moved(roller, pose.a[0][:, 0], pose.u[0][:, 0]))
-        return Solid(self.name, unite(bodies), tolerance, "boolean", 0)
+        return bodies
 
     def _roller(self) -> Blank:
         """A roller with its stud as a body of revolution about its own axis, z = delta."""
@@ -66,6 +70,26 @@ class TurretBody:
         if track.tip_sign < 0.0:
             outline = outline[::-1]
         return Blank(tuple(outline), None, (None,) * (len(outline) - 1), ("roller",) * (len(outline) - 1))
+
+
+@dataclass(frozen=True, eq=False)
+class StackedTurret:
+    """Rings of rollers on dials of one turret shaft.
+
+    shaft      its radius, mm; low, high: its ends along the turret axis from the joint's centre, mm
+    """
+
+    rings: tuple[TurretBody, ...]
+    shaft: float
+    low: float
+    high: float
+
+    def solid(self, tolerance: float) -> Solid:
+        """Everything united. Raises GeometryEngineError where the engine refuses."""
+        first = self.rings[0]
+        shaft = replace(first, rollers=0, radius=self.shaft, low=self.low, high=self.high)
+        bodies = [body for ring in (shaft, *self.rings) for body in ring.bodies(tolerance)]
+        return Solid(first.name, unite(bodies), tolerance, "boolean", 0)
 
 
 def _turned(vector: Floats, turn: complex) -> Floats:

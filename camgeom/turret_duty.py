@@ -149,13 +149,17 @@ class TurretDuty:
         return turns * advance / TURN if advance else turns
 
     def _passage(self, weight: Floats) -> Floats:
-        """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each track, mm."""
+        """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each roller's path, mm.
+
+        Tracks of one name are walls that one roller meets.
+        """
         where = self.force.panels
         rate = self.engagement.path_rate
         scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
         shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
         whole = where.integral(shaped)
-        rows = [[p for p, (t, _) in enumerate(self.engagement.places) if t == i] for i in range(len(self.tracks))]
+        names = [self.tracks[t].name for t, _ in self.engagement.places]
+        rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
         return np.stack([whole[r].sum(axis=0) for r in rows])
 
     @cached_property

@@ -70,6 +70,7 @@ class Engagement:
             "on": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
             "rate": np.zeros((n, k)),
+            "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
         for place, (index, turn) in enumerate(self.places):
             track = self.tracks[index]
@@ -88,6 +89,7 @@ class Engagement:
             out["curvature"][way, rows, place] = flank.k_rel
             out["on"][way, rows, place] = self.inside(flank.x)
             out["normal"][way, rows, place] = flank.normals
+            out["angle"][way, rows, place] = flank.pressure_angle("axis")
         pose, middle = flank.pose, float(track.meridian.jet(self.stations)[0].mean())
         v, u = pose.a[1] + middle * pose.u[1], pose.u[0]
         across = v - dot(v, u) * u
@@ -114,6 +116,12 @@ class Engagement:
         return self._walls["normal"]
 
     @property
+    def drive_angle(self) -> Floats:
+        """Pressure angle at the axis of the best placed roller of each direction, at its worst slice, rad, (2, n)."""
+        angle = np.where(self.on, self._walls["angle"], 0.0).max(axis=3)
+        return np.asarray(np.where(self.on.any(axis=3), angle, 0.5 * np.pi).min(axis=2, initial=0.5 * np.pi))
+
+    @property
     def path_rate(self) -> Floats:
         """Path of the roller's middle across its axis relative to the cam, mm/rad, (n, k); 0 away from the cam."""
         return self._walls["rate"]
@@ -127,6 +135,20 @@ class Engagement:
     def count(self) -> npt.NDArray[np.intp]:
         """Number of rollers that touch a wall of each direction with any slice, (2, n)."""
         return np.asarray(self.on.any(axis=3).sum(axis=2))
+
+
+def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> tuple[float, float]:
+    """Largest pressure angle at which the best placed roller has to drive or to hold, and its cam angle, rad."""
+    theta, step = np.linspace(0.0, TURN, samples), TURN / (samples - 1)
+    value, at = 0.0, 0.0
+    for _ in range(4):
+        angle = Engagement(tracks, inside, theta).drive_angle.max(axis=0)
+        i = int(np.argmax(angle))
+        if angle[i] >= value:
+            value, at = float(angle[i]), float(theta[i])
+        theta = np.linspace(max(0.0, at - step), min(TURN, at + step), 33)
+        step /= 16.0
+    return value, at
 
 
 @dataclass(frozen=True)

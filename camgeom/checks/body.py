@@ -43,7 +43,7 @@ def interference(model: Model) -> Iterable[Finding]:
     """Least distance between roller and final mesh over the whole turn; negative is penetration."""
     intended = getattr(model.cam, "allowed_interference", None)
     limit = model.profile.limits.clearance_mm - (intended(model.setup) if intended else 0.0)
-    for track, found in zip(model.tracks, model.clearances):
+    for track, found in zip(model.passages, model.clearances):
         passed = found.value >= limit - CONTACT_SLACK
         advice = "" if passed else "the roller cuts into the cam away from its contact: check undercut and clearances"
         angle = degrees(found.cam_angle) % 360.0

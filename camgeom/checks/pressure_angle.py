@@ -21,6 +21,12 @@ def pressure_angle(model: Model) -> Iterable[Finding]:
     assert limit is not None
     if model.planar is None and not model.tracks:
         return
+    if model.drive_angle is not None:
+        value, at = model.drive_angle
+        passed, where = degrees(value) <= limit, "best placed roller that carries"
+        advice = "" if passed else ADVICE
+        yield Finding("pressure-angle", degrees(value), limit, "deg", passed, degrees(at), advice, where)
+        return
     if model.planar is not None:
         found = model.planar.pressure_angle
         angle = degrees(found.cam_angle) % 360.0

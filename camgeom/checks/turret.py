@@ -41,7 +41,8 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
 
     limit = model.profile.limits.min_wall_mm
     pitch = 2.0 * np.pi / model.setup.follower.count  # type: ignore[union-attr]
-    for name, delta in model.cam.rib_depths(model.setup):
+    depths = getattr(model.cam, "rib_depths", None)
+    for name, delta in depths(model.setup) if depths else ():
         ribs = [rib_thickness(track, pitch, model.cam.inside, delta) for track in model.cutters]
         found: list[Rib] = [rib for rib in ribs if rib is not None]
         if not found:

@@ -57,6 +57,9 @@ def _coarse(model: Model, i: int) -> Mesh:
 
 def roller_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
     """Every roller at joint coordinate zero in the machine frame, with the track that moves it."""
+    rings = getattr(model.cam, "rollers", None)
+    if rings is not None:
+        return tuple((f"roller {track.name}", roller_mesh(track), track) for track in rings(model.setup))
     found = [(f"roller {track.name}", roller_mesh(track), track) for track in model.tracks]
     follower = model.setup.follower
     if isinstance(follower, TurretFollower) and model.tracks:
@@ -129,6 +132,9 @@ def carrier_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
         joint = track.joint
         if not isinstance(joint, Swing):
             continue
+        dials = getattr(model.cam, "dials", None)
+        if dials is not None:
+            return tuple(("turret", _dial(joint, *dial), track) for dial in dials(model.setup))
         if isinstance(follower, TurretFollower):
             return (("turret", _hub(track, joint), track),)
         if isinstance(follower, SwingingFollower) and track.shift not in seen:
@@ -156,6 +162,12 @@ def _hub(track: Track, joint: Swing) -> Mesh:
     height = (_back(track) - centre) @ axis
     outer, half = 0.97 * float(np.linalg.norm(arm)), 0.75 * _radius(track)
     return turned(np.array([[height - half, outer], [height + half, outer]]), centre, axis)
+
+
+def _dial(joint: Swing, radius: float, low: float, high: float) -> Mesh:
+    """A disc about a turret axis along Z, between two heights z."""
+    profile = np.array([[low, radius], [high, radius]])
+    return turned(profile, np.array(joint.centre), np.array([0.0, 0.0, 1.0]))
 
 
 def _arm(track: Track, joint: Swing) -> Mesh:
