@@ -32,7 +32,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.profile import read
 
     tolerance = _tolerance(arguments.tolerance)
-    products, checks = chosen(arguments.command, names(arguments.only, "--only"))
+    only = names(arguments.only, "--only")
+    sections = _sections(only) if arguments.command == "report" and only else None
+    products, checks = (_shown(sections), None) if sections else chosen(arguments.command, only)
     refuse_nameless(arguments.out)
     profile = read(arguments.profile)
     formats = _formats(arguments, profile.output.formats, arguments.profile) if "exports" in products else ()
@@ -47,7 +49,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if PICTURES in formats and not result.refused:
         files += _pictures(model, folder, console)
     if "report" in products:
-        files.append(_report(model, folder))
+        files.append(_report(model, folder, sections, result if "checks" in products else None))
     result.data["files"] = [str(file) for file in files]
     result = with_costs(result, model)
     if arguments.explain:
@@ -56,7 +58,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if writes:
         files.append(write_result(result, folder))
     console.progress("")
-    _show(result, arguments, console, files)
+    _print(result, arguments, console, files)
     return 0 if result.passed else 1
 
 
@@ -69,7 +71,7 @@ def finite(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def _show(result: Result, arguments: argparse.Namespace, console: Console, files: list[Path]) -> None:
+def _print(result: Result, arguments: argparse.Namespace, console: Console, files: list[Path]) -> None:
     if arguments.json:
         console.out(json.dumps(result.data, indent=2, allow_nan=False))
         return
@@ -209,8 +211,20 @@ def _pictures(model: Model, folder: Path, console: Console) -> list[Path]:
         return []
 
 
-def _report(model: Model, folder: Path) -> Path:
-    """Write the report page."""
+def _sections(only: tuple[str, ...]) -> tuple[str, ...]:
+    """The sections of a report that holds nothing else. Raises ProfileError for an unknown one."""
+    from camgeom.report.sections import chosen
+
+    return chosen(only)
+
+
+def _shown(sections: tuple[str, ...]) -> tuple[str, ...]:
+    """Products of a report of some sections: the page computes what it shows, and only the checks are judged too."""
+    return ("checks", "report") if "checks" in sections else ("report",)
+
+
+def _report(model: Model, folder: Path, sections: tuple[str, ...] | None, judged: Result | None) -> Path:
+    """Write the report page, of all sections or some, with the findings where they are known."""
     from camgeom.report.sections import write_report
 
-    return write_report(model, folder / "report.html")
+    return write_report(model, folder / "report.html", sections, judged.findings if judged else None)

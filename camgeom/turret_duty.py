@@ -186,14 +186,21 @@ class TurretDuty:
         return float(self.tracks[0].meridian.jet(self.engagement.stations)[3][len(self.engagement.stations) // 2])
 
     @cached_property
-    def roller_life(self) -> float:
-        """Fatigue life of the roller surface, h: Miner's sum of a passage, shared by all points round the roller.
+    def slice_life(self) -> Floats:
+        """Fatigue life of the roller surface at every slice, h, (m,), of the hardest used roller.
 
-        A roller comes to each passage at another angle of its own, so that its points take turns.
+        Miner's sum of a passage, shared by all points round the roller: it comes to each passage at another angle of
+        its own, so that its points take turns.
         """
         limit, m = self.roller.contact_limit, self.roller
-        damage = self._passage((self.pressure / limit) ** m.exponent).max() / (TURN * self._radius * m.contact_cycles)
-        return float(1.0 / (damage * self.passes_per_hour)) if damage > 0.0 else float("inf")
+        damage = self._passage((self.pressure / limit) ** m.exponent).max(axis=0)
+        damage = damage / (TURN * self._radius * m.contact_cycles) * self.passes_per_hour
+        return np.where(damage > 0.0, 1.0 / np.where(damage > 0.0, damage, 1.0), np.inf)
+
+    @property
+    def roller_life(self) -> float:
+        """Fatigue life of the roller surface, h: of its hardest pressed slice."""
+        return float(self.slice_life.min())
 
     @cached_property
     def cam_life(self) -> float:

@@ -1,5 +1,5 @@
 // Photographs a report in a real browser, and measures what a person would complain about.
-//   cd scripts/viewer && npm ci && node ../screenshots.mjs REPORT.html OUTPUT_DIRECTORY
+//   cd scripts/viewer && npm ci && node ../screenshots.mjs REPORT.html OUTPUT_DIRECTORY [SCREEN,...]
 // Desktop and phone, light and dark, every section; the 3D view turned, cut, recoloured and running; the printed PDF.
 // Exit status 1 where a label leaves its plot, two labels overlap, the page is wider than the screen, or the console complains.
 import { createRequire } from "node:module";
@@ -9,8 +9,9 @@ import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 
 const { chromium } = createRequire(new URL("./viewer/package.json", import.meta.url))("playwright-core");
-const [report, out] = process.argv.slice(2).map((p) => resolve(p));
-if (!report || !out) throw new Error("usage: screenshots.mjs REPORT.html OUTPUT_DIRECTORY");
+const [report, out] = process.argv.slice(2, 4).map((p) => resolve(p));
+if (!report || !out) throw new Error("usage: screenshots.mjs REPORT.html OUTPUT_DIRECTORY [SCREEN,...]");
+const wanted = process.argv[4]?.split(",");
 mkdirSync(out, { recursive: true });
 const complaints = [];
 
@@ -25,7 +26,7 @@ const SCREENS = [
   { name: "greyscale", width: 1280, height: 900, scheme: "light", grey: true },
 ];
 
-for (const screen of SCREENS) {
+for (const screen of SCREENS.filter(({ name }) => !wanted || wanted.includes(name))) {
   const context = await chromium.launchPersistentContext(mkdtempSync(join(tmpdir(), "camgeom-")), {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     headless: true,

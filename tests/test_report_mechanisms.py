@@ -10,8 +10,7 @@ import pytest
 from camgeom.dynamics.impact_reference import b1_problem
 from camgeom.dynamics.impact_run import solve
 from camgeom.dynamics.indexing import IndexingDrive
-from camgeom.dynamics.indexing_response import steady_state
-from camgeom.dynamics.indexing_sweep import sweep
+from camgeom.dynamics.indexing_study import IndexingStudy
 from camgeom.model import Model
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
@@ -130,8 +129,9 @@ def test_indexing_drive_is_shown_with_its_own_numbers() -> None:
     )  # fmt: skip
     move = Segment(radians(300.0), radians(45.0), "modified-sine")
     program = Program.from_segments([move, Segment(2.0 * pi)], closed=False, angular=True)
-    response = steady_state(drive, program, 800.0 * pi / 30.0)
-    blocks = indexing(drive, program, response, sweep(drive, program, np.array([400.0, 800.0, 1200.0]) * pi / 30.0))
+    speeds = np.array([400.0, 800.0, 1200.0]) * pi / 30.0
+    study = IndexingStudy(drive, program, speeds[1], sweep_speeds=speeds)
+    response, blocks = study.steady, indexing(study, program)
     for block in blocks:
         if isinstance(block, Chart):
             _readable(block)

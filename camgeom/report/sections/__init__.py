@@ -81,9 +81,12 @@ def chosen(only: Collection[str] | None) -> tuple[str, ...]:
     known = tuple(entry.key for entry in SECTIONS)
     if only is None:
         return known
-    for name in only:
-        if name not in known:
-            raise ProfileError([Problem("--only", "unknown report section", name, ", ".join(known))])
+    strange = [name for name in only if name not in known]
+    if strange:
+        from camgeom.spelling import did_you_mean
+
+        text = "unknown report section"
+        raise ProfileError([Problem("--only", text, n, ", ".join(known), did_you_mean(n, known)) for n in strange])
     return tuple(key for key in known if key in only)
 
 

@@ -8,83 +8,71 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
+from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Map, Mark, Panel, Series, Table, Text
 from camgeom.report.numerals import number
+from camgeom.report.sections.lines import extremes, mark, over_turn, pressure_limit
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
     from camgeom.duty import Duty
+    from camgeom.mechanics.panels import Panels
     from camgeom.model import Model
-
-
-PER_PANEL, HAIR = 25, 1e-9
 
 
 def contact(model: Model) -> tuple[Block, ...]:
     """Lines over the turn, the map over turn and roller, and the hardest contact in numbers."""
+    if model.turret_loaded:
+        from camgeom.report.sections.turret import contact as shared
+
+        return shared(model)
+    if model.driven:
+        from camgeom.report.sections.planes import contact as touching
+
+        return touching(model)
     if not model.loaded:
         return ()
+    return track_contact(model)
+
+
+def track_contact(model: Model) -> tuple[Block, ...]:
+    """The contact of a roller in its groove, on its rib."""
     if not bool(np.all(model.duty.contact.sound)):
         return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
     return lines(model), pressure_map(model), hardest(model), reversals(model.duty)
 
 
-def over_turn(duty: Duty, values: Floats) -> tuple[Floats, Floats]:
-    """Cam angles (k,), degrees, and a panel quantity (p, n) there, with both limits at every panel edge."""
-    panels = duty.force.panels
-    share = np.linspace(HAIR, 1.0 - HAIR, PER_PANEL)
-    at = panels.edges[:-1, None] + np.diff(panels.edges)[:, None] * share
-    return np.degrees(at).ravel(), np.asarray(panels.at(values, at.ravel()))
-
-
 def lines(model: Model) -> Chart:
     """Force, pressure on both walls and torque along the turn."""
     duty = model.duty
-    angle, force = over_turn(duty, duty.normal)
+    panels = duty.force.panels
+    angle, force = over_turn(panels, duty.normal)
     walls = []
     for name, square in (("wall behind", duty.contact.behind), ("wall ahead", duty.contact.ahead)):
-        x, y = over_turn(duty, square)
+        x, y = over_turn(panels, square)
         if np.any(y > 0.0):
             walls.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
     peak = duty.contact.peak()
-    material = model.profile.material
-    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
     top = float(peak.pressure)
-    panels = [
-        Panel(
-            Axis("Normal force", "N", zero=True), (Series("force", angle, force),), marks=_extremes(duty, duty.normal)
-        ),
-        Panel(
-            Axis("Contact pressure", "MPa", zero=True),
-            tuple(walls),
-            limits=(Limit(limit, f"limit {number(limit)} MPa"),) if top > 0.5 * limit else (),
-            marks=(Mark(degrees(float(peak.theta)), top, f"{number(top)} at {number(degrees(float(peak.theta)))}°"),),
-        ),
-    ]
-    x, torque = over_turn(duty, duty.torque * 1e-3)
-    panels.append(
-        Panel(
-            Axis("Drive torque", "N m", zero=True),
-            (Series("torque", x, torque),),
-            marks=_extremes(duty, duty.torque, 1e-3),
-        )
-    )
-    kept = tuple(panel for panel in panels if panel.series)
+    shown = [
+        Panel(Axis("Normal force", "N", zero=True), (Series("force", angle, force),),
+              marks=extremes(panels, duty.normal)),
+        Panel(Axis("Contact pressure", "MPa", zero=True), tuple(walls), limits=pressure_limit(model, top),
+              marks=(mark(degrees(float(peak.theta)), top),)),
+        torque(panels, duty.torque),
+    ]  # fmt: skip
+    kept = tuple(panel for panel in shown if panel.series)
     caption = (
         "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
     )
     return Chart(caption, CAM_ANGLE, kept, zones(model.setup.program))
 
 
-def _extremes(duty: Duty, values: Floats, factor: float = 1.0) -> tuple[Mark, ...]:
-    """The refined largest and smallest value of a panel quantity, where they are not zero."""
-    marks = []
-    for sign in (1.0, -1.0):
-        peak, at = duty.peak_of(sign * values)
-        value, angle = sign * factor * peak, degrees(at)
-        if sign * value > 1e-9:
-            marks.append(Mark(angle, value, f"{number(value)} at {number(angle)}°"))
-    return tuple(marks)
+def torque(panels: Panels, values: Floats) -> Panel:
+    """Torque of the camshaft, N mm on panels, over the turn."""
+    x, y = over_turn(panels, values * 1e-3)
+    return Panel(
+        Axis("Drive torque", "N m", zero=True), (Series("torque", x, y),), marks=extremes(panels, values, 1e-3)
+    )
 
 
 def pressure_map(model: Model) -> Map:
@@ -101,8 +89,10 @@ def pressure_map(model: Model) -> Map:
     blank = np.where(values > 1e-3 * top, values, np.nan)
     marks = (Mark(at, float(stations[worst]), f"{number(top)} MPa"),)
     along = Axis("Along the roller axis", "mm")
+    which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
+    caption = f"Contact pressure over the turn and along the roller{which}"
     return Map(
-        "Contact pressure over the turn and along the roller", CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
+        caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
         angle, stations, blank, marks=marks,
     )  # fmt: skip
 
@@ -137,7 +127,8 @@ def hardest(model: Model) -> Table:
         ),
     ]
     columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
-    return Table("Contact and drive", columns, tuple(rows))
+    name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
+    return Table(name, columns, tuple(rows))
 
 
 def _unless_rounding(value: float, scale: float) -> float:

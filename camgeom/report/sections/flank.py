@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.flank import Flank
-from camgeom.maths.extremum import piece_grid
 from camgeom.maths.mesh import Floats
 from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
 from camgeom.report.numerals import number
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.survey import Extreme, Survey
 
-STEEPEST = 1e4
-"""1/mm; a sharper outline has a corner, not a curvature"""
 ACROSS, ALONG = 361, 21
 """cells of a map"""
 
@@ -28,7 +25,7 @@ ACROSS, ALONG = 361, 21
 def flank(model: Model) -> tuple[Block, ...]:
     """Extremes of every track, lines at three stations, and maps of the first track."""
     if not model.flanks:
-        return outlines(model)
+        return _planar(model)
     first = model.flanks[0]
     folded = [survey for survey in model.flanks if survey.margin.value <= 0.0]
     if folded:
@@ -37,25 +34,26 @@ def flank(model: Model) -> tuple[Block, ...]:
     if len(model.flanks) > 1:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
         blocks.insert(1, Text((same,)))
-    return (*blocks, *maps(first))
+    return (*blocks, *maps(first), *_profile(model))
 
 
-def outlines(model: Model) -> tuple[Block, ...]:
-    """Curvature of the plane outlines of a cam without rollers."""
-    curves = getattr(model.cam, "outlines", None)
-    if curves is None:
+def _profile(model: Model) -> tuple[Block, ...]:
+    """The profile of a planar cam with rollers, and the residual of a pair."""
+    if model.planar is None:
         return ()
-    panels = []
-    for name, outline in curves(model.setup).items():
-        phi, _ = piece_grid(np.asarray(outline.knots()), 720)
-        bend = outline.curve(phi).curvature
-        if np.abs(bend).max() < STEEPEST:
-            panels.append(Panel(Axis(f"Curvature, {name}", "1/mm", zero=True), (Series(name, np.degrees(phi), bend),)))
-    text = "The follower touches the cam without a roller: curvature is that of the outline, convex positive."
-    if not panels:
-        return (Text(("The outline has a corner or a cusp, so its curvature has no bound: see the checks.",)),)
-    caption = "Curvature of the outline where the follower touches it"
-    return Text((text,)), Chart(caption, CAM_ANGLE, tuple(panels), zones(model.setup.program))
+    from camgeom.report.sections.planes import extreme_table, residual
+
+    found = residual(model.pair) if model.pair is not None else ()
+    return (extreme_table(model.planar), *found)
+
+
+def _planar(model: Model) -> tuple[Block, ...]:
+    """A cam whose follower has no roller, and what any planar cam adds."""
+    if model.planar is None:
+        return ()
+    from camgeom.report.sections.planes import shapes
+
+    return shapes(model, model.planar)
 
 
 def _folded(model: Model, folded: list[Survey]) -> tuple[Block, ...]:

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from camgeom.errors import ProfileError
 from camgeom.maths.mesh import Floats
 from camgeom.report.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
 from camgeom.report.numerals import number
 
 if TYPE_CHECKING:
-    from camgeom.dynamics.indexing import IndexingDrive
     from camgeom.dynamics.indexing_modes import Mode, Modes
     from camgeom.dynamics.indexing_response import Response
+    from camgeom.dynamics.indexing_study import IndexingStudy
     from camgeom.dynamics.indexing_sweep import Sweep
     from camgeom.motion.program import Program
 
@@ -25,16 +26,15 @@ HIGH = 3.0
 RAD = 30.0 / pi
 
 
-def indexing(drive: IndexingDrive, program: Program, response: Response, sweep: Sweep | None) -> tuple[Block, ...]:
-    """All about an indexing drive at the first speed of its periodic response; the sweep where there is one."""
-    from camgeom.dynamics.indexing_modes import natural_modes
-
-    found = natural_modes(drive, program)
-    speed = float(response.speed[0]) * RAD
+def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
+    """All about an indexing drive at its working speed; the sweep where one was asked for."""
+    found, response, speed = study.modes, study.steady, study.speed * RAD
     blocks: list[Block] = [frequencies(found), campbell_chart(found, speed), over_turn(response)]
-    if sweep is not None:
-        blocks.append(over_speeds(sweep, speed))
-    return (*blocks, modes_table(found, speed), peaks(response))
+    left = in_dwell(study)
+    blocks += [left] if left is not None else []
+    if study.sweep_speeds is not None:
+        blocks.append(over_speeds(study.sweep, speed))
+    return (*blocks, modes_table(found, speed), figures(study), peaks(response))
 
 
 def _low(found: Modes) -> list[Mode]:
@@ -45,15 +45,25 @@ def _low(found: Modes) -> list[Mode]:
 
 
 def frequencies(found: Modes) -> Chart:
-    """Natural frequencies over the cam angle, the lowest modes."""
+    """Natural frequencies over the cam angle, the lowest modes; those that agree all round share a line."""
     angle = np.degrees(found.theta)
-    series, marks = [], []
-    for k, mode in enumerate(_low(found), start=1):
+    together: list[tuple[list[str], Floats]] = []
+    for mode in _low(found):
         hertz = mode.frequency_hz()
-        series.append(Series(f"f{_below(k)} {mode.label}", angle, hertz))
-        i = int(hertz.argmin()) if k == 1 else int(hertz.argmax())
+        same = next((names for names, line in together if np.allclose(line, hertz, rtol=1e-3)), None)
+        if same is None:
+            together.append(([mode.label], hertz))
+        else:
+            same.append(mode.label)
+    together.sort(key=lambda item: float(item[1].min()))
+    series, marks = [], []
+    for k, (names, hertz) in enumerate(together, start=1):
+        series.append(Series(f"f{_below(k)} {', '.join(dict.fromkeys(names))}", angle, hertz))
+        low, high = float(hertz.min()), float(hertz.max())
+        flat = high - low < 1e-3 * high
+        i = len(angle) * k // (len(together) + 1) if flat else int(hertz.argmin() if k == 1 else hertz.argmax())
         marks.append(Mark(float(angle[i]), float(hertz[i]), f"{number(float(hertz[i]))} Hz"))
-    panel = Panel(Axis("Natural frequency", "Hz"), tuple(series), marks=tuple(marks))
+    panel = Panel(Axis("Natural frequency", "Hz"), tuple(series), marks=tuple(marks), height=1.3)
     return Chart("Natural frequencies of the drive held at each cam angle", CAM_ANGLE, (panel,))
 
 
@@ -124,6 +134,53 @@ def over_turn(response: Response) -> Chart:
         panels.append(Panel(axis, (Series(axis.label, angle, factor * response.at(theta, name)[0]),)))
     caption = f"Periodic response over one turn at {number(omega * RAD)} r/min"
     return Chart(caption, CAM_ANGLE, tuple(panels))
+
+
+def in_dwell(study: IndexingStudy) -> Chart | None:
+    """Deviation of the load in the longest dwell against the band it has to settle in; None without a dwell."""
+    try:
+        left = study.residual
+    except ProfileError:
+        return None
+    response = study.steady
+    offset = float(response.solution.theta[-1] - response.solution.grid.theta[-1])
+    theta = offset + np.linspace(left.begin_rad, left.end_rad, 1201)[:-1]
+    time = 1e3 * (theta - theta[0]) / study.speed
+    deviation = 1e3 * response.at(theta, "load_deviation")[0]
+    top = float(np.abs(deviation).max())
+    band = 1e3 * study.band
+    limits = (Limit(band, f"band ±{number(band)} mrad"), Limit(-band, "")) if 0.02 * top < band < 3.0 * top else ()
+    panel = Panel(Axis("Load deviation", "mrad"), (Series("deviation", time, deviation),), limits=limits)
+    return Chart("The load in its longest dwell", Axis("Time from the start of the dwell", "ms"), (panel,))
+
+
+def figures(study: IndexingStudy) -> Table:
+    """Critical speed and class, what is left in the dwell, and mean powers."""
+    rows: list[tuple[Cell, ...]] = [
+        ("First critical speed", study.classes.first_critical_rpm, "r/min"),
+        ("Low speeds reach up to", study.classes.low_rpm, "r/min"),
+        ("Medium speeds reach up to", study.classes.medium_rpm, "r/min"),
+        ("Class of the working speed", study.classes.of(study.speed * RAD), ""),
+        ("Mean input power", float(study.energy.input[0]), "W"),
+        ("Mean power lost in damping and friction", float(study.energy.dissipated[0]), "W"),
+    ]
+    try:
+        left = study.residual
+    except ProfileError:
+        left = None
+    if left is not None:
+        settled = bool(left.settled[0])
+        rows += [
+            ("Largest load deviation in the dwell", 1e3 * float(left.deviation[0]), "mrad"),
+            ("Largest load acceleration in the dwell", float(left.acceleration[0]), "rad/s²"),
+            (
+                f"Settles within {number(1e3 * study.band)} mrad after",
+                1e3 * float(left.settling_s[0]) if settled else "not within the dwell",
+                "ms" if settled else "",
+            ),
+        ]
+    columns = (Column("Quantity"), Column("Value"), Column("Unit"))
+    return Table(f"The drive at {number(study.speed * RAD)} r/min", columns, tuple(rows))
 
 
 def over_speeds(sweep: Sweep, speed_rpm: float) -> Chart:

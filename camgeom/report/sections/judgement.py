@@ -6,6 +6,8 @@ from collections.abc import Collection, Iterator
 from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from camgeom.report.content import Block, Column, Figure, Finding, Page, Section, Table
 from camgeom.report.numerals import number
 
@@ -133,6 +135,7 @@ def _motion(model: Model) -> Iterator[Figure]:
 
 def _flank(model: Model) -> Iterator[Figure]:
     if not model.flanks:
+        yield from _profile(model)
         return
     angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
     limit = model.profile.limits.pressure_angle_deg
@@ -148,13 +151,63 @@ def _flank(model: Model) -> Iterator[Figure]:
         yield Figure("Smallest relative radius", 1.0 / sharp.value, "mm", note)
 
 
+def _profile(model: Model) -> Iterator[Figure]:
+    """A planar cam whose follower has no roller."""
+    if model.planar is None:
+        return
+    top = model.planar.pressure_angle
+    if degrees(top.value) > PICOMETRE:
+        yield Figure("Largest pressure angle", degrees(top.value), "°", _at(top.cam_angle))
+    convex, hollow = model.planar.radii
+    sharp = min((one for one in (convex, hollow) if one), key=lambda one: one.value, default=None)
+    if sharp is not None:
+        word = "convex" if sharp is convex else "hollow"
+        yield Figure("Smallest profile radius", sharp.value, "mm", f"{word}, {_at(sharp.cam_angle)}")
+
+
+def _at(angle: float) -> str:
+    return f"at {degrees(angle) % 360.0:.1f}°"
+
+
+def _shared(model: Model) -> Iterator[Figure]:
+    """A turret whose rollers share the load."""
+    data = model.turret_duty.contact_data()
+    at = f"at {data['peak_slice_cam_angle_deg'] % 360.0:.1f}°, worst slice"
+    yield Figure("Peak contact pressure", data["peak_slice_pressure_mpa"], "MPa", at)
+    least, most = data["rollers_sharing_least"], data["rollers_sharing_most"]
+    sharing = f"{least} to {most} rollers share" if most > least else f"{most} rollers share"
+    yield Figure("Peak force on a roller", data["peak_force_n"], "N", sharing)
+    torque = f"at {data['peak_torque_at_deg'] % 360.0:.1f}°"
+    yield Figure("Peak camshaft torque", data["peak_torque_n_m"], "N m", torque)
+
+
+def _touched(model: Model) -> Iterator[Figure]:
+    """A planar cam by all that touches it."""
+    drive = model.drive
+    if drive.peak_pressure is not None and not model.loaded:
+        pressure, at, _ = drive.peak_pressure
+        yield Figure("Peak contact pressure", pressure, "MPa", _at(at))
+    force, at = drive.peak_of(np.max(list(drive.normals.values()), axis=0))
+    yield Figure("Peak contact force", force, "N", _at(at))
+    if not drive.form_closed:
+        yield Figure("Least contact force", drive.least[0], "N", f"{_at(drive.least[1])}, must stay above 0")
+    torque, at = drive.peak_of(drive.torque)
+    yield Figure("Peak drive torque", torque * 1e-3, "N m", _at(at))
+
+
 def _contact(model: Model) -> Iterator[Figure]:
+    if model.turret_loaded:
+        yield from _shared(model)
     if not model.loaded:
+        yield from _touched(model) if model.driven else ()
         return
     duty = model.duty
     peak = duty.contact.peak()
     note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"
     yield Figure("Peak contact pressure", float(peak.pressure), "MPa", note)
+    if model.driven:
+        yield from _touched(model)
+        return
     force, at = duty.peak_of(abs(duty.normal))
     yield Figure("Peak contact force", force, "N", f"at {degrees(at):.1f}°")
     torque, at = duty.peak_of(duty.torque)
@@ -167,9 +220,14 @@ def _quoted(model: Model) -> str:
 
 
 def _life(model: Model) -> Iterator[Figure]:
-    if not model.loaded:
+    lives: tuple[tuple[str, object], ...]
+    if model.turret_loaded:
+        lives = (("Roller life", model.turret_duty.roller_life), ("Cam life", model.turret_duty.cam_life))
+    elif model.loaded:
+        lives = (("Roller life", model.duty.roller_life.life_h), ("Cam life", model.duty.cam_life.life_h))
+    else:
         return
-    for name, hours in (("Roller life", model.duty.roller_life.life_h), ("Cam life", model.duty.cam_life.life_h)):
+    for name, hours in lives:
         value = float(hours)
         yield Figure(name, value if isfinite(value) else "unlimited", "h" if isfinite(value) else "", "contact fatigue")
 

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 def life(model: Model) -> tuple[Block, ...]:
     """Hot spot, life along the roller and the table of lives."""
+    if model.turret_loaded:
+        from camgeom.report.sections.turret import life as shared
+
+        return shared(model)
     if not model.loaded:
         return ()
     blocks: list[Block] = []
