@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.products import (
     contact_data,
+    cutter_data,
     dynamics_data,
     fatigue_data,
     flank_data,
@@ -25,10 +26,10 @@ if TYPE_CHECKING:
     from camgeom.checks import Finding
     from camgeom.model import Model
 
-PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "exports", "report")
+PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "exports", "report")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": PRODUCTS,
-    "build": ("motion", "solid", "exports"),
+    "build": ("motion", "solid", "cutter", "exports"),
     "check": ("motion", "flank", "checks"),
     "solve": ("motion", "contact", "fatigue", "dynamics"),
     "report": ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "report"),
@@ -111,6 +112,12 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
         data["contact"] = model.drive.data() | data.get("contact", {}) | model.drive.totals()
     if "dynamics" in wanted and (found_dynamics := dynamics_data(model)):
         data["dynamics"] = found_dynamics
+    if "cutter" in wanted and model.profile.cutter is not None:
+        try:
+            data["cutter"] = cutter_data(model)
+        except DesignError as error:
+            refused = refused or str(error)
+            data["cutter"] = {"refused": str(error)}
     data["files"] = []
     return Result(data, found, refused)
 

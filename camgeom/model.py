@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from camgeom.dynamics.follower_study import FollowerStudy
     from camgeom.dynamics.impact_run import ImpactRun
     from camgeom.dynamics.indexing_study import IndexingStudy
+    from camgeom.machining.outcome import Outcome
+    from camgeom.machining.plan import Machining
     from camgeom.planar import Planar
     from camgeom.planar_force import PlanarDrive
     from camgeom.planar_pair import PairResidual
@@ -284,6 +286,27 @@ class Model:
         from camgeom.vibration import impact_of
 
         return impact_of(self.profile, self.setup, self.tracks) if self.profile.impact_spec is not None else None
+
+    @fact
+    def machining(self) -> Machining:
+        """Cutter data of the profile's [cutter] tool (default: one like the roller).
+
+        Raises DesignError where the cam is undercut or the tool cannot make it, ProfileError where no tool fits.
+        """
+        from camgeom.machining.job import machining_of
+        from camgeom.machining.spec import CutterSpec
+
+        spec = self.profile.cutter_spec or CutterSpec()
+        if not (self.profile.output.undercut_solid and spec.kind == "roller"):
+            self.refuse_folded()
+        return machining_of(self.profile.name, spec, self.cam, self.setup, self.cutters, self.parts)
+
+    @fact
+    def machined(self) -> Outcome:
+        """What that tool leaves of the flanks: stock, gouges, scallops."""
+        from camgeom.machining.outcome import Outcome
+
+        return Outcome(self.machining, getattr(self.cam, "inside", None))
 
     @property
     def classical(self) -> bool:

@@ -184,6 +184,11 @@ def dynamics_data(model: Model) -> dict[str, Any]:
     return data
 
 
+def cutter_data(model: Model) -> dict[str, Any]:
+    """The tool's passes and what they leave. Raises DesignError where the tool cannot make the cam."""
+    return model.machined.data()
+
+
 def conventions(model: Model) -> list[dict[str, Any]]:
     """Peak pressure and roller life under the curvature conventions of the literature, beside the exact surface.
 

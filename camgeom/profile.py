@@ -22,6 +22,7 @@ from camgeom.spec import Section
 if TYPE_CHECKING:
     from camgeom.dynamics.impact_spec import ImpactSpec
     from camgeom.dynamics.spec import DynamicsSpec
+    from camgeom.machining.spec import CutterSpec
 
 
 @final
@@ -41,6 +42,7 @@ class Profile(Section):
     limits: Limits = Field(Limits(), description="what the checks judge against")
     dynamics: SerializeAsAny[Section] | None = Field(None, description="indexing dynamics")
     impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
+    cutter: SerializeAsAny[Section] | None = Field(None, description="the tool that makes the flanks")
     source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
 
     @model_validator(mode="before")
@@ -80,6 +82,15 @@ class Profile(Section):
         from camgeom.dynamics.impact_spec import ImpactSpec
 
         return self.impact if isinstance(self.impact, ImpactSpec) else None
+
+    @property
+    def cutter_spec(self) -> CutterSpec | None:
+        """The [cutter] section with its own type."""
+        if self.cutter is None:
+            return None
+        from camgeom.machining.spec import CutterSpec
+
+        return self.cutter if isinstance(self.cutter, CutterSpec) else None
 
     def setup(self) -> Setup:
         """Follower, roller and the motion program (mm or rad over rad).
@@ -135,7 +146,10 @@ def _cross_checks(profile: Profile) -> list[Problem]:
         return error.problems
     cam: Any = profile.cam
     idle = profile.operation.idle(profile.rotating) if profile.operation is not None else []
-    return [*idle, *cam.problems(setup)]
+    found = [*idle, *cam.problems(setup)]
+    if not found and profile.cutter_spec is not None:
+        found += profile.cutter_spec.problems(cam, setup)
+    return found
 
 
 def _folder_name(file: str) -> str:

@@ -54,6 +54,7 @@ PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Material
 OPTIONAL_SECTIONS = {
     "impact": ("camgeom.dynamics.impact_spec", "ImpactSpec"),
     "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
+    "cutter": ("camgeom.machining.spec", "CutterSpec"),
 }
 """Sections whose module is imported only when a profile has them."""
 

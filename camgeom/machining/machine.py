@@ -1,0 +1,168 @@
+"""Axes of a rotary-table mill: from tool positions in the cam frame to machine coordinates, and back.
+
+The workpiece turns about its own axis by the rotary axis; three linear axes move the tool along the cam's axis
+(`axial`), outwards in the plane through it (`radial`, the spindle's direction where nothing swings) and across that
+plane; a swing axis tilts the tool in one of two planes. Linear coordinates are those of the tool's end in a frame fixed
+to the machine, whose origin is the cam's; with a pivot length, those of the swing axis that far behind the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, radians
+from typing import Literal, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError
+from camgeom.machining.path import Positions
+from camgeom.track import TURN
+
+Floats = npt.NDArray[np.float64]
+
+LETTERS = {
+    "A": ("Z", "Y", "X", "B", "C"),
+    "B": ("Z", "X", "Y", "A", "C"),
+    "C": ("X", "Y", "Z", "B", "A"),
+}
+"""rotary letter: linear letters radial, across, axial; letters of a swing about the across and about the radial axis"""
+ACROSS_SIGN = {"A": -1.0, "B": 1.0, "C": 1.0}
+"""what keeps (X, Y, Z) right-handed with the radial, across and axial directions those of the cam's X, Y and Z"""
+STRAIGHT = 1e-12
+"""a direction component that counts as zero"""
+LEAST_RADIUS = 1e-3
+"""mm; nearer to the cam's axis a rotary axis cannot follow"""
+
+Way = Literal["axis", "polar", "plain", "helix"]
+
+
+@final
+@dataclass(frozen=True)
+class Machine:
+    """The axes of a machine.
+
+    way     axis: the rotary axis brings the tool's axis into the plane of the swing; polar: it brings the tool's end
+            there (tools parallel to the cam's axis); plain: it stands still; helix: it follows the cam angle, and the
+            swing is about the radial axis (a wheel set to the helix angle)
+    swings  True where a swing axis is needed
+    sense   +1 where the cam turns counter-clockwise
+    """
+
+    rotary: str
+    way: Way
+    swings: bool
+    sense: float = 1.0
+    reverse: bool = False
+    pivot: float = 0.0
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """Letters of the coordinates in the order of `solve`."""
+        radial, across, axial, tilt, helix = LETTERS[self.rotary]
+        linear = (radial, across, axial)
+        turning = () if self.way == "plain" else (self.rotary,)
+        return (*linear, *turning, *(((helix if self.way == "helix" else tilt),) if self.swings else ()))
+
+    @property
+    def about(self) -> list[str]:
+        """What the axes are, in words."""
+        radial, across, axial, *_ = LETTERS[self.rotary]
+        lines = [f"{axial} ALONG THE CAM AXIS, {radial} RADIAL, {across} ACROSS; ORIGIN ON THE CAM AXIS AT CAM Z = 0"]
+        if self.way != "plain":
+            way = "CLOCKWISE" if self.reverse else "COUNTER-CLOCKWISE"
+            lines.append(f"{self.rotary} PLUS TURNS THE CAM {way} SEEN FROM ITS +Z END")
+        if self.swings:
+            plane = "RADIAL AXIS" if self.way == "helix" else f"{across} AXIS"
+            where = f"PIVOT {self.pivot:.6g} MM BEHIND THE TOOL END" if self.pivot else "COORDINATES OF THE TOOL END"
+            lines.append(f"{self.letters[-1]} TILTS THE TOOL ABOUT THE {plane}, ZERO: TOOL RADIAL; {where}")
+        return lines
+
+    def solve(self, positions: Positions) -> Floats:
+        """Machine coordinates (k, n) in the order of `letters`: mm, and rad (the rotary axis runs on over turns).
+
+        Raises DesignError where the axes cannot reach a position.
+        """
+        turn = self._turn(positions)
+        tip, axis = _turned(positions.tip, turn), _turned(positions.axis, turn)
+        rows = [self._count * turn] if self.way != "plain" else []
+        if self.swings:
+            tilt = np.unwrap(self._tilt(axis))
+            rows.append(tilt)
+            tip = tip + self.pivot * axis
+        return np.stack([tip[0], ACROSS_SIGN[self.rotary] * tip[1], tip[2], *rows])
+
+    def positions(self, coordinates: Floats) -> tuple[Floats, Floats]:
+        """Tool ends and axes in the cam frame, each (3, n), of machine coordinates (k, n): the way back."""
+        radial, across, axial = coordinates[0], ACROSS_SIGN[self.rotary] * coordinates[1], coordinates[2]
+        n = coordinates.shape[1]
+        turn = np.zeros(n)
+        if self.way != "plain":
+            turn = self._count * coordinates[3]
+        axis = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])
+        if self.way in ("axis", "helix"):
+            tilt = coordinates[4] if self.swings else np.zeros(n)
+            c, s = np.cos(tilt), np.sin(tilt)
+            zero = np.zeros(n)
+            axis = np.stack([zero, c, s]) if self.way == "helix" else np.stack([c, zero, s])
+        tip = np.stack([radial, across, axial]) - (self.pivot if self.swings else 0.0) * axis
+        return _turned(tip, -turn), _turned(axis, -turn)
+
+    @property
+    def _count(self) -> float:
+        """-1 where the rotary axis counts the other way."""
+        return -1.0 if self.reverse else 1.0
+
+    def _turn(self, positions: Positions) -> Floats:
+        """Angle of the cam about its axis, rad, continuous."""
+        phi = self.sense * positions.phi
+        if self.way == "plain":
+            return np.zeros_like(phi)
+        if self.way == "helix":
+            return np.asarray(phi)
+        x, y = (positions.tip if self.way == "polar" else positions.axis)[:2]
+        least = LEAST_RADIUS if self.way == "polar" else STRAIGHT
+        size = np.hypot(x, y)
+        if np.any(size < least):
+            at = degrees(float(positions.phi[int(np.argmin(size))]))
+            raise DesignError(
+                f"the rotary axis cannot follow the tool at cam angle {at:.6g} deg, where it stands on (or points "
+                "along) the cam's axis; use machine = 'plain', or the APT file"
+            )
+        # The rotary axis follows the cam angle but for a slowly changing rest, which has no steps of a turn.
+        rest = np.angle((x + 1j * y) * np.exp(1j * phi))
+        rest = np.unwrap(rest)
+        return np.asarray(phi - rest)
+
+    def _tilt(self, axis: Floats) -> Floats:
+        """Swing angle (rad) of tool axes (3, n) in the machine's frame."""
+        off = axis[0] if self.way == "helix" else axis[1]
+        if np.abs(off).max(initial=0.0) > 1e-9:
+            raise DesignError(
+                f"one swing axis cannot set this tool: its axis leaves the swing's plane by "
+                f"{degrees(float(np.abs(off).max())):.3g} deg; use the APT file"
+            )
+        return np.asarray(np.arctan2(axis[2], axis[1] if self.way == "helix" else axis[0]))
+
+
+def _turned(vectors: Floats, angle: Floats) -> Floats:
+    """Vectors (3, n) turned about Z by angles (n,)."""
+    z = (vectors[0] + 1j * vectors[1]) * np.exp(1j * angle)
+    return np.stack([z.real, z.imag, vectors[2]])
+
+
+def in_degrees(machine: Machine, coordinates: Floats) -> Floats:
+    """The coordinates with degrees in place of radians."""
+    shown = coordinates.copy()
+    shown[3:] = np.degrees(shown[3:])
+    return shown
+
+
+def from_degrees(coordinates: Floats) -> Floats:
+    """The way back of `in_degrees`."""
+    inner = coordinates.copy()
+    inner[3:] *= radians(1.0)
+    return inner
+
+
+__all__ = ["LETTERS", "TURN", "Machine", "Way", "from_degrees", "in_degrees"]

@@ -1,0 +1,190 @@
+"""What one tool makes of a cam's flanks, as numbers: stock left, gouges, the opposite wall, and ways that go wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import degrees
+from typing import Any, final
+
+from camgeom.errors import DesignError
+from camgeom.machining.contour import ContourPath
+from camgeom.machining.path import CentrePath, FlankPath, RowPath, SidePath, ToolPath
+from camgeom.machining.plan import Machining, seconds
+from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
+from camgeom.machining.spec import SAME, is_radial, narrowest
+from camgeom.machining.tool import Tool
+from camgeom.track import Straight, Track
+
+ROWS_LOOKED_AT = 3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The tool's work on a cam; `inside` tells the blank from the air (indexing cams)."""
+
+    machining: Machining
+    inside: Inside | None = None
+
+    @cached_property
+    def fields(self) -> tuple[RestField, ...]:
+        """Stock on every flank after all passes beside it; of a ball after some rows, for gouges. Empty for discs."""
+        found = []
+        for track, tool in zip(self.machining.tracks, self.machining.tools):
+            for side in track.sides:
+                paths = self._beside(track, side) + (self._beside(track, -side) if len(track.sides) > 1 else ())
+                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside))
+        return tuple(found)
+
+    def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
+        """Passes that make one flank: of a ball the lowest, middle and highest row."""
+        found = [p for p in self.machining.paths if getattr(p, "track", None) is track and _makes(p, side)]
+        if len(found) > ROWS_LOOKED_AT and isinstance(found[0], RowPath):
+            return found[0], found[len(found) // 2], found[-1]
+        return tuple(found)
+
+    @property
+    def certain(self) -> bool:
+        """True where the tool cannot gouge: it stays within a cylindrical roller's own body, or round a disc."""
+        machining, spec = self.machining, self.machining.spec
+        if not machining.tracks or spec.kind == "roller":
+            return True
+        cylinders = all(isinstance(t.meridian, Straight) and t.meridian.slope == 0.0 for t in machining.tracks)
+        upright = spec.axis == "roller" and machining.tool.kind != "disc"
+        reach = machining.tool.radius + spec.allowance
+        return cylinders and upright and all(reach <= narrowest(t) + SAME for t in machining.tracks)
+
+    @cached_property
+    def least(self) -> RestExtreme | None:
+        """The smallest stock (negative: the deepest gouge)."""
+        return extreme_of(self.fields, -1.0)
+
+    @cached_property
+    def most(self) -> RestExtreme | None:
+        """The largest stock; of a ball see the rows' scallop."""
+        return extreme_of(self.fields, 1.0)
+
+    @cached_property
+    def opposite(self) -> RestExtreme | None:
+        """Least distance of a tool on one flank from the opposite wall of its groove; None without such a wall."""
+        fields = []
+        for track, tool in zip(self.machining.tracks, self.machining.tools):
+            for side in track.sides:
+                far = [p for p in self._beside(track, -side) if not isinstance(p, CentrePath)]
+                if len(track.sides) > 1 and far:
+                    fields.append(RestField(track, side, tool, tuple(far), self.inside))
+        return extreme_of(fields, -1.0)
+
+    def refuse_gouges(self) -> None:
+        """Raise DesignError where the tool cuts deeper into a finished flank than spec.gouge_limit allows."""
+        if self.certain:
+            return
+        least, limit = self.least, self.machining.spec.gouge_limit
+        if least is not None and least.value < -limit - SAME:
+            far = self.opposite
+            wall = "the opposite wall" if far is not None and far.value <= least.value + SAME else "the flank"
+            raise DesignError(
+                f"the {self.machining.tool.about} cuts {-least.value:.4g} mm into {wall} at cam angle "
+                f"{degrees(least.cam_angle) % 360.0:.6g} deg, {least.delta:.6g} mm along the roller "
+                f"(cutter.gouge_limit {limit:g} mm); {self._advice(wall)}"
+            )
+
+    def _advice(self, wall: str) -> str:
+        spec = self.machining.spec
+        if spec.kind == "wheel":
+            return "use a smaller or narrower wheel" if wall != "the flank" else "use a smaller wheel, or its rim"
+        if spec.axis != "roller":
+            return "use a smaller tool, axis = 'roller', or leave an allowance"
+        return "use a smaller tool, or axis = 'fitted' where the roller is no cylinder"
+
+    def shop_errors(self) -> list[dict[str, Any]]:
+        """What the same tool leaves where it only follows the roller's path, by the ways that shops take.
+
+        centre   the roller's path, once: every wall stands proud by what the tool is smaller
+        shifted  the roller's path moved along the follower's motion: right in dwells, too narrow on slopes
+        radial   along the flank's normal at the middle of the wall, but with the axis through the cam's
+        """
+        machining, spec = self.machining, self.machining.spec
+        if spec.kind not in ("flat", "wheel") or machining.tool.kind == "disc" or not machining.tracks:
+            return []
+        pairs = [(t, tool) for t, tool in zip(machining.tracks, machining.tools) if len(t.sides) > 1]
+        if not pairs or (spec.path == "flank" and all(isinstance(path, CentrePath) for path in machining.paths)):
+            return []
+        found = []
+        for way in ("centre", "shifted", "radial"):
+            if way == "radial" and not all(is_radial(track) for track, _ in pairs):
+                continue
+            fields = [self._shop_field(way, t, side, tool) for t, tool in pairs for side in t.sides]
+            least, most = extreme_of(fields, -1.0), extreme_of(fields, 1.0)
+            if least is not None and most is not None:
+                found.append({"path": way, **least.data("least"), **most.data("most")})
+        return found
+
+    def _shop_field(self, way: str, track: Track, side: float, tool: Tool) -> RestField:
+        reach = tool.radius
+        path: ToolPath = CentrePath(track)
+        if way == "shifted":
+            path = FlankPath(track, side, reach, "shifted")
+        elif way == "radial":
+            path = FlankPath(track, side, reach, "flank", "radial")
+        return RestField(track, side, tool, (path,), self.inside)
+
+    def data(self) -> dict[str, Any]:
+        """As plain data for result.json. Raises DesignError where the tool gouges."""
+        machining, spec = self.machining, self.machining.spec
+        self.refuse_gouges()
+        data: dict[str, Any] = {
+            "tool": machining.tool.about,
+            "tool_diameter_mm": 2.0 * machining.tool.radius,
+            "passes": len(machining.paths),
+            "blocks": {"cl": machining.blocks_about("cam"), "gcode": self._gcode_blocks()},
+            "chord_tolerance_mm": spec.tolerance,
+            **self._times(),
+            "within_roller": self.certain,
+        }
+        if machining.rows:
+            data["rows"] = sum(len(rows.paths) for rows in machining.rows)
+            data["scallop_mm"] = max(rows.scallop for rows in machining.rows)
+            data["foot_left_mm"] = max(rows.foot_left for rows in machining.rows)
+        if not machining.tracks:
+            return data | self._planar()
+        data |= self.least.data("least_rest") if self.least else {}
+        if not machining.rows:
+            data |= self.most.data("most_rest") if self.most else {}
+        if self.opposite is not None:
+            data["opposite_wall_mm"] = self.opposite.value
+        if shop := self.shop_errors():
+            data["shop_errors"] = shop
+        return data
+
+    def _gcode_blocks(self) -> int | None:
+        """Blocks of the G-code; None where the machine's axes cannot hold the tool."""
+        try:
+            return self.machining.blocks_about("machine")
+        except DesignError:
+            return None
+
+    def _times(self) -> dict[str, float]:
+        """Time at the feeds and largest chord error of the CL data: of a ball's many rows scaled from a few passes."""
+        machining = self.machining
+        paths = machining.paths
+        picked = paths if len(paths) <= 2 * ROWS_LOOKED_AT else paths[:: max(1, len(paths) // ROWS_LOOKED_AT)]
+        chosen = replace(machining, paths=tuple(picked))
+        total, error = 0.0, 0.0
+        for made in chosen.passes("cam"):
+            total += sum(float(times.sum()) for times in seconds(made.moves, machining.spec))
+            error = max(error, made.chord_error)
+        return {"cutting_time_min": total / 60.0 * len(paths) / len(picked), "chord_error_mm": error}
+
+    def _planar(self) -> dict[str, Any]:
+        """A disc's contour leaves the stock asked for, and the largest tool is that of its sharpest hollow."""
+        stock = self.machining.spec.allowance
+        sizes = [p.largest_diameter() for p in self.machining.paths if isinstance(p, ContourPath)]
+        largest = min((size for size in sizes if size is not None), default=None)
+        return {"least_rest_mm": stock, "most_rest_mm": stock, "largest_tool_diameter_mm": largest}
+
+
+def _makes(path: ToolPath, side: float) -> bool:
+    """Whether a path works on the flank of that side."""
+    return isinstance(path, CentrePath) or (isinstance(path, FlankPath | RowPath | SidePath) and path.side == side)

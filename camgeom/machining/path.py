@@ -1,0 +1,408 @@
+"""Tool positions beside the track of a roller, exact at every cam angle (cam frame, mm, rad).
+
+A tool whose side touches the flank at x with normal n has its axis at x - (radius + stock) n. Where the roller is a
+cylinder that is the parallel surface of its pitch surface, and a tool that is not larger than the roller stays within
+the roller's own body: it can cut nothing that the roller does not sweep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.flank import Flank
+from camgeom.machining.spec import AxisRule, WayOfPath
+from camgeom.maths.surface import cross, dot
+from camgeom.track import TURN, Pose, Track
+
+Floats = npt.NDArray[np.float64]
+
+FITTED = 0.5 - 0.5 / 2.0**0.5
+"""shares of the wall's height, from both ends, at which a fitted axis has its exact distance (zeros of a Chebyshev
+polynomial: the rest between and beyond them is then the smallest)"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """Positions of a tool at cam angles phi (n,), rad.
+
+    tip       (3, n) end of the tool on its axis, mm
+    axis      (3, n) unit, from the end towards the spindle
+    contacts  (k, 3, n) where it touches the flank (a tool between two flanks: k = 2), mm
+    normals   (k, 3, n) unit, into the cam's material
+    travel    (3, n) unit, the way the contact moves
+    away      (3, n) unit, the way the tool leaves the cut
+    """
+
+    phi: Floats
+    tip: Floats
+    axis: Floats
+    contacts: Floats
+    normals: Floats
+    travel: Floats
+    away: Floats
+
+    def part(self, pick: slice) -> Positions:
+        """Some of the positions."""
+        return Positions(
+            self.phi[pick],
+            self.tip[:, pick],
+            self.axis[:, pick],
+            self.contacts[:, :, pick],
+            self.normals[:, :, pick],
+            self.travel[:, pick],
+            self.away[:, pick],
+        )
+
+    def reversed(self) -> Positions:
+        """The same positions travelled the other way."""
+        return Positions(
+            self.phi[::-1],
+            self.tip[:, ::-1],
+            self.axis[:, ::-1],
+            self.contacts[:, :, ::-1],
+            self.normals[:, :, ::-1],
+            -self.travel[:, ::-1],
+            self.away[:, ::-1],
+        )
+
+
+class ToolPath(Protocol):
+    """Positions of a tool as a function of the cam angle."""
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+
+    @property
+    def room(self) -> float | None:
+        """How far the tool may move off the flank, mm; None: as far as one likes."""
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth, rad, with both ends."""
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,)."""
+
+
+def up_of(track: Track) -> float:
+    """+1 where the spindle stands at larger delta."""
+    return -track.tip_sign
+
+
+def wall_ends(track: Track) -> tuple[float, float]:
+    """Meridian parameters of the cut wall: at the tool's end (a ball's contact: its lower end) and at the top."""
+    top = track.contact[0] if track.tip_sign > 0.0 else track.contact[1]
+    foot = track.tip
+    t = track.meridian.parameter(foot)
+    if abs(abs(t) - 0.25 * TURN) < 1e-9:
+        foot = track.contact[1] if track.tip_sign > 0.0 else track.contact[0]
+        t = track.meridian.parameter(foot)
+    return t, track.meridian.parameter(top)
+
+
+def depth_of(track: Track) -> float:
+    """Depth of the cut along the roller, from the tool's end to the top of the contact, mm."""
+    top = track.contact[0] if track.tip_sign > 0.0 else track.contact[1]
+    return abs(top - track.tip)
+
+
+def knots_from(track: Track, start: float) -> Floats:
+    """Knots of a closed track over the turn that begins at the cam angle start (rad); of an open one its own."""
+    knots = track.knots()
+    if not track.closed or start % TURN == 0.0:
+        return knots
+    begin = track.span[0] + start % TURN
+    shifted = np.concatenate([knots, knots[1:] + TURN])
+    inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + TURN - 1e-12)]
+    return np.concatenate([[begin], inside, [begin + TURN]])
+
+
+def travel_of(pose: Pose, delta: float, normal: Floats) -> Floats:
+    """Unit direction (3, n) in which the roller passes along the flank at delta; with the sign of the roller's way."""
+    v = pose.a[1] + delta * pose.u[1]
+    v = v - dot(v, pose.u[0]) * pose.u[0]
+    v = v - dot(v, normal) * normal
+    return np.asarray(v / np.maximum(np.sqrt(dot(v, v)), 1e-300))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CentrePath:
+    """The roller's own path: the tool's axis is the roller's."""
+
+    track: Track
+    start: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return f"{self.track.name}, centre"
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.track.closed
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """None at all."""
+        return 0.0
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth."""
+        return knots_from(self.track, self.start)
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,)."""
+        track = self.track
+        pose = track.pose(phi, 2)
+        t = np.array([0.5 * sum(wall_ends(track))])
+        flanks = [Flank(track, phi, t, side, given_pose=pose) for side in track.sides]
+        contacts = np.stack([f.x[:, :, 0] for f in flanks])
+        normals = np.stack([f.n[:, :, 0] for f in flanks])
+        tip = pose.a[0] + track.tip * pose.u[0]
+        travel = travel_of(pose, float(track.meridian.jet(t)[0][0]), normals[0])
+        axis = up_of(track) * pose.u[0]
+        return Positions(np.asarray(phi), tip, axis, contacts, normals, travel, axis)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FlankPath:
+    """A tool smaller than the roller beside one flank.
+
+    side    +1 or -1, as in `Flank`
+    reach   mm, from the tool's axis to the flank: its radius and the stock
+    way     flank: along the normal; shifted: the roller's path moved along the follower's motion by as much as the
+            tool is smaller
+    axis    roller, fitted or radial (see `CutterSpec.axis`)
+    """
+
+    track: Track
+    side: float
+    reach: float
+    way: WayOfPath = "flank"
+    axis: AxisRule = "roller"
+    start: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        if len(self.track.sides) == 1:
+            return f"{self.track.name}, flank"
+        return f"{self.track.name}, flank {'+' if self.side > 0.0 else '-'}"
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.track.closed
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """In a groove: by how much the roller is larger."""
+        if len(self.track.sides) == 1:
+            return None
+        t = np.array([0.5 * sum(wall_ends(self.track))])
+        return max(0.0, float(self.track.meridian.jet(t)[3][0]) - self.reach)
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth."""
+        return knots_from(self.track, self.start)
+
+    @cached_property
+    def _stations(self) -> Floats:
+        """Meridian parameters: the middle of the wall, and the two places of a fitted axis."""
+        low, high = wall_ends(self.track)
+        return np.array([0.5 * (low + high), low + FITTED * (high - low), high - FITTED * (high - low)])
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,)."""
+        phi = np.asarray(phi, dtype=float)
+        track, stations = self.track, self._stations[: 3 if self.axis == "fitted" else 1]
+        flank = Flank(track, phi, stations, self.side)
+        pose, x, n = flank.pose, flank.x, flank.n
+        u = pose.u[0]
+        place = x - self.reach * n
+        if self.way == "shifted":
+            place[:, :, 0] = self._shifted(flank)
+        if self.axis == "fitted":
+            axis, tip = self._fitted(place[:, :, 1], place[:, :, 2], pose)
+        elif self.axis == "radial":
+            axis, tip = self._radial(place[:, :, 0])
+        else:
+            axis = up_of(track) * u
+            tip = place[:, :, 0] + (track.tip - dot(place[:, :, 0] - pose.a[0], u)) * u
+        delta = float(track.meridian.jet(stations[:1])[0][0])
+        normal = n[:, :, 0]
+        return Positions(phi, tip, axis, x[None, :, :, 0], normal[None], travel_of(pose, delta, normal), axis)
+
+    def _shifted(self, flank: Flank) -> Floats:
+        """Points (3, n) of the tool's axis: the roller's, moved along the follower's motion towards the flank."""
+        pose, stations = flank.pose, self._stations[:1]
+        delta, _, _, r, _, _ = self.track.meridian.jet(stations)
+        point = pose.a[0] + delta * pose.u[0]
+        way = self.track.joint.velocity(point[:, :, None], pose.turn)[:, :, 0]
+        way = way / np.sqrt(dot(way, way))
+        towards = np.where(dot(way, flank.n[:, :, 0]) >= 0.0, 1.0, -1.0)
+        return np.asarray(point + (float(r[0]) - self.reach) * towards * way)
+
+    def _fitted(self, first: Floats, second: Floats, pose: Pose) -> tuple[Floats, Floats]:
+        """Axis through two points; the end stands back by as much as its tilted rim would reach further down."""
+        line, up = second - first, up_of(self.track) * pose.u[0]
+        axis = line / np.sqrt(dot(line, line)) * np.where(dot(line, up) >= 0.0, 1.0, -1.0)
+        cosine = dot(axis, up)
+        sunk = dot(first - pose.a[0], up) - self.track.tip * up_of(self.track)
+        rim = self.reach * np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+        return axis, first - ((sunk - rim) / cosine) * axis
+
+    def _radial(self, place: Floats) -> tuple[Floats, Floats]:
+        """Axis through the cam's own, at the azimuth and height of a point."""
+        across = np.hypot(place[0], place[1])
+        axis = np.stack([place[0] / across, place[1] / across, np.zeros_like(across)])
+        tip = self.track.tip * axis
+        tip[2] = place[2]
+        return axis, tip
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RowPath:
+    """A ball that touches one flank along one line of it: the row at the meridian parameter t.
+
+    group  number of the flank among all that a ball works on
+    """
+
+    track: Track
+    side: float
+    radius: float
+    stock: float
+    t: float
+    number: int = 1
+    start: float = 0.0
+    group: int = 0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        mark = "" if len(self.track.sides) == 1 else " +" if self.side > 0.0 else " -"
+        return f"{self.track.name}, flank{mark}, row {self.number}"
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.track.closed
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        top = self.track.contact[0] if self.track.tip_sign > 0.0 else self.track.contact[1]
+        delta = float(self.track.meridian.jet(np.array([self.t]))[0][0])
+        return abs(top - delta) + self.radius
+
+    @property
+    def room(self) -> float | None:
+        """In a groove: by how much the roller is larger there."""
+        if len(self.track.sides) == 1:
+            return None
+        radius = float(self.track.meridian.jet(np.array([self.t]))[3][0])
+        return max(0.0, radius - self.radius - self.stock)
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth."""
+        return knots_from(self.track, self.start)
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,); the tip is the lowest point of the ball."""
+        phi = np.asarray(phi, dtype=float)
+        flank = Flank(self.track, phi, np.array([self.t]), self.side)
+        x, n, pose = flank.x[:, :, 0], flank.n[:, :, 0], flank.pose
+        axis = up_of(self.track) * pose.u[0]
+        centre = x - (self.radius + self.stock) * n
+        delta = float(self.track.meridian.jet(np.array([self.t]))[0][0])
+        return Positions(phi, centre - self.radius * axis, axis, x[None], n[None], travel_of(pose, delta, n), axis)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SidePath:
+    """A wheel whose plane side lies on one flank: its end is that side, its axis the flank's normal.
+
+    The side touches the middle of the wall, and its rim reaches down to the wall's foot.
+    """
+
+    track: Track
+    side: float
+    radius: float
+    stock: float
+    start: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        mark = "" if len(self.track.sides) == 1 else " +" if self.side > 0.0 else " -"
+        return f"{self.track.name}, flank{mark}"
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.track.closed
+
+    @property
+    def height(self) -> float:
+        """Depth of the wheel in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """None at all: the wheel comes down from outside."""
+        return 0.0
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth."""
+        return knots_from(self.track, self.start)
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,); the axis points from the working side to the back."""
+        phi = np.asarray(phi, dtype=float)
+        track = self.track
+        low, high = wall_ends(track)
+        t = np.array([0.5 * (low + high)])
+        flank = Flank(track, phi, t, self.side)
+        x, n, pose = flank.x[:, :, 0], flank.n[:, :, 0], flank.pose
+        up = up_of(track) * pose.u[0]
+        up = up - dot(up, n) * n
+        up /= np.sqrt(dot(up, up))
+        delta = track.meridian.jet(np.array([float(t[0]), low]))[0]
+        centre = x - self.stock * n + (self.radius - abs(float(delta[0] - delta[1]))) * up
+        travel = travel_of(pose, float(delta[0]), n)
+        return Positions(phi, centre, -n, x[None], n[None], travel, up)
+
+
+def climbs(positions: Positions) -> bool:
+    """True where the material lies on the right hand of a tool's way (clockwise spindle: climb milling)."""
+    right = cross(positions.travel, positions.axis)
+    return bool(np.median(dot(right, positions.normals[0])) > 0.0)

@@ -1,0 +1,233 @@
+"""Everything a shop needs to make one cam's flanks with one tool: passes with their blocks, feeds and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Literal, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import NotConverged
+from camgeom.machining.leads import Move, lead_radius, with_leads
+from camgeom.machining.machine import Machine
+from camgeom.machining.path import Positions, RowPath, SidePath, ToolPath, climbs
+from camgeom.machining.rows import Rows
+from camgeom.machining.sampling import Chords, equal_error, estimate
+from camgeom.machining.spec import CutterSpec
+from camgeom.machining.tool import Tool
+from camgeom.track import TURN, Track
+
+Floats = npt.NDArray[np.float64]
+Space = Literal["cam", "machine"]
+
+MOST_BLOCKS = 2_000_000
+"""in one pass; the arrays of one take about half a gigabyte"""
+MOST_IN_FILE = 20_000_000
+"""in all passes; a file of about one and a half gigabytes"""
+TRANSFER = np.radians(5.0)
+"""rotation between the positions of a rapid way from one pass to the next"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """One pass, from where the tool is free to where it is free again.
+
+    moves        in order
+    chord_error  mm, measured on the cut (rows of a ball: on the lowest, middle and highest)
+    """
+
+    name: str
+    moves: tuple[Move, ...]
+    chord_error: float
+
+    @property
+    def blocks(self) -> int:
+        """Positions of all moves."""
+        return sum(len(move.positions.phi) for move in self.moves)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Machining:
+    """The passes of one tool over all flanks of a cam.
+
+    paths   one a pass, in order
+    tools   the tool at each path (one tool; a form tool's place on its meridian may differ from track to track)
+    rows    of a ball, by track and side
+    tracks  the cutters' tracks; empty for planar cams
+    """
+
+    title: str
+    spec: CutterSpec
+    paths: tuple[ToolPath, ...]
+    tools: tuple[Tool, ...]
+    machine: Machine
+    safe_radius: float
+    tracks: tuple[Track, ...] = ()
+    rows: tuple[Rows, ...] = ()
+    _shared: dict[tuple[Space, int], tuple[Floats, float]] = field(default_factory=dict)
+
+    @property
+    def tool(self) -> Tool:
+        """The tool."""
+        return self.tools[0]
+
+    def blocks_about(self, space: Space = "cam") -> int:
+        """About how many positions all passes take."""
+        found = 0
+        if self.rows:
+            for i, group in enumerate(self.rows):
+                chords, knots = self._chords_of_rows(i, space), group.paths[0].knots()
+                found += len(group.paths) * estimate(chords, knots, self._chord)
+            return found
+        return sum(estimate(self._chords((path,), space), path.knots(), self._chord) for path in self.paths)
+
+    def passes(self, space: Space = "cam") -> Iterator[Pass]:
+        """The passes one by one, blocks so spaced that the chord error in a space keeps spec.tolerance.
+
+        space  cam: ends and axes of the tool are interpolated straight in the cam frame (CL data); machine: the
+               coordinates of the machine are (G-code)
+        Raises NotConverged where the file would have more than MOST_IN_FILE blocks.
+        """
+        about = self.blocks_about(space)
+        if about > MOST_IN_FILE:
+            raise NotConverged(
+                f"the cutter data would have about {about} blocks, more than {MOST_IN_FILE}; ask for a coarser "
+                "cutter.scallop or cutter.tolerance"
+            )
+        last: Positions | None = None
+        for path in self.paths:
+            made = self._pass(path, space)
+            start = made.moves[0].positions
+            if last is not None:
+                way = self._transfer(last, start)
+                made = Pass(made.name, (Move("rapid", way), *made.moves[1:]), made.chord_error)
+            last = made.moves[-1].positions
+            yield made
+
+    @property
+    def _chord(self) -> float:
+        return self.spec.tolerance
+
+    def _pass(self, path: ToolPath, space: Space) -> Pass:
+        phi, error = self._blocks(path, space)
+        cut = path.at(phi)
+        wanted = climbs(cut) == (self.spec.milling == "climb")
+        if not wanted and cut.contacts.shape[0] == 1 and not isinstance(path, SidePath):
+            cut = cut.reversed()
+        radius = 0.0
+        if path.closed:
+            radius = lead_radius(self.spec.lead, path.room, self.tool.radius)
+        moves = with_leads(cut, radius, path.height + self.spec.retract, 0.5 * self._chord)
+        moves[0] = Move("rapid", self._outside(moves[0].positions))
+        moves[-1] = Move("rapid", self._outside(moves[-1].positions))
+        return Pass(path.name, tuple(moves), error)
+
+    def _blocks(self, path: ToolPath, space: Space) -> tuple[Floats, float]:
+        """Cam angles of a pass's blocks and their chord error; rows of one flank share them."""
+        if not isinstance(path, RowPath):
+            return equal_error(self._chords((path,), space), path.knots(), self._chord, MOST_BLOCKS)
+        key = (space, path.group)
+        if key not in self._shared:
+            chords = self._chords_of_rows(path.group, space)
+            self._shared[key] = equal_error(chords, path.knots(), self._chord, MOST_BLOCKS)
+        return self._shared[key]
+
+    def _chords_of_rows(self, group: int, space: Space) -> Chords:
+        paths = self.rows[group].paths
+        picked = (paths[0], paths[len(paths) // 2], paths[-1]) if len(paths) > 2 else paths
+        return self._chords(picked, space)
+
+    def _chords(self, paths: tuple[ToolPath, ...], space: Space) -> Chords:
+        """What a control interpolates on these paths, and the points of the tool whose way counts."""
+        lever = self.tool.radius if self.tool.kind == "disc" else max(path.height for path in paths)
+        into, back = self._coordinates(space)
+
+        def curve(phi: Floats) -> Floats:
+            return np.concatenate([into(path.at(phi)) for path in paths])
+
+        def locate(coordinates: Floats) -> Floats:
+            points = []
+            for part in np.split(coordinates, len(paths)):
+                tip, axis = back(part)
+                points += [tip, tip + lever * axis / np.sqrt((axis**2).sum(axis=0))]
+            return np.stack(points)
+
+        return Chords(curve, locate)
+
+    def _coordinates(
+        self, space: Space
+    ) -> tuple[Callable[[Positions], Floats], Callable[[Floats], tuple[Floats, Floats]]]:
+        if space == "machine":
+            return self.machine.solve, self.machine.positions
+        return lambda at: np.concatenate([at.tip, at.axis]), lambda c: (c[:3], c[3:])
+
+    def _outside(self, at: Positions) -> Positions:
+        """A free position moved on, the way the tool leaves, until it is outside the blank's largest radius."""
+        tip, away = at.tip[:, 0], at.away[:, 0]
+        a = float(away[0] ** 2 + away[1] ** 2)
+        b = float(tip[0] * away[0] + tip[1] * away[1])
+        c = float(tip[0] ** 2 + tip[1] ** 2) - self.safe_radius**2
+        if c >= 0.0 or a < 1e-6:
+            return at
+        further = (-b + np.sqrt(b * b - a * c)) / a
+        moved = at.tip + further * at.away
+        return Positions(at.phi, moved, at.axis, at.contacts, at.normals, at.travel, at.away)
+
+    def _transfer(self, last: Positions, start: Positions) -> Positions:
+        """A rapid way round the blank from the end of one pass to the start of the next."""
+        one, two = self.machine.solve(last)[:, 0], self.machine.solve(start)[:, 0]
+        turns = abs(float(two[3] - one[3])) if len(one) > 3 else 0.0
+        # Whole turns need no travel in the cam frame, but the machine's rotary axis unwinds them.
+        count = max(1, int(np.ceil(turns / TRANSFER)))
+        share = np.arange(1, count + 1) / count
+        tip, axis = self.machine.positions(one[:, None] + (two - one)[:, None] * share)
+        phi = last.phi[0] + (start.phi[0] - last.phi[0]) * share
+
+        def repeated(values: Floats) -> Floats:
+            return np.repeat(values, count, axis=-1)
+
+        tip[:, -1], axis[:, -1] = start.tip[:, 0], start.axis[:, 0]
+        return Positions(
+            phi,
+            tip,
+            axis,
+            repeated(start.contacts),
+            repeated(start.normals),
+            repeated(start.travel),
+            repeated(start.away),
+        )
+
+
+
+def seconds(moves: tuple[Move, ...], spec: CutterSpec) -> list[Floats]:
+    """Time of every block, s, by moves: on the flank so that the contact moves at spec.feed, but the tool's end no
+    faster than spec.fastest; elsewhere at the feed of the tool's end. Rapid moves have no time (zero)."""
+    found = []
+    before: Positions | None = None
+    for move in moves:
+        at = move.positions
+        tips = at.tip if before is None else np.concatenate([before.tip[:, -1:], at.tip], axis=1)
+        way = np.sqrt((np.diff(tips, axis=1) ** 2).sum(axis=0))
+        if before is None:
+            way = np.concatenate([[0.0], way])
+        if move.kind == "rapid":
+            found.append(np.zeros(len(at.phi)))
+        elif move.kind == "feed":
+            found.append(60.0 * way / spec.feed)
+        else:
+            assert before is not None
+            contacts = np.concatenate([before.contacts[:, :, -1:], at.contacts], axis=2)
+            steps = np.sqrt((np.diff(contacts, axis=2) ** 2).sum(axis=1)).max(axis=0)
+            if steps[0] == 0.0:
+                # The end of the arc in: the contact is there already.
+                steps[0] = way[0]
+            found.append(60.0 * np.maximum(steps / spec.feed, way / spec.fastest))
+        before = at
+    return found
+
+
+__all__ = ["MOST_BLOCKS", "MOST_IN_FILE", "TURN", "Machining", "Pass", "Space", "seconds"]

@@ -1,0 +1,162 @@
+"""The `[cutter]` table of a profile: tool, path, feeds and axes (mm, degrees, mm/min, r/min)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, final
+
+from pydantic import Field
+
+from camgeom.errors import Problem
+from camgeom.spec import Degrees, Gap, Length, Section
+
+if TYPE_CHECKING:
+    from camgeom.follower import Setup
+    from camgeom.track import Track
+
+Kind = Literal["roller", "flat", "ball", "wheel"]
+WayOfPath = Literal["flank", "centre", "shifted"]
+AxisRule = Literal["roller", "fitted", "radial"]
+
+SAME = 1e-9
+"""mm; sizes that differ by less are equal"""
+
+
+@final
+class CutterSpec(Section):
+    """The tool that makes the flanks, its path, and the machine that carries it."""
+
+    kind: Kind = Field(
+        "roller", description="roller: shaped as the roller; flat: end mill; ball: ball mill; wheel: grinding wheel"
+    )
+    diameter: Length | None = Field(None, description="mm, of the tool; for kind roller that of the roller")
+    length: Length | None = Field(None, description="mm, cutting length; default: as deep as the tool goes")
+    width: Length | None = Field(None, description="mm, width of a wheel that works with its side")
+    path: WayOfPath = Field(
+        "flank",
+        description="of a tool smaller than the roller. flank: along each flank's normal; centre: the roller's path; "
+        "shifted: the roller's path moved along the follower's motion",
+    )
+    axis: AxisRule = Field(
+        "roller",
+        description="of the tool. roller: parallel to the roller's; fitted: through two depths of the flank; "
+        "radial: through the cam's axis (drums on a machine without a cross axis)",
+    )
+    contact: Literal["rim", "side"] = Field("rim", description="of a wheel: its rim or its plane side works")
+    allowance: Gap = Field(0.0, description="mm, stock left on the flank")
+    scallop: Annotated[float, Field(ge=1e-5, le=10.0)] = Field(
+        0.01, description="mm, height of the ridges between the rows of a ball"
+    )
+    tolerance: Annotated[float, Field(ge=1e-6, le=1.0)] = Field(
+        0.0005, description="mm, chord error of the path between two blocks"
+    )
+    gouge_limit: Gap = Field(0.005, description="mm, by how much the tool may cut into a finished flank")
+    feed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(300.0, description="mm/min, surface speed at the contact")
+    max_feed: Annotated[float, Field(gt=0.0, le=1e7)] | None = Field(
+        None, description="mm/min, of the tool's centre, where the contact stands still; default ten times feed"
+    )
+    spindle: Annotated[float, Field(gt=0.0, le=1e6)] = Field(2000.0, description="r/min, clockwise")
+    milling: Literal["climb", "conventional"] = Field("climb", description="way round the flanks")
+    start_angle: Degrees = Field(0.0, description="deg, cam angle where a closed path starts and ends")
+    lead: Gap | None = Field(None, description="mm, radius of the arc in and out; default: what room there is")
+    retract: Length = Field(5.0, description="mm, from the blank to where the tool may move freely")
+    overrun: Gap = Field(0.0, description="mm, by which the tool passes the lower face of a disc")
+    machine: Literal["rotary", "plain"] = Field(
+        "rotary", description="G-code: rotary: a rotary axis turns the cam; plain: planar cams by X and Y alone"
+    )
+    rotary: Literal["A", "B", "C"] | None = Field(
+        None, description="letter of the axis that turns the cam; default A, on discs C"
+    )
+    reversed_rotary: bool = Field(False, description="the rotary axis counts the other way")
+    pivot: Gap = Field(0.0, description="mm, from the tool's end to the swing axis; 0: the control follows the tip")
+    feed_mode: Literal["inverse-time", "per-minute"] = Field("inverse-time", description="G93 or G94")
+    tool_number: Annotated[int, Field(ge=1, le=9999)] = Field(1, description="of the tool changer")
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed of the tool's centre, mm/min."""
+        return self.max_feed if self.max_feed is not None else 10.0 * self.feed
+
+    def problems(self, cam: Any, setup: Setup) -> list[Problem]:
+        """What contradicts itself or the cam, with key, value and allowed range."""
+        found = self._own_problems()
+        if found:
+            return found
+        planar = hasattr(cam, "touches")
+        tracks = () if planar else tuple((getattr(cam, "cutters", None) or cam.tracks)(setup))
+        if planar:
+            return self._planar_problems(cam, setup)
+        if self.machine == "plain":
+            found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
+        if self.axis == "radial" and not all(is_radial(track) for track in tracks):
+            found.append(_problem("axis", self.axis, "roller or fitted where the roller does not point at the axis"))
+        return [*found, *self._width_problems(tracks)]
+
+    def _own_problems(self) -> list[Problem]:
+        found = []
+        if self.kind == "roller":
+            if self.diameter is not None:
+                found.append(_problem("diameter", self.diameter, "none for kind = 'roller'; or choose another kind"))
+            if self.path != "flank" or self.axis != "roller":
+                found.append(_problem("path", self.path, "the default: a tool like the roller follows the roller"))
+            if self.allowance:
+                found.append(_problem("allowance", self.allowance, "0: a tool like the roller leaves no stock"))
+        elif self.diameter is None:
+            found.append(Problem("cutter.diameter", "is missing", None, "mm, the tool's diameter"))
+        if self.kind == "ball" and (self.path != "flank" or self.axis != "roller"):
+            found.append(_problem("path", self.path, "flank, with axis = 'roller', for a ball"))
+        side = self.kind == "wheel" and self.contact == "side"
+        if side != (self.width is not None):
+            found.append(_problem("width", self.width, "mm, for a wheel that works with its side, and for it alone"))
+        if side and (self.path != "flank" or self.axis != "roller"):
+            found.append(_problem("path", self.path, "flank, with axis = 'roller', for a wheel's side"))
+        return found
+
+    def _planar_problems(self, cam: Any, setup: Setup) -> list[Problem]:
+        del cam
+        found = []
+        if self.kind == "roller" and setup.roller is None:
+            found.append(Problem("cutter.kind", "there is no roller to be like", self.kind, "flat or wheel"))
+        if self.kind == "ball":
+            found.append(_problem("kind", self.kind, "roller, flat or wheel: a disc's flank is straight"))
+        if self.kind == "wheel" and self.contact == "side":
+            found.append(_problem("contact", self.contact, "rim on a disc"))
+        if self.path != "flank":
+            found.append(_problem("path", self.path, "flank on a disc"))
+        if self.axis != "roller":
+            found.append(_problem("axis", self.axis, "roller on a disc: along the cam's axis"))
+        return found
+
+    def _width_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
+        """A tool must go into the groove; beside a rib it has room."""
+        if self.kind == "roller" or self.diameter is None or (self.kind == "wheel" and self.contact == "side"):
+            return []
+        least = min((2.0 * narrowest(track) for track in tracks if len(track.sides) > 1), default=None)
+        if least is None or self.diameter + 2.0 * self.allowance <= least + SAME:
+            return []
+        room = f"at most {least - 2.0 * self.allowance:.6g} mm, the groove{' less the stock' if self.allowance else ''}"
+        return [Problem("cutter.diameter", "the tool does not go into the groove", self.diameter, room)]
+
+
+def narrowest(track: Track) -> float:
+    """Smallest radius of a roller over its contact, mm; of a ball its own."""
+    import numpy as np
+
+    low, high = (track.meridian.parameter(d) for d in track.contact)
+    radii = track.meridian.jet(np.linspace(low, high, 33))[3]
+    return float(radii.max() if is_ball(track) else radii.min())
+
+
+def is_ball(track: Track) -> bool:
+    """True for a spherical roller."""
+    meridian = track.meridian
+    return hasattr(meridian, "arc") and abs(meridian.arc - meridian.radius) <= SAME * meridian.radius
+
+
+def is_radial(track: Track) -> bool:
+    """True where the roller's axis always meets the cam's at a right angle (a drum with a sliding follower)."""
+    direction = getattr(track.joint, "direction", None)
+    return track.axis == (1.0, 0.0, 0.0) and track.anchor[1] == 0.0 and direction == (0.0, 0.0, 1.0)
+
+
+def _problem(key: str, value: object, allowed: str) -> Problem:
+    return Problem(f"cutter.{key}", "cannot be made so", value, allowed)

@@ -1,0 +1,103 @@
+"""The body of a tool: a solid of revolution about its axis, from its end (the tip) on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, inf, pi
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.machining.spec import CutterSpec
+from camgeom.track import Meridian, Straight, Track
+
+Floats = npt.NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True)
+class Tool:
+    """A tool. `s` is measured along its axis from its end towards the spindle, mm.
+
+    kind     flat (cylinder, flat end), ball, roller (the roller's meridian), disc (a wheel that ends after `width`)
+    radius   mm, the largest (for kind roller at its middle)
+    meridian, tip, sign  of kind roller: its shape, where its end is on it, and delta = tip + sign * s
+    width    mm, of a disc; else infinite (the shank is as thick as the tool)
+    """
+
+    kind: str
+    radius: float
+    meridian: Meridian | None = None
+    tip: float = 0.0
+    sign: float = 1.0
+    width: float = inf
+
+    def distance(self, s: Floats, across: Floats) -> Floats:
+        """Signed distance, mm, to the tool of points at s along and `across` from its axis; negative inside."""
+        if self.kind == "ball":
+            below = np.hypot(across, s - self.radius) - self.radius
+            return np.asarray(np.where(s < self.radius, below, across - self.radius))
+        wall = self._wall(s, across)
+        end = np.maximum(-s, s - self.width) if self.width < inf else -s
+        outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
+        return np.asarray(np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end)))
+
+    def _wall(self, s: Floats, across: Floats) -> Floats:
+        if self.meridian is None:
+            return np.asarray(across - self.radius)
+        delta = self.tip + self.sign * s
+        if isinstance(self.meridian, Straight):
+            slope = self.meridian.slope
+            level = across - self.meridian.radius - slope * (delta - self.meridian.centre)
+            return np.asarray(level / np.sqrt(1.0 + slope * slope))
+        arc = self.meridian
+        return np.asarray(np.hypot(across - (arc.radius - arc.arc), delta - arc.centre) - arc.arc)
+
+    def apt(self, height: float) -> tuple[float, ...]:
+        """The seven numbers of APT's CUTTER: d, r, e, f, a, b, h (mm, degrees).
+
+        d diameter, r corner radius, e and f the corner's centre from the axis and from the end, a of the end, b of the
+        side, h height.
+        """
+        if self.kind == "ball":
+            return 2.0 * self.radius, self.radius, 0.0, self.radius, 0.0, 0.0, height
+        if self.meridian is None:
+            return 2.0 * self.radius, 0.0, self.radius, 0.0, 0.0, 0.0, min(height, self.width)
+        if isinstance(self.meridian, Straight):
+            slope = self.sign * self.meridian.slope
+            end = self.meridian.radius + self.meridian.slope * (self.tip - self.meridian.centre)
+            return 2.0 * end, 0.0, end, 0.0, 0.0, atan(slope) * 180.0 / pi, height
+        arc = self.meridian
+        return 2.0 * arc.radius, arc.arc, arc.radius - arc.arc, self.sign * (arc.centre - self.tip), 0.0, 0.0, height
+
+    @property
+    def about(self) -> str:
+        """The tool in words."""
+        size = f"{2.0 * self.radius:.6g} mm"
+        if self.kind == "roller" and isinstance(self.meridian, Straight):
+            if self.meridian.slope == 0.0:
+                return f"end mill as thick as the roller, {size}"
+            return f"conical mill like the roller, {size} at its middle"
+        words = {"flat": "end mill", "ball": "ball mill", "disc": f"wheel {self.width:.6g} mm wide,"}
+        return f"{words.get(self.kind, 'form mill like the roller,')} {size}"
+
+
+def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None = None) -> Tool:
+    """The tool of a [cutter] table at one track (of a planar cam: with its roller's radius, mm)."""
+    if spec.kind == "roller":
+        if track is None:
+            assert roller_radius is not None
+            return Tool("flat", roller_radius)
+        sign = -track.tip_sign
+        middle = 0.5 * (track.contact[0] + track.contact[1])
+        radius = float(track.meridian.jet(np.array([track.meridian.parameter(middle)]))[3][0])
+        meridian: Any = track.meridian
+        plain = isinstance(meridian, Straight) and meridian.slope == 0.0
+        return Tool("flat", radius) if plain else Tool("roller", radius, meridian, track.tip, sign)
+    assert spec.diameter is not None
+    radius = 0.5 * spec.diameter
+    if spec.kind == "wheel" and spec.contact == "side":
+        assert spec.width is not None
+        return Tool("disc", radius, width=spec.width)
+    return Tool("ball" if spec.kind == "ball" else "flat", radius)

@@ -1,0 +1,219 @@
+"""Cutter data: files simulated by a tool that shares nothing with their generator give the flanks back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cutter_simulation import (
+    drum_flank,
+    fed,
+    forward_rotary_a,
+    globoid_flank,
+    globoid_pose,
+    read_apt,
+    read_gcode,
+    swept,
+)
+
+from camgeom.errors import CamgeomError, DesignError, ProfileError
+from camgeom.export import write
+from camgeom.model import Model
+from camgeom.profile import parse
+
+STEPS = ((90, None), (200, 30.0), (240, None), (360, 0.0))
+INDEX = ((120, None), (240, 45.0), (360, None))
+
+DRUM = """
+[cam]
+kind = "cylindrical"
+diameter = 100
+length = 80
+start = 25
+groove_depth = 11
+[follower]
+kind = "translating"
+[roller]
+diameter = 20
+length = 10
+[[motion]]
+until = 90
+[[motion]]
+until = 200
+to = 30
+law = "cycloidal"
+[[motion]]
+until = 240
+[[motion]]
+until = 360
+to = 0
+law = "cycloidal"
+"""
+
+GLOBOID = """
+[cam]
+kind = "globoidal"
+form = "rib"
+center_distance = 180
+width = 90
+globoid_radius = 80
+[follower]
+kind = "turret"
+stops = 8
+pitch_radius = 90
+[roller]
+diameter = 30
+length = 24
+[[motion]]
+until = 120
+[[motion]]
+until = 240
+to = 45
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+
+
+def model(text: str, **cutter: object) -> Model:
+    lines = [f"{key} = {json.dumps(value)}" for key, value in cutter.items()]
+    return Model(parse(text + "\n[cutter]\n" + "\n".join(lines) + "\n"))
+
+
+def drum_points(side: float, count: int = 120) -> np.ndarray:
+    rng = np.random.default_rng(7)
+    phi, delta = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(40.0, 50.0, count)
+    return drum_flank(phi, delta, 10.0, 25.0, STEPS, side)[0]
+
+
+def globoid_points(side: float, count: int = 120) -> np.ndarray:
+    """Points of the first groove's flank that are on the blank."""
+    rng = np.random.default_rng(8)
+    phi, delta = rng.uniform(-2.0 * np.pi, 2.0 * np.pi, 4 * count), rng.uniform(80.0, 102.0, 4 * count)
+    x, _ = globoid_flank(phi, delta, 15.0, 180.0, np.radians(22.5), INDEX, side)
+    rho = np.hypot(x[:, 0], x[:, 1])
+    inside = (np.abs(x[:, 2]) < 45.0) & (np.hypot(rho - 180.0, x[:, 2]) > 80.0)
+    return x[inside][:count]
+
+
+def written(made: Model, folder: Path, name: str) -> Path:
+    path = folder / f"cam.{name}"
+    assert write(made, path) == path.stat().st_size
+    return path
+
+
+def test_tool_like_the_roller_gives_the_drum_back(tmp_path: Path) -> None:
+    cutter, words, passes = read_apt(written(model(DRUM), tmp_path, "apt"))
+    assert words[0] == "PARTNO"
+    assert words[-1] == "FINI"
+    assert {"UNITS", "CUTTER", "LOADTL", "SPINDL", "FEDRAT", "MULTAX"} <= set(words)
+    assert cutter[:3] == [20.0, 0.0, 10.0]
+    tip, axis = fed(passes[0])
+    for side in (1.0, -1.0):
+        left = swept(drum_points(side), tip, axis, cutter)
+        assert np.abs(left).max() < 1e-3
+        assert np.abs(left).max() > 1e-5  # the chords of the file, and no less
+    # The other side of the test: a tool 2 µm smaller is seen.
+    cutter[0] -= 0.004
+    assert swept(drum_points(1.0), tip, axis, cutter).min() > 1e-3
+
+
+def test_tool_like_the_roller_gives_the_globoid_back(tmp_path: Path) -> None:
+    cutter, _, passes = read_apt(written(model(GLOBOID), tmp_path, "apt"))
+    assert cutter[0] == 30.0
+    tip, axis = fed(passes[0])
+    for side in (1.0, -1.0):
+        points = globoid_points(side)
+        assert len(points) > 60
+        assert np.abs(swept(points, tip, axis, cutter)).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("keys", "some"),
+    [
+        ({}, 0.0005),
+        ({"axis": "fitted"}, 0.0),
+        ({"path": "shifted", "gouge_limit": 0.0}, 0.3),
+        ({"path": "centre"}, 1.9),
+        ({"axis": "radial", "gouge_limit": 9.0}, 0.02),
+    ],
+    ids=["flank", "fitted", "shifted", "centre", "radial"],
+)
+def test_smaller_tool_leaves_what_is_stated(tmp_path: Path, keys: dict[str, object], some: float) -> None:
+    made = model(DRUM, kind="flat", diameter=16.0, **keys)
+    least, most = made.machined.least, made.machined.most
+    assert least is not None
+    assert most is not None
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    assert len(passes) == (1 if keys.get("path") == "centre" else 2)
+
+    def left(x: np.ndarray) -> np.ndarray:
+        return np.min([swept(x, *fed(blocks), cutter) for blocks in passes], axis=0)
+
+    every = np.concatenate([left(drum_points(side, 120)) for side in (1.0, -1.0)])
+    assert every.max() <= most.value + 1e-3
+    assert every.min() >= least.value - 1e-3
+    assert every.max() > some
+    # The stated extremes stand where they are said to be.
+    for at in (least, most):
+        point, _ = drum_flank(np.array([at.cam_angle]), np.array([at.delta]), 10.0, 25.0, STEPS, at.side)
+        assert left(point)[0] == pytest.approx(at.value, abs=1e-3)
+
+
+def test_gcode_gives_the_same_positions(tmp_path: Path) -> None:
+    made = model(GLOBOID)
+    blocks = [b for b in read_gcode(written(made, tmp_path, "gcode")) if b["G"] == "G1"]
+    tip, axis = forward_rotary_a(blocks)
+    # The rotary axis is the cam angle itself, so each block says where the roller's own tip must be.
+    end, along = globoid_pose(np.radians([block["A"] for block in blocks]), np.radians(22.5), 180.0, INDEX)
+    floor = made.cutters[0].tip
+    low = slice(1, -1)
+    assert np.abs(end + floor * along - tip)[low].max() < 1.5e-4
+    assert np.abs(along + axis)[low].max() < 1e-6
+    dense = dense_gcode(blocks)
+    for side in (1.0, -1.0):
+        assert np.abs(swept(globoid_points(side), *dense, [30.0, 0.0, 15.0, 0.0, 0.0, 0.0, 30.0])).max() < 1e-3
+    assert np.allclose(np.linalg.norm(axis, axis=1), 1.0)
+
+
+def dense_gcode(blocks: list[dict], pivot: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Positions between blocks as a machine makes them: straight in its own coordinates."""
+    letters = sorted({letter for block in blocks for letter in block if letter in "XYZABC" and len(letter) == 1})
+    table = np.array([[block.get(letter, 0.0) for letter in letters] for block in blocks])
+    at = np.arange(len(table))
+    parts = np.maximum(2, np.ceil(np.abs(np.diff(table[:, letters.index("A")])) / 0.25)).astype(int)
+    where = np.concatenate([i + np.arange(n) / n for i, n in enumerate(parts)] + [at[-1:]])
+    fine = np.stack([np.interp(where, at, column) for column in table.T], axis=1)
+    return forward_rotary_a([dict(zip(letters, row)) for row in fine], pivot)
+
+
+def test_tool_larger_than_the_groove_is_refused_in_one_line() -> None:
+    with pytest.raises(ProfileError) as error:
+        model(DRUM, kind="flat", diameter=20.01)
+    assert "\n" not in str(error.value)
+    assert "cutter.diameter" in str(error.value)
+    assert "at most 20 mm" in str(error.value)
+    assert model(DRUM, kind="flat", diameter=20.0).machining.paths[0].name == "groove, centre"
+
+
+def test_refusals_name_key_and_reason() -> None:
+    for keys, key in (
+        ({"kind": "flat"}, "cutter.diameter"),
+        ({"diameter": 5.0}, "cutter.diameter"),
+        ({"kind": "ball", "diameter": 8.0, "path": "centre"}, "cutter.path"),
+        ({"kind": "wheel", "diameter": 60.0, "contact": "side"}, "cutter.width"),
+        ({"kind": "flat", "diameter": 10.0, "machine": "plain"}, "cutter.machine"),
+        ({"kind": "flat", "diameter": 19.9, "allowance": 0.2}, "cutter.diameter"),
+    ):
+        with pytest.raises(ProfileError, match=key):
+            model(DRUM, **keys)
+
+
+def test_gouges_are_refused_with_place_and_advice(tmp_path: Path) -> None:
+    made = model(DRUM, kind="flat", diameter=16.0, axis="radial")
+    with pytest.raises(DesignError, match=r"cuts .* mm into the flank at cam angle .*gouge_limit"):
+        made.machined.refuse_gouges()
+    with pytest.raises(CamgeomError):
+        made.machined.data()
