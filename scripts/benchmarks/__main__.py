@@ -23,8 +23,8 @@ from kit import ROOT, Plot, Table, draw, machine, markdown, write_csv
 
 HERE = Path(__file__).resolve().parent
 ORDER = (
-    "start", "groove", "planar", "globoidal", "sampling", "limits", "growth", "opencascade", "motion", "life", "dynamics", "impact",
-    "export",
+    *("start", "groove", "planar", "globoidal", "sampling", "limits", "growth", "opencascade"),
+    *("motion", "life", "dynamics", "impact", "export"),
 )
 
 

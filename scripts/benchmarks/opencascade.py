@@ -166,7 +166,8 @@ def tables(quick: bool) -> list[Table]:
                      "time_ms": milli(float(found[f"cut/{count}/s"])), "flank_error_um": short(error * 1e3)})
     for name in sizes if found else ():
         valid = "valid" if found[f"sew/{name}/valid"] else "not valid"
-        rows.append({"way": f"OpenCASCADE, triangles sewn ({valid})", "size": f"{len(given[f'{name}/faces'])} triangles",
+        count = len(given[f"{name}/faces"])
+        rows.append({"way": f"OpenCASCADE, triangles sewn ({valid})", "size": f"{count} triangles",
                      "time_ms": milli(float(found[f"sew/{name}/s"])), "flank_error_um": short(sizes[name] * 1e3)})
     note = "Time in memory for OpenCASCADE, to a file on the disk for this package." if found else f"No peer: {reason}"
     return [Table("opencascade", "The groove cam as a CAD body", rows, note)]
