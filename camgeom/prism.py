@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.blank import Bore, Builder
+from camgeom.blank import Bore, Builder, zipper
 from camgeom.errors import DesignError
 from camgeom.maths.strips import Grid, sample
 from camgeom.outline import Outline
@@ -133,15 +133,34 @@ def bounded(planes: list[Floats]) -> Index:
 
     Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
     """
+    polygons = [np.ascontiguousarray(plane) for plane in planes]
+    if len(polygons) == 2 and (ring := _star_ring(*polygons)) is not None:
+        return ring
     import manifold3d
 
-    polygons = [np.ascontiguousarray(plane) for plane in planes]
     triangles = np.asarray(manifold3d.triangulate(polygons)).astype(np.int64)
     wanted = sum(len(p) for p in polygons) + 2 * (len(polygons) - 1) - 2
     covered = _signed_area(np.concatenate(polygons), triangles)
     if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum():
         raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
     return np.asarray(triangles)
+
+
+def _star_ring(outer: Floats, hole: Floats) -> Index | None:
+    """Triangles between two loops that are both star-shaped about the origin, in a time proportional to their number.
+
+    None where they are not, or where a triangle would lie the wrong way round: then the loops need a general method.
+    """
+    n, inner = len(outer), hole[::-1]
+    angles = [np.arctan2(loop[:, 1], loop[:, 0]) for loop in (outer, inner)]
+    for angle in angles:
+        step = (np.roll(angle, -1) - angle) % (2.0 * np.pi)
+        if np.any(step <= 0.0) or np.any(step >= np.pi) or step.sum() > 3.0 * np.pi:
+            return None
+    numbers = np.arange(n), np.arange(n + len(hole) - 1, n - 1, -1)
+    triangles = zipper(numbers[0], angles[0], numbers[1], angles[1])
+    covered = _signed_area(np.concatenate([outer, hole]), triangles)
+    return triangles if covered.min() > 0.0 else None
 
 
 def _signed_area(points: Floats, triangles: Index) -> Floats:
