@@ -7,7 +7,7 @@ the blank minus the groove bodies by one exact-topology boolean. Either way the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,14 @@ class Solid:
         """Watertight, of positive volume, one shell, and of the expected genus."""
         m = self.mesh
         return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
+
+    def to_trimesh(self) -> Any:
+        """The mesh as a trimesh.Trimesh (imports trimesh)."""
+        return self.mesh.to_trimesh()
+
+    def to_pyvista(self) -> Any:
+        """The mesh as a pyvista.PolyData (imports pyvista)."""
+        return self.mesh.to_pyvista()
 
 
 class Part(Protocol):

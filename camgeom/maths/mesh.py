@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -121,6 +122,29 @@ class Mesh:
             np.minimum.at(low, self.faces[:, k], self.group)
             np.maximum.at(high, self.faces[:, k], self.group)
         return np.asarray(low < high)
+
+    def to_trimesh(self) -> Any:
+        """This mesh as a trimesh.Trimesh, vertices in the same order and place; fields and groups as its attributes."""
+        import trimesh
+
+        made = trimesh.Trimesh(self.vertices, self.faces, process=False)
+        made.vertex_attributes.update(self.fields)
+        if self.group is not None:
+            made.face_attributes["group"] = self.group
+        made.metadata["groups"] = list(self.groups)
+        return made
+
+    def to_pyvista(self) -> Any:
+        """This mesh as a pyvista.PolyData: fields as point data, groups as cell data and their names as field data."""
+        import pyvista
+
+        made = pyvista.PolyData.from_regular_faces(self.vertices, self.faces)
+        for name, values in self.fields.items():
+            made.point_data[name] = values
+        if self.group is not None:
+            made.cell_data["group"] = self.group
+        made.field_data["groups"] = list(self.groups)
+        return made
 
     def group_faces(self, name: str) -> npt.NDArray[np.bool_]:
         """Mask (f,) of the faces in the named group; all False where the name is absent."""
