@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 
 Floats = npt.NDArray[np.float64]
@@ -57,6 +58,19 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
         if found.value < best.value:
             best = found
     return best
+
+
+def wall_points(mesh: Mesh, height: float) -> Floats:
+    """Vertices (v, 3) of a planar cam, those of its flank moved along Z to `height` as far as the wall reaches, mm.
+
+    Such a wall has vertices at its two ends alone; a roller shorter than the wall touches between them.
+    """
+    points = mesh.vertices.copy()
+    flank = np.unique(mesh.faces[mesh.group_faces("flank")])
+    if len(flank):
+        z = points[flank, 2]
+        points[flank, 2] = np.clip(height, z.min(), z.max())
+    return points
 
 
 def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:

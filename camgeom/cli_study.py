@@ -96,7 +96,7 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
         figures[name] = finite(finding.value)
     failed = [finding.check for finding in result.findings if not finding.passed]
-    reason = result.refused or ", ".join(dict.fromkeys(failed))
+    reason = result.refused or "; ".join([*(why for _, why in result.unanswered), *dict.fromkeys(failed)])
     return figures, "good" if result.passed else "fails", reason
 
 

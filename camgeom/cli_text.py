@@ -63,6 +63,8 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
     lines += _findings(result.findings)
     if result.refused and all(result.refused != finding.advice for finding in result.findings):
         lines.append(f"  no solid: {result.refused}")
+    for why in dict.fromkeys(why for _, why in result.unanswered):
+        lines.append(f"  no {' or '.join(name for name, said in result.unanswered if said == why)}: {why}")
     figures = [
         (words, f"{number(data[section][key])} {unit}".rstrip())
         for section, entries in KEY_FIGURES.items()

@@ -30,6 +30,9 @@ from camgeom.track import Pose, Track
 Floats = npt.NDArray[np.float64]
 At = Literal["surface", "axis"]
 
+TWICE_FOLDED = 1e-6
+"""1 - r k / 2 below which, in size, a pitch surface counts as shrunk to a curve and not as folded twice"""
+
 
 @dataclass(frozen=True, eq=False)
 class Flank:
@@ -199,10 +202,17 @@ class Flank:
         """Undercut margin 1 - r k_max, (n, m): 1 far from undercut, 0 at the cusp, negative where the flank folds.
 
         k is the curvature of the pitch surface; of the surface half way it is k / (1 - r k / 2), solved here for k.
+        Where k > 2 / r that surface is folded too and its curvature turns negative. (A ball's own circle, whose pitch
+        surface is a curve, has no k: it is known by a rest that is zero but for rounding.)
         """
-        k1, _, d = self._middle_curvatures
+        k1, k2, d = self._middle_curvatures
         rest = 1.0 + d * k1
-        return np.asarray((1.0 - d * k1) / np.where(np.abs(rest) > 1e-12, rest, 1e-12))
+        margin = (1.0 - d * k1) / np.where(np.abs(rest) > 1e-12, rest, 1e-12)
+        for k in (k1, k2):
+            rest = 1.0 + d * k
+            folded = rest < -TWICE_FOLDED
+            margin = np.minimum(margin, np.where(folded, (1.0 - d * k) / np.where(folded, rest, 1.0), margin))
+        return np.asarray(margin)
 
     def pressure_angle(self, at: At = "surface") -> Floats:
         """Angle between the contact normal and the velocity of the follower point, rad, (n, m).

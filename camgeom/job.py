@@ -6,8 +6,9 @@ Products are named pieces of the result; a job computes those asked for and noth
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,16 +39,20 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What a job found: plain data for result.json, the findings, and whether all passed."""
+    """What a job found: plain data for result.json, the findings, and whether all passed.
+
+    refused  why there is no body, or nothing; unanswered: why there is no contact, fatigue ..., by product
+    """
 
     data: dict[str, Any]
     findings: tuple[Finding, ...]
     refused: str = ""
+    unanswered: tuple[tuple[str, str], ...] = ()
 
     @property
     def passed(self) -> bool:
-        """True where every finding passes and every body asked for could be made."""
-        return not self.refused and all(finding.passed for finding in self.findings)
+        """True where every finding passes and everything asked for could be made."""
+        return not self.refused and not self.unanswered and all(finding.passed for finding in self.findings)
 
 
 def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
@@ -72,54 +77,76 @@ def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], t
 
 
 def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | None = None) -> Result:
-    """The result of the named products. A body that cannot be made is reported, not raised."""
+    """The result of the named products. What the design does not admit is reported in its place, not raised."""
     from camgeom import __version__
 
     wanted = set(products)
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
     found: tuple[Finding, ...] = ()
-    refused = ""
+    refused: dict[str, str] = {}
+
+    def fill(name: str, source: Callable[[], dict[str, Any]]) -> None:
+        try:
+            data[name] = source()
+        except DesignError as error:
+            refused[name] = str(error)
+            data[name] = {"refused": refused[name]}
+
     if "motion" in wanted:
         data["motion"] = motion_data(model)
-    if "flank" in wanted and (model.tracks or model.planar is not None):
-        data["flank"] = flank_data(model) if model.tracks else {}
-        data["flank"] |= model.planar.data() if model.planar is not None else {}
-        data["flank"] |= model.pair.data() if model.pair is not None else {}
+    if "flank" in wanted:
+        fill("flank", partial(_flank, model))
     if "checks" in wanted:
         from camgeom.checks import findings
 
         found = findings(model, only_checks)
         data["checks"] = [finding.as_dict() for finding in found]
-    if "solid" in wanted:
-        try:
-            data["solid"] = solid_data(model)
-        except DesignError as error:
-            refused = str(error)
-            data["solid"] = {"refused": refused}
-    if model.loaded and wanted & {"contact", "fatigue"}:
-        if "contact" in wanted:
-            data["contact"] = contact_data(model)
-        if "fatigue" in wanted:
-            data["fatigue"] = fatigue_data(model)
-    if model.turret_loaded:
-        if "contact" in wanted:
-            data["contact"] = model.turret_duty.contact_data()
-        if "fatigue" in wanted and model.setup.roller is not None:
-            roller = model.setup.roller
-            data["fatigue"] = model.turret_duty.fatigue_data(roller.dynamic_rating, roller.static_rating)
-    if model.driven and "contact" in wanted:
-        # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
-        data["contact"] = model.drive.data() | data.get("contact", {}) | model.drive.totals()
-    if "dynamics" in wanted and (found_dynamics := dynamics_data(model)):
-        data["dynamics"] = found_dynamics
-    if "cutter" in wanted and model.profile.cutter is not None:
-        try:
-            data["cutter"] = cutter_data(model)
-        except DesignError as error:
-            refused = refused or str(error)
-            data["cutter"] = {"refused": str(error)}
+    for name, source in SOURCES.items():
+        if name in wanted:
+            fill(name, partial(source, model))
+    data = {name: value for name, value in data.items() if value != {}}
     data["files"] = []
-    return Result(data, found, refused)
+    body = refused.pop("solid", "")
+    return Result(data, found, body, tuple(refused.items()))
+
+
+def _flank(model: Model) -> dict[str, Any]:
+    data = flank_data(model) if model.tracks else {}
+    for facts in (model.planar, model.pair):
+        data |= facts.data() if facts is not None else {}
+    return data
+
+
+def _contact(model: Model) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    if model.loaded:
+        data = contact_data(model)
+    if model.turret_loaded:
+        data = model.turret_duty.contact_data()
+    if model.driven:
+        # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
+        data = model.drive.data() | data | model.drive.totals()
+    return data
+
+
+def _fatigue(model: Model) -> dict[str, Any]:
+    roller = model.setup.roller
+    if model.turret_loaded and roller is not None:
+        return model.turret_duty.fatigue_data(roller.dynamic_rating, roller.static_rating)
+    return fatigue_data(model) if model.loaded else {}
+
+
+def _cutter(model: Model) -> dict[str, Any]:
+    return cutter_data(model) if model.profile.cutter is not None else {}
+
+
+SOURCES: dict[str, Callable[[Model], dict[str, Any]]] = {
+    "solid": solid_data,
+    "contact": _contact,
+    "fatigue": _fatigue,
+    "dynamics": dynamics_data,
+    "cutter": _cutter,
+}
 
 
 def with_costs(result: Result, model: Model) -> Result:

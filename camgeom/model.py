@@ -167,15 +167,19 @@ class Model:
         """The same with rollers larger by `grow` mm (normal)."""
         from camgeom.clearance import least_clearance
 
-        return tuple(least_clearance(track, *self._surface_points, grow) for track in self.passages)
+        return tuple(least_clearance(track, *self._surface_points(track), grow) for track in self.passages)
 
-    @property
-    def _surface_points(self) -> tuple[Floats, Floats]:
+    def _surface_points(self, track: Track) -> tuple[Floats, Floats]:
         """Vertices of all bodies, and by how much each may stand inside the true surface, mm.
 
-        A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface.
+        A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface. A planar
+        cam's walls run along the roller, with vertices at their ends alone: those are taken beside the roller's middle.
         """
+        from camgeom.clearance import wall_points
+
         points = [solid.mesh.vertices for solid in self.solids]
+        if self.planar is not None:
+            points = [wall_points(solid.mesh, 0.5 * sum(track.contact)) for solid in self.solids]
         slack = [
             np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method == "boolean" else
             np.zeros(len(solid.mesh.vertices))

@@ -38,13 +38,21 @@ class Forms:
         """E G - F², squared area element."""
         return np.asarray(self.E * self.G - self.F**2)
 
+    @property
+    def _area(self) -> Floats:
+        """The determinant kept from zero: where the surface is singular curvatures come out very large, not infinite.
+
+        E G - F² is known to a rounding of E G and no better.
+        """
+        return np.asarray(np.maximum(self.determinant, np.maximum(1e-24 * self.E * self.G, 1e-140)))
+
     def twice_mean(self) -> Floats:
         """2H = k1 + k2, 1/mm."""
-        return np.asarray((self.E * self.N - 2.0 * self.F * self.M + self.G * self.L) / self.determinant)
+        return np.asarray((self.E * self.N - 2.0 * self.F * self.M + self.G * self.L) / self._area)
 
     def gauss(self) -> Floats:
         """K = k1 k2, 1/mm²."""
-        return np.asarray((self.L * self.N - self.M**2) / self.determinant)
+        return np.asarray((self.L * self.N - self.M**2) / self._area)
 
     def principal(self) -> tuple[Floats, Floats]:
         """Principal curvatures, larger first, 1/mm."""

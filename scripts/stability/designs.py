@@ -1,0 +1,398 @@
+"""Random cam designs as plain profile tables: every kind, form, follower, roller, law; six decades of size; some bad.
+
+A design is a function of its seed alone. About one in five has a number or two multiplied by a factor of up to eight
+(out of the range that makes sense), so that refusals and findings are met as well as good bodies.
+"""
+
+from __future__ import annotations
+
+from math import asin, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+KINDS = (
+    "disc", "cylindrical", "disc-groove", "constant-width", "cylindrical", "conjugate", "disc", "globoidal",
+    "cylindrical", "cylindrical-index",
+)  # fmt: skip
+"""the kind of a seed is KINDS[seed % 10]; those that cost most come less often"""
+SMOOTH = (
+    "3-4-5", "4-5-6-7", "5-6-7-8-9", "cycloidal", "freudenstein-1-3", "freudenstein-1-3-5", "gutman-1-3",
+    "modified-constant-velocity", "modified-sine", "modified-trapezoid", "polynomial", "power-polynomial", "scca",
+    "trapezoidal-acceleration", "triple-harmonic", "universal-asymmetric", "b-spline", "spline",
+)  # fmt: skip
+ROUGH = (
+    "simple-harmonic", "parabolic", "double-harmonic", "cubic-2", "trapezoidal-velocity",
+    "constant-velocity", "cubic-1",
+)  # fmt: skip
+LENGTHS = {
+    "cam": (
+        "base_radius", "width", "center_distance", "diameter", "groove_depth", "running_clearance", "bore",
+        "keyway_width", "keyway_depth", "length", "start", "pitch_radius", "rib_thickness", "return_arm",
+        "return_radius", "gap", "mark_diameter", "mark_radius", "globoid_radius", "tip_clearance", "preload",
+        "hub_diameter", "hub_length",
+    ),
+    "follower": (
+        "offset", "face_radius", "face_width", "clearance", "arm", "pivot_distance", "face_offset", "pitch_radius",
+    ),
+    "roller": ("diameter", "length", "crown_radius"),
+}  # fmt: skip
+
+
+class Dice:
+    """Random numbers of one design."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+
+    def between(self, low: float, high: float) -> float:
+        return float(self.rng.uniform(low, high))
+
+    def log(self, low: float, high: float) -> float:
+        return float(np.exp(self.rng.uniform(np.log(low), np.log(high))))
+
+    def one(self, *choices: Any) -> Any:
+        return choices[int(self.rng.integers(len(choices)))]
+
+    def chance(self, share: float) -> bool:
+        return bool(self.rng.random() < share)
+
+    def whole(self, low: int, high: int) -> int:
+        return int(self.rng.integers(low, high + 1))
+
+
+def design(seed: int) -> dict[str, Any]:
+    """The profile tables of a seed."""
+    dice = Dice(seed)
+    kind = KINDS[seed % len(KINDS)]
+    data = {
+        "disc": _disc,
+        "disc-groove": _disc_groove,
+        "constant-width": _constant_width,
+        "conjugate": _conjugate,
+        "cylindrical": _drum,
+        "cylindrical-index": _barrel,
+        "globoidal": _globoid,
+    }[kind](dice)
+    data["name"] = f"seed {seed}"
+    data["cam"]["direction"] = dice.one("ccw", "cw")
+    if dice.chance(0.6):
+        _operation(dice, data)
+    if dice.chance(0.2):
+        _spoil(dice, data)
+    cam = data["cam"]
+    size = max(cam.get("diameter", 0.0), 2.0 * cam.get("base_radius", 0.0), cam.get("width", 0.0))
+    fine = 2e-4 if kind in ("globoidal", "cylindrical-index") else 3e-5
+    data["output"] = {"tolerance": size * dice.log(fine, 2e-3)}
+    _scale(data, dice.log(1e-3, 1e3))
+    data["output"]["tolerance"] = min(1.0, max(1e-7, data["output"]["tolerance"]))
+    return data
+
+
+def _spoil(dice: Dice, data: dict[str, Any]) -> None:
+    """Multiply one to three numbers by a factor of 1/8 to 8."""
+    places = [(t, k) for t in ("cam", "follower", "roller") for k, v in data.get(t, {}).items() if isinstance(v, float)]
+    places += [(i, "to") for i, segment in enumerate(data["motion"]) if segment.get("to")]
+    for _ in range(dice.whole(1, 3)):
+        table, key = places[dice.whole(0, len(places) - 1)]
+        target = data["motion"][table] if isinstance(table, int) else data[table]
+        target[key] *= dice.log(0.125, 8.0)
+
+
+def _scale(data: dict[str, Any], by: float) -> None:
+    """Multiply every length; lifts of sliding followers too."""
+    for table, keys in LENGTHS.items():
+        for key in keys:
+            if key in data.get(table, {}):
+                data[table][key] = float(data[table][key] * by)
+    data["output"]["tolerance"] *= by
+    if data["follower"]["kind"] in ("translating", "frame"):
+        for segment in data["motion"]:
+            if segment.get("to"):
+                segment["to"] *= by
+            for key in ("velocity", "acceleration"):
+                if key in segment:
+                    segment[key] *= by
+            if segment.get("law") == "spline" and "points" in segment:
+                segment["points"] = tuple((x, y * by) for x, y in segment["points"])
+            if segment.get("law") == "b-spline" and "control" in segment:
+                segment["control"] = tuple(y * by for y in segment["control"])
+
+
+def _operation(dice: Dice, data: dict[str, Any]) -> None:
+    data["operation"] = {"speed": dice.log(0.1, 3000.0), "friction": dice.log(1e-3, 1e3)}
+    if dice.chance(0.5):
+        data["operation"] |= {"spring_rate": dice.log(1e-2, 100.0), "spring_preload": dice.log(0.1, 1e4)}
+    follower = data["follower"]
+    follower["inertia" if follower["kind"] in ("swinging", "turret") else "mass"] = dice.log(1e-4, 1e3)
+    if dice.chance(0.4) and "roller" in data:
+        data["roller"]["dynamic_rating"] = dice.log(100.0, 1e5)
+
+
+def _law(dice: Dice) -> dict[str, Any]:
+    name = dice.one(*SMOOTH) if dice.chance(0.88) else dice.one(*ROUGH)
+    segment: dict[str, Any] = {"law": name}
+    if name in ("modified-sine", "modified-trapezoid", "trapezoidal-acceleration") and dice.chance(0.5):
+        segment["share"] = dice.between(0.02, 0.24)
+    if name == "modified-constant-velocity" and dice.chance(0.5):
+        segment |= {"share": dice.between(0.0, 0.8), "rise": dice.between(0.1, 0.9)}
+    if name == "universal-asymmetric" and dice.chance(0.5):
+        segment["accelerate"] = dice.between(0.2, 0.8)
+        segment |= {"rise": dice.between(0.1, 0.5), "fall": dice.between(0.1, 0.5)}
+    if name in ("polynomial", "spline", "b-spline") and dice.chance(0.4):
+        segment["order"] = dice.whole(1, 3)
+    return segment
+
+
+def _moves(dice: Dice, levels: list[float], end: float = 360.0) -> tuple[dict[str, Any], ...]:
+    """Segments through the levels in order, a dwell between some, all together `end` degrees."""
+    steps: list[dict[str, Any]] = []
+    weights = []
+    for level in levels:
+        if dice.chance(0.6):
+            steps.append({})
+            weights.append(dice.log(0.01, 1.0))
+        steps.append({"to": level, **_law(dice)})
+        weights.append(dice.between(0.5, 1.5))
+    if dice.chance(0.5):
+        steps.append({})
+        weights.append(dice.log(0.01, 1.0))
+    until = np.cumsum(weights) / sum(weights) * end
+    for step, angle in zip(steps, until):
+        step["until"] = float(angle)
+    steps[-1]["until"] = end
+    return tuple(steps)
+
+
+def _round_trip(dice: Dice, stroke: float) -> tuple[dict[str, Any], ...]:
+    """One to three heights and back to zero."""
+    levels = [stroke] if dice.chance(0.7) else [stroke * dice.between(0.1, 1.0) for _ in range(dice.whole(2, 4))]
+    return _moves(dice, [*levels, 0.0])
+
+
+def _bored(dice: Dice, cam: dict[str, Any], room: float) -> None:
+    """Give the cam a bore (and a keyway) within the radius `room`."""
+    if not dice.chance(0.7) or room <= 0.0:
+        return
+    cam["bore"] = 2.0 * room * dice.between(0.2, 0.7)
+    if dice.chance(0.5):
+        cam["keyway_width"] = cam["bore"] * dice.between(0.1, 0.4)
+        cam["keyway_depth"] = cam["bore"] * dice.between(0.03, 0.15)
+
+
+def _flat_roller(dice: Dice, diameter: float, length: float) -> dict[str, Any]:
+    roller: dict[str, Any] = {"diameter": diameter, "length": length}
+    if dice.chance(0.3):
+        roller |= {"shape": "crowned", "crown_radius": max(diameter, length) * dice.log(1.0, 100.0)}
+    return roller
+
+
+def _swing(dice: Dice, prime: float, stroke: float) -> tuple[dict[str, Any], float, float]:
+    """A swinging follower beside a cam of the given prime radius: follower, centre distance, swing in degrees."""
+    arm = prime * dice.between(0.8, 2.5)
+    lean = dice.between(0.5 * pi, 0.75 * pi)
+    distance = sqrt(prime**2 + arm**2 + 2.0 * prime * arm * (-np.cos(lean))) if dice.chance(0.7) else arm + 0.4 * prime
+    follower = {"kind": "swinging", "arm": arm, "side": dice.one("left", "right")}
+    return follower, float(distance), float(np.degrees(stroke / arm))
+
+
+def _offset(dice: Dice, most: float) -> float:
+    return 0.0 if dice.chance(0.5) else dice.between(-most, most)
+
+
+def _disc(dice: Dice) -> dict[str, Any]:
+    base = 30.0
+    stroke = base * dice.log(1e-3, 1.5)
+    cam: dict[str, Any] = {"kind": "disc", "base_radius": base, "width": base * dice.log(0.05, 2.0)}
+    face = dice.one("roller", "roller", "roller", "flat", "knife", "curved")
+    radius = base * dice.log(0.02, 1.5)
+    touch = radius if face in ("roller", "curved") else 0.0
+    if dice.chance(0.55):
+        follower: dict[str, Any] = {"kind": "translating", "offset": _offset(dice, 0.8 * base)}
+        if face == "flat":
+            stroke *= 0.3
+    else:
+        follower, cam["center_distance"], stroke = _swing(dice, base + touch, min(stroke, 0.7 * base))
+        if face == "flat":
+            cam["center_distance"], stroke = base * dice.between(1.5, 4.0), stroke * 0.4
+            follower["face_offset"] = base * dice.between(-0.3, 0.3)
+    follower["face"] = face
+    data: dict[str, Any] = {"cam": cam, "follower": follower, "motion": _round_trip(dice, stroke)}
+    if face == "roller":
+        data["roller"] = _flat_roller(dice, 2.0 * radius, cam["width"] * dice.between(0.3, 1.5))
+    if face == "curved":
+        follower["face_radius"] = radius
+    _bored(dice, cam, base)
+    return data
+
+
+def _disc_groove(dice: Dice) -> dict[str, Any]:
+    base, radius = 40.0, 40.0 * dice.log(0.02, 0.5)
+    stroke = base * dice.log(1e-3, 0.8)
+    width = base * dice.log(0.1, 1.5)
+    cam: dict[str, Any] = {"kind": "disc", "form": "groove", "base_radius": base, "width": width}
+    cam["groove_depth"] = width * dice.between(0.2, 0.9)
+    if dice.chance(0.6):
+        follower: dict[str, Any] = {"kind": "translating", "offset": _offset(dice, 0.5 * base)}
+        lift = stroke
+    else:
+        lift = min(stroke, 0.5 * base)
+        follower, cam["center_distance"], stroke = _swing(dice, base + radius, lift)
+    cam["diameter"] = 2.0 * (base + 2.0 * radius + 1.1 * lift) * dice.between(1.02, 1.5)
+    if dice.chance(0.4):
+        cam["running_clearance"] = radius * dice.log(1e-4, 0.05)
+    _bored(dice, cam, base)
+    roller = _flat_roller(dice, 2.0 * radius, cam["groove_depth"] * dice.between(0.3, 1.0))
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _round_trip(dice, stroke)}
+
+
+def _constant_width(dice: Dice) -> dict[str, Any]:
+    base = 40.0
+    cam: dict[str, Any] = {"kind": "constant-width", "base_radius": base, "width": base * dice.log(0.05, 2.0)}
+    follower: dict[str, Any] = {"kind": "frame", "clearance": base * dice.log(1e-5, 1e-2) if dice.chance(0.5) else 0.0}
+    stroke = base * dice.log(1e-3, 1.0)
+    levels = [stroke] if dice.chance(0.8) else [stroke * dice.between(0.2, 0.8), stroke]
+    data: dict[str, Any] = {"cam": cam, "follower": follower, "motion": _moves(dice, levels, 180.0)}
+    if dice.chance(0.4):
+        data["roller"] = _flat_roller(dice, base * dice.log(0.05, 1.0), cam["width"])
+    elif dice.chance(0.5):
+        follower["face_width"] = base * dice.between(1.0, 4.0)
+    _bored(dice, cam, base)
+    return data
+
+
+def _conjugate(dice: Dice) -> dict[str, Any]:
+    base, radius = 50.0, 50.0 * dice.log(0.05, 0.8)
+    stroke = base * dice.log(1e-3, 0.6)
+    cam: dict[str, Any] = {"kind": "conjugate", "base_radius": base, "width": base * dice.log(0.1, 1.0)}
+    if dice.chance(0.4):
+        follower: dict[str, Any] = {"kind": "translating", "offset": _offset(dice, 0.4 * base)}
+        if dice.chance(0.3):
+            cam["return_radius"] = base * dice.between(0.9, 2.0)
+    else:
+        follower, cam["center_distance"], stroke = _swing(dice, base + radius, stroke)
+        if dice.chance(0.3):
+            cam["return_arm"] = follower["arm"] * dice.between(0.8, 1.2)
+    if dice.chance(0.5):
+        follower["clearance"] = base * dice.log(1e-6, 1e-2)
+    if dice.chance(0.5):
+        cam["gap"] = cam["width"] * dice.between(0.0, 1.0)
+    _bored(dice, cam, 0.8 * base)
+    if dice.chance(0.3):
+        cam |= {"mark_diameter": 0.06 * base, "mark_radius": 0.9 * base}
+    roller = _flat_roller(dice, 2.0 * radius, cam["width"] * dice.between(0.4, 1.0))
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _round_trip(dice, stroke)}
+
+
+def _roller(dice: Dice, diameter: float, length: float) -> dict[str, Any]:
+    shape = dice.one("cylinder", "cylinder", "cone", "crowned", "sphere")
+    roller: dict[str, Any] = {"shape": shape, "diameter": diameter, "length": length}
+    if shape == "cone":
+        roller["half_angle"] = dice.between(-15.0, 25.0)
+    if shape == "crowned":
+        roller["crown_radius"] = max(diameter, length) * dice.log(0.8, 50.0)
+    if shape == "sphere":
+        roller["length"] = min(length, 0.35 * diameter)
+    return roller
+
+
+def _drum(dice: Dice) -> dict[str, Any]:
+    outer = 60.0
+    diameter = 2.0 * outer * dice.log(0.03, 0.35)
+    depth = diameter * dice.between(0.3, 0.9)
+    roller = _roller(dice, diameter, depth * dice.between(0.5, 1.0))
+    if roller["shape"] == "sphere":
+        depth = 0.5 * diameter * dice.between(0.6, 1.0)
+    form = dice.one("groove", "groove", "rib")
+    cam: dict[str, Any] = {"kind": "cylindrical", "form": form, "diameter": 2.0 * outer, "groove_depth": depth}
+    stroke = outer * dice.log(1e-3, 2.5)
+    margin = 0.5 * diameter
+    if form == "rib":
+        cam["rib_thickness"] = diameter * dice.between(0.2, 2.0)
+        margin = 0.5 * cam["rib_thickness"]
+    margin = margin + 0.1 * outer if dice.chance(0.8) else margin * dice.between(0.0, 1.2)
+    cam |= {"start": margin + 0.05 * outer, "length": stroke + 2.0 * margin + 0.1 * outer}
+    if dice.chance(0.4):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    if dice.chance(0.65):
+        follower: dict[str, Any] = {"kind": "translating"}
+        motion = _round_trip(dice, stroke)
+    else:
+        arm = max(stroke, outer) * dice.between(0.8, 3.0)
+        half = asin(min(0.95, 0.5 * stroke / arm))
+        follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
+        motion = _round_trip(dice, float(np.degrees(2.0 * half)))
+    _bored(dice, cam, outer - depth)
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _indexing(dice: Dice, stops: int, rollers: int) -> tuple[dict[str, Any], ...]:
+    index = 360.0 / stops
+    if dice.chance(0.12):
+        swing = index * dice.between(0.3, 1.5)
+        return _moves(dice, [swing, 0.0])
+    indexes = 1 if dice.chance(0.85) else 2
+    del rollers
+    share = dice.between(0.25, 0.95) if dice.chance(0.85) else 1.0
+    steps: list[dict[str, Any]] = []
+    for k in range(indexes):
+        low, high = ((k + 0.5 - 0.5 * share) * 360.0 / indexes, (k + 0.5 + 0.5 * share) * 360.0 / indexes)
+        if share < 1.0:
+            steps.append({"until": low})
+        steps.append({"until": high, "to": (k + 1) * index, **_law(dice)})
+    if share < 1.0:
+        steps.append({"until": 360.0})
+    else:
+        steps[-1]["until"] = 360.0
+    return tuple(steps)
+
+
+def _barrel(dice: Dice) -> dict[str, Any]:
+    stops = dice.whole(4, 24)
+    starts = 1 if dice.chance(0.8) else 2
+    pitch_radius = 120.0
+    room = 2.0 * pitch_radius * sin(pi / (stops * starts))
+    diameter = room * dice.between(0.3, 0.7)
+    outer = pitch_radius * dice.between(0.3, 0.8)
+    length = min(diameter, 0.5 * outer) * dice.between(0.3, 0.9)
+    width = min(room * dice.between(0.8, 2.2), 1.7 * pitch_radius - diameter)
+    cam: dict[str, Any] = {"kind": "cylindrical-index", "form": dice.one("rib", "groove")}
+    cam |= {"hand": dice.one("right", "left"), "diameter": 2.0 * outer, "width": width, "tip_clearance": 0.05 * length}
+    cam["center_distance"] = pitch_radius * dice.between(0.93, 1.0)
+    if dice.chance(0.3):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    _bored(dice, cam, 0.7 * (outer - length) - 0.3 * diameter)
+    follower = {"kind": "turret", "stops": stops, "rollers": stops * starts, "pitch_radius": pitch_radius}
+    roller = _roller(dice, diameter, length)
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _indexing(dice, stops, stops * starts)}
+
+
+def _globoid(dice: Dice) -> dict[str, Any]:
+    stops = dice.whole(3, 24)
+    starts = 1 if dice.chance(0.8) or stops > 16 else 2
+    count = stops * starts
+    pitch_radius = 90.0
+    length = pitch_radius * dice.between(0.1, 0.3)
+    inner = pitch_radius - 0.5 * length
+    diameter = 2.0 * inner * sin(pi / count) * dice.between(0.35, 0.8)
+    diameter = min(diameter, 0.9 * pitch_radius)
+    roller = _roller(dice, diameter, length)
+    low = pitch_radius if roller["shape"] == "sphere" else inner
+    globoid = low + 0.05 * length * dice.between(0.2, 1.5)
+    reach = pitch_radius + 0.5 * length + 0.25 * diameter
+    cam: dict[str, Any] = {"kind": "globoidal", "form": dice.one("rib", "groove"), "hand": dice.one("right", "left")}
+    cam |= {"center_distance": reach * dice.between(1.3, 2.2), "globoid_radius": globoid}
+    cam["tip_clearance"] = 0.03 * length
+    rib = 2.0 * pitch_radius * sin(pi / count)
+    cam["width"] = min(rib * dice.between(0.7, 1.8), 1.5 * globoid)
+    if dice.chance(0.3):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    if dice.chance(0.2):
+        cam["preload"] = diameter * dice.log(1e-5, 1e-3)
+    floor = cam["center_distance"] - reach - 0.1 * pitch_radius
+    _bored(dice, cam, 0.8 * floor)
+    if dice.chance(0.3):
+        bore = 0.5 * cam.get("bore", 0.0) + cam.get("keyway_depth", 0.0)
+        cam |= {"hub_diameter": 2.0 * (bore + 0.5 * max(0.0, floor - bore)), "hub_length": 0.3 * pitch_radius}
+    follower = {"kind": "turret", "stops": stops, "rollers": count, "pitch_radius": pitch_radius}
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _indexing(dice, stops, count)}
