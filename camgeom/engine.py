@@ -32,7 +32,7 @@ def _combine(first: Mesh, rest: Sequence[Mesh], operation: str) -> Mesh:
     names: dict[int, str] = {}
     solids = [_manifold(mesh, names) for mesh in (first, *rest)]
     result = manifold3d.Manifold.batch_boolean(solids, getattr(manifold3d.OpType, operation))
-    _check(result, f"{operation.lower()} of {len(solids)} bodies")
+    checked(result, f"{operation.lower()} of {len(solids)} bodies")
     return _mesh(result, names)
 
 
@@ -56,11 +56,11 @@ def _manifold(mesh: Mesh, names: dict[int, str]) -> Any:
             run_original_id=ids[present],
         )
     )
-    _check(solid, "input body")
+    checked(solid, "input body")
     return solid
 
 
-def _check(solid: Any, what: str) -> None:
+def checked(solid: Any, what: str) -> None:
     status = solid.status()
     if status.name != "NoError":
         raise GeometryEngineError(f"{what}: the geometry engine reports {status.name}")

@@ -1,13 +1,14 @@
 """Judge a boundary representation without a CAD kernel: topology, tolerances, orientation, volume and area.
 
-Volume and area are integrals over the faces: spline faces by Gauss quadrature over their whole rectangle, faces on
-elementary surfaces by Green's theorem in the surface's parameters along their loops. Both are exact to rounding for
-the shape that is written, so they can be compared with a mesh's or a closed form.
+Volume and area are integrals over the faces: spline faces that fill their rectangle by Gauss quadrature over it, all
+others by Green's theorem in the surface's parameters along their loops. Both are exact to rounding for the shape that
+is written, so they can be compared with a mesh's or a closed form.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -107,13 +108,14 @@ def measure_face(face: Face) -> tuple[float, float]:
     """Share of the volume (mm³, about the origin) and area (mm²) of a face; the area is negative where the loops run
     against the face's normal."""
     sign = 1.0 if face.same_sense else -1.0
-    if isinstance(face.surface, SplineSurface):
-        volume, area = _whole_patch(face.surface)
+    spline = face.surface if isinstance(face.surface, SplineSurface) else None
+    if spline is not None and _fills(face, spline):
+        volume, area = _whole_patch(spline)
         turning = _turning(face)
         return turning * volume, turning * sign * area
     volume = area = 0.0
     for loop in face.loops:
-        loop_volume, loop_area = _green(face.surface, loop)
+        loop_volume, loop_area = _green(face.surface, loop) if spline is None else _spline_green(spline, loop)
         volume, area = volume + loop_volume, area + loop_area
     return volume, sign * area
 
@@ -133,6 +135,36 @@ def _whole_patch(surface: SplineSurface) -> tuple[float, float]:
     return float(flux @ weight), float(area @ weight)
 
 
+def _fills(face: Face, surface: SplineSurface) -> bool:
+    """Whether all edges of a face lie on the border of its spline's rectangle."""
+    if len(face.loops) > 1:
+        return False
+    u, v = surface.locate(np.concatenate([_run(use) for use in face.loops[0]]))
+    rims = [(u, surface.u.start), (u, surface.u.stop), (v, surface.v.start), (v, surface.v.stop)]
+    spans = surface.u.stop - surface.u.start, surface.v.stop - surface.v.start
+    apart = [np.abs(values - rim) / spans[k // 2] for k, (values, rim) in enumerate(rims)]
+    return bool(np.min(apart, axis=0).max() < 1e-7)
+
+
+def _spline_green(surface: SplineSurface, loop: Loop) -> tuple[float, float]:
+    """As `_green` on a spline: primitives along the parameter with fewer spans, summed span by span."""
+    bases, axis = (surface.u, surface.v), 0 if len(surface.u.breaks) < len(surface.v.breaks) else 1
+    runs = [_passed(surface, use) for use in loop]
+    u, v, du, dv = (np.concatenate([run[i] for run in runs]) for i in range(4))
+    inner, outer = ((u, v), (v, u))[axis]
+    step = dv if axis == 0 else -du
+    nodes, weights = np.polynomial.legendre.leggauss(bases[axis].degree + 2)
+    sums = np.zeros((2, len(inner)))
+    for low, high in pairwise(bases[axis].breaks.tolist()):
+        half = 0.5 * (np.clip(inner, low, high) - low)
+        if not half.any():
+            continue
+        at, other = (low + half[:, None] * (1.0 + nodes)).ravel(), np.repeat(outer, len(nodes))
+        values = _flux(surface, at, other) if axis == 0 else _flux(surface, other, at)
+        sums += [(value.reshape(-1, len(nodes)) @ weights) * half for value in values]
+    return float(sums[0] @ step), float(sums[1] @ step)
+
+
 def _turning(face: Face) -> float:
     """+1 where the outer loop runs counter-clockwise in the parameters of a spline surface, -1 where clockwise."""
     points = np.concatenate([_run(use) for use in face.loops[0]])
@@ -148,7 +180,7 @@ def _run(use: Use) -> Floats:
 def _green(surface: Surface, loop: Loop) -> tuple[float, float]:
     """Integrals over the inside of a loop of flux and area element, as the loop integral of their u-primitives."""
     parts = [_passed(surface, use) for use in loop]
-    u, v, dv = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    u, v, _, dv = (np.concatenate([part[i] for part in parts]) for i in range(4))
     if not isinstance(surface, Plane):
         u = np.unwrap(u)
     nodes, weights = np.polynomial.legendre.leggauss(1 if isinstance(surface, Plane) else 24)
@@ -162,12 +194,12 @@ def _green(surface: Surface, loop: Loop) -> tuple[float, float]:
     return float(primitives[0] @ dv), float(primitives[1] @ dv)
 
 
-def _passed(surface: Surface, use: Use) -> tuple[Floats, Floats, Floats]:
-    """Surface parameters at the Gauss nodes of an edge in the order of the pass, and the weighted change of v."""
+def _passed(surface: Surface, use: Use) -> tuple[Floats, Floats, Floats, Floats]:
+    """Surface parameters at the Gauss nodes of an edge in the order of the pass, and their weighted changes."""
     t, weight = use.edge.quadrature()
     u, v = surface.locate(use.edge.curve.at(t))
     _, xu, xv = surface.jet(u, v)
-    _, dv = solve_pairs(xu, xv, use.edge.curve.tangent(t))
+    du, dv = (step * weight for step in solve_pairs(xu, xv, use.edge.curve.tangent(t)))
     if use.forward:
-        return u, v, dv * weight
-    return u[::-1], v[::-1], -dv[::-1] * weight[::-1]
+        return u, v, du, dv
+    return u[::-1], v[::-1], -du[::-1], -dv[::-1]

@@ -252,20 +252,23 @@ class SplineSurface:
     poles: Floats
     weights: Floats | None = None
 
-    def _sum(self, poles: Floats, u: Floats, v: Floats, order: tuple[int, int]) -> Floats:
-        iu, bu = self.u.local(u, order[0])
-        iv, bv = self.v.local(v, order[1])
+    def _jet(self, poles: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        """Tensor-product sums of poles (nu, nv, c) and their derivatives by u and v, each (n, c)."""
+        n, c = len(u), poles.shape[2]
+        (iu, bu), (iv, bv) = self.u.slopes(u), self.v.slopes(v)
         rows = (iu[:, None] + np.arange(self.u.degree + 1))[:, :, None]
         columns = (iv[:, None] + np.arange(self.v.degree + 1))[:, None, :]
-        return np.asarray(np.einsum("ni,nj,nijc->nc", bu, bv, poles[rows, columns], optimize=True))
+        alive = poles[rows, columns].reshape(n, self.u.degree + 1, -1)
+        along = (bu @ alive).reshape(n, 2, self.v.degree + 1, c)
+        x = bv @ along[:, 0]
+        return x[:, 0], (bv[:, :1] @ along[:, 1])[:, 0], x[:, 1]
 
     def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Points and derivatives by u and v, each (n, 3), at pairs u (n,), v (n,)."""
         if self.weights is None:
-            x, xu, xv = (self._sum(self.poles, u, v, order) for order in ((0, 0), (1, 0), (0, 1)))
-            return x, xu, xv
+            return self._jet(self.poles, u, v)
         weighted = np.concatenate([self.poles * self.weights[..., None], self.weights[..., None]], axis=2)
-        h, hu, hv = (self._sum(weighted, u, v, order) for order in ((0, 0), (1, 0), (0, 1)))
+        h, hu, hv = self._jet(weighted, u, v)
         w, x = h[:, 3:], h[:, :3] / h[:, 3:]
         return x, (hu[:, :3] - x * hu[:, 3:]) / w, (hv[:, :3] - x * hv[:, 3:]) / w
 

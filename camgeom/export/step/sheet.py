@@ -75,7 +75,7 @@ def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
     """
     if len(knots) == 2:  # a face that closed on itself would need a seam
         knots = np.array([knots[0], 0.5 * (knots[0] + knots[1]), knots[1]])
-    patches = _fitted(bands, knots, tolerance)
+    patches = fitted(bands, knots, tolerance)
     net = _Net(bands, patches)
     faces = [face for k in range(len(bands)) for face in _band_faces(net, k, outward)]
     deviation = max(fit.deviation for row in patches for fit in row)
@@ -84,7 +84,7 @@ def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
     return Sheet(tuple(faces), *ends, deviation)
 
 
-def _fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
+def fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
     """Fits by band and interval: one basis along phi in each interval, one across in each band."""
     points, degrees = [band.point for band in bands], [band.degree for band in bands]
     intervals = list(pairwise(knots.tolist()))

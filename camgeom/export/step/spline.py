@@ -76,6 +76,20 @@ class Basis:
         span = np.clip(np.searchsorted(self.knots, x, side="right") - 1, self.degree, self.size - 1)
         return span - self.degree, _derivatives(self.degree, self.knots, span, x, order)
 
+    def slopes(self, x: Floats) -> tuple[Ints, Floats]:
+        """As `local`, values and first derivatives together: (n,) and (n, 2, degree + 1)."""
+        span = np.clip(np.searchsorted(self.knots, x, side="right") - 1, self.degree, self.size - 1)
+        lower = _derivatives(self.degree - 1, self.knots, span, x, 0)
+        index = span[:, None] + np.arange(1 - self.degree, 1)
+        left, right = self.knots[index], self.knots[index + self.degree]
+        weight = lower / (right - left)
+        both = np.zeros((len(x), 2, self.degree + 1))
+        both[:, 0, :-1] = (right - x[:, None]) * weight
+        both[:, 0, 1:] += (x[:, None] - left) * weight
+        both[:, 1, :-1] = -self.degree * weight
+        both[:, 1, 1:] += self.degree * weight
+        return span - self.degree, both
+
     def design(self, x: Floats, order: int = 0) -> Floats:
         """Matrix (n, size) of the `order`-th derivative of every basis function at x (n,)."""
         first, values = self.local(x, order)
@@ -144,10 +158,10 @@ def fit_bands(
         trials = [_Trial(point, degree, u, nu, nv) for point, degree, nv in zip(points, degrees, across)]
         along = max(trial.along for trial in trials)
         if not along <= 0.5 * tolerance:  # true for NaN as well
-            nu = _refined(nu, 2.0 * along, tolerance, DEGREE, *u)
+            nu = refined(nu, 2.0 * along, tolerance, DEGREE, *u)
         rough = [k for k, trial in enumerate(trials) if not trial.across <= 0.5 * tolerance]
         for k in rough:
-            across[k] = _refined(across[k], 2.0 * trials[k].across, tolerance, degrees[k], 0.0, 1.0)
+            across[k] = refined(across[k], 2.0 * trials[k].across, tolerance, degrees[k], 0.0, 1.0)
         if along <= 0.5 * tolerance and not rough:
             return [trial.fit() for trial in trials]
 
@@ -157,7 +171,7 @@ class _Trial:
     """One fit and its deviation along u and across, mm; the exact points come in one call."""
 
     def __init__(self, point: SurfacePoints, degree: int, u: tuple[float, float], nu: int, nv: int) -> None:
-        self.ku, self.kv, self.interval = _kit(DEGREE, nu), _kit(degree, nv), u
+        self.ku, self.kv, self.interval = kit(DEGREE, nu), kit(degree, nv), u
         a, b = len(self.ku.nodes), len(self.kv.nodes)
         self.grid = point(_scaled(self.ku.grid, *u), self.kv.grid)
         rows = _along_u(self.ku.inverse, self.grid[:a, :b])
@@ -179,7 +193,7 @@ class _Trial:
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Kit:
+class Kit:
     """Everything about interpolation on [0, 1] that does not depend on the points."""
 
     degree: int
@@ -192,7 +206,7 @@ class _Kit:
 
 
 @lru_cache(maxsize=256)
-def _kit(degree: int, spans: int) -> _Kit:
+def kit(degree: int, spans: int) -> Kit:
     ends = np.zeros(degree), np.ones(degree)
     breaks = np.linspace(0.0, 1.0, spans + 1)
     basis = Basis(degree, np.concatenate((ends[0], breaks, ends[1])))
@@ -201,7 +215,7 @@ def _kit(degree: int, spans: int) -> _Kit:
     inverse = np.asarray(np.linalg.inv(basis.design(nodes)), dtype=float)
     inverse[0], inverse[-1] = np.eye(basis.size)[0], np.eye(basis.size)[-1]
     probes = (breaks[:-1, None] + _PROBES / spans).ravel()
-    return _Kit(degree, basis.knots, nodes, inverse, basis.design(probes), np.concatenate([nodes, probes]))
+    return Kit(degree, basis.knots, nodes, inverse, basis.design(probes), np.concatenate([nodes, probes]))
 
 
 def _scaled(unit: Floats, start: float, stop: float) -> Floats:
@@ -219,7 +233,7 @@ def _largest(difference: Floats) -> float:
     return float(np.sqrt(np.einsum("...i,...i->...", difference, difference).max()))
 
 
-def _refined(spans: int, error: float, tolerance: float, degree: int, start: float, stop: float) -> int:
+def refined(spans: int, error: float, tolerance: float, degree: int, start: float, stop: float) -> int:
     """Next number of spans: the error falls with spans^-(degree + 1) once the points are resolved."""
     if not np.isfinite(error):
         raise NotConverged(f"spline fit on [{start:.6g}, {stop:.6g}]: the exact points hold NaN or infinity")

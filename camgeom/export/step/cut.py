@@ -1,0 +1,242 @@
+"""Bodies cut from a blank as boundary representations: which faces there are from a mesh, where they meet exactly.
+
+The grooves' walls and floors are fitted once, as patches. A boolean of coarse meshes made on those patches says which
+pieces of which patches bound the body and which of them are neighbours. Then every corner and every edge is found on
+the patches themselves: an edge is where two of them cross, to a billionth of a millimetre, and a spline through such
+points to a tenth of the tolerance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import CamgeomError, DesignError
+from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, vertex
+from camgeom.export.step.geometry import SplineSurface, Surface, Torus
+from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
+from camgeom.export.step.meeting import corner
+from camgeom.export.step.patches import SECTORS, Patch, Strip, blank_patches, keyway_start, strip
+from camgeom.export.step.regions import Chain, Regions, regions_of
+from camgeom.export.step.sheet import Band
+from camgeom.export.step.solids import TOLERANCE
+from camgeom.export.step.tagged import OUTSIDE, Cut, blank_mesh, strip_mesh, subtract_tagged
+from camgeom.export.step.tracing import Crossing, fit_curve
+from camgeom.groove import GrooveSection
+from camgeom.solid import CutBlank
+from camgeom.track import Track
+from camgeom.turret_cut import FlooredSection, IndexingCut
+
+Floats = npt.NDArray[np.float64]
+SAGS = (0.03,)
+"""mm; of the meshes that settle the topology, tried one after another"""
+EDGE_SHARE = 0.1
+"""tolerance of edges as a share of that of the surfaces"""
+
+
+def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Solid:
+    """The cut blank as a solid whose fitted faces are within `tolerance` mm of the exact ones.
+
+    Raises CamgeomError with the reason where the faces and edges do not close.
+    """
+    strips: list[Strip] = []
+    count = 0
+    for number, track in enumerate(body.tracks):
+        bands, knots = _bands(body, track)
+        strips.append(strip(bands, knots, track.closed, number, count, tolerance))
+        count += len(strips[-1].patches)
+    trouble: CamgeomError | None = None
+    for sag in SAGS:
+        try:
+            return _Body(body, strips, sag, tolerance).solid()
+        except CamgeomError as error:
+            trouble = error
+    assert trouble is not None
+    raise trouble
+
+
+def _bands(body: IndexingCut | CutBlank, track: Track) -> tuple[list[Band], Floats]:
+    """Bands across a groove from the top of flank +1 to the top of flank -1, and the knots along it."""
+    if isinstance(body, CutBlank):
+        return groove_bands(Walls(track, body.outside, body.guess), 1.0), split_knots(track)
+    section = body.section(track)
+    if isinstance(section, GrooveSection):
+        return groove_bands(Walls(track, body.top, body.guesses[0]), 1.0), track.knots()
+    return _floored(section), track.knots()
+
+
+def _floored(section: FlooredSection) -> list[Band]:
+    top = Walls(section.track, section.top, section.guesses[0])
+    foot = Walls(section.track, section.floor, section.guesses[1])
+
+    def floor(phi: Floats, share: Floats) -> Floats:
+        column = foot.column(phi)
+        low, high = (column.wall(side, foot.top(phi, side)) for side in (1.0, -1.0))
+        return points_last(low * (1.0 - share) + high * share)
+
+    down, up = flipped(between(foot, top, 1.0)), between(foot, top, -1.0)
+    return [Band("flank", down), Band("floor", floor, degree=1), Band("flank", up)]
+
+
+@final
+class _Body:
+    """One attempt: the mesh of one sag, its topology, and the exact corners, edges and faces."""
+
+    def __init__(self, body: IndexingCut | CutBlank, strips: list[Strip], sag: float, tolerance: float) -> None:
+        self.name, self.tolerance = body.name, tolerance
+        self.patches = [patch for one in strips for patch in one.patches]
+        first = len(self.patches)
+        cuts = _cut_angles(body, sag)
+        on_blank = blank_patches(body.blank, *cuts, len(strips))
+        self.patches += on_blank
+        tools = [strip_mesh(one, track, body.ridge, sag) for one, track in zip(strips, body.tracks)]
+        self.cut = subtract_tagged(blank_mesh(body.blank, on_blank, first, sag), tools)
+        if np.any(self.cut.tag == OUTSIDE):
+            raise DesignError("the back or a cap of a groove body reaches into the blank")
+        self.regions = regions_of(self.cut)
+        self.vertices: dict[int, _Corner] = {}
+
+    def solid(self) -> Solid:
+        regions, patches = self.regions, self.patches
+        self._make_corners()
+        edges = [self._edge(chain) for chain in regions.chains]
+        faces = [self._face(number, [edge for edge, _ in edges]) for number in range(len(regions.tag))]
+        used = {int(tag) for tag in regions.tag}
+        deviation = max([patches[tag].deviation for tag in used] + [error for _, error in edges])
+        return Solid(self.name, tuple(faces), deviation=deviation)
+
+    def patch_of(self, region: int) -> Patch:
+        """The patch of a region."""
+        return self.patches[int(self.regions.tag[region])]
+
+    def _make_corners(self) -> None:
+        meeting: dict[int, dict[int, Floats]] = {}
+        for chain in self.regions.chains:
+            for end in (0, -1):
+                here = meeting.setdefault(int(chain.path[end]), {})
+                here[chain.left], here[chain.right] = chain.at_left[end], chain.at_right[end]
+        for number, seen in meeting.items():
+            self.vertices[number] = self._corner(self.cut.vertices[number], seen)
+
+    def _corner(self, rough: Floats, seen: dict[int, Floats]) -> _Corner:
+        """The exact corner of the regions seen there with their rough parameters."""
+        tags: dict[int, Floats] = {}
+        for region, at in seen.items():
+            tags.setdefault(int(self.regions.tag[region]), at)
+        numbers = list(tags)
+        patches = [self.patches[tag] for tag in numbers]
+        fixed: list[dict[int, float]] = [{} for _ in patches]
+        for i, one in enumerate(patches):
+            for j, other in enumerate(patches):
+                lines = one.lines_to(other) if i != j else None
+                if lines is not None:
+                    fixed[i][lines[0][0]] = lines[0][1]
+        guesses = np.array([_start(patch.surface, rough[None], tags[tag][None])[0] for tag, patch in zip(numbers, patches)])
+        point, at = corner([patch.surface for patch in patches], guesses, fixed)
+        far = float(np.abs(point - rough).max())
+        return _Corner(vertex(point), dict(zip(numbers, at)), far)
+
+    def _edge(self, chain: Chain) -> tuple[Edge, float]:
+        one, other = self.patch_of(chain.left), self.patch_of(chain.right)
+        tags = int(self.regions.tag[chain.left]), int(self.regions.tag[chain.right])
+        ends = [self.vertices[int(chain.path[k])] for k in (0, -1)]
+        start, stop = (np.array(end.vertex.point) for end in ends)
+        tolerance = EDGE_SHARE * self.tolerance
+        lines = one.lines_to(other)
+        if lines is not None:
+            axis, value = lines[0]
+            low, high = (end.at[tags[0]][1 - axis] for end in ends)
+            if isinstance(one.surface, Torus):
+                high = low + (high - low + pi) % (2.0 * pi) - pi
+
+            def point(share: Floats) -> Floats:
+                at = np.empty((len(share), 2))
+                at[:, axis] = value
+                at[:, 1 - axis] = low * (1.0 - share) + high * share
+                return one.surface.jet(at[:, 0], at[:, 1])[0]
+
+            curve, error = fit_curve(point, start, stop, tolerance)
+        else:
+            rough = self.cut.vertices[chain.path].copy()
+            rough[0], rough[-1] = start, stop
+            guesses = []
+            for patch, tag, at in ((one, tags[0], chain.at_left), (other, tags[1], chain.at_right)):
+                guess = _start(patch.surface, rough, at)
+                guess[0], guess[-1] = ends[0].at[tag], ends[1].at[tag]
+                guesses.append(guess)
+            try:
+                curve, error = Crossing((one.surface, other.surface), rough, *guesses).fit(tolerance)
+            except Exception as e:
+                print('EDGE', one.name, one.cell, type(one.surface).__name__, other.name, other.cell, type(other.surface).__name__, len(rough), rough[:3], rough[-1], [x.moved for x in ends], chain.at_left[[0,-1]], chain.at_right[[0,-1]]); raise
+        return Edge(curve, ends[0].vertex, ends[1].vertex), error
+
+    def _face(self, region: int, edges: list[Edge]) -> Face:
+        patch = self.patch_of(region)
+        loops = [tuple(Use(edges[number], forward) for number, forward in ring) for ring in self.regions.loops[region]]
+        same = self._same_sense(region, patch.written)
+        if len(loops) > 1:
+            loops.sort(key=lambda loop: -abs(_enclosed(patch.written, loop)))
+        return Face(patch.name, patch.written, tuple(loops), same)
+
+    def _same_sense(self, region: int, surface: Surface) -> bool:
+        """Whether the surface's normal points out of the body, at the region's largest triangle."""
+        triangles = np.nonzero(self.regions.owner == region)[0]
+        corners = self.cut.vertices[self.cut.faces[triangles]]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        largest = int(np.argmax((normals * normals).sum(axis=1)))
+        _, xu, xv = surface.jet(*surface.locate(corners[largest].mean(axis=0)[None]))
+        return bool(np.cross(xu[0], xv[0]) @ normals[largest] > 0.0)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Corner:
+    """A vertex, its parameters on each patch, and its distance (mm) from the mesh vertex it was sought from."""
+
+    vertex: Vertex
+    at: dict[int, Floats]
+    moved: float
+
+
+def _start(surface: Surface, points: Floats, known: Floats) -> Floats:
+    """Parameters (n, 2) to start from: those carried by the mesh on a spline, the nearest point on anything else."""
+    if isinstance(surface, SplineSurface):
+        return known.copy()
+    return np.stack(surface.locate(points), axis=1)
+
+
+def _enclosed(surface: Surface, loop: Loop) -> float:
+    """Area in parameters (or over them, on a surface of revolution) that a loop encloses."""
+    points = np.concatenate([(p if use.forward else p[::-1])[:-1] for use in loop for p in (use.edge.points(9),)])
+    u, v = surface.locate(points)
+    if not isinstance(surface, SplineSurface):
+        u, v = np.unwrap(u), np.unwrap(v) if surface.__class__.__name__ == "Torus" else v
+    return float((u * np.roll(v, -1) - np.roll(u, -1) * v).sum()) / 2.0
+
+
+def _cut_angles(body: IndexingCut | CutBlank, sag: float) -> tuple[Floats, Floats]:
+    """Angles in rad at which the blank's surfaces of revolution and its bore are cut: mesh vertices away from knots."""
+    around = np.arctan2(*(body.blank.mesh(sag).vertices[:, k] for k in (1, 0)))
+    knots = np.concatenate([-track.sense * track.knots() for track in body.tracks])
+    mesh = body.blank.mesh(sag).vertices
+    rho = np.hypot(mesh[:, 0], mesh[:, 1])
+    bore = body.blank.bore
+    limit = bore.reach + 1e-6 if bore is not None else 0.0
+    outer = np.unique(np.round(np.mod(around[rho > limit], 2.0 * pi), 12))
+    best = max(
+        (np.array([outer[(j + s * len(outer) // SECTORS) % len(outer)] for s in range(SECTORS)]) for j in
+         range(len(outer) // SECTORS)),
+        key=lambda cuts: float(np.abs((cuts[:, None] - knots + pi) % (2.0 * pi) - pi).min()),
+    )
+    if bore is None:
+        return np.sort(best), np.sort(best)
+    inner = np.unique(np.round(np.mod(around[np.abs(rho - 0.5 * bore.diameter) < 1e-9], 2.0 * pi), 12))
+    start = keyway_start(bore)
+    first = 0.0 if start else float(inner[len(inner) // 7])
+    wanted = first + np.arange(1, SECTORS) * 2.0 * pi / SECTORS
+    nearest = inner[np.argmin(np.abs((wanted[:, None] - inner + pi) % (2.0 * pi) - pi), axis=1)]
+    return np.sort(best), np.sort(np.append(nearest, first))

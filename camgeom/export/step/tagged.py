@@ -1,0 +1,245 @@
+"""Meshes whose triangles know their patch and whose corners know their parameters, before and after the boolean.
+
+The boolean settles which surfaces meet where (topology); nothing of its coordinates goes into the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import ceil, pi, sqrt
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.blank import Blank
+from camgeom.engine import checked
+from camgeom.errors import DesignError
+from camgeom.export.step.geometry import SplineSurface
+from camgeom.export.step.patches import Patch, Strip
+from camgeom.export.step.spline import SurfaceFit
+from camgeom.solid import cell_faces
+from camgeom.track import Track
+from dataclasses import dataclass
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+OUTSIDE = -1
+"""tag of triangles that lie outside the blank: backs and caps of groove bodies"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Tagged:
+    """A closed mesh whose corners may repeat a vertex.
+
+    points  (p, 3) mm of the corners; twin (p,) the corner that stands for the vertex; values (p, 2) parameters
+    faces   (f, 3) corners; tag (f,) the patch of each triangle
+    """
+
+    points: Floats
+    twin: Ints
+    values: Floats
+    faces: Ints
+    tag: Ints
+
+    def volume(self) -> float:
+        """Enclosed volume, mm³."""
+        a, b, c = (self.points[self.twin[self.faces[:, i]]] for i in range(3))
+        return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0)
+
+    def reversed(self) -> Tagged:
+        """The same mesh turned inside out."""
+        return Tagged(self.points, self.twin, self.values, np.ascontiguousarray(self.faces[:, ::-1]), self.tag)
+
+
+def strip_mesh(strip: Strip, track: Track, ridge: float, sag: float) -> Tagged:
+    """A groove body as a closed mesh on the fitted patches, its triangles within about `sag` mm of them."""
+    along = [max(2, _cells([row[i] for row in strip.fits], 0, sag)) for i in range(len(strip.fits[0]))]
+    across = [_cells(row, 1, sag) if row[0].v.degree > 1 else 1 for row in strip.fits]
+    stations, rows = np.concatenate([[0], np.cumsum(along)]), np.concatenate([[0], np.cumsum(across)])
+    wide, count = int(rows[-1]) + 2, int(stations[-1]) + (0 if strip.closed else 1)
+    points, faces, tags = np.zeros((count * wide, 3)), [], []
+    corners, twins, values = [points], [np.arange(count * wide)], [np.zeros((count * wide, 2))]
+    same = np.arange(count * wide)
+    size = count * wide
+    for k, row in enumerate(strip.fits):
+        for i, fit in enumerate(row):
+            u = np.linspace(fit.u.start, fit.u.stop, along[i] + 1)
+            v = np.linspace(0.0, 1.0, across[k] + 1)
+            grid = _grid(fit, u, v)
+            place = (stations[i] + np.arange(along[i] + 1))[:, None] % max(count, 1) * wide
+            index = place + rows[k] + np.arange(across[k] + 1)
+            points[index] = grid
+            _pinch(same, index, grid)
+            own = size + np.arange(index.size).reshape(index.shape)
+            size += index.size
+            corners.append(grid.reshape(-1, 3))
+            twins.append(index.ravel())
+            values.append(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))
+            cells = cell_faces(own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:], _rising(grid), False)
+            faces.append(cells.reshape(-1, 3))
+            tags.append(np.full(len(faces[-1]), strip.numbers[k, i]))
+    phi = np.concatenate([np.linspace(*ends, n + 1)[:-1] for ends, n in zip(pairwise(strip.knots), along)])
+    phi = phi if strip.closed else np.append(phi, strip.knots[-1])
+    pose = track.pose(phi, 0)
+    points[wide - 1 :: wide] = (pose.a[0] + ridge * pose.u[0]).T
+    lid = _lid(count, wide, strip.closed)
+    faces.append(lid)
+    tags.append(np.full(len(lid), OUTSIDE))
+    twin = _settled(same)[np.concatenate(twins)]
+    whole = Tagged(np.concatenate(corners), twin, np.concatenate(values), np.concatenate(faces), np.concatenate(tags))
+    whole = _without_slivers(whole)
+    return whole.reversed() if whole.volume() < 0.0 else whole
+
+
+def _cells(fits: Sequence[SurfaceFit], axis: int, sag: float) -> int:
+    """Cells along one parameter that keep the sag (mm) of all fits: second differences of a coarse grid."""
+    probe = 16
+    worst = 0.0
+    for fit in fits:
+        shares = [np.linspace(b.start, b.stop, probe + 1 if a == axis else 5) for a, b in enumerate((fit.u, fit.v))]
+        x = np.moveaxis(_grid(fit, *shares), axis, 0)
+        bend = x[2:] - 2.0 * x[1:-1] + x[:-2]
+        worst = max(worst, float(np.sqrt((bend * bend).sum(axis=-1)).max()) / 8.0)
+    return max(1, ceil(probe * sqrt(worst / sag)))
+
+
+def _grid(fit: SurfaceFit, u: Floats, v: Floats) -> Floats:
+    """Points (n, m, 3) of a fit on a grid."""
+    rows = np.einsum("ni,ijc->njc", fit.u.design(u), fit.poles, optimize=True)
+    return np.asarray(np.einsum("mj,njc->nmc", fit.v.design(v), rows, optimize=True))
+
+
+def _rising(grid: Floats) -> npt.NDArray[np.bool_]:
+    """The shorter diagonal of each cell: True from (i, j) to (i + 1, j + 1)."""
+    d1, d2 = grid[1:, 1:] - grid[:-1, :-1], grid[1:, :-1] - grid[:-1, 1:]
+    return np.asarray((d1 * d1).sum(axis=-1) <= (d2 * d2).sum(axis=-1))
+
+
+def _pinch(same: Ints, index: Ints, grid: Floats) -> None:
+    """Rows of a band that has shrunk to nothing at a station share one vertex."""
+    gap = grid[:, -1] - grid[:, 0]
+    shrunk = (gap * gap).sum(axis=1) < 1e-12
+    same[index[shrunk, 1:]] = index[shrunk, :1]
+
+
+def _settled(same: Ints) -> Ints:
+    """Follow the chain of shared vertices to its end."""
+    while not np.array_equal(same, same[same]):
+        same = same[same]
+    return same
+
+
+def _without_slivers(mesh: Tagged) -> Tagged:
+    a, b, c = mesh.twin[mesh.faces].T
+    keep = (a != b) & (b != c) & (c != a)
+    return Tagged(mesh.points, mesh.twin, mesh.values, mesh.faces[keep], mesh.tag[keep])
+
+
+def _lid(count: int, wide: int, closed: bool) -> Ints:
+    """Triangles from the last row over the ridge to the first row, and the caps of an open body."""
+    index = np.arange(count * wide).reshape(count, wide)
+    ring = index[:, [wide - 2, wide - 1, 0]]
+    here, after = (ring, np.roll(ring, -1, axis=0)) if closed else (ring[:-1], ring[1:])
+    rising = np.ones((len(here), 2), dtype=bool)
+    lid = cell_faces(here[:, :-1], after[:, :-1], after[:, 1:], here[:, 1:], rising, False).reshape(-1, 3)
+    if closed:
+        return lid
+    caps = [_cap(index[0, :-1], index[0, -1]), _cap(index[-1, :-1], index[-1, -1])[:, ::-1]]
+    return np.concatenate([lid, *caps])
+
+
+def _cap(rows: Ints, ridge: np.int64) -> Ints:
+    """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
+    half = len(rows) // 2
+    left, right = rows[: half + 1], rows[::-1][: len(rows) - half]
+    triangles = [[ridge, rows[0], rows[-1]]]
+    for j in range(max(len(left), len(right)) - 1):
+        l0, l1 = left[min(j, len(left) - 1)], left[min(j + 1, len(left) - 1)]
+        r0, r1 = right[min(j, len(right) - 1)], right[min(j + 1, len(right) - 1)]
+        triangles += [[l0, l1, r0], [l1, r1, r0]]
+    return np.array(triangles, dtype=np.int64)
+
+
+def blank_mesh(blank: Blank, patches: Sequence[Patch], first: int, sag: float) -> Tagged:
+    """The blank's mesh within `sag` mm, each triangle tagged with the patch that holds all its vertices."""
+    mesh = blank.mesh(sag)
+    corners = mesh.vertices[mesh.faces]
+    gaps = np.stack([_off(patch, corners) for patch in patches])
+    owner = np.argmin(gaps, axis=0)
+    if float(gaps[owner, np.arange(len(owner))].max()) > 1e-7:
+        raise DesignError("the blank's mesh has triangles on none of its surfaces")
+    n = len(mesh.vertices)
+    faces = mesh.faces.astype(np.int64)
+    return Tagged(mesh.vertices, np.arange(n), np.zeros((n, 2)), faces, first + owner)
+
+
+def _off(patch: Patch, corners: Floats) -> Floats:
+    """Largest distance (f,) of triangles (f, 3, 3) from a patch; infinite outside its sector."""
+    surface = patch.surface
+    assert not isinstance(surface, SplineSurface)
+    flat = corners.reshape(-1, 3)
+    gap = np.sqrt(((surface.jet(*surface.locate(flat))[0] - flat) ** 2).sum(axis=1)).reshape(-1, 3).max(axis=1)
+    if patch.period is None:
+        return gap
+    u0, u1 = sorted(patch.box[0])
+    middle = surface.locate(corners.mean(axis=1))[0]
+    return np.where((middle - u0) % (2.0 * pi) < u1 - u0, gap, np.inf)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """The result of the boolean: vertices (v, 3), faces (f, 3), tag (f,), parameters at the corners (f, 3, 2)."""
+
+    vertices: Floats
+    faces: Ints
+    tag: Ints
+    values: Floats
+
+
+def subtract_tagged(blank: Tagged, tools: Sequence[Tagged]) -> Cut:
+    """Blank minus all tools with tags and parameters kept. Raises GeometryEngineError where the engine refuses."""
+    import manifold3d
+
+    numbers: dict[int, int] = {}
+    solids = [_manifold(mesh, numbers) for mesh in (blank, *tools)]
+    result = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Subtract)
+    checked(result, f"subtract of {len(solids)} bodies")
+    raw = result.to_mesh64()
+    table = np.asarray(raw.vert_properties)
+    corners = np.asarray(raw.tri_verts).astype(np.int64)
+    twin = np.arange(len(table))
+    twin[np.asarray(raw.merge_from_vert).astype(np.int64)] = np.asarray(raw.merge_to_vert).astype(np.int64)
+    used, faces = np.unique(twin[corners], return_inverse=True)
+    tag = np.empty(len(corners), dtype=np.int64)
+    bounds, ids = np.asarray(raw.run_index).astype(np.int64) // 3, np.asarray(raw.run_original_id)
+    for start, stop, number in zip(bounds[:-1], bounds[1:], ids):
+        tag[start:stop] = numbers[int(number)]
+    return Cut(table[used, :3], faces.reshape(-1, 3), tag, table[corners, 3:5])
+
+
+def _manifold(mesh: Tagged, numbers: dict[int, int]) -> Any:
+    import manifold3d
+
+    order = np.argsort(mesh.tag, kind="stable")
+    tags, starts = np.unique(mesh.tag[order], return_index=True)
+    first = manifold3d.Manifold.reserve_ids(len(tags))
+    ids = np.arange(first, first + len(tags), dtype=np.uint32)
+    numbers.update(zip(ids.tolist(), tags.tolist()))
+    table = np.concatenate([mesh.points[mesh.twin], mesh.values], axis=1)
+    doubled = np.nonzero(mesh.twin != np.arange(len(mesh.twin)))[0]
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh64(
+            vert_properties=np.ascontiguousarray(table),
+            tri_verts=np.ascontiguousarray(mesh.faces[order].astype(np.uint64)),
+            merge_from_vert=doubled.astype(np.uint64),
+            merge_to_vert=mesh.twin[doubled].astype(np.uint64),
+            run_index=np.append(3 * starts, 3 * len(mesh.faces)).astype(np.uint64),
+            run_original_id=ids,
+        )
+    )
+    checked(solid, "input body")
+    return solid
