@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if "report" in products:
         files.append(_report(model, folder, sections, result if "checks" in products else None))
     result.data["files"] = [str(file) for file in files]
+    result.data.update(model.ledger.notes)
     result = with_costs(result, model)
     if arguments.explain:
         result.data["explain"] = explain(model, products)

@@ -13,10 +13,14 @@ Observer = Callable[[str, str, float], None]
 
 
 class Ledger:
-    """What was computed and what it cost, without what it asked of others; nested facts are charged to themselves."""
+    """What was computed and what it cost, without what it asked of others; nested facts are charged to themselves.
+
+    notes: what writers say of their files, plain data by format
+    """
 
     def __init__(self, observer: Observer | None = None) -> None:
         self.costs: dict[str, float] = {}
+        self.notes: dict[str, Any] = {}
         self._observer = observer
         self._inner: list[float] = []
 

@@ -34,15 +34,28 @@ def write_step(path: str | Path, shape: Solid | Facets | Assembly, options: Step
 
 @writer(".step", "STEP AP242: exact faces, for CAD and CAM", takes="model")
 def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
-    """Write a model's bodies; schema AP242 or AP214; tolerance in mm of fitted faces (default 1e-5)."""
+    """Write a model's bodies; schema AP242 or AP214; tolerance in mm of fitted faces (default 1e-5).
+
+    What the file holds, and how near to the exact shape, is left in the model's notes under "step".
+    """
     from camgeom.export.step.file import schema_of
-    from camgeom.export.step.parts import model_bodies
+    from camgeom.export.step.parts import model_bodies, notes
     from camgeom.export.step.solids import TOLERANCE
 
-    return write_step(path, model_bodies(model, tolerance or TOLERANCE), StepOptions(schema=schema_of(schema)))
+    options = StepOptions(schema=schema_of(schema))
+    shape = model_bodies(model, tolerance or TOLERANCE)
+    size = write_step(path, shape, options)
+    model.ledger.notes["step"] = {"schema": options.schema, "bodies": notes(shape)}
+    return size
 
 
 @writer(".stp", "STEP, the same under its short name", takes="model")
 def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
     """As `write_model`."""
     return write_model(path, model, schema, tolerance)
+
+
+@writer(".ap214.step", "STEP AP214, for readers that know no later one", takes="model")
+def write_ap214(path: Path, model: Model, tolerance: float | None = None) -> int:
+    """As `write_model`, schema AP214."""
+    return write_model(path, model, "AP214", tolerance)

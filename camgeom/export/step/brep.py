@@ -150,11 +150,16 @@ class Solid:
 @final
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """A body known only as triangles: its name, its mesh (face groups become faces) and a colour."""
+    """A body known only as triangles: its name, its mesh (face groups become faces) and a colour.
+
+    deviation  largest distance in mm of the triangles from the exact shape; reason: why there are no exact faces
+    """
 
     name: str
     mesh: Mesh
     colour: Colour | None = None
+    deviation: float = 0.0
+    reason: str = ""
 
 
 @final

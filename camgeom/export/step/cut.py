@@ -8,7 +8,7 @@ points to a tenth of the tolerance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import final
 
@@ -17,22 +17,24 @@ import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, DesignError
 from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, vertex
-from camgeom.export.step.geometry import SplineSurface, Surface, Torus
+from camgeom.export.step.check import check_solid
+from camgeom.export.step.geometry import Cone, SplineSurface, Surface, Torus
 from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
 from camgeom.export.step.meeting import corner
 from camgeom.export.step.patches import SECTORS, Patch, Strip, blank_patches, keyway_start, strip
-from camgeom.export.step.regions import Chain, Regions, regions_of
+from camgeom.export.step.regions import Chain, regions_of
 from camgeom.export.step.sheet import Band
 from camgeom.export.step.solids import TOLERANCE
-from camgeom.export.step.tagged import OUTSIDE, Cut, blank_mesh, strip_mesh, subtract_tagged
+from camgeom.export.step.tagged import OUTSIDE, blank_mesh, strip_mesh, subtract_tagged
 from camgeom.export.step.tracing import Crossing, fit_curve
 from camgeom.groove import GrooveSection
+from camgeom.maths.mesh import Mesh
 from camgeom.solid import CutBlank
 from camgeom.track import Track
 from camgeom.turret_cut import FlooredSection, IndexingCut
 
 Floats = npt.NDArray[np.float64]
-SAGS = (0.03,)
+SAGS = (0.03, 0.008)
 """mm; of the meshes that settle the topology, tried one after another"""
 EDGE_SHARE = 0.1
 """tolerance of edges as a share of that of the surfaces"""
@@ -87,7 +89,7 @@ class _Body:
     """One attempt: the mesh of one sag, its topology, and the exact corners, edges and faces."""
 
     def __init__(self, body: IndexingCut | CutBlank, strips: list[Strip], sag: float, tolerance: float) -> None:
-        self.name, self.tolerance = body.name, tolerance
+        self.name, self.tolerance, self.sag = body.name, tolerance, sag
         self.patches = [patch for one in strips for patch in one.patches]
         first = len(self.patches)
         cuts = _cut_angles(body, sag)
@@ -101,13 +103,31 @@ class _Body:
         self.vertices: dict[int, _Corner] = {}
 
     def solid(self) -> Solid:
+        """The body, verified. Raises NotConverged or DesignError."""
         regions, patches = self.regions, self.patches
         self._make_corners()
         edges = [self._edge(chain) for chain in regions.chains]
         faces = [self._face(number, [edge for edge, _ in edges]) for number in range(len(regions.tag))]
         used = {int(tag) for tag in regions.tag}
         deviation = max([patches[tag].deviation for tag in used] + [error for _, error in edges])
-        return Solid(self.name, tuple(faces), deviation=deviation)
+        found = Solid(self.name, tuple(faces), deviation=deviation)
+        return replace(found, deviation=max(deviation, self._verified(found)))
+
+    def _verified(self, found: Solid) -> float:
+        """Largest gap (mm) between edges and faces.
+
+        Raises DesignError where loops, edges, corners or orientation are not those of the body that the mesh shows.
+        """
+        verdict = check_solid(found, self.tolerance)
+        problems = list(verdict.problems)
+        mesh = Mesh(self.cut.vertices, self.cut.faces.astype(np.int32))
+        if abs(verdict.volume - mesh.volume) > self.sag * mesh.area:
+            problems.append(f"the volume is {verdict.volume:.9g} mm³, of the mesh {mesh.volume:.9g} mm³")
+        if verdict.genus != mesh.genus:
+            problems.append(f"the genus is {verdict.genus}, of the mesh {mesh.genus}")
+        if problems:
+            raise DesignError("the faces do not bound the body: " + "; ".join(problems))
+        return verdict.deviation
 
     def patch_of(self, region: int) -> Patch:
         """The patch of a region."""
@@ -135,10 +155,9 @@ class _Body:
                 lines = one.lines_to(other) if i != j else None
                 if lines is not None:
                     fixed[i][lines[0][0]] = lines[0][1]
-        guesses = np.array([_start(patch.surface, rough[None], tags[tag][None])[0] for tag, patch in zip(numbers, patches)])
-        point, at = corner([patch.surface for patch in patches], guesses, fixed)
-        far = float(np.abs(point - rough).max())
-        return _Corner(vertex(point), dict(zip(numbers, at)), far)
+        starts = [_start(self.patches[tag].surface, rough[None], tags[tag][None])[0] for tag in numbers]
+        point, at = corner([patch.surface for patch in patches], np.array(starts), fixed)
+        return _Corner(vertex(point), dict(zip(numbers, at)))
 
     def _edge(self, chain: Chain) -> tuple[Edge, float]:
         one, other = self.patch_of(chain.left), self.patch_of(chain.right)
@@ -168,10 +187,7 @@ class _Body:
                 guess = _start(patch.surface, rough, at)
                 guess[0], guess[-1] = ends[0].at[tag], ends[1].at[tag]
                 guesses.append(guess)
-            try:
-                curve, error = Crossing((one.surface, other.surface), rough, *guesses).fit(tolerance)
-            except Exception as e:
-                print('EDGE', one.name, one.cell, type(one.surface).__name__, other.name, other.cell, type(other.surface).__name__, len(rough), rough[:3], rough[-1], [x.moved for x in ends], chain.at_left[[0,-1]], chain.at_right[[0,-1]]); raise
+            curve, error = Crossing((one.surface, other.surface), rough, *guesses).fit(tolerance)
         return Edge(curve, ends[0].vertex, ends[1].vertex), error
 
     def _face(self, region: int, edges: list[Edge]) -> Face:
@@ -195,11 +211,10 @@ class _Body:
 @final
 @dataclass(frozen=True, eq=False)
 class _Corner:
-    """A vertex, its parameters on each patch, and its distance (mm) from the mesh vertex it was sought from."""
+    """A vertex and its parameters on each patch."""
 
     vertex: Vertex
     at: dict[int, Floats]
-    moved: float
 
 
 def _start(surface: Surface, points: Floats, known: Floats) -> Floats:
@@ -213,8 +228,8 @@ def _enclosed(surface: Surface, loop: Loop) -> float:
     """Area in parameters (or over them, on a surface of revolution) that a loop encloses."""
     points = np.concatenate([(p if use.forward else p[::-1])[:-1] for use in loop for p in (use.edge.points(9),)])
     u, v = surface.locate(points)
-    if not isinstance(surface, SplineSurface):
-        u, v = np.unwrap(u), np.unwrap(v) if surface.__class__.__name__ == "Torus" else v
+    if isinstance(surface, Cone | Torus):
+        u, v = np.unwrap(u), np.unwrap(v) if isinstance(surface, Torus) else v
     return float((u * np.roll(v, -1) - np.roll(u, -1) * v).sum()) / 2.0
 
 

@@ -67,6 +67,14 @@ def _header(title: str, options: StepOptions) -> str:
     )
 
 
+def _about(body: Solid | Facets) -> str:
+    """What the file says of a body's accuracy."""
+    if isinstance(body, Solid):
+        return f"exact faces, fitted ones within {body.deviation:.2g} mm" if body.deviation else "exact faces"
+    within = f" within {body.deviation:.3g} mm" if body.deviation else ""
+    return f"triangles{within}" + (f": {body.reason}" if body.reason else "")
+
+
 @final
 class _Product:
     """Product structure round the shapes: one product for each solid, one for an assembly of them."""
@@ -100,10 +108,10 @@ class _Product:
             listed = f"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{references(self.styled)}"
             self.out.add(f"{listed},#{self.context})")
 
-    def _definition(self, name: str) -> int:
+    def _definition(self, name: str, about: str = "") -> int:
         """PRODUCT down to PRODUCT_DEFINITION; returns the definition."""
         out, label = self.out, string(name)
-        product = out.add(f"PRODUCT({label},{label},'',(#{self.product_context}))")
+        product = out.add(f"PRODUCT({label},{label},{string(about)},(#{self.product_context}))")
         out.add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))")
         version = out.add(f"PRODUCT_DEFINITION_FORMATION('','',#{product})")
         return out.add(f"PRODUCT_DEFINITION('design','',#{version},#{self.definition_context})")
@@ -114,7 +122,7 @@ class _Product:
 
     def _part(self, body: Solid | Facets) -> tuple[int, int]:
         """A product of one body; returns its definition and its representation."""
-        definition = self._definition(body.name)
+        definition = self._definition(body.name, _about(body))
         representation = self._facets(body) if isinstance(body, Facets) else self._brep(body)
         self._shaped(definition, representation)
         if isinstance(body, Solid) and body.density is not None:
@@ -129,7 +137,8 @@ class _Product:
 
     def _facets(self, body: Facets) -> int:
         if self.options.schema != "AP242":
-            raise ExportError(f"{body.name!r} is known as triangles only, which need schema AP242")
+            why = f" ({body.reason})" if body.reason else ""
+            raise ExportError(f"{body.name!r} is known as triangles only{why}, which need schema AP242")
         number, styled = triangles(self.out, body)
         self.styled += styled
         items = references((self.origin, number))

@@ -1,4 +1,4 @@
-"""Points where surfaces meet, by Newton's method on their parameters: corners of three, points along the edge of two."""
+"""Points where surfaces meet, by Newton's method on their parameters: corners of three, edges of two."""
 
 from __future__ import annotations
 

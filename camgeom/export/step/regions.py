@@ -17,6 +17,7 @@ from camgeom.export.step.tagged import Cut
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Loops = tuple[tuple[tuple[tuple[int, bool], ...], ...], ...]
 
 
 @final
@@ -38,16 +39,16 @@ class Chain:
 @final
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """owner (f,) region of each triangle; tag (r,) patch of each region; chains; loops by region as (chain, forward)."""
+    """Owner (f,) of each triangle, tag (r,) the patch of each region, chains, loops of (chain, forward) by region."""
 
     owner: Ints
     tag: Ints
     chains: tuple[Chain, ...]
-    loops: tuple[tuple[tuple[tuple[int, bool], ...], ...], ...]
+    loops: Loops
 
 
 def regions_of(cut: Cut) -> Regions:
-    """Regions, chains and loops of a closed mesh. Raises DesignError where the border of a region is no set of rings."""
+    """Regions, chains and loops of a closed mesh. Raises DesignError where a region's border is no set of rings."""
     opposite = _opposite(cut.faces)
     owner = _connected(cut.tag, opposite)
     first = np.unique(owner, return_index=True)[1]
@@ -140,7 +141,7 @@ def _chain(cut: Cut, owner: Ints, opposite: Ints, path: Ints) -> Chain:
     )
 
 
-def _loops(chains: list[Chain], count: int) -> tuple[tuple[tuple[tuple[int, bool], ...], ...], ...]:
+def _loops(chains: list[Chain], count: int) -> Loops:
     """For each region its border as rings of chains, the region on the left."""
     leaving: list[dict[int, tuple[int, bool]]] = [{} for _ in range(count)]
     for number, chain in enumerate(chains):
@@ -150,13 +151,13 @@ def _loops(chains: list[Chain], count: int) -> tuple[tuple[tuple[tuple[int, bool
                 raise DesignError("a face touches itself in a corner")
             leaving[region][at] = (number, forward)
     result = []
-    for region in leaving:
+    for border in leaving:
         rings = []
-        while region:
-            at, use = next(iter(region.items()))
+        while border:
+            at = next(iter(border))
             ring = []
-            while at in region:
-                use = region.pop(at)
+            while at in border:
+                use = border.pop(at)
                 ring.append(use)
                 at = int(chains[use[0]].path[-1 if use[1] else 0])
             rings.append(tuple(ring))

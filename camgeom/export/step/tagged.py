@@ -6,6 +6,7 @@ The boolean settles which surfaces meet where (topology); nothing of its coordin
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, pi, sqrt
 from typing import Any, final
@@ -21,7 +22,6 @@ from camgeom.export.step.patches import Patch, Strip
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.solid import cell_faces
 from camgeom.track import Track
-from dataclasses import dataclass
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -183,10 +183,10 @@ def _off(patch: Patch, corners: Floats) -> Floats:
     flat = corners.reshape(-1, 3)
     gap = np.sqrt(((surface.jet(*surface.locate(flat))[0] - flat) ** 2).sum(axis=1)).reshape(-1, 3).max(axis=1)
     if patch.period is None:
-        return gap
+        return np.asarray(gap)
     u0, u1 = sorted(patch.box[0])
     middle = surface.locate(corners.mean(axis=1))[0]
-    return np.where((middle - u0) % (2.0 * pi) < u1 - u0, gap, np.inf)
+    return np.asarray(np.where((middle - u0) % (2.0 * pi) < u1 - u0, gap, np.inf))
 
 
 @final

@@ -67,7 +67,7 @@ class Crossing:
             at if isinstance(surface, SplineSurface) else np.stack(surface.locate(near), axis=1)
             for surface, at in zip(self.surfaces, (p[:, :2], p[:, 2:]))
         ]
-        x, a, b = along(*self.surfaces, *starts, planes=planes, held=held)
+        x, a, b = along(*self.surfaces, starts[0], starts[1], planes, held)
         return x, np.concatenate([a, b], axis=1)
 
     def fit(self, tolerance: float) -> tuple[Curve, float]:
@@ -77,7 +77,8 @@ class Crossing:
 
     def _running(self) -> tuple[int | None, Ints]:
         """The spline parameter that runs most evenly one way along the edge (None: none does), and the points kept."""
-        best, chosen = STEADY, (None, np.arange(len(self.x)))
+        best = STEADY
+        chosen: tuple[int | None, Ints] = (None, np.arange(len(self.x)))
         for axis in range(4):
             if not isinstance(self.surfaces[axis // 2], SplineSurface):
                 continue
