@@ -21,13 +21,13 @@ from camgeom.dynamics.integrators import (
     gauss_legendre,
     generalized_alpha,
     newmark,
-    step_maps,
     wilson,
 )
 from camgeom.dynamics.integrators_accuracy import Accuracy, solved
 from camgeom.dynamics.integrators_constant import ConstantSystem
 from camgeom.dynamics.integrators_grid import MAX_STEPS, Walk, aligned_grid
 from camgeom.dynamics.integrators_magnus import exponential
+from camgeom.dynamics.integrators_maps import step_maps
 from camgeom.dynamics.integrators_peaks import peak
 from camgeom.dynamics.integrators_solve import periodic, transient, verified, watch_position
 from camgeom.errors import NotConverged, ProfileError
@@ -67,6 +67,9 @@ class Varying:
         )
         s = np.stack([np.stack([9 + 2 * np.cos(t), 1 + np.sin(t)], -1), np.stack([1 - np.sin(t), 5 * one], -1)], -2)
         return d, s
+
+    def split(self, theta: np.ndarray, side: str = "right") -> None:
+        return None
 
     def coefficients(self, theta: np.ndarray, side: str = "right") -> Coefficients:
         d, s = self.matrices(theta)
@@ -302,6 +305,9 @@ class Kicked:
     linear = True
     smooth = True
     knots = np.array([0.0, 2.0, 2.0 * pi])
+
+    def split(self, theta: np.ndarray, side: str = "right") -> None:
+        return None
 
     def coefficients(self, theta: np.ndarray, side: str = "right") -> Coefficients:
         after = theta >= 2.0 if side == "right" else theta > 2.0

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.integrators import Array, Coefficients, Side
+from camgeom.dynamics.integrators_split import Split
 from camgeom.errors import Problem, ProfileError
 
 Closure = Literal["force", "form"]
@@ -146,6 +147,10 @@ class FollowerSystem:
     def batch(self) -> int:
         """Number of speeds."""
         return len(self.speed)
+
+    def split(self, theta: Array, side: Side = "right") -> Split | None:
+        """None: nothing that is worth splitting."""
+        return None
 
     @property
     def smooth(self) -> bool:

@@ -16,11 +16,12 @@ import numpy.typing as npt
 
 from camgeom.dynamics.follower import FollowerSystem, FollowerTrain, Load, Motion
 from camgeom.dynamics.follower_response import FollowerResponse, equilibrium, steady_state
-from camgeom.dynamics.integrators import Array, step_maps
+from camgeom.dynamics.integrators import Array
 from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy
 from camgeom.dynamics.integrators_choice import choose
 from camgeom.dynamics.integrators_exact import FINE, advance
 from camgeom.dynamics.integrators_grid import Grid, aligned_grid
+from camgeom.dynamics.integrators_maps import step_maps
 from camgeom.errors import NotConverged, Problem, ProfileError
 
 BISECTIONS = 60

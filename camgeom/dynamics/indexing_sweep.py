@@ -19,6 +19,8 @@ from camgeom.dynamics.integrators_grid import aligned_grid
 from camgeom.dynamics.integrators_solve import periodic, verified
 from camgeom.errors import NotConverged
 
+POLLED = 12
+"""speeds that choose the method for all"""
 GROUP = 64
 """speeds solved together; more would outgrow the cache"""
 
@@ -72,14 +74,12 @@ def sweep(
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     table = np.zeros((8, len(speeds)))
     choices, refused = [""] * len(speeds), list[tuple[int, str]]()
-    rigid = 0.0
-    for index, method, steps in _groups(drive, motion, speeds, accuracy, fluctuation, exact):
-        for part, found in _answers(drive, motion, speeds, index, method, steps, accuracy, fluctuation, exact):
+    for group in _groups(drive, motion, speeds, accuracy, fluctuation, exact):
+        for part, found in _answers(drive, motion, speeds, *group, accuracy, fluctuation, exact):
             if isinstance(found, str):
                 refused.append((int(part[0]), found))
                 continue
-            rigid = rigid or float(found.rigid_peak()[0] / found.speed[0] ** 2)
-            table[:, part] = _row(found, rigid)
+            table[:, part] = _row(found)
             for k in part:
                 choices[k] = found.solution.choice
     top, top_at, bottom, bottom_at, ratio, radius, error, answered = table
@@ -89,21 +89,23 @@ def sweep(
 
 
 Answer = tuple[npt.NDArray[np.intp], Response | str]
+Group = tuple[npt.NDArray[np.intp], Method, int]
 
 
 def _groups(
     drive: IndexingDrive, motion: Motion, speeds: Array, accuracy: Accuracy, fluctuation: Fluctuation, exact: bool
-) -> list[tuple[npt.NDArray[np.intp], Method, int]]:
+) -> list[Group]:
     """Speeds that share a method and a grid, with the steps to begin with."""
     system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
     if accuracy.steps is not None:
         return [(part, accuracy.fixed(), accuracy.steps) for part in _parts(np.arange(len(speeds)))]
     knots = system.knots
-    method = cheapest(system, knots, accuracy.tolerance, pool(system, accuracy))
+    few = TorsionSystem(drive, motion, speeds[:: max(1, len(speeds) // POLLED)], fluctuation, exact=exact)
+    method = cheapest(few, knots, accuracy.tolerance, pool(system, accuracy))
     _, steps = choose(system, knots, accuracy.tolerance, (method,))
     # neighbours share a grid: fewer groups, at most two fifths more steps
     rungs = np.exp2(np.ceil(np.log2(steps) * 2.0) / 2.0).round().astype(int)
-    out: list[tuple[npt.NDArray[np.intp], Method, int]] = []
+    out: list[Group] = []
     for rung in np.unique(rungs):
         out += [(part, method, int(rung)) for part in _parts(np.flatnonzero(rungs == rung))]
     return out
@@ -143,10 +145,10 @@ def _answers(
     ]
 
 
-def _row(found: Response, rigid: float) -> Array:
-    """The columns of a sweep for a group of speeds; rigid: peak of |tau''| in rad per rad^2."""
+def _row(found: Response) -> Array:
+    """The columns of a sweep for a group of speeds."""
     peak = found.peak("load_acceleration")
-    ratio = peak.magnitude / (rigid * found.speed**2)
+    ratio = peak.magnitude / found.rigid_peak()
     radius, error = found.solution.spectral_radius, found.solution.error
     # a solution of a given number of steps has no measured error
     error = np.where(np.isfinite(error), error, 1.0)

@@ -18,6 +18,7 @@ import numpy as np
 
 from camgeom.dynamics.indexing import TORSION, IndexingDrive, Motion
 from camgeom.dynamics.integrators import Array, Coefficients, Side
+from camgeom.dynamics.integrators_split import Split
 from camgeom.errors import Problem, ProfileError
 
 
@@ -149,6 +150,32 @@ class TorsionSystem:
             self._stiffness(tau, omega, stiff),
             self.force(theta, tau, omega, slope, side),
         )
+
+    def split(self, theta: Array, side: Side = "right") -> Split | None:
+        """The same with the contact apart, see `Split`; None at a varying speed or without the contact's tau'^2."""
+        if self.fluctuation.harmonics or self.paper_form:
+            return None
+        tau, omega = self.jet(theta, 2, side), self.speed[:, None]
+        along = np.zeros((*tau[1].shape, 3))
+        along[..., 0], along[..., 1] = -tau[1], 1.0
+        square = (omega**2)[..., None]
+        place = self.drive.contact_stiffness_at(theta)[..., None] * along / square
+        place[..., 0] -= self.drive.contact_damping * tau[2] / omega
+        return Split(
+            self._fixed[1] / self.mass[:, None] / omega[..., None],
+            self._fixed[0] / self.mass[:, None] / square,
+            self._steady_force(theta, tau, omega, side),
+            along / self.mass,
+            self.drive.contact_damping * along / omega[..., None],
+            place,
+        )
+
+    def _steady_force(self, theta: Array, tau: Array, omega: Array, side: Side) -> Array:
+        """The force at a constant speed: (1, n, 3) where it is the same for all speeds."""
+        d = self.drive
+        if d.cam_friction or d.turret_friction or self.torque is not None:
+            return self.force(theta, tau, omega, np.zeros((1, 1)), side)
+        return np.stack([np.zeros_like(tau[2]), -tau[2], -tau[2]], -1)
 
     def jet(self, theta: Array, order: int, side: Side = "right") -> Array:
         """tau, tau', ... (order + 1, ., n) at cam angles theta (., n)."""

@@ -17,12 +17,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import factorial, inf, sqrt
 from types import MappingProxyType
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged, Problem, ProfileError
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.integrators_split import Split
 
 Array = npt.NDArray[np.float64]
 Side = Literal["left", "right"]
@@ -71,6 +74,10 @@ class System(Protocol):
 
     def coefficients(self, theta: Array, side: Side = "right") -> Coefficients:
         """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
+        ...
+
+    def split(self, theta: Array, side: Side = "right") -> Split | None:
+        """The same as `coefficients` at cam angles theta (1, n), where all but one direction is constant; else None."""
         ...
 
     def correction(self, theta: Array, position: Array, rate: Array, side: Side = "right") -> Array:
@@ -279,27 +286,3 @@ def find(method: str | Method) -> Method:
         allowed = "auto, " + ", ".join(INTEGRATORS)
         raise ProfileError([Problem("dynamics.method", "no such integrator", method, allowed)])
     return INTEGRATORS[method]
-
-
-def step_maps(method: Method, system: System, start: Array, step: Array) -> Array:
-    """Affine one-step maps [P | r] (b, n, r, r + 1) for steps (n,) or (b, n) rad long from cam angles start, same
-    shape.
-
-    A step must not straddle a knot of the motion. Formed in parts of `WORK_SET` so that memory stays bounded.
-    """
-    from camgeom.dynamics import integrators_collocated, integrators_magnus, integrators_runge_kutta
-
-    start, step = np.atleast_2d(start), np.atleast_2d(step)
-    size, count = method.rows * system.size, start.shape[1]
-    out = np.empty((system.batch, count, size, size + 1))
-    stages = len(method.b) if isinstance(method, RungeKutta) else 2
-    part = max(1, 4 * WORK_SET // (stages * system.batch))
-    for low in range(0, count, part):
-        cut = slice(low, low + part)
-        if isinstance(method, Collocated):
-            out[:, cut] = integrators_collocated.maps(method, system, start[:, cut], step[:, cut])
-        elif isinstance(method, RungeKutta):
-            out[:, cut] = integrators_runge_kutta.maps(method, system, start[:, cut], step[:, cut])
-        else:
-            out[:, cut] = integrators_magnus.maps(method, system, start[:, cut], step[:, cut])
-    return out

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from camgeom.dynamics.integrators import Array, Coefficients, Side
+from camgeom.dynamics.integrators_split import Split
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,10 @@ class ConstantSystem:
     def batch(self) -> int:
         """Number of speeds."""
         return int(self.rate.size)
+
+    def split(self, theta: Array, side: Side = "right") -> Split | None:
+        """None: nothing that is worth splitting."""
+        return None
 
     @property
     def smooth(self) -> bool:

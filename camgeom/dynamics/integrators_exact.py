@@ -12,8 +12,9 @@ from functools import partial
 
 import numpy as np
 
-from camgeom.dynamics.integrators import Array, Method, RungeKutta, System, radau, step_maps
+from camgeom.dynamics.integrators import Array, Method, RungeKutta, System, radau
 from camgeom.dynamics.integrators_grid import Chain, Grid
+from camgeom.dynamics.integrators_maps import step_maps
 from camgeom.dynamics.integrators_runge_kutta import Stages, stages
 from camgeom.dynamics.integrators_solution import Solution, closing_state, turn_after_turn
 from camgeom.errors import NotConverged, Problem, ProfileError

@@ -8,7 +8,8 @@ from math import ceil, isqrt
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.integrators import Array, Collocated, Method, System, step_maps
+from camgeom.dynamics.integrators import Array, Collocated, Method, System
+from camgeom.dynamics.integrators_maps import step_maps
 from camgeom.errors import Problem, ProfileError
 
 MAX_STEPS = 4_000_000

@@ -68,9 +68,13 @@ class Solution:
 
 def acceleration(system: System, theta: Array, position: Array, rate: Array, side: Side = "right") -> Array:
     """q'' (b, n, m) per rad^2 at cam angles theta (n,) or (b, n) for given q and q'."""
-    here = system.coefficients(np.atleast_2d(theta), side)
-    pull = (here.damping @ rate[..., None])[..., 0] + (here.stiffness @ position[..., None])[..., 0]
-    out = here.force - pull
+    parts = system.split(np.atleast_2d(theta), side)
+    if parts is not None:
+        out = parts.acceleration(position, rate)
+    else:
+        here = system.coefficients(np.atleast_2d(theta), side)
+        pull = (here.damping @ rate[..., None])[..., 0] + (here.stiffness @ position[..., None])[..., 0]
+        out = here.force - pull
     if not system.linear:
         out = out + system.correction(np.atleast_2d(theta), position, rate, side)
     return np.asarray(out)

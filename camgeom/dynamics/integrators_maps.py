@@ -1,0 +1,34 @@
+"""One-step maps of any method: which module forms them, and in which parts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camgeom.dynamics import integrators_collocated, integrators_magnus, integrators_runge_kutta, integrators_split
+from camgeom.dynamics.integrators import WORK_SET, Array, Collocated, Method, RungeKutta, System
+
+
+def step_maps(method: Method, system: System, start: Array, step: Array) -> Array:
+    """Affine one-step maps [P | r] (b, n, r, r + 1) for steps (n,) or (b, n) rad long from cam angles start, same
+    shape.
+
+    A step must not straddle a knot of the motion. Formed in parts of `WORK_SET` so that memory stays bounded.
+    """
+    start, step = np.atleast_2d(start), np.atleast_2d(step)
+    if isinstance(method, RungeKutta):
+        found = integrators_split.step_maps(method, system, start, step)
+        if found is not None:
+            return found
+    size, count = method.rows * system.size, start.shape[1]
+    out = np.empty((system.batch, count, size, size + 1))
+    stages = len(method.b) if isinstance(method, RungeKutta) else 2
+    part = max(1, 4 * WORK_SET // (stages * system.batch))
+    for low in range(0, count, part):
+        cut = slice(low, low + part)
+        if isinstance(method, Collocated):
+            out[:, cut] = integrators_collocated.maps(method, system, start[:, cut], step[:, cut])
+        elif isinstance(method, RungeKutta):
+            out[:, cut] = integrators_runge_kutta.maps(method, system, start[:, cut], step[:, cut])
+        else:
+            out[:, cut] = integrators_magnus.maps(method, system, start[:, cut], step[:, cut])
+    return out
