@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from camgeom.dynamics.indexing_study import IndexingStudy
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
+    from camgeom.mechanics.contact import Contact
+    from camgeom.mechanics.fatigue import RollerLife
     from camgeom.planar import Planar
     from camgeom.planar_force import PlanarDrive
     from camgeom.planar_pair import PairResidual
@@ -327,6 +329,26 @@ class Model:
         if len(self.duties) == 1:
             return self.duties[0]
         return max(self.duties, key=lambda duty: float(duty.contact.peak().pressure))
+
+    @property
+    def contact(self) -> Contact | TurretDuty | PlanarDrive:
+        """Contact stress over the turn: of the hardest pressed roller, of a turret's rollers that share the load, or of
+        the faces of a cam without a roller. Raises ProfileError where the profile has no [operation]."""
+        if self.turret_loaded:
+            return self.turret_duty
+        return self.drive if self.driven and not self.loaded else self.duty.contact
+
+    @property
+    def life(self) -> RollerLife | TurretDuty:
+        """Fatigue life of the hardest pressed roller, h; of a turret with its lives of roller, cam and bearing.
+
+        Raises ProfileError where the profile has no [operation], DesignError for a follower without a roller.
+        """
+        if self.turret_loaded:
+            return self.turret_duty
+        if self.setup.roller is None:
+            raise DesignError(f"a {self.setup.follower.kind} follower without a roller has no roller life")
+        return self.duty.roller_life
 
     @fact
     def duties(self) -> tuple[Duty, ...]:
