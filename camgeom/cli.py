@@ -50,6 +50,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli_tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
             "camgeom.cli_design:run", ("design",)),
+    Command("inspect", "form deviation of measured points after their best fit to the flanks",
+            "camgeom.cli_inspect:run", ("profile", "inspect")),
     Command("schema", "JSON Schema of the profile", "camgeom.cli_tables:schema", ("schema",)),
 )
 """Every subcommand; one line adds one."""
@@ -158,6 +160,16 @@ def _add_schema(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
 
 
+def _add_inspect(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("points", metavar="POINTS", help="CSV with columns x, y, z or angle, radius, z; mm, deg")
+    sub.add_argument("--probe-radius", metavar="MM", help="where the points are centres of the probe's ball; default 0")
+    sub.add_argument("--fit", metavar="WHAT", default="axial",
+                     help="none, angle (about the axis), axial (angle and shift along it; default), rigid (all six)")
+    sub.add_argument("--limit", metavar="MM", help="largest deviation allowed; beyond it the exit status is 1")
+    sub.add_argument("--out", metavar="DIR", help="write inspection.json and inspection.csv there")
+    _add_json(sub)
+
+
 def _add_design(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal")
     sub.add_argument("file", metavar="FILE", nargs="?", help="where to write the profile; default stdout")
@@ -182,6 +194,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "new": _add_new,
     "schema": _add_schema,
     "design": _add_design,
+    "inspect": _add_inspect,
 }
 
 
