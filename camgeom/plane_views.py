@@ -70,6 +70,9 @@ def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[Plane
     views: list[PlaneView] = []
     if model.planar is not None:
         views.append(_outlines(model, model.planar.outlines, cutter_radius))
+    elif hasattr(model.cam, "outlines"):
+        # Plates have corners, where a tool's path is not the parallel curve.
+        views.append(_outlines(model, model.cam.outlines(model.setup), None))
     elif hasattr(model.cam, "radius"):
         views += _drum(model)
     if isinstance(model.setup.follower, TurretFollower):
