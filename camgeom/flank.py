@@ -52,7 +52,7 @@ class Flank:
     @cached_property
     def pose(self) -> Pose:
         """Pose jets of the roller, order 2 (the given ones where the caller already has them)."""
-        return self.given_pose or self.track.pose(self.phi, 2, self.jet_side)
+        return self.given_pose or self.track.eased(self.side).pose(self.phi, 2, self.jet_side)
 
     @cached_property
     def _stations(self) -> tuple[Floats, ...]:

@@ -54,8 +54,19 @@ class Column:
         """Pose jets (order 1)."""
         return self.track.pose(self.phi, 1)
 
+    @cached_property
+    def _eased(self) -> dict[float, Column]:
+        return {side: Column(self.track.eased(side), self.phi) for side in (1.0, -1.0)}
+
+    @property
+    def _relieved(self) -> bool:
+        """True where the two flanks are cut from poses of their own."""
+        return self.track.relief is not None and not self.track.ease
+
     def wall(self, side: float, t: Floats) -> Floats:
         """Flank points (3, n, m) at stations t (m,) or (n, m)."""
+        if self._relieved:
+            return self._eased[side].wall(side, t)
         return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
 
     @cached_property

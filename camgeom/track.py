@@ -116,6 +116,39 @@ class Swing:
 Joint = Slide | Swing
 
 
+@dataclass(frozen=True)
+class Relief:
+    """A lead-in relief: how far (joint coordinate) a tool turns aside near some cam angles, so that its flank recedes.
+
+    height (1 - x²)^4, x = (phi - end) / width, at every one of `ends`: three derivatives fade with it.
+
+    ends    cam angles in [0, 2 pi), rad; width: rad, on either side
+    height  of the joint coordinate, for the flank on the side +1; the other flank recedes the other way
+    """
+
+    ends: tuple[float, ...]
+    width: float
+    height: float
+
+    def jet(self, phi: Floats, order: int) -> Floats:
+        """The deviation and its derivatives by the cam angle, (order + 1, n), order up to 3."""
+        off = phi[None, :] - np.array(self.ends)[:, None]
+        x = (off - TURN * np.round(off / TURN)) / self.width
+        q = np.maximum(1.0 - x * x, 0.0)
+        shapes = (
+            lambda: q**4,
+            lambda: -8.0 * x * q**3,
+            lambda: q * q * (56.0 * x * x - 8.0),
+            lambda: q * x * (144.0 - 336.0 * x * x),
+        )
+        return np.array([self.height * shapes[k]().sum(axis=0) / self.width**k for k in range(order + 1)])
+
+    def knots(self) -> Floats:
+        """Cam angles in [0, 2 pi) where the deviation begins, peaks and ends, rad."""
+        ends = np.array(self.ends)
+        return np.asarray(np.concatenate([ends - self.width, ends, ends + self.width]) % TURN)
+
+
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Jets of the roller axis in the cam frame: fixed point a and unit direction u, each (order + 1, 3, n).
@@ -142,6 +175,7 @@ class Track:
     factor     multiplies the program's lift (-1 turns a hand)
     span       cam angles over which the roller cuts, rad; one turn for a closed track
     sides      the flanks it works on: +1 and -1, or one of them (a rib's roller, a disc cam's)
+    relief     by which a tool's flanks recede, or None; ease: the side whose relief the poses have, 0 for none
     """
 
     meridian: Meridian
@@ -157,6 +191,8 @@ class Track:
     span: tuple[float, float] = (0.0, TURN)
     name: str = "groove"
     sides: tuple[float, ...] = (1.0, -1.0)
+    relief: Relief | None = None
+    ease: float = 0.0
 
     @property
     def closed(self) -> bool:
@@ -173,7 +209,13 @@ class Track:
         """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""
         jet = self.factor * self.program.jet(np.asarray(phi, dtype=float), order, side=side)
         jet[0] += self.shift
+        if self.relief is not None and self.ease:
+            jet += self.ease * self.relief.jet(np.asarray(phi, dtype=float), order)
         return np.asarray(jet)
+
+    def eased(self, side: float) -> Track:
+        """The track whose poses cut one flank: with its relief, where there is one."""
+        return self if self.relief is None or self.ease else replace(self, ease=side)
 
     def pose(self, phi: Floats, order: int = 2, side: Side = "right") -> Pose:
         """Jets of the roller axis in the cam frame at cam angles phi (n,), up to the given order (<= 3)."""
@@ -190,6 +232,8 @@ class Track:
         low, high = self.span
         first, last = int(np.floor(low / TURN)) - 1, int(np.ceil(high / TURN)) + 1
         base = np.asarray(self.program.knots)
+        if self.relief is not None:
+            base = np.concatenate([base, self.relief.knots()])
         every = np.unique(np.concatenate([base + TURN * k for k in range(first, last + 1)]))
         width = 1e-12 * max(1.0, high - low)
         inside = every[(every > low + width) & (every < high - width)]

@@ -25,6 +25,8 @@ Bools = npt.NDArray[np.bool_]
 Inside = Callable[[Floats], Bools]
 """Points (3, ...) in the cam frame -> whether they lie within the blank."""
 SLICES = 7
+NEARBY = 0.04
+"""rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +190,24 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
             if best is None or distance[i] < best.thickness:
                 best = Rib(float(distance[i]), float(phi[kept][i]), delta)
     return best
+
+
+def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Inside, theta: float) -> float:
+    """Least distance, mm, of the flanks that the cutters leave from the rollers standing at one cam angle (rad)."""
+    near, least = np.linspace(-NEARBY, NEARBY, 401), np.inf
+    for track, cutter in zip(tracks, cutters):
+        low, high = track.span
+        ends = [track.meridian.parameter(d) for d in track.contact]
+        for turn in range(floor(low / TURN) - 1, ceil(high / TURN) + 1):
+            at = theta + TURN * turn
+            if not low <= at <= high:
+                continue
+            for side in cutter.sides:
+                x = Flank(cutter, at + near, np.linspace(*ends, 9), side).x.reshape(3, -1)
+                x = x[:, inside(x)]
+                distance = roller_distance(track, x, np.full(x.shape[1], at))
+                least = min(least, float(distance.min(initial=np.inf)))
+    return least
 
 
 def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6, rounds: int = 36) -> Floats:

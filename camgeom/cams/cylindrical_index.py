@@ -7,21 +7,22 @@ turret axis on its face and meet the drum one after another while they pass the 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, cos, degrees, pi, sin, sqrt
+from math import asin, cos, pi, sin, sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from camgeom.blank import Blank, Bore
+from camgeom.blank import Blank
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, TurretFollower
 from camgeom.groove import cylinder_level
 from camgeom.solid import Part
-from camgeom.spec import Gap, Length, Section
-from camgeom.track import TURN, Swing, Track
+from camgeom.spec import Length
+from camgeom.track import Swing, Track
 from camgeom.turret_body import TurretBody
 from camgeom.turret_cut import IndexingCut
+from camgeom.turret_keys import TurretKeys, problem
 from camgeom.turret_tracks import turret_tracks
 
 STARTER = """
@@ -69,35 +70,21 @@ formats = ["3mf", "stl"]
 """
 
 
-class Cam(Section):
+class Cam(TurretKeys):
     """A drum -width/2 <= z <= width/2; the turret turns about a line along X through (0, center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     STARTER: ClassVar[str] = STARTER
 
     kind: Literal["cylindrical-index"]
-    form: Literal["rib", "groove"] = Field(
-        "rib", description="in a dwell two rollers straddle a rib, or one sits in a groove"
-    )
-    hand: Literal["right", "left"] = Field("right", description="right: rollers next to the cam move towards +Z")
     center_distance: Length = Field(description="mm, cam axis to turret axis")
     diameter: Length = Field(description="mm, outside of the drum")
     width: Length = Field(description="mm, length of the drum along its axis")
-    tip_clearance: Gap = Field(0.5, description="mm, from the roller's end to the groove floor")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
-    bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the cam solid")
-    keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
-    keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
-    direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
     @property
     def radius(self) -> float:
         """Outer radius of the drum, mm."""
         return 0.5 * self.diameter
-
-    def roller_pitch(self, follower: TurretFollower) -> float:
-        """Angle between neighbouring rollers of the turret, rad."""
-        return TURN / follower.count
 
     def contact(self, setup: Setup) -> tuple[float, float]:
         """Stretch of the roller that touches the flank, from the plane of both axes' feet, mm."""
@@ -134,44 +121,32 @@ class Cam(Section):
         assert isinstance(follower, TurretFollower)
         if roller is None:
             return [Problem("roller", "a cylindrical indexing cam needs rollers", None, "a [roller] table")]
-        found = self._reach_problems(setup, follower, 0.5 * roller.diameter)
+        found = self.key_problems(setup) + self._reach_problems(setup, follower, 0.5 * roller.diameter)
         room = 2.0 * follower.pitch_radius * sin(0.5 * self.roller_pitch(follower))
         if room <= roller.diameter:
             limit = f"below {room:g} mm, the distance of neighbouring rollers"
-            found.append(_problem("roller.diameter", roller.diameter, limit))
-        if follower.count % follower.stops:
-            found.append(_problem("follower.rollers", follower.count, f"a multiple of the {follower.stops} stops"))
-        if bool(self.keyway_width) != bool(self.keyway_depth):
-            found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
-        elif self.keyway_width and self.keyway_width >= self.bore:
-            found.append(_problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
-        if setup.program.advance < 0.0:
-            found.append(_problem("motion.to", degrees(setup.program.advance), "positive; `hand` turns the way round"))
+            found.append(problem("roller.diameter", roller.diameter, limit))
         return found
 
     def _reach_problems(self, setup: Setup, follower: TurretFollower, radius: float) -> list[Problem]:
         if 0.5 * self.width + radius >= 0.95 * follower.pitch_radius:
             most = 2.0 * (0.95 * follower.pitch_radius - radius)
-            return [_problem("cam.width", self.width, f"below {most:g} mm, so that the rollers swing clear of it")]
+            return [problem("cam.width", self.width, f"below {most:g} mm, so that the rollers swing clear of it")]
         floor = self.floor_radius(setup)
         if floor <= 0.0:
             limit = f"below the drum's radius {self.radius:g} mm"
-            return [_problem("roller.length", self.radius - self.tip(setup), limit)]
+            return [problem("roller.length", self.radius - self.tip(setup), limit)]
         rim = radius + self.running_clearance
         low = follower.pitch_radius * cos(self._clear_angle(setup)) - floor + rim
         high = follower.pitch_radius + floor - rim
         found = []
         if not low < self.center_distance < high:
             limit = f"{low:g} .. {high:g} mm, where rollers stay over the groove floor"
-            found.append(_problem("cam.center_distance", self.center_distance, limit))
+            found.append(problem("cam.center_distance", self.center_distance, limit))
         elif self.bore and self.bore_spec().reach >= sqrt(max(0.0, floor**2 - rim**2)):
             most = sqrt(max(0.0, floor**2 - rim**2))
-            found.append(_problem("cam.bore", self.bore, f"outline inside the groove floor, {most:g} mm from the axis"))
+            found.append(problem("cam.bore", self.bore, f"outline inside the groove floor, {most:g} mm from the axis"))
         return found
-
-    def bore_spec(self) -> Bore:
-        """The bore outline."""
-        return Bore(self.bore, self.keyway_width, self.keyway_depth)
 
     def blank(self, setup: Setup) -> Blank:
         """The drum before the grooves are cut."""
@@ -193,7 +168,9 @@ class Cam(Section):
         else:
             tip = self.floor_radius(setup)
         grooves = self._grooves(setup, self._clear_angle(setup))
-        return tuple(replace(g.grown(self.running_clearance), tip=tip) for g in grooves)
+        assert isinstance(setup.follower, TurretFollower)
+        relief = self.relief_of(setup, -setup.follower.pitch_radius)
+        return tuple(replace(g.grown(self.running_clearance), tip=tip, relief=relief) for g in grooves)
 
     def _grooves(self, setup: Setup, reach: float) -> tuple[Track, ...]:
         follower, roller = setup.follower, setup.roller
@@ -203,13 +180,13 @@ class Cam(Section):
         middle = high if isinstance(roller, SphereRoller) else 0.5 * (low + high)
         first = Track(
             meridian=roller.meridian(middle, -1.0),
-            joint=Swing((-1.0 if self.hand == "right" else 1.0, 0.0, 0.0), (0.0, self.center_distance, 0.0)),
+            joint=Swing((-self.way, 0.0, 0.0), (0.0, self.center_distance, 0.0)),
             anchor=(0.0, self.center_distance - follower.pitch_radius, 0.0),
             axis=(1.0, 0.0, 0.0),
             tip=self.tip(setup),
             contact=(low, high),
             program=setup.program,
-            sense=1.0 if self.direction == "ccw" else -1.0,
+            sense=self.sense,
         )
         base = 0.5 * self.roller_pitch(follower) if self.form == "rib" else 0.0
         return turret_tracks(first, follower.count, base, reach)
@@ -263,7 +240,3 @@ class Cam(Section):
                 1 if self.bore else 0,
             ),
         )
-
-
-def _problem(key: str, value: object, allowed: str) -> Problem:
-    return Problem(key, "cannot be built", value, allowed)

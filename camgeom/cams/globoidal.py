@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
+from math import asin, cos, hypot, sin, sqrt, tan
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from camgeom.blank import Blank, Bore
+from camgeom.blank import Blank
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, TurretFollower
+from camgeom.globoid import Globoid
 from camgeom.solid import Part
-from camgeom.spec import Gap, Length, Section
-from camgeom.track import TURN, Swing, Track
+from camgeom.spec import Gap, Length
+from camgeom.track import Swing, Track
 from camgeom.turret_body import TurretBody
 from camgeom.turret_cut import GloboidLevel, IndexingCut
+from camgeom.turret_keys import TurretKeys, problem
 from camgeom.turret_tracks import turret_tracks
 
 STARTER = """
@@ -64,36 +66,33 @@ formats = ["3mf", "stl"]
 """
 
 
-class Cam(Section):
+class Cam(TurretKeys):
     """A globoid -width/2 <= z <= width/2; the turret turns about an axis parallel to Y at (center_distance, 0, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
     STARTER: ClassVar[str] = STARTER
 
     kind: Literal["globoidal"]
-    form: Literal["rib", "groove"] = Field(
-        "rib", description="in a dwell two rollers straddle a rib, or one sits in a groove"
-    )
-    hand: Literal["right", "left"] = Field("right", description="right: rollers next to the cam move towards +Z")
     center_distance: Length = Field(description="mm, cam axis to turret axis")
     width: Length = Field(description="mm, length of the cam along its axis")
     globoid_radius: Length = Field(description="mm, radius of the blank's outside about the turret axis")
-    tip_clearance: Gap = Field(0.5, description="mm, from the roller's end to the groove floor")
-    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
     preload: Gap = Field(
         0.0, description="mm, by which rollers press into the ribs they ride in the dwell, by a closer centre distance"
     )
     hub_diameter: Gap = Field(0.0, description="mm, hubs on both ends; 0 leaves them out")
     hub_length: Gap = Field(0.0, description="mm, length of each hub beyond the end face")
-    bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the cam solid")
-    keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
-    keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
-    direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
+
+    @property
+    def globoid(self) -> Globoid:
+        """The blank's shape."""
+        bore = self.bore_spec() if self.bore else None
+        size = self.center_distance, self.width, self.globoid_radius
+        return Globoid(*size, bore, self.hub_diameter, self.hub_length)
 
     @property
     def end_radius(self) -> float:
         """Radius of the blank at its end faces (its largest), mm."""
-        return self.center_distance - sqrt(self.globoid_radius**2 - 0.25 * self.width**2)
+        return self.globoid.end_radius
 
     def centre_shift(self, setup: Setup) -> float:
         """By how much the turret is set closer than the cam was cut for, mm.
@@ -108,10 +107,6 @@ class Cam(Section):
     def allowed_interference(self, setup: Setup) -> float:
         """By how much a roller may stand in the cam on purpose, mm (the preload at its steepest)."""
         return self.centre_shift(setup)
-
-    def roller_pitch(self, follower: TurretFollower) -> float:
-        """Angle between neighbouring rollers of the turret, rad."""
-        return TURN / follower.count
 
     def contact(self, setup: Setup) -> tuple[float, float]:
         """Stretch of the roller that touches the flank, from the turret axis, mm."""
@@ -141,141 +136,92 @@ class Cam(Section):
         assert isinstance(follower, TurretFollower)
         if roller is None:
             return [Problem("roller", "a globoidal cam needs rollers", None, "a [roller] table")]
-        return [*self._size_problems(setup), *self._turret_problems(setup, follower)]
+        return [*self.key_problems(setup), *self._size_problems(setup), *self._turret_problems(setup, follower)]
 
     def _size_problems(self, setup: Setup) -> list[Problem]:
         found = []
         follower = setup.follower
         assert isinstance(follower, TurretFollower)
-        if follower.pitch_radius >= self.center_distance:
-            limit = f"below the centre distance {self.center_distance:g} mm"
-            return [_problem("follower.pitch_radius", follower.pitch_radius, limit)]
-        if self.globoid_radius >= self.center_distance:
-            limit = f"below the centre distance {self.center_distance:g} mm"
-            return [_problem("cam.globoid_radius", self.globoid_radius, limit)]
+        radii = {"follower.pitch_radius": follower.pitch_radius, "cam.globoid_radius": self.globoid_radius}
+        for key, radius in radii.items():
+            if radius >= self.center_distance:
+                return [problem(key, radius, f"below the centre distance {self.center_distance:g} mm")]
         if 0.5 * self.width >= self.globoid_radius:
             limit = f"below twice the globoid radius, {2.0 * self.globoid_radius:g} mm"
-            return [_problem("cam.width", self.width, limit)]
+            return [problem("cam.width", self.width, limit)]
         floor_radius = self.center_distance - self.floor_radius(setup)
         if floor_radius <= 0.0:
             most = follower.pitch_radius + floor_radius
             limit = f"below {most:g} mm, where the groove floor reaches the cam axis"
-            found.append(_problem("follower.pitch_radius", follower.pitch_radius, limit))
+            found.append(problem("follower.pitch_radius", follower.pitch_radius, limit))
         elif self.bore and self.bore_spec().reach >= floor_radius:
             limit = f"outline inside the groove floor, {floor_radius:g} mm from the axis"
-            found.append(_problem("cam.bore", self.bore, limit))
+            found.append(problem("cam.bore", self.bore, limit))
         if not self.contact(setup)[0] - 1e-9 <= self.globoid_radius < self.contact(setup)[1]:
             limit = f"{self.contact(setup)[0]:g} .. {self.contact(setup)[1]:g} mm, within the roller's contact length"
-            found.append(_problem("cam.globoid_radius", self.globoid_radius, limit))
-        if bool(self.keyway_width) != bool(self.keyway_depth):
-            found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
-        elif self.keyway_width and self.keyway_width >= self.bore:
-            found.append(_problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
-        return [*found, *self._hub_problems(setup)]
-
-    def _hub_problems(self, setup: Setup) -> list[Problem]:
-        """Hubs stay clear of the rollers, whose ends reach floor_radius about the turret axis beside the cam."""
-        if bool(self.hub_diameter) != bool(self.hub_length):
-            return [_problem("cam.hub_length", self.hub_length, "diameter and length both, or neither")]
-        if not self.hub_length:
-            return []
-        reach = self.floor_radius(setup)
-        most = 2.0 * (self.center_distance - sqrt(max(0.0, reach**2 - 0.25 * self.width**2)))
-        least = 2.0 * self.bore_spec().reach if self.bore else 0.0
-        if least < self.hub_diameter < most:
-            return []
-        limit = f"{least:g} .. {most:g} mm, outside the bore and clear of the rollers"
-        return [_problem("cam.hub_diameter", self.hub_diameter, limit)]
+            found.append(problem("cam.globoid_radius", self.globoid_radius, limit))
+        return [*found, *self.globoid.hub_problems(self.floor_radius(setup))]
 
     def _turret_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
         found = []
         pitch = self.roller_pitch(follower)
-        rollers = follower.count
-        if rollers % follower.stops:
-            found.append(_problem("follower.rollers", rollers, f"a multiple of the {follower.stops} stops"))
         roller = setup.roller
         assert roller is not None
         radius = 0.5 * roller.diameter
         room = 2.0 * self.contact(setup)[0] * sin(0.5 * pitch)
         if room <= 2.0 * radius:
             limit = f"below {room:g} mm, the distance of neighbouring rollers at their inner end"
-            found.append(_problem("roller.diameter", roller.diameter, limit))
+            found.append(problem("roller.diameter", roller.diameter, limit))
         half = 0.5 * pitch
         if radius * cos(half) >= self.globoid_radius * sin(half):
             limit = f"below {2.0 * self.globoid_radius * tan(half):g} mm, so that ribs keep a tip at the globoid radius"
-            found.append(_problem("roller.diameter", roller.diameter, limit))
+            found.append(problem("roller.diameter", roller.diameter, limit))
         rib = 2.0 * (self.globoid_radius * sin(half) - radius * cos(half))
         if self.form == "rib" and self.width <= rib:
-            limit = f"above {rib:g} mm, so that rollers stand beside the rib in the dwell"
-            found.append(_problem("cam.width", self.width, limit))
-        starts = abs(setup.program.advance) / pitch
-        if setup.program.closed:
-            return found
-        index = TURN / follower.stops
-        steps = setup.program.advance / index
-        if abs(steps - round(steps)) > 1e-9 or steps <= 0.0 or abs(starts - round(starts)) > 1e-9:
-            limit = f"a multiple of {degrees(index):.12g} deg, one index of {follower.stops} stops"
-            found.append(_problem("motion.to", degrees(setup.program.advance), limit))
+            found.append(problem("cam.width", self.width, f"above {rib:g} mm, so that rollers stand beside the rib"))
         return found
-
-    def bore_spec(self) -> Bore:
-        """The bore outline."""
-        return Bore(self.bore, self.keyway_width, self.keyway_depth)
 
     def blank(self, setup: Setup) -> Blank:
         """The globoid before the grooves are cut."""
         del setup
-        half, end = 0.5 * self.width, self.end_radius
-        bore, arc = self.bore_spec() if self.bore else None, (self.center_distance, 0.0)
-        if not self.hub_length:
-            return Blank(((end, -half), (end, half)), bore, (arc,), ("land",))
-        hub, far = 0.5 * self.hub_diameter, half + self.hub_length
-        outline = ((hub, -far), (hub, -half), (end, -half), (end, half), (hub, half), (hub, far))
-        return Blank(outline, bore, (None, None, arc, None, None), ("hub", "end", "land", "end", "hub"))
+        return self.globoid.blank()
 
     def tracks(self, setup: Setup) -> tuple[Track, ...]:
         """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
         follower = setup.follower
         assert isinstance(follower, TurretFollower)
         reach = asin(min(1.0, 0.5 * self.width / follower.pitch_radius))
-        return self._grooves(setup, reach, self.center_distance - self.centre_shift(setup), self.tip(setup))
+        return self._grooves(setup, reach, self.center_distance - self.centre_shift(setup))
 
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
-        grooves = self._grooves(setup, self._clear_angle(setup), self.center_distance, self.tip(setup))
+        grooves = self._grooves(setup, self._clear_angle(setup), self.center_distance)
         floor = self.floor_radius(setup)
-        return tuple(replace(g.grown(self.running_clearance), tip=floor) for g in grooves)
+        relief = self.relief_of(setup, self.quoted_radius(setup))
+        return tuple(replace(g.grown(self.running_clearance), tip=floor, relief=relief) for g in grooves)
 
-    def _grooves(self, setup: Setup, reach: float, centre: float, tip: float) -> tuple[Track, ...]:
+    def _grooves(self, setup: Setup, reach: float, centre: float) -> tuple[Track, ...]:
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
         assert roller is not None
-        pitch = self.roller_pitch(follower)
         first = Track(
             meridian=roller.meridian(follower.pitch_radius, 1.0),
-            joint=Swing((0.0, 1.0 if self.hand == "right" else -1.0, 0.0), (centre, 0.0, 0.0)),
+            joint=Swing((0.0, self.way, 0.0), (centre, 0.0, 0.0)),
             anchor=(centre, 0.0, 0.0),
             axis=(-1.0, 0.0, 0.0),
-            tip=tip,
+            tip=self.tip(setup),
             contact=self.contact(setup),
             program=setup.program,
-            sense=1.0 if self.direction == "ccw" else -1.0,
+            sense=self.sense,
         )
-        base = 0.5 * pitch if self.form == "rib" else 0.0
+        base = 0.5 * self.roller_pitch(follower) if self.form == "rib" else 0.0
         return turret_tracks(first, follower.count, base, reach)
 
     def _clear_angle(self, setup: Setup) -> float:
         """Turret angle (rad) from the line of centres beyond which a tool is clear of the blank."""
-        roller = setup.roller
-        assert roller is not None
-        radius = 0.5 * roller.diameter + self.running_clearance
-        low = self.top_radius(setup)
-        size = hypot(low, radius)
-        if 0.5 * self.width < size:
-            angle = asin(0.5 * self.width / size) + atan2(radius, low)
-            if angle < 0.5 * pi:
-                return 1.02 * angle + 0.01
-        return 0.5 * pi
+        assert setup.roller is not None
+        tool = 0.5 * setup.roller.diameter + self.running_clearance + self.relief
+        return self.globoid.clear_angle(self.top_radius(setup), tool)
 
     def top_radius(self, setup: Setup) -> float:
         """Distance from the turret axis at which groove bodies end, outside the blank, mm."""
@@ -299,9 +245,7 @@ class Cam(Section):
 
     def inside(self, x: np.ndarray) -> np.ndarray:
         """Whether points (3, ...) of the cam frame lie within the blank."""
-        rho = np.hypot(x[0], x[1])
-        within = np.hypot(rho - self.center_distance, x[2]) >= self.globoid_radius - 1e-9
-        return np.asarray(within & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
+        return self.globoid.inside(x)
 
     def rib_depths(self, setup: Setup) -> tuple[tuple[str, float], ...]:
         """Where ribs are measured, from the turret axis, mm: at their tip and beside the rollers' ends."""
@@ -353,8 +297,4 @@ class Cam(Section):
                 1 if self.bore else 0,
             ),
         )
-
-
-def _problem(key: str, value: object, allowed: str) -> Problem:
-    return Problem(key, "cannot be built", value, allowed)
 

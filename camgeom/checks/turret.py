@@ -93,6 +93,20 @@ def fins(model: Model) -> Iterable[Finding]:
         yield Finding("fins", float(len(pieces) - 1), 0.0, "1", len(pieces) == 1, None, advice, solid.name)
 
 
+@check("relief", "turret")
+def relief(model: Model) -> Iterable[Finding]:
+    """Least distance of rollers and finished flanks at the ends of dwells, where the cam has a lead-in relief."""
+    if not getattr(model.cam, "relief", 0.0):
+        return
+    from camgeom.turret_ribs import play_at
+
+    for end in model.cam.dwell_ends(model.setup):
+        value = play_at(model.tracks, model.cutters, model.cam.inside, end)
+        passed = value > 0.0
+        advice = "" if passed else "raise `relief` above the preload, or lower the preload"
+        yield Finding("relief", value, 0.0, "mm", passed, degrees(end), advice, "roller to flank")
+
+
 @check("dwell-accuracy", "turret", "solid")
 def dwell_accuracy(model: Model) -> Iterable[Finding]:
     """Error of the turret's angle that the mesh's chord error may cause; a remark: cams are not ground from meshes."""
