@@ -197,13 +197,13 @@ def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Insid
     near, least = np.linspace(-NEARBY, NEARBY, 401), np.inf
     for track, cutter in zip(tracks, cutters):
         low, high = track.span
-        ends = [track.meridian.parameter(d) for d in track.contact]
+        t = np.linspace(track.meridian.parameter(track.contact[0]), track.meridian.parameter(track.contact[1]), 9)
         for turn in range(floor(low / TURN) - 1, ceil(high / TURN) + 1):
             at = theta + TURN * turn
             if not low <= at <= high:
                 continue
             for side in cutter.sides:
-                x = Flank(cutter, at + near, np.linspace(*ends, 9), side).x.reshape(3, -1)
+                x = Flank(cutter, at + near, t, side).x.reshape(3, -1)
                 x = x[:, inside(x)]
                 distance = roller_distance(track, x, np.full(x.shape[1], at))
                 least = min(least, float(distance.min(initial=np.inf)))
