@@ -75,6 +75,8 @@ class TestFrequencies:
             ("cycloidal", 245.686461, 366.190095, 3408.347464),
             ("3-4-5", 247.584610, 363.441986, 3407.790890),
             ("4-5-6-7", 242.790088, 370.460509, 3409.249682),
+            ("simple-harmonic", 252.045628, 357.135559, 3406.586467),
+            ("modified-constant-velocity", 256.065233, 351.629148, 3405.620057),
         ],
     )
     def test_steepest_point(self, law: str, first: float, second: float, third: float) -> None:
@@ -88,6 +90,14 @@ class TestFrequencies:
     def test_missing_contact_term_is_a_named_comparison(self, mt: Program, ms: Program) -> None:
         assert natural_modes(DRIVE, mt, paper_form=True).lowest_hz()[0] == pytest.approx(165.688011, abs=6e-7)
         assert natural_modes(DRIVE, ms, paper_form=True).lowest_hz()[0] == pytest.approx(190.132500, abs=6e-7)
+        for law, hertz in (
+            ("3-4-5", 179.093262),
+            ("4-5-6-7", 141.850321),
+            ("simple-harmonic", 205.954298),
+            ("modified-constant-velocity", 226.244963),
+        ):
+            printed = natural_modes(DRIVE, index(law), paper_form=True)
+            assert printed.lowest_hz()[0] == pytest.approx(hertz, abs=6e-7)
         steep = natural_modes(DRIVE, index("modified-trapezoid", 120.0), paper_form=True).torsional()[0]
         assert steep.squared.min() < 0.0
         assert not steep.oscillates

@@ -67,6 +67,14 @@ def test_indexing_study(index: Program) -> None:
     assert len(figures["indefinite_blocks"]) == 2
     assert figures["error"] <= 1e-9
     assert study.sweep.maximum[1] == pytest.approx(1746.331746878, rel=1e-9)
+    assert figures["sweep"]["speed_rpm"] == pytest.approx([900.0, 1000.0, 1100.0])
+    assert figures["sweep"]["peak_load_acceleration_rad_s2"][1] == pytest.approx(1746.331746878, rel=1e-9)
+    assert figures["sweep"]["refused"] == []
+    assert figures["from_rest_peak_load_acceleration_rad_s2"] > 1000.0
+    # harmonic 16 of the dwell mode stands at 995.8 r/min, harmonic 21 of the second at 969.3 in the dwell
+    near = {(one["mode"], one["harmonic"]) for one in figures["critical_speeds"]}
+    assert (1, 16) in near
+    assert (1, 20) not in near
     assert study.campbell().lines_hz.shape == (20, 101)
     assert len(study.critical) == 9 * 20
     assert abs(study.start.peak("load_acceleration").magnitude[0]) > 1000.0
@@ -109,6 +117,9 @@ def test_follower_study(lift: Program) -> None:
         DynamicsSpec(**{**spec.model_dump(exclude_unset=True), "sweep": (100.0, 400.0)}), lift, 300.0
     )
     assert swept.sweep.peak("contact_force").minimum.shape == (100,)
+    listed = json.loads(json.dumps(swept.summary(), allow_nan=False))["sweep"]
+    assert (listed["speed_rpm"][0], listed["speed_rpm"][-1]) == pytest.approx((100.0, 400.0))
+    assert len(listed["least_contact_force_n"]) == 100
 
 
 @pytest.mark.parametrize(

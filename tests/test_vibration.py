@@ -73,3 +73,23 @@ def test_frame_and_groove_have_play_too():
 def test_dynamics_that_do_not_apply_are_refused(profile, extra, word):
     with pytest.raises(ProfileError, match=word):
         solved(profile, extra)
+
+
+def test_uneven_speed_and_exact_contact_from_a_profile():
+    plain, uneven, exact = (
+        solved("tool_changer", DRIVE + extra)
+        for extra in ("", "fluctuation = 0.05\nfluctuation_order = 2\n", "exact_contact = true\n")
+    )
+    key = "peak_load_acceleration_rad_s2"
+    assert abs(uneven[key] / plain[key] - 1.0) > 1e-3
+    assert 1e-9 < abs(exact[key] / plain[key] - 1.0) < 1e-3
+
+
+def test_windup_and_sweep_of_a_follower_from_a_profile():
+    text = '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 20000\nlinkage_damping = 200\nsweep = [100, 200]\n'
+    found = solved("disc_offset_roller", text + "sweep_points = 3\nshaft_inertia = 2e-3\nshaft_stiffness = 2e4\n")
+    assert found["peak_windup_deg"] > 0.0
+    assert found["peak_shaft_torque_n_m"] > 0.0
+    assert found["sweep"]["speed_rpm"] == pytest.approx([100.0, 150.0, 200.0])
+    forces = found["sweep"]["least_contact_force_n"]
+    assert forces == sorted(forces, reverse=True)

@@ -90,7 +90,20 @@ class FollowerStudy:
         if self.shaft is not None:
             out["peak_windup_deg"] = degrees(float(steady.peak("windup").magnitude[0]))
             out["peak_shaft_torque_n_m"] = float(steady.peak("shaft_torque").magnitude[0])
+        if self.sweep_speeds is not None:
+            out["sweep"] = self._sweep_figures(length, force)
         return out
+
+    def _sweep_figures(self, length: str, force: str) -> dict[str, object]:
+        """Lists over the speeds of the sweep."""
+        found = self.sweep
+        columns = {
+            f"peak_acceleration_{length}_s2": found.peak("acceleration").magnitude,
+            f"least_contact_force_{force}": found.peak("contact_force").minimum,
+            f"peak_contact_force_{force}": found.peak("contact_force").maximum,
+        }
+        speeds = {"speed_rpm": [float(speed / RPM) for speed in found.system.speed]}
+        return {**speeds, **{key: [float(value) for value in values] for key, values in columns.items()}}
 
 
 def follower_study(

@@ -35,6 +35,9 @@ from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 
 RPM = np.pi / 30.0
+NEAR = 0.05
+"""share of the operating speed within which a critical speed is named"""
+MOST_HARMONICS = 40
 GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
@@ -135,8 +138,44 @@ class IndexingStudy:
             "integrator": steady.solution.choice
             or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
             "cautions": list(steady.solution.cautions),
+            "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
+            "critical_speeds": self._near_critical(speed_rpm),
             **self._data_figures(),
             **self._dwell_figures(),
+            **self._sweep_figures(),
+        }
+
+    def _near_critical(self, speed_rpm: float) -> list[dict[str, object]]:
+        """Critical speeds whose range comes within NEAR of the operating speed."""
+        return [
+            {
+                "block": one.label,
+                "mode": one.mode,
+                "harmonic": one.order,
+                "lowest_rpm": one.lowest_rpm,
+                "highest_rpm": one.highest_rpm,
+            }
+            for one in critical_speeds(self.modes, MOST_HARMONICS)
+            if one.lowest_rpm <= (1.0 + NEAR) * speed_rpm and one.highest_rpm >= (1.0 - NEAR) * speed_rpm
+        ]
+
+    def _sweep_figures(self) -> dict[str, object]:
+        """The sweep, where one was asked for: lists over its speeds, null at a speed without a steady state."""
+        if self.sweep_speeds is None:
+            return {}
+        found = self.sweep
+
+        def listed(values: Array) -> list[float | None]:
+            return [float(v) if good else None for v, good in zip(values, found.answered, strict=True)]
+
+        return {
+            "sweep": {
+                "speed_rpm": [float(v) for v in found.speed_rpm],
+                "peak_load_acceleration_rad_s2": listed(found.peak),
+                "amplification": listed(found.amplification),
+                "spectral_radius": listed(found.spectral_radius),
+                "refused": [{"speed_rpm": float(found.speed_rpm[k]), "reason": why} for k, why in found.refused],
+            }
         }
 
     def _data_figures(self) -> dict[str, object]:
