@@ -5,10 +5,12 @@ The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeo
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
@@ -16,6 +18,7 @@ from camgeom.mechanics.material import pair_compliance
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower_study import FollowerStudy
+    from camgeom.dynamics.impact import Load as ImpactLoad
     from camgeom.dynamics.impact_run import ImpactRun
     from camgeom.dynamics.impact_side import Pair
     from camgeom.dynamics.indexing_study import IndexingStudy
@@ -142,16 +145,47 @@ def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Impa
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
     base = getattr(cam, "base_radius", None) or getattr(cam, "radius", None) or radius
+    pair, load = impact_pair(profile, setup, tracks), impact_load(profile, setup)
+    if load.applied is not None and load.applied.jumps:
+        pair = replace(pair, lift=pair.lift.split(load.applied.jumps))  # type: ignore[type-var]
     problem = spec.problem(
-        impact_pair(profile, setup, tracks),
+        pair,
         inertia=_inertia(profile, setup),
         speed_rpm=_speed(profile),
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
         length_mm=float(length),
         roller_radius_mm=radius,
         cam_radius_mm=float(base),
+        load=load,
     )
     return solve(problem, turns=spec.turns, rtol=spec.tolerance)
+
+
+def impact_load(profile: Profile, setup: Setup) -> ImpactLoad:
+    """What [operation] puts on the follower beside its inertia: spring, friction, weight, applied forces; SI.
+
+    Applied forces are taken over the cam angle along the ideal motion. Friction is reached at a hundredth of the
+    motion's peak speed.
+    """
+    from camgeom.dynamics.impact import Load
+    from camgeom.dynamics.impact_force import ForceTable
+    from camgeom.loading import follower_load
+
+    load, program = follower_load(profile, setup), setup.program
+    rotating = load.kind == "rotating"
+    unit, length = (MILLI, 1.0) if rotating else (1.0, MILLI)
+    applied = None
+    if load.applied:
+        omega = float(load.speed)  # type: ignore[arg-type]
+
+        def force(theta: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            s, v, a = program.jet(theta, 2)
+            return np.asarray(unit * sum(one(theta, s, omega * v, omega**2 * a) for one in load.applied))
+
+        applied = ForceTable.of(force, [*program.knots, *(b for one in load.applied for b in one.breaks)])
+    spring, friction, weight, rate = (float(v) for v in (load.preload, load.friction, load.weight, load.rate))  # type: ignore[arg-type]
+    fastest = length * abs(program.peak(1).value) * float(load.speed)  # type: ignore[arg-type]
+    return Load(-unit * (spring + weight), unit * rate / length, unit * friction, 0.01 * fastest or 1e-3, applied)
 
 
 def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pair:

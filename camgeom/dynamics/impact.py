@@ -9,12 +9,14 @@ so the state there has the accuracy of the method, not that of an interpolation.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, NamedTuple, final
 
 from camgeom.dynamics.contact_laws import ContactLaw, LinePatch
 from camgeom.dynamics.contact_losses import Coulomb, Damping, ImpactDamping
+from camgeom.dynamics.impact_force import ForceTable
 from camgeom.dynamics.impact_side import Pair
 from camgeom.errors import Problem, ProfileError
 
@@ -52,7 +54,8 @@ class Event(NamedTuple):
 @final
 @dataclass(frozen=True)
 class Load:
-    """What acts on the follower beside the contacts: `constant` - `stiffness` q, and guide friction against motion.
+    """What acts on the follower beside the contacts: `constant` - `stiffness` q, guide friction against the motion, and
+    the force `applied` over the cam angle, against larger q.
 
     N and N/m of a slide, N m and N m/rad of a rocker; `drag` [N or N m] is reached at the speed `drag_speed` [m/s or
     rad/s] on a smooth curve. Gravity of a slide is part of `constant`; that of a rocker is left out (it is far below
@@ -63,15 +66,26 @@ class Load:
     stiffness: float = 0.0
     drag: float = 0.0
     drag_speed: float = 1e-3
+    applied: ForceTable | None = None
 
     @property
     def acts(self) -> bool:
         """Whether any of it is there."""
-        return bool(self.constant or self.stiffness or self.drag)
+        return bool(self.constant or self.stiffness or self.drag or self.applied)
 
-    def force(self, q: float, speed: float) -> float:
-        """Force [N or N m] towards +q, and its dissipation is drag times speed."""
-        return self.constant - self.stiffness * q - self.friction(speed)
+    @property
+    def largest(self) -> float:
+        """Size [N or N m] of what does not depend on the motion."""
+        return abs(self.constant) + self.drag + (self.applied.largest if self.applied is not None else 0.0)
+
+    def resistance(self, start: float, end: float) -> Callable[[float, float], float]:
+        """Friction and applied force [N or N m] against +q between two cam angles [rad]: a plain function of the angle
+        past `start` and the speed. Its power counts as lost.
+        """
+        if self.applied is None:
+            return lambda x, speed: self.friction(speed)
+        applied, friction = self.applied.within(start, end), self.friction
+        return lambda x, speed: applied(x) + friction(speed)
 
     def friction(self, speed: float) -> float:
         """Guide friction [N or N m], positive against +q: odd, smooth."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -131,6 +131,15 @@ class Lift:
                 waves = tuple((w / width, unit * a, unit * b) for w, a, b in piece.waves)
                 arcs.append(Arc(start, end, anchor, power, waves))
         return cls(tuple(arcs))
+
+    def split(self, angles: Sequence[float]) -> Lift:
+        """The same motion with arcs that end at the given cam angles [rad] too."""
+        arcs = []
+        for arc in self.arcs:
+            inside = sorted(a for a in set(angles) if arc.start + 1e-9 < a < arc.end - 1e-9)
+            ends = [arc.start, *inside, arc.end]
+            arcs += [replace(arc, start=a, end=b) for a, b in zip(ends, ends[1:])]
+        return Lift(tuple(arcs))
 
     @cached_property
     def starts(self) -> tuple[float, ...]:

@@ -31,6 +31,8 @@ class Machine:
         self.touches = tuple(side.compiled(self.jets) for side in sides)
         self.limits = tuple(side.limit for side in sides)
         self.speed = problem.speed
+        load = problem.load
+        self.resistances = tuple(load.resistance(arc.start, arc.end) for arc in self.lift.arcs)
         self.factor = problem.damping.factor if isinstance(problem.damping, ImpactDamping) else 0.0
         self.levers = self._largest_levers()
         self.eta_scale, self.rate_scale = self._scales()
@@ -43,7 +45,7 @@ class Machine:
     def _scales(self) -> tuple[float, float]:
         """Sizes of deviation and its rate that the tolerance refers to: play and static deflection, free flight."""
         lift, w, lever = self.lift, self.speed, max(self.levers)
-        inertia = max(self.problem.inertia * lift.peaks[2] * w * w, abs(self.problem.load.force(0.0, 0.0)))
+        inertia = max(self.problem.inertia * lift.peaks[2] * w * w, self.problem.load.largest)
         deflection = self._deflection(inertia / lever) / lever
         size = self.problem.pair.play + deflection
         jerk = lift.peaks[3] * w**3
@@ -104,11 +106,15 @@ class Machine:
         if not load.acts:
             return lambda t, y: (complex(y.imag, -ww * jet(w * (t - begin))[2]), 0j)
 
+        resistance = self.resistances[regime.arc]
+
         def rate(t: float, y: complex) -> tuple[complex, complex]:
-            s0, s1, s2 = jet(w * (t - begin))
-            q, speed = s0 + y.real, s1 * w + y.imag
-            powers = complex(0.0, load.friction(speed) * speed)
-            return complex(y.imag, load.force(q, speed) * inverse - s2 * ww), powers
+            x = w * (t - begin)
+            s0, s1, s2 = jet(x)
+            speed = s1 * w + y.imag
+            against = resistance(x, speed)
+            force = load.constant - load.stiffness * (s0 + y.real) - against
+            return complex(y.imag, force * inverse - s2 * ww), complex(0.0, against * speed)
 
         return rate
 
@@ -138,6 +144,7 @@ class Machine:
         jet, touch, forces = self.jets.jets[arc], self.touches[regime.state - 1], self._forces(regime)
         load, inverse = self.problem.load, 1.0 / self.problem.inertia
         whole = self.problem.law.uses_curvature
+        resistance = self.resistances[arc]
         mu = self.problem.friction.coefficient if self.problem.friction is not None else None
 
         def rate(t: float, y: complex) -> tuple[complex, complex]:
@@ -156,8 +163,9 @@ class Machine:
                 given -= rub * gt * w
                 spent += rub * slide
             if load.acts:
-                torque += load.force(q, q1)
-                spent += load.friction(q1) * q1
+                against = resistance(x, q1)
+                torque += load.constant - load.stiffness * q - against
+                spent += against * q1
             return complex(y.imag, torque * inverse - s2 * w * w), complex(given, spent)
 
         return rate
@@ -193,6 +201,7 @@ class Machine:
         jet, free = self.jets.jets[arc], regime.state == State.FREE
         which, whole = 0 if free else regime.state - 1, self.problem.law.uses_curvature
         touch, forces = self.touches[which], self._forces(regime)
+        resistance = self.resistances[arc]
         radius = float(getattr(self.problem.pair.sides[which], "radius", 0.0))
 
         def rate(t: float, y: Any) -> tuple[Any, complex]:
@@ -200,8 +209,9 @@ class Machine:
             s0, s1, s2 = jet(x)
             eta, eta1, spins = y[0].real, y[0].imag, y[1]
             q, q1 = s0 + eta, s1 * w + eta1
-            torque = load.force(q, q1)
-            spent = load.friction(q1) * q1 + spin.drag * abs(spins) ** 2
+            against = resistance(x, q1)
+            torque = load.constant - load.stiffness * q - against
+            spent = against * q1 + spin.drag * abs(spins) ** 2
             given, turning = 0.0, -spin.drag * spins / spin.inertia
             if not free:
                 delta, h, g, ht, gt, bend = touch(arc, x, s0, s1, s2, eta)

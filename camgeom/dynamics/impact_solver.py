@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 import numpy as np
 
 from camgeom.dynamics.contact_losses import ImpactDamping
 from camgeom.dynamics.impact import Event, ImpactProblem, Recorded, Regime, State, StepRecord
+from camgeom.dynamics.impact_events import Trial, illinois, subpoints
 from camgeom.dynamics.impact_lift import TURN
 from camgeom.dynamics.impact_rates import Machine
 from camgeom.dynamics.impact_stepper import Rate, Stepped, error_norm, next_step, step
@@ -21,37 +22,8 @@ AFTER_KNOT = 0.1
 """of the step before: the force is continuous across a knot of the motion, but the foot passes it a little later"""
 LONGEST_STEP = math.radians(1.0)
 """of the cam: in free flight the error says nothing and the step would grow past contacts"""
-SUBPOINTS = 8
 _MOST_EVENTS = 20_000
 _MOST_STEPS = 2_000_000
-
-
-def hermite_row(u: float) -> tuple[float, float, float, float, float, float]:
-    """Weights of y0, h y0', h^2 y0'', y1, h y1', h^2 y1'' in the quintic Hermite form at the share u of a step."""
-    v = 1.0 - u
-    u3, v3 = u * u * u, v * v * v
-    return (
-        v3 * (1.0 + 3.0 * u + 6.0 * u * u),
-        v3 * u * (1.0 + 3.0 * u),
-        0.5 * v3 * u * u,
-        u3 * (1.0 + 3.0 * v + 6.0 * v * v),
-        -u3 * v * (1.0 + 3.0 * v),
-        0.5 * u3 * v * v,
-    )
-
-
-_ROWS = tuple(hermite_row(j / SUBPOINTS) for j in range(1, SUBPOINTS))
-
-
-class _Trial(NamedTuple):
-    """A step that met its tolerance, with the rate at its end."""
-
-    time: float
-    length: float
-    state: Any
-    rate: Any
-    powers: complex
-    work: complex
 
 
 @final
@@ -140,7 +112,7 @@ class _Walk:
             self.steps.append(record)
             self.work.append(self.work[-1] + work)
 
-    def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[_Trial, float]:
+    def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[Trial, float]:
         """One step that meets the tolerance, and the length to try next."""
         longest = LONGEST_STEP / self.machine.speed
         shortest = 1e-15 * (self.machine.problem.period + abs(t))
@@ -163,7 +135,7 @@ class _Walk:
                 t1 = stop if last else t + h
                 k1, p1 = rate(t1, made.state)
                 self.calls += 1
-                return _Trial(t1, h, made.state, k1, p1, made.work), next_step(h, error)
+                return Trial(t1, h, made.state, k1, p1, made.work), next_step(h, error)
             if not error < math.inf or h < shortest:
                 raise NotConverged(
                     f"the step fell to {h:.3g} s at {t:.9g} s without meeting rtol {self.rtol:g}; "
@@ -183,7 +155,7 @@ class _Walk:
         return max(error_norm(first, h, scale), error_norm(turned, h, complex(spin, spin)))
 
     def _event(
-        self, regime: Regime, rate: Rate, record: StepRecord, trial: _Trial
+        self, regime: Regime, rate: Rate, record: StepRecord, trial: Trial
     ) -> tuple[float, Stepped, int] | None:
         """The first event inside a step: (time past its start, the step up to it, event number), or None.
 
@@ -194,7 +166,7 @@ class _Walk:
             watched = [0, 1]
         else:
             watched = [2, 3] if regime.clipped or self._may_clip(regime, record, trial) else [2]
-        points = self._subpoints(record, trial)
+        points = subpoints(record, trial)
         for j, (share, state) in enumerate(points):
             t = record.time + share * trial.length if share < 1.0 else trial.time
             for which in watched:
@@ -203,23 +175,7 @@ class _Walk:
                     return self._placed(regime, rate, record, which, low * trial.length, share * trial.length)
         return None
 
-    def _subpoints(self, record: StepRecord, trial: _Trial) -> list[tuple[float, Any]]:
-        h = trial.length
-        y, k, y1, k1 = record.state, record.rate, trial.state, trial.rate
-        if not isinstance(y, complex):
-            y, k, y1, k1 = complex(y[0]), complex(k[0]), complex(y1[0]), complex(k1[0])
-        # Quintic in the deviation, linear in its rate: the rate only serves to watch the clip, to be placed exactly.
-        a, b, c = y.real, h * y.imag, h * h * k.imag
-        d, e, f = y1.real, h * y1.imag, h * h * k1.imag
-        rise = y1.imag - y.imag
-        points: list[tuple[float, Any]] = []
-        for j, (ra, rb, rc, rd, re, rf) in enumerate(_ROWS, 1):
-            eta = ra * a + rb * b + rc * c + rd * d + re * e + rf * f
-            points.append((j / SUBPOINTS, complex(eta, y.imag + rise * j / SUBPOINTS)))
-        points.append((1.0, y1))
-        return points
-
-    def _may_clip(self, regime: Regime, record: StepRecord, trial: _Trial) -> bool:
+    def _may_clip(self, regime: Regime, record: StepRecord, trial: Trial) -> bool:
         """Whether the separating speed can come near the one at which damping cancels the elastic force."""
         if not isinstance(self.machine.problem.damping, ImpactDamping):
             return self.machine.problem.damping.coefficient > 0.0
@@ -258,7 +214,7 @@ class _Walk:
             value_low = at(low)[0]
             if value_low > 0.0:
                 return self._placed(regime, rate, record, which, 0.0, low)
-        return (*_illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
+        return (*illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
 
     def _changed(self, regime: Regime, which: int, t: float, y: Any) -> Regime:
         """The regime after an event, which is noted."""
@@ -275,31 +231,6 @@ class _Walk:
         speed = self.machine.approach(side, regime, t, y)[1]
         self.events.append(Event(t, kind, State(side + 1), speed))
         return after
-
-
-def _illinois(
-    at: Any, low: float, high: float, value_low: float, value_high: float, made: Stepped, width: float
-) -> tuple[float, Stepped]:
-    """A sign change from not positive to positive by the Illinois rule; returns the end just past it and its step."""
-    kept = 0
-    for _ in range(100):
-        if high - low <= width or value_high == 0.0:
-            break
-        tau = low + (high - low) * value_low / (value_low - value_high) if value_low < 0.0 else 0.5 * (low + high)
-        if not low < tau < high:
-            break
-        value, trial = at(tau)
-        if value > 0.0:
-            if kept == 1:
-                value_low *= 0.5
-            kept, high, value_high, made = 1, tau, value, trial
-        else:
-            if kept == -1:
-                value_high *= 0.5
-            kept, low, value_low = -1, tau, value
-            if value == 0.0:
-                return tau, trial
-    return high, made
 
 
 def walk(

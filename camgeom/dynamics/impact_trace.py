@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from camgeom.dynamics.contact_losses import ImpactDamping
 from camgeom.dynamics.impact import Recorded, Regime
+from camgeom.dynamics.impact_events import hermite_row
 from camgeom.dynamics.impact_rates import Machine
-from camgeom.dynamics.impact_solver import hermite_row
 
 Floats = NDArray[np.float64]
 SHARES = 8
@@ -71,6 +71,9 @@ def evaluate(
     torque = load.constant - load.stiffness * q
     if load.drag:
         torque = torque - load.drag * np.tanh(3.0 * q1 / load.drag_speed)
+    if load.applied is not None:
+        ends = np.array([arc.end for arc in lift.arcs])
+        torque = torque - load.applied.many(angle, np.array(lift.starts)[arcs], ends[arcs])
     pairs = {name: np.zeros((time.size, 2)) for name in ("force", "penetration", "sliding", "pressure")}
     needed = np.zeros(time.size)
     for side in (0, 1):

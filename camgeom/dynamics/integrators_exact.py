@@ -23,8 +23,8 @@ PASSES = 150
 SETTLED = 2e-15
 """change of the state, as a share of its largest value, at which a pass has converged"""
 LOOSE = 1e-7
-"""change that is still accepted when rounding keeps it from shrinking further: a weakly damped mode amplifies it; what is
-left shows in the error by halving"""
+"""change that is still accepted when rounding, amplified by a weakly damped mode, keeps it from shrinking further; what
+is left shows in the error by halving"""
 FINE = radau(5)
 """steps of its own for events, peaks and single angles: L-stable, so that a partial step leaves no stiff ringing"""
 
