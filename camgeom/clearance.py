@@ -39,10 +39,24 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
 
     slack  (v,) by how much a point may stand proud of the true surface, mm; it is added to the point's distance
 
-    Only points that the roller can come near count; where none can, the distance is infinite at angle 0.
+    Points farther from the roller than its radius do not count; where all are, the distance is infinite at angle 0.
     """
     track = track.grown(grow)
-    reach = _largest_radius(track)
+    radius = _largest_radius(track)
+    for share in NEARNESS:
+        found = _least_within(track, points, slack, (1.0 + share) * radius)
+        # What lies outside the window is farther away than its excess over the roller.
+        if found.value <= share * radius:
+            break
+    return found
+
+
+NEARNESS = (0.02, 0.2, 1.0)
+"""shares of the roller's radius within which points are looked at, until the nearest one is sure to be among them"""
+
+
+def _least_within(track: Track, points: Floats, slack: Floats | None, reach: float) -> Clearance:
+    """The least distance of the points that come within `reach` of the roller's axis."""
     turns = _turns(track)
     window = _Window.of(track, reach)
     best = Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
@@ -71,6 +85,15 @@ def wall_points(mesh: Mesh, height: float) -> Floats:
         z = points[flank, 2]
         points[flank, 2] = np.clip(height, z.min(), z.max())
     return points
+
+
+def floor_points(mesh: Mesh) -> Floats:
+    """Middles (e, 3) of the edges of floor faces: a floor is straight from foot to foot, with no vertex between."""
+    faces = mesh.faces[mesh.group_faces("floor")]
+    if not len(faces):
+        return np.zeros((0, 3))
+    edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
+    return np.asarray(mesh.vertices[edges].mean(axis=1))
 
 
 def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:

@@ -77,7 +77,8 @@ class Column:
     @property
     def ball_ended(self) -> bool:
         """True where the roller's end is the pole of a ball, so that there is no flat end."""
-        return isinstance(self.track.meridian, Arc) and abs(abs(self.tip_t) - 0.5 * pi) < 1e-9
+        # Where the tip is a rounding away from the pole its parameter, an arc sine, is 1e-8 away.
+        return isinstance(self.track.meridian, Arc) and abs(abs(self.tip_t) - 0.5 * pi) < 1e-6
 
     def bottom_t(self) -> Floats:
         """Meridian parameter (n, 1) where the flanks end at the bottom.
@@ -122,8 +123,12 @@ class Column:
                 return t1
             slope = np.where(f1 != f0, f1 - f0, 1.0)
             move = np.where(f1 != f0, f1 * (t1 - t0) / slope, 0.0)
-            t0, f0, t1 = t1, f1, t1 - move
-            f1 = level(self.wall(side, t1))
+            try:
+                after = level(self.wall(side, t1 - move))
+            except DesignError:
+                # Sought beyond the stretch on which the roller touches anything: the flank ends before the surface.
+                break
+            t0, f0, t1, f1 = t1, f1, t1 - move, after
         if float(np.abs(f1).max()) < 1e-11 * scale:
             return t1
         worst = int(np.argmax(np.abs(f1)))

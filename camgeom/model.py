@@ -101,7 +101,8 @@ class Model:
     @fact
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
-        return tuple(Survey(track, cutter) for track, cutter in zip(self.tracks, self.cutters))
+        foot = getattr(self.cam, "wall_foot", None)
+        return tuple(Survey(track, cutter, foot) for track, cutter in zip(self.tracks, self.cutters))
 
     @fact
     def parts(self) -> tuple[Part, ...]:
@@ -177,17 +178,19 @@ class Model:
         A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface. A planar
         cam's walls run along the roller, with vertices at their ends alone: those are taken beside the roller's middle.
         """
-        from camgeom.clearance import wall_points
+        from camgeom.clearance import floor_points, wall_points
 
         points = [solid.mesh.vertices for solid in self.solids]
         if self.planar is not None:
             points = [wall_points(solid.mesh, 0.5 * sum(track.contact)) for solid in self.solids]
+        rungs = [floor_points(solid.mesh) for solid in self.solids]
         slack = [
             np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method == "boolean" else
             np.zeros(len(solid.mesh.vertices))
             for solid in self.solids
         ]
-        return np.concatenate(points), np.concatenate(slack)
+        slack += [np.full(len(rung), solid.chord_error) for rung, solid in zip(rungs, self.solids)]
+        return np.concatenate([*points, *rungs]), np.concatenate(slack)
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.flank import Flank
+from camgeom.groove import Column, Level
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.track import Track
 
@@ -35,10 +36,12 @@ class Survey:
 
     track   the roller itself: its contact stretch is what pressure angle and relative curvature are asked on
     cutter  the tool that cuts: its wall, from the tip to the end of the contact, is what undercut is asked on
+    foot    the surface at which that wall ends where it does not reach down to the tool's tip, and a delta near it
     """
 
     track: Track
     cutter: Track
+    foot: tuple[Level, float] | None = None
 
     @cached_property
     def _grid(self) -> tuple[Floats, npt.NDArray[np.int64]]:
@@ -104,7 +107,32 @@ class Survey:
     @cached_property
     def margin(self) -> Extreme:
         """Smallest undercut margin 1 - r k over the cut wall."""
-        return self._extreme(self.cutter, self.wall, lambda f: f.margin, -1.0)
+        if self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended:
+            return self._extreme(self.cutter, self.wall, lambda f: f.margin, -1.0)
+        return min((self._footed_margin(side) for side in self.cutter.sides), key=lambda e: e.value)
+
+    def _footed_margin(self, side: float) -> Extreme:
+        """The same on one side of a wall whose foot is at another place of the roller at each angle.
+
+        A wall may end on a surface; that of a ball ends where the two sides meet, short of the pole.
+        """
+        cutter, (phi, owner) = self.cutter, self._grid
+        top = cutter.meridian.parameter(max(cutter.contact, key=lambda d: abs(d - cutter.tip)))
+
+        def stations(x: Floats, share: Floats) -> Floats:
+            column = Column(cutter, x)
+            low = column.bottom_t() if self.foot is None else column.reach(side, *self.foot)
+            return np.asarray(low + (top - low) * share)
+
+        share = np.linspace(0.0 if self.foot else 1e-3, 1.0, STATIONS)
+        sampled = -Flank(cutter, phi, stations(phi, share), side).margin
+        column = int(np.argmax(sampled.max(axis=0)))
+        own = share[column : column + 1]
+        value, angle = refined_maximum(
+            lambda x: -Flank(cutter, x, stations(x, own), side).margin[:, 0], phi, owner, sampled[:, column]
+        )
+        t = stations(np.array([angle]), own)
+        return Extreme(-value, angle, float(cutter.meridian.jet(t)[0][0, 0]), side)
 
     @cached_property
     def sliding(self) -> Extreme:

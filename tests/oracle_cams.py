@@ -287,11 +287,14 @@ def _drum(cam, follower, roller, lift, low, high):
             q = start + lift(phi)
             return pivot - arm * np.cos(q) + dz * np.sin(q), height + arm * np.sin(q) + dz * np.cos(q)
 
-    def distance(x, phi, k):
-        m = _machine(x, phi, sense)
-        y, z = place(phi, offsets[k])
-        a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
-        return roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, floor, False, shape)
+    def to(end):
+        def distance(x, phi, k):
+            m = _machine(x, phi, sense)
+            y, z = place(phi, offsets[k])
+            a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
+            return roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+
+        return distance
 
     rims = (outer,) if len(offsets) == 1 else (outer, floor)
 
@@ -300,7 +303,11 @@ def _drum(cam, follower, roller, lift, low, high):
         found = np.minimum(np.abs(x[:, 2]), np.abs(x[:, 2] - cam["length"]))
         return np.minimum.reduce([found, _bore(cam, x), *(np.abs(rho - r) for r in rims)])
 
-    return [Judge(distance, blank, len(offsets), genus=_genus(cam))]
+    if len(offsets) == 1:
+        return [Judge(to(floor), blank, genus=_genus(cam))]
+    # A rib's walls run down to the drum, deeper than the rollers' ends.
+    deep = _deepest(roller, centre, 0.0)
+    return [Judge(to(outer - roller["length"]), blank, 2, to(deep), genus=_genus(cam))]
 
 
 def _middle_cosine(low, high):
@@ -346,7 +353,19 @@ def _barrel(cam, follower, roller, lift, low, high):
         return np.minimum.reduce([ends, np.abs(np.hypot(x[:, 0], x[:, 1]) - outer), _bore(cam, x)])
 
     floors = () if ball else ("floor",)
-    return [Judge(to(tip), blank, count, to(deep), floors, _genus(cam))]
+    strict = to(tip) if ball else _ended(to(tip), lambda m, tau: m[..., 0] - outer, sense, angle)
+    return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]
+
+
+def _ended(distance, beyond, sense, angle):
+    """The distance to a roller that is not carried on beyond its seat; beyond(point in the machine, turret angle)."""
+
+    def bounded(x, phi, k):
+        end = beyond(_machine(x, phi, sense), angle(phi, k))
+        found = distance(x, phi, k)
+        return np.where(end > 0.0, np.maximum(found, end), found)
+
+    return bounded
 
 
 def _globoid(cam, follower, roller, lift, low, high):
@@ -378,4 +397,10 @@ def _globoid(cam, follower, roller, lift, low, high):
         return np.minimum.reduce([*found, _bore(cam, x)])
 
     floors = () if ball else ("floor",)
-    return [Judge(to(tip), blank, count, to(deep), floors, _genus(cam))]
+    seat = centre - 0.5 * roller["length"]
+
+    def inward(m, tau):
+        return seat - ((m[..., 0] - far) * -np.cos(tau) + m[..., 2] * hand * np.sin(tau))
+
+    strict = to(tip) if ball else _ended(to(tip), inward, sense, angle)
+    return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]

@@ -9,6 +9,9 @@ import pytest
 from machines import pin_cam, pin_setup, program
 
 from camgeom.errors import DesignError
+from camgeom.flank import Flank
+from camgeom.follower import CylinderRoller, SphereRoller
+from camgeom.groove import Column
 from camgeom.job import compute
 from camgeom.model import Model
 from camgeom.profile import from_data
@@ -85,3 +88,78 @@ def test_undercut_seed_is_refused_by_name():
     model = Model(from_data(data))
     with pytest.raises(DesignError, match="undercut at cam angle"):
         _ = model.solid
+
+
+def test_a_rib_is_judged_down_to_its_foot_and_no_deeper():
+    # Seed 41: the tool reaches below the drum, where the rolled surface folds but no rib is.
+    motion = program((200, 38.0, "cycloidal"), (250, None, None), (360, 0.0, "cycloidal"))
+    keys = {"form": "rib", "rib_thickness": 20.0, "groove_depth": 20.0, "bore": 0.0, "length": 130.0, "start": 40.0}
+    cam = pin_cam(diameter=100.0, pitch_radius=None, **keys)
+    setup = pin_setup(CylinderRoller(diameter=26.0, length=18.0), motion)
+    track, cutter = cam.tracks(setup)[0], cam.cutters(setup)[0]
+    to_the_tip, to_the_foot = Survey(track, cutter).margin, Survey(track, cutter, cam.wall_foot).margin
+    assert to_the_foot.value > to_the_tip.value
+    at = to_the_foot
+    foot = Flank(cutter, np.array([at.cam_angle]), np.array([at.delta]), at.side).points[0, 0]
+    assert np.hypot(*foot[:2]) >= cam.floor_radius - 1e-9
+
+
+@pytest.mark.parametrize("diameter", [9.399676072582427, 10.0, 7.7, 12.3456789])
+def test_a_ball_is_known_whatever_its_diameter_rounds_to(diameter):
+    # Seed 264: the tip lay a rounding short of the ball's pole, and the groove was refused.
+    for depth in np.linspace(0.3, 0.45, 7) * diameter:
+        cam = pin_cam(diameter=123.43966764470657, groove_depth=float(depth), pitch_radius=None)
+        (cutter,) = cam.cutters(pin_setup(SphereRoller(shape="sphere", diameter=diameter)))
+        assert Column(cutter, np.zeros(1)).ball_ended
+
+
+def test_a_ball_swung_beside_the_axis_has_a_wall_short_of_its_pole():
+    # Seed 131: no contact exists between the lowest point of the contact circle and the pole.
+    data = {
+        "cam": {"kind": "cylindrical", "diameter": 147.6, "length": 187.0, "start": 11.2, "groove_depth": 6.9},
+        "follower": {"kind": "swinging", "arm": 417.0, "start_angle": -11.4},
+        "roller": {"shape": "sphere", "diameter": 21.7, "length": 7.6},
+        "motion": ({"until": 143.0, "to": 22.8, "law": "cycloidal"}, {"until": 360.0, "to": 0.0, "law": "cycloidal"}),
+        "output": {"tolerance": 0.05},
+    }
+    model = Model(from_data(data))
+    assert 0.0 < model.flanks[0].margin.value < 1.0
+    assert model.solid.sound
+
+
+def test_a_ball_is_no_roller_of_a_rib():
+    cam = pin_cam(form="rib", rib_thickness=12.0)
+    problems = cam.problems(pin_setup(SphereRoller(shape="sphere", diameter=30.0)))
+    assert any(p.key == "roller.shape" and "form = 'rib'" in p.allowed for p in problems)
+
+
+def test_clearance_of_a_groove_much_wider_than_its_roller():
+    data = {
+        "cam": {"kind": "cylindrical", "diameter": 134.0, "length": 110.0, "start": 40.0, "groove_depth": 13.0},
+        "follower": {"kind": "translating"},
+        "roller": {"diameter": 22.0, "length": 12.0},
+        "motion": ({"until": 180.0, "to": 0.5, "law": "cycloidal"}, {"until": 360.0, "to": 0.0, "law": "cycloidal"}),
+        "output": {"tolerance": 0.02},
+    }
+    for gap in (0.0, 0.3, 1.5):
+        data["cam"]["running_clearance"] = gap
+        (found,) = Model(from_data(data)).clearances
+        # 1 mm is left below the roller's end, where the floor has no vertices but at its feet.
+        assert found.value == pytest.approx(min(gap, 1.0), abs=0.021 if gap > 1.0 else 1e-6)
+
+
+@pytest.mark.parametrize(("swing", "passed"), [(12.0, True), (80.0, False)])
+def test_a_swinging_roller_that_leaves_the_drum_is_found(swing, passed):
+    data = {
+        "cam": {"kind": "cylindrical", "diameter": 100.0, "length": 200.0, "start": 100.0, "groove_depth": 10.0},
+        "follower": {"kind": "swinging", "arm": 250.0, "start_angle": -0.5 * swing},
+        "roller": {"diameter": 10.0, "length": 8.0},
+        "motion": ({"until": 180.0, "to": swing, "law": "cycloidal"}, {"until": 360.0, "to": 0.0, "law": "cycloidal"}),
+    }
+    data["cam"]["start"] = 100.0 - 250.0 * np.sin(np.radians(0.5 * swing))
+    (finding,) = compute(Model(from_data(data)), ("checks",), ("contact-length",)).findings
+    assert finding.passed == passed
+    # Its arc is centred: at both ends and in the middle the roller stands the same distance beside the cam's axis.
+    aside = 0.5 * 250.0 * (1.0 - np.cos(np.radians(0.5 * swing)))
+    rough = np.sqrt(50.0**2 - aside**2) - 42.0
+    assert finding.value == pytest.approx(min(rough, 8.0), abs=3.0 if passed else 6.0)

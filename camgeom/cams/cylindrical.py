@@ -6,16 +6,20 @@ from dataclasses import replace
 from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from camgeom.blank import Blank, Bore, Wall
 from camgeom.errors import Problem
 from camgeom.follower import Setup, SphereRoller, SwingingFollower
-from camgeom.groove import cylinder_level
+from camgeom.groove import Column, Level, cylinder_level
 from camgeom.solid import CutBlank, GroovedCylinder, Part, RibbedCylinder
 from camgeom.spec import Gap, Length, Section
 from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.webs import drum_walls
+
+Floats = npt.NDArray[np.float64]
 
 STARTER = """
 # Starter: a cylindrical groove cam with a translating follower. Lengths mm, angles degrees. `camgeom run` this file.
@@ -150,6 +154,8 @@ class Cam(Section):
         roller = setup.roller
         if roller is None:
             found.append(Problem("roller", "a cylindrical cam needs a roller", None, "a [roller] table"))
+        elif isinstance(roller, SphereRoller) and self.form == "rib":
+            found.append(_problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'"))
         elif isinstance(roller, SphereRoller):
             if self.groove_depth > 0.5 * roller.diameter:
                 limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
@@ -220,6 +226,18 @@ class Cam(Section):
         ridge = beyond + 0.5 * self.groove_depth
         genus = 0 if blank.bore is None else 1
         return (CutBlank("cam", cutters, blank, cylinder_level(beyond), beyond, ridge, genus),)
+
+    @property
+    def wall_foot(self) -> tuple[Level, float] | None:
+        """Surface on which a rib's walls end, and a delta near it; None for a groove, cut down to the tool's tip."""
+        return (cylinder_level(self.floor_radius), self.floor_radius) if self.form == "rib" else None
+
+    def contact_lengths(self, track: Track, phi: Floats) -> Floats:
+        """Length of flank beside a roller's contact stretch at cam angles (n,), mm; not positive where there is none."""
+        low, high = sorted(track.contact)
+        column = Column(track, phi)
+        tops = [column.reach(side, cylinder_level(self.radius), self.radius)[:, 0] for side in track.sides]
+        return np.asarray(np.min([np.minimum(track.meridian.jet(top)[0], high) - low for top in tops], axis=0))
 
     def walls(self, setup: Setup) -> list[Wall]:
         """Thinnest walls of the drum: to the ends, between passes of the groove, and to the bore."""

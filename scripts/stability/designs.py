@@ -84,7 +84,8 @@ def design(seed: int) -> dict[str, Any]:
     size = max(cam.get("diameter", 0.0), 2.0 * cam.get("base_radius", 0.0), cam.get("width", 0.0))
     fine = 2e-4 if kind in ("globoidal", "cylindrical-index") else 3e-5
     data["output"] = {"tolerance": size * dice.log(fine, 2e-3)}
-    _scale(data, dice.log(1e-3, 1e3))
+    # A tolerance is at most 1 mm, so that a very large turret's cam would need millions of triangles.
+    _scale(data, dice.log(1e-3, 1e3 if fine < 1e-4 else 30.0))
     data["output"]["tolerance"] = min(1.0, max(1e-7, data["output"]["tolerance"]))
     return data
 

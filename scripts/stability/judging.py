@@ -21,7 +21,10 @@ PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue")
 SAMPLES = 80
 ROUNDING = 1e-9
 """share of the part's size that rounding may take of a measured distance"""
-SPEAKING = ("interference", "undercut", "self-crossing", "face-curvature", "relative-curvature", "watertight", "fins")
+SPEAKING = (
+    "interference", "contact-length", "undercut", "self-crossing", "face-curvature", "relative-curvature", "watertight",
+    "fins",
+)  # fmt: skip
 """findings that say a body is not what the motion asks for"""
 
 
@@ -152,7 +155,8 @@ def _surface(mesh: Any, oracle: Any, tolerance: float, rng: np.random.Generator,
     weights = rng.dirichlet(np.ones(3), len(faces))
     x = np.einsum("fk,fkx->fx", weights, mesh.vertices[mesh.faces[faces]])
     depth = oracle.least(x)
-    touch = np.abs(oracle.least(x, loose=True)) if oracle.loose else np.abs(depth)
+    # Beyond the follower's own end a deeper tool may leave more: what it would cut there is in nobody's way.
+    touch = np.maximum(oracle.least(x, loose=True), 0.0) if oracle.loose else np.abs(depth)
     off = np.minimum(touch, oracle.blank(x))
     off[np.isin(names[faces], oracle.floors)] = 0.0
     return float(off.max()), float(max(0.0, -depth.min()))
@@ -248,7 +252,7 @@ def _verify_dive(model: Model, why: str) -> None:
     side /= np.linalg.norm(side)
     chi = np.linspace(0.0, 2.0 * np.pi, 721)
     m = side[:, None] * np.cos(chi) + np.cross(u, side)[:, None] * np.sin(chi)
-    ends = [track.meridian.parameter(d) for d in (track.tip, *track.contact)]
+    ends = [track.meridian.parameter(d) for d in (track.tip, *track.contact, 0.0, 2.0 * max(track.contact))]
     for t in np.linspace(min(ends), max(ends), 201):
         delta, dt, _, r, rt, _ = (float(x[0]) for x in track.meridian.jet(np.array([t])))
         normal = dt * m - rt * u[:, None]
