@@ -233,7 +233,7 @@ class Cam(Section):
         return (cylinder_level(self.floor_radius), self.floor_radius) if self.form == "rib" else None
 
     def contact_lengths(self, track: Track, phi: Floats) -> Floats:
-        """Length of flank beside a roller's contact stretch at cam angles (n,), mm; not positive where there is none."""
+        """Length of flank beside a roller's contact stretch at cam angles (n,), mm; not positive: none."""
         low, high = sorted(track.contact)
         column = Column(track, phi)
         tops = [column.reach(side, cylinder_level(self.radius), self.radius)[:, 0] for side in track.sides]
