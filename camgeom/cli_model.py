@@ -193,7 +193,7 @@ def _export(model: Model, result: Result, formats: tuple[str, ...], folder: Path
         if name == PICTURES:
             continue
         form = format_of(name)
-        if result.refused and form.takes in ("bodies", "model", "machining"):
+        if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
             continue
         path = folder / f"{stem}{form.extension}"
         write(model, path)

@@ -300,22 +300,23 @@ class Model:
     def machining(self) -> Machining:
         """Cutter data of the profile's [cutter] tool (default: one like the roller).
 
-        Raises DesignError where the cam is undercut or the tool cannot make it, ProfileError where no tool fits.
+        Raises DesignError where the cam is undercut or the tool cuts into it, ProfileError where no tool fits.
         """
+        self.machined.refuse_gouges()
+        return self.machined.machining
+
+    @fact
+    def machined(self) -> Outcome:
+        """What that tool leaves of the flanks, gouges among them: stock, ridges, passes."""
         from camgeom.machining.job import machining_of
+        from camgeom.machining.outcome import Outcome
         from camgeom.machining.spec import CutterSpec
 
         spec = self.profile.cutter_spec or CutterSpec()
         if not (self.profile.output.undercut_solid and spec.kind == "roller"):
             self.refuse_folded()
-        return machining_of(self.profile.name, spec, self.cam, self.setup, self.cutters, self.parts)
-
-    @fact
-    def machined(self) -> Outcome:
-        """What that tool leaves of the flanks: stock, gouges, scallops."""
-        from camgeom.machining.outcome import Outcome
-
-        return Outcome(self.machining, getattr(self.cam, "inside", None))
+        made = machining_of(self.profile.name, spec, self.cam, self.setup, self.cutters, self.parts)
+        return Outcome(made, getattr(self.cam, "inside", None))
 
     @property
     def classical(self) -> bool:

@@ -87,14 +87,14 @@ def turned(v, angle):
 
 def tool_distance(x, tip, axis, cutter):
     """Signed distance of points to a tool with APT's seven numbers (cylinder, ball or cone), in its half plane."""
-    diameter, corner, _, _, _, side, _ = cutter
+    diameter, corner, _, _, _, side, _ = cutter  # of a ball only the ball: its shank is thinner
     axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
     d = x - tip
     s = np.einsum("...i,...i->...", d, axis)
     across = np.sqrt(np.maximum(np.einsum("...i,...i->...", d, d) - s * s, 0.0))
     if corner > 0.0:
         assert corner == 0.5 * diameter
-        return np.where(s < corner, np.hypot(across, s - corner), across) - corner
+        return np.hypot(across, s - corner) - corner
     slope = np.tan(np.radians(side))
     wall = (across - 0.5 * diameter - slope * s) / np.hypot(1.0, slope)
     return np.where(s >= 0.0, wall, np.hypot(np.maximum(wall, 0.0), s))
@@ -105,11 +105,16 @@ def swept(x, tip, axis, cutter):
     best = np.full(len(x), np.inf)
     for part in np.array_split(np.arange(len(x)), max(1, len(x) * len(tip) // 400_000)):
         coarse = tool_distance(x[part][:, None], tip[None], axis[None], cutter)
-        nearest = np.argmin(coarse, axis=1)
-        best[part] = coarse[np.arange(len(part)), nearest]
-        for step in (-2, -1, 0, 1):
-            first = np.clip(nearest + step, 0, len(tip) - 2)
-            best[part] = np.minimum(best[part], _on_segment(x[part], tip, axis, first, cutter))
+        rows = np.arange(len(part))
+        for _ in range(2):
+            # The second time elsewhere: a closed path passes its start again.
+            nearest = np.argmin(coarse, axis=1)
+            best[part] = np.minimum(best[part], coarse[rows, nearest])
+            for step in (-2, -1, 0, 1):
+                first = np.clip(nearest + step, 0, len(tip) - 2)
+                best[part] = np.minimum(best[part], _on_segment(x[part], tip, axis, first, cutter))
+            for step in range(-4, 5):
+                coarse[rows, np.clip(nearest + step, 0, len(tip) - 1)] = np.inf
     return best
 
 
@@ -191,3 +196,21 @@ def _flank(a, da, u, du, delta, radius, side):
     n = np.cross(u, v)
     n *= side / np.linalg.norm(n, axis=1, keepdims=True)
     return a + delta[:, None] * u + radius * n, n
+
+
+def forward_rotary_c(blocks):
+    """Ends of the tool in the cam frame on a machine with C about Z (cam axis, spindle): C plus turns the cam ccw."""
+    x, y, z, c = (np.array([block.get(letter, 0.0) for block in blocks]) for letter in "XYZC")
+    return turned(np.stack([x, y, z], axis=1), -np.radians(c))
+
+
+def disc_profile(phi, base, radius, steps):
+    """Points (n, 2) of a disc cam's profile: roller centres at base + radius + s, at azimuth -phi."""
+    s, ds = motion(phi, steps)
+    reach = base + radius + s
+    c, sn = np.cos(phi), np.sin(phi)
+    centre = np.stack([reach * c, -reach * sn], axis=1)
+    tangent = np.stack([ds * c - reach * sn, -ds * sn - reach * c], axis=1)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    inward = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    return centre + radius * inward

@@ -18,7 +18,7 @@ from cutter_simulation import (
     swept,
 )
 
-from camgeom.errors import CamgeomError, DesignError, ProfileError
+from camgeom.errors import CamgeomError, DesignError, NotConverged, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -217,3 +217,154 @@ def test_gouges_are_refused_with_place_and_advice(tmp_path: Path) -> None:
         made.machined.refuse_gouges()
     with pytest.raises(CamgeomError):
         made.machined.data()
+
+
+def test_ball_leaves_the_stated_ridges(tmp_path: Path) -> None:
+    made = model(DRUM, kind="ball", diameter=8.0, scallop=0.01, tolerance=0.001)
+    data = made.machined.data()
+    assert data["scallop_mm"] <= 0.01
+    assert data["scallop_mm"] > 0.007
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    assert len(passes) == data["rows"]
+    rng = np.random.default_rng(5)
+    low = 39.0 + data["foot_left_mm"]
+    assert low == pytest.approx(43.0)
+    x, n = drum_flank(rng.uniform(0.0, 2.0 * np.pi, 60), rng.uniform(low, 50.0, 60), 10.0, 25.0, STEPS, 1.0)
+    rows = [fed(blocks) for blocks in passes[: len(passes) // 2]]
+
+    def left_of(points: np.ndarray) -> np.ndarray:
+        return np.min([swept(points, *row, cutter) for row in rows], axis=0)
+
+    left = left_of(x)
+    assert left.min() > -1e-3
+    assert left.max() < data["scallop_mm"] + 1e-3
+    assert left.max() > 0.5 * data["scallop_mm"]
+    # The same seen along the normal: a point on the ridge is out of every ball.
+    assert left_of(x - (data["scallop_mm"] + 1e-3) * n).max() < 0.0
+
+
+def test_fine_ridges_are_bounded_and_finer_ones_refused() -> None:
+    fine = model(DRUM, kind="ball", diameter=8.0, scallop=1e-4)
+    assert 100 < len(fine.machining.paths) < 1000
+    passes = fine.machining.passes("cam")
+    assert next(passes).blocks < 10_000  # one pass at a time is in memory
+    many = model(DRUM, kind="ball", diameter=0.02, scallop=1e-5, tolerance=1e-5).machining
+    with pytest.raises(NotConverged, match=r"blocks, more than .*scallop"):
+        next(many.passes("cam"))
+    with pytest.raises(NotConverged, match=r"rows .*more than"):
+        model(DRUM, kind="ball", diameter=0.002, scallop=1e-5).machining  # noqa: B018
+
+
+def test_tool_of_a_hair(tmp_path: Path) -> None:
+    made = model(DRUM, kind="flat", diameter=0.01)
+    assert made.machined.data()["within_roller"]
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    left = [np.min([swept(drum_points(s), *fed(b), cutter) for b in passes], axis=0) for s in (1.0, -1.0)]
+    most = made.machined.most
+    assert most is not None
+    assert np.max(left) < most.value + 1e-3
+    assert np.min(left) > -1e-3
+
+
+def test_undercut_drum_has_cutter_data_only_where_its_body_is_asked_for(tmp_path: Path) -> None:
+    tight = DRUM.replace("until = 200", "until = 104").replace("until = 240", "until = 106")
+    with pytest.raises(DesignError, match="undercut"):
+        write(model(tight), tmp_path / "cam.apt")
+    assert not list(tmp_path.iterdir())
+    asked = model(tight + "[output]\nundercut_solid = true\n")
+    assert write(asked, tmp_path / "cam.apt") > 1000
+
+
+def test_cone_needs_a_fitted_axis(tmp_path: Path) -> None:
+    text = DRUM.replace('[roller]\n', '[roller]\nshape = "cone"\nhalf_angle = 5\n')
+    with pytest.raises(DesignError, match="axis = 'fitted'"):
+        write(model(text, kind="flat", diameter=14.0), tmp_path / "cam.apt")
+    fitted = model(text, kind="flat", diameter=14.0, axis="fitted", gouge_limit=0.02)
+    assert fitted.machined.least is not None
+    assert fitted.machined.least.value > -0.02
+    like = model(text)
+    cutter, _, passes = read_apt(written(like, tmp_path, "apt"))
+    assert cutter[5] == pytest.approx(5.0)
+    assert like.machined.data()["most_rest_mm"] < 1e-9
+    assert len(passes) == 1
+
+
+def test_wheel_side_is_measured_against_its_own_wall_and_the_other(tmp_path: Path) -> None:
+    small = model(DRUM, kind="wheel", contact="side", diameter=40.0, width=4.0, gouge_limit=20.0)
+    data = small.machined.data()
+    assert data["opposite_wall_mm"] > 1.0
+    assert data["least_rest_mm"] < -0.1  # a plane side cannot lie in a hollow
+    with pytest.raises(DesignError, match=r"cuts at least .* into the flank"):
+        write(model(DRUM, kind="wheel", contact="side", diameter=40.0, width=4.0), tmp_path / "cam.apt")
+    wide = model(DRUM, kind="wheel", contact="side", diameter=22.0, width=22.0, gouge_limit=1.0)
+    with pytest.raises(DesignError, match="opposite wall"):
+        write(wide, tmp_path / "cam.apt")
+    assert write(small, tmp_path / "cam.gcode") > 1000
+    blocks = read_gcode(tmp_path / "cam.gcode")
+    assert all("C" in block for block in blocks)
+
+
+def test_map_of_the_rest_reads_back(tmp_path: Path) -> None:
+    made = model(DRUM, kind="flat", diameter=16.0)
+    most = made.machined.most
+    assert most is not None
+    table = np.loadtxt(written(made, tmp_path, "rest.csv"), delimiter=",", skiprows=1, usecols=range(1, 8))
+    assert table[:, -1].max() == pytest.approx(most.value, rel=0.05)
+    import meshio
+
+    grid = meshio.read(written(made, tmp_path, "rest.vtu"))
+    assert len(grid.points) == len(table)
+    assert grid.point_data["rest_mm"].max() == table[:, -1].max()
+
+
+def test_csv_holds_what_apt_holds(tmp_path: Path) -> None:
+    made = model(DRUM, kind="flat", diameter=16.0, feed=200.0)
+    lines = written(made, tmp_path, "cutter.csv").read_text().splitlines()
+    head = lines[0].split(",")
+    rows = [line.split(",") for line in lines[1:]]
+    _, _, passes = read_apt(written(made, tmp_path, "apt"))
+    blocks = [values for blocks in passes for _, values in blocks]
+    first = head.index("x_mm")
+    assert np.abs(np.array([row[first : first + 6] for row in rows], float) - np.array(blocks)).max() < 1e-6
+    # The contact moves at the feed wherever the tool cuts.
+    touch = np.array([row[head.index("contact_x_mm") : head.index("contact_z_mm") + 1] for row in rows], float)
+    time = np.array([row[-1] for row in rows], float)
+    cut = np.array([row[1] == "cut" for row in rows])
+    inside = cut[1:] & cut[:-1]
+    speed = np.linalg.norm(np.diff(touch, axis=0), axis=1)[inside] / time[1:][inside]
+    assert np.abs(60.0 * speed / 200.0 - 1.0).max() < 1e-4
+
+
+def test_two_axes_of_a_turret_machine_stand_still(tmp_path: Path) -> None:
+    """With the pivot where the turret's axis is, the linear axes of the mill do not move: cam and turret turn alone."""
+    made = model(GLOBOID)
+    tip = made.cutters[0].tip
+    held = model(GLOBOID, pivot=tip)
+    blocks = [b for b in read_gcode(written(held, tmp_path, "gcode")) if b["G"] == "G1"]
+    inner = blocks[1:]
+    assert all(abs(b["X"]) < 1e-4 and abs(b["Y"]) < 1e-4 and abs(b["Z"] - 180.0) < 1e-4 for b in inner)
+    ends, axes = forward_rotary_a(inner, tip)
+    end, along = globoid_pose(np.radians([block["A"] for block in inner]), np.radians(22.5), 180.0, INDEX)
+    assert np.abs(end + tip * along - ends).max() < 1.5e-4
+    assert np.abs(along + axes).max() < 1e-6
+
+
+def test_rotary_letter_and_count(tmp_path: Path) -> None:
+    one = read_gcode(written(model(DRUM), tmp_path, "gcode"))
+    other = read_gcode(written(model(DRUM, rotary="B", reversed_rotary=True), tmp_path, "gcode"))
+    assert {"A", "X", "Y", "Z"} <= set(one[0])
+    assert "A" not in other[0]
+    assert [b["A"] for b in one] == [-b["B"] for b in other]
+    assert [b["X"] for b in one] == [b["Y"] for b in other]
+    # A and the cam's axis alone carry a tool like the roller.
+    assert len({b["Z"] for b in one if b["G"] == "G1"}) == 1
+    assert all(b["Y"] == 0.0 for b in one)
+
+
+def test_rib_takes_a_tool_larger_than_its_roller(tmp_path: Path) -> None:
+    rib = DRUM.replace("diameter = 100", 'diameter = 100\nform = "rib"\nrib_thickness = 12', 1)
+    made = model(rib, kind="flat", diameter=26.0, gouge_limit=0.05)
+    data = made.machined.data()
+    assert data["passes"] == 2
+    assert not data["within_roller"]
+    assert write(made, tmp_path / "cam.apt") > 1000

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees
 from typing import final
 
@@ -10,15 +11,83 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.machining.leads import LEAST, SHARE
 from camgeom.machining.path import Positions
 from camgeom.maths.extremum import piece_grid, refined_maximum
-from camgeom.outline import Outline, ParallelOutline
+from camgeom.outline import Curve, Outline, ParallelOutline
 from camgeom.outline_crossing import crossing
 from camgeom.track import TURN
 
 Floats = npt.NDArray[np.float64]
 
 PER_TURN = 1440
+CORNER = 1e-6
+"""rad; a normal that turns by less at a knot makes no corner"""
+HALVINGS = 12
+TOUCHING = 1e-6
+"""mm; where an arc meets the path the tool touches the profile"""
+BESIDE = 1e-9
+"""share of a piece by which one-sided values are taken beside its ends"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Corners of an outline, where a tool rolls round a point: each takes a stretch of the path's parameter.
+
+    phi    (k,) cam angles, in (0, 2 pi]
+    angle  (k,) azimuth of the outward normal before, rad
+    turn   (k,) by how much it turns there, rad
+    """
+
+    phi: Floats
+    angle: Floats
+    turn: Floats
+
+    @classmethod
+    def of(cls, outline: Outline) -> Corners:
+        """The corners of an outline."""
+        knots = outline.knots()
+        width = np.diff(knots)
+        before, after = outline.curve(knots[1:] - BESIDE * width), outline.curve(knots[:-1] + BESIDE * width)
+        n0 = before.normals[0] + 1j * before.normals[1]
+        n1 = np.roll(after.normals[0] + 1j * after.normals[1], -1)
+        turn = np.angle(n1 * np.conj(n0))
+        sharp = np.abs(turn) > CORNER
+        return cls(knots[1:][sharp], np.angle(n0[sharp]), turn[sharp])
+
+    @property
+    def length(self) -> float:
+        """Parameter of the whole turn: its cam angle and that of all corners."""
+        return TURN + float(np.abs(self.turn).sum())
+
+    @cached_property
+    def _starts(self) -> Floats:
+        """Parameters (k,) at which corners begin."""
+        return np.asarray(self.phi + np.cumsum(np.abs(self.turn)) - np.abs(self.turn))
+
+    def parameter(self, phi: float) -> float:
+        """The parameter of a cam angle in [0, 2 pi)."""
+        return phi + float(np.abs(self.turn)[self.phi <= phi].sum())
+
+    def knots(self, phi: Floats) -> Floats:
+        """Parameters of an outline's knots (cam angles), the two ends of every corner among them."""
+        plain = [self.parameter(float(p)) for p in phi[:-1]]
+        return np.unique(np.concatenate([plain, self._starts, self._starts + np.abs(self.turn), [0.0, self.length]]))
+
+    def resolve(self, p: Floats) -> tuple[Floats, Floats, Floats]:
+        """Cam angle, number of the corner (-1: none) and share of it, each (n,), at parameters p (n,)."""
+        if not len(self.phi):
+            return p, np.full(p.shape, -1), np.zeros_like(p)
+        turns = np.floor(p / self.length)
+        p = p - turns * self.length
+        passed = np.searchsorted(self._starts, p, side="right")
+        width = np.concatenate([[0.0], np.cumsum(np.abs(self.turn))])
+        last = np.maximum(passed - 1, 0)
+        share = (p - self._starts[last]) / np.abs(self.turn)[last]
+        inside = (passed > 0) & (share <= 1.0)
+        phi = np.where(inside, self.phi[last], p - width[passed]) + TURN * turns
+        return phi, np.where(inside, last, -1), np.where(inside, share, 0.0)
 
 
 @final
@@ -32,6 +101,8 @@ class ContourPath:
     height    mm, of the tool in the cut
     room      mm, how far the tool may move off the outline; None: as far as one likes
     other     a second outline that the tool touches at the same time, on its other side
+
+    Its parameter is the cam angle, and goes on at corners of the outline while the tool rolls round them.
     """
 
     name: str
@@ -50,19 +121,37 @@ class ContourPath:
         return True
 
     def knots(self) -> Floats:
-        """Cam angles between which it is smooth."""
-        knots = self.outline.knots()
-        begin = self.start % TURN
+        """Parameters between which it is smooth."""
+        knots, whole = self.corners.knots(self.outline.knots()), self.corners.length
+        begin = self.corners.parameter(self.start % TURN)
         if begin == 0.0:
             return knots
-        shifted = np.concatenate([knots, knots[1:] + TURN])
-        inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + TURN - 1e-12)]
-        return np.concatenate([[begin], inside, [begin + TURN]])
+        shifted = np.concatenate([knots, knots[1:] + whole])
+        inside = shifted[(shifted > begin + 1e-12) & (shifted < begin + whole - 1e-12)]
+        return np.concatenate([[begin], inside, [begin + whole]])
+
+    @cached_property
+    def corners(self) -> Corners:
+        """Corners of the outline."""
+        return Corners.of(self.outline)
+
+    def _curve(self, p: Floats) -> tuple[Floats, Curve]:
+        """Cam angles and the outline at parameters (n,)."""
+        phi, corner, share = self.corners.resolve(p)
+        place = np.where(phi > TURN, phi - TURN, phi)
+        if not np.any(corner >= 0):
+            return phi, self.outline.curve(place)
+        at = np.maximum(corner, 0)
+        inside = corner >= 0
+        # A corner's point is the piece's before it; its normal turns from one piece's to the other's.
+        curve = self.outline.curve(np.where(inside, self.corners.phi[at] * (1.0 - BESIDE), place))
+        angle = self.corners.angle[at] + share * self.corners.turn[at]
+        normals = np.where(inside, np.stack([np.cos(angle), np.sin(angle)]), curve.normals)
+        return phi, Curve(curve.points, normals, curve.curvature, curve.speed)
 
     def at(self, phi: Floats) -> Positions:
-        """Positions at cam angles (n,)."""
-        phi = np.asarray(phi, dtype=float)
-        curve = self.outline.curve(phi)
+        """Positions at parameters (n,)."""
+        phi, curve = self._curve(np.asarray(phi, dtype=float))
         zero, one = np.zeros_like(phi), np.ones_like(phi)
         normal = -self.material * curve.normals
         tip = curve.points - self.reach * normal
@@ -79,6 +168,10 @@ class ContourPath:
 
     def refuse_gouge(self) -> None:
         """Raise DesignError where the tool is too large for a hollow, or its path crosses itself."""
+        inner = self.corners.turn * self.material < 0.0
+        if np.any(inner):
+            at = degrees(float(self.corners.phi[inner][0])) % 360.0
+            raise DesignError(f"{self.name}: no round tool goes into the inner corner at cam angle {at:.6g} deg")
         phi, owner = piece_grid(self.outline.knots(), PER_TURN)
 
         def hollow(x: Floats) -> Floats:
@@ -108,8 +201,32 @@ class ContourPath:
         sharpest = refined_maximum(hollow, phi, owner, hollow(phi))[0]
         return 2.0 / sharpest if sharpest > 0.0 else None
 
-    def distance(self, centres: Floats) -> float:
-        """Least distance, mm, of points (2, n) from the outline, by its samples."""
+    def with_lead(self, wanted: float | None, radius: float) -> ContourPath:
+        """The path with room for an arc in and out that stays off the profile.
+
+        wanted  mm; None: the tool's radius, or what fits of it. Raises DesignError where the wanted arc does not fit.
+        """
+        if self.room is not None:
+            return self
+        arc = radius if wanted is None else wanted
         phi, _ = piece_grid(self.outline.knots(), 4 * PER_TURN)
         points = self.outline.curve(phi).points
-        return float(min(np.hypot(*(points - c[:, None])).min() for c in centres.T))
+        for _ in range(HALVINGS):
+            if arc <= LEAST or self._clear(arc, points):
+                return replace(self, room=arc / SHARE)
+            if wanted is not None:
+                raise DesignError(f"{self.name}: cutter.lead {wanted:g} mm cuts into the profile; use a smaller one")
+            arc *= 0.5
+        return replace(self, room=0.0)
+
+    def _clear(self, arc: float, points: Floats) -> bool:
+        """Whether quarter circles in and out at the path's start keep the tool off the profile's points (2, n)."""
+        at = self.at(self.knots()[:1])
+        angle = np.linspace(0.0, 0.5 * np.pi, 33)
+        for way in (-1.0, 1.0):
+            off = way * np.sin(angle) * at.travel[:2] - (1.0 - np.cos(angle)) * at.normals[0, :2]
+            centres = at.tip[:2] + arc * off
+            least = min(float(np.hypot(*(points - c[:, None])).min()) for c in centres.T)
+            if least < self.reach - TOUCHING:
+                return False
+        return True

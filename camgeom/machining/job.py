@@ -34,7 +34,7 @@ def machining_of(
     """
     if found := spec.problems(cam, setup):
         raise ProfileError(found)
-    if hasattr(cam, "touches"):
+    if hasattr(cam, "outlines"):
         return _planar(title, spec, cam, setup, parts)
     blank = cam.blank(setup)
     safe = max(r for r, _ in blank.outline) + spec.retract
@@ -113,6 +113,7 @@ def _planar(title: str, spec: CutterSpec, cam: Any, setup: Setup, parts: Sequenc
     _refuse_short(spec, paths)
     for path in paths:
         path.refuse_gouge()
+    paths = [path.with_lead(spec.lead, tool.radius) for path in paths]
     way = "plain" if spec.machine == "plain" else "polar"
     machine = Machine(spec.rotary or "C", way, False, cam.sense, spec.reversed_rotary)  # type: ignore[arg-type]
     return Machining(title, spec, tuple(paths), tuple(tool for _ in paths), machine, safe)

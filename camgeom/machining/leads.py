@@ -19,10 +19,15 @@ SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Move:
-    """Positions reached one after another: at the feed along the flank, at the feed elsewhere, or rapidly."""
+    """Positions reached one after another.
+
+    kind     cut: along the flank; feed: in and out; rapid
+    lengths  of a cut, (n,) mm: how far the contact moves along the flank up to each position from the one before
+    """
 
     kind: str
     positions: Positions
+    lengths: Floats | None = None
 
 
 def lead_radius(wanted: float | None, room: float | None, tool_radius: float) -> float:
@@ -34,9 +39,10 @@ def lead_radius(wanted: float | None, room: float | None, tool_radius: float) ->
     return radius if radius > LEAST else 0.0
 
 
-def with_leads(cut: Positions, radius: float, lift: float, chord: float) -> list[Move]:
+def with_leads(cut: Positions, lengths: Floats, radius: float, lift: float, chord: float) -> list[Move]:
     """The cut with what comes before and after it.
 
+    lengths  (n - 1,) mm, between its contacts, along the flank
     radius  mm, of the quarter circles in and out; 0: none
     lift    mm, from the cut to where the tool may move freely
     chord   mm, error of the arcs' chords
@@ -51,7 +57,8 @@ def with_leads(cut: Positions, radius: float, lift: float, chord: float) -> list
     moves.append(Move("feed", begin))
     if arc_in:
         moves.append(Move("feed", arc_in.part(slice(1, None))))
-    moves.append(Move("cut", cut if arc_in else cut.part(slice(1, None))))
+    steps = np.concatenate([[0.0], lengths])
+    moves.append(Move("cut", cut, steps) if arc_in else Move("cut", cut.part(slice(1, None)), steps[1:]))
     if arc_out:
         moves.append(Move("feed", arc_out))
     moves.append(Move("rapid", _moved(end, lift * end.away)))

@@ -7,9 +7,11 @@ from functools import cached_property
 from math import degrees
 from typing import Any, final
 
+import numpy as np
+
 from camgeom.errors import DesignError
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.path import CentrePath, FlankPath, RowPath, SidePath, ToolPath
+from camgeom.machining.path import CentrePath, FlankPath, RowPath, SidePath, ToolPath, wall_ends
 from camgeom.machining.plan import Machining, seconds
 from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
 from camgeom.machining.spec import SAME, is_radial, narrowest
@@ -29,12 +31,13 @@ class Outcome:
 
     @cached_property
     def fields(self) -> tuple[RestField, ...]:
-        """Stock on every flank after all passes beside it; of a ball after some rows, for gouges. Empty for discs."""
+        """Stock on every flank after all passes. Empty for discs."""
         found = []
         for track, tool in zip(self.machining.tracks, self.machining.tools):
             for side in track.sides:
                 paths = self._beside(track, side) + (self._beside(track, -side) if len(track.sides) > 1 else ())
-                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside))
+                rows = tuple(p for p in self.machining.paths if isinstance(p, RowPath) and _made_by(p, track, side))
+                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows))
         return tuple(found)
 
     def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
@@ -62,7 +65,7 @@ class Outcome:
 
     @cached_property
     def most(self) -> RestExtreme | None:
-        """The largest stock; of a ball see the rows' scallop."""
+        """The largest stock; of a ball that is often at the wall's foot, where it does not reach."""
         return extreme_of(self.fields, 1.0)
 
     @cached_property
@@ -84,8 +87,10 @@ class Outcome:
         if least is not None and least.value < -limit - SAME:
             far = self.opposite
             wall = "the opposite wall" if far is not None and far.value <= least.value + SAME else "the flank"
+            # A point inside a thin wheel is near one of its sides: the wall loses more than that.
+            size = "at least " if self.machining.tool.kind == "disc" else ""
             raise DesignError(
-                f"the {self.machining.tool.about} cuts {-least.value:.4g} mm into {wall} at cam angle "
+                f"the {self.machining.tool.about} cuts {size}{-least.value:.4g} mm into {wall} at cam angle "
                 f"{degrees(least.cam_angle) % 360.0:.6g} deg, {least.delta:.6g} mm along the roller "
                 f"(cutter.gouge_limit {limit:g} mm); {self._advice(wall)}"
             )
@@ -94,6 +99,8 @@ class Outcome:
         spec = self.machining.spec
         if spec.kind == "wheel":
             return "use a smaller or narrower wheel" if wall != "the flank" else "use a smaller wheel, or its rim"
+        if spec.kind == "ball":
+            return "use a smaller ball, or a larger cutter.neck where the groove is narrower above"
         if spec.axis != "roller":
             return "use a smaller tool, axis = 'roller', or leave an allowance"
         return "use a smaller tool, or axis = 'fitted' where the roller is no cylinder"
@@ -150,13 +157,27 @@ class Outcome:
         if not machining.tracks:
             return data | self._planar()
         data |= self.least.data("least_rest") if self.least else {}
-        if not machining.rows:
-            data |= self.most.data("most_rest") if self.most else {}
+        data |= self.most.data("most_rest") if self.most else {}
+        if mouth := self._mouth():
+            data["mouth_gouge_mm"] = mouth
         if self.opposite is not None:
             data["opposite_wall_mm"] = self.opposite.value
         if shop := self.shop_errors():
             data["shop_errors"] = shop
         return data
+
+    def _mouth(self) -> float:
+        """By how much a tool like the roller is thicker than its groove's mouth, where it comes down into it, mm."""
+        if self.machining.spec.kind != "roller":
+            return 0.0
+        found = [0.0]
+        for track in self.machining.tracks:
+            if track.closed and len(track.sides) > 1:
+                low, high = sorted(wall_ends(track))
+                radii = track.meridian.jet(np.linspace(low, high, 33))[3]
+                top = float(track.meridian.jet(np.array([wall_ends(track)[1]]))[3][0])
+                found.append(float(radii.max()) - top)
+        return max(found)
 
     def _gcode_blocks(self) -> int | None:
         """Blocks of the G-code; None where the machine's axes cannot hold the tool."""
@@ -183,6 +204,10 @@ class Outcome:
         sizes = [p.largest_diameter() for p in self.machining.paths if isinstance(p, ContourPath)]
         largest = min((size for size in sizes if size is not None), default=None)
         return {"least_rest_mm": stock, "most_rest_mm": stock, "largest_tool_diameter_mm": largest}
+
+
+def _made_by(path: RowPath, track: Track, side: float) -> bool:
+    return path.track is track and path.side == side
 
 
 def _makes(path: ToolPath, side: float) -> bool:

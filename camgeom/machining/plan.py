@@ -26,6 +26,8 @@ MOST_BLOCKS = 2_000_000
 """in one pass; the arrays of one take about half a gigabyte"""
 MOST_IN_FILE = 20_000_000
 """in all passes; a file of about one and a half gigabytes"""
+FINE = np.radians(1.0)
+"""cam angle of the chords that a contact's way is summed from"""
 TRANSFER = np.radians(5.0)
 """rotation between the positions of a rapid way from one pass to the next"""
 
@@ -115,13 +117,14 @@ class Machining:
     def _pass(self, path: ToolPath, space: Space) -> Pass:
         phi, error = self._blocks(path, space)
         cut = path.at(phi)
+        lengths = contact_lengths(path, phi)
         wanted = climbs(cut) == (self.spec.milling == "climb")
         if not wanted and cut.contacts.shape[0] == 1 and not isinstance(path, SidePath):
-            cut = cut.reversed()
+            cut, lengths = cut.reversed(), lengths[::-1]
         radius = 0.0
         if path.closed:
             radius = lead_radius(self.spec.lead, path.room, self.tool.radius)
-        moves = with_leads(cut, radius, path.height + self.spec.retract, 0.5 * self._chord)
+        moves = with_leads(cut, lengths, radius, path.height + self.spec.retract, 0.5 * self._chord)
         moves[0] = Move("rapid", self._outside(moves[0].positions))
         moves[-1] = Move("rapid", self._outside(moves[-1].positions))
         return Pass(path.name, tuple(moves), error)
@@ -203,6 +206,20 @@ class Machining:
 
 
 
+def contact_lengths(path: ToolPath, phi: Floats) -> Floats:
+    """How far the contact (of two the one that moves further) moves along the flank between cam angles, (n - 1,), mm.
+
+    Summed over chords of at most FINE, which are short of the arc by a share of FINE² / 24.
+    """
+    parts = np.maximum(1, np.ceil(np.diff(phi) / FINE)).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(parts)])
+    steps = np.repeat(np.diff(phi) / parts, parts)
+    number = np.arange(first[-1]) - np.repeat(first[:-1], parts)
+    fine = np.append(np.repeat(phi[:-1], parts) + steps * number, phi[-1])
+    chords = np.sqrt((np.diff(path.at(fine).contacts, axis=2) ** 2).sum(axis=1))
+    return np.asarray(np.add.reduceat(chords, first[:-1], axis=1).max(axis=0))
+
+
 def seconds(moves: tuple[Move, ...], spec: CutterSpec) -> list[Floats]:
     """Time of every block, s, by moves: on the flank so that the contact moves at spec.feed, but the tool's end no
     faster than spec.fastest; elsewhere at the feed of the tool's end. Rapid moves have no time (zero)."""
@@ -219,9 +236,8 @@ def seconds(moves: tuple[Move, ...], spec: CutterSpec) -> list[Floats]:
         elif move.kind == "feed":
             found.append(60.0 * way / spec.feed)
         else:
-            assert before is not None
-            contacts = np.concatenate([before.contacts[:, :, -1:], at.contacts], axis=2)
-            steps = np.sqrt((np.diff(contacts, axis=2) ** 2).sum(axis=1)).max(axis=0)
+            assert move.lengths is not None
+            steps = move.lengths.copy()
             if steps[0] == 0.0:
                 # The end of the arc in: the contact is there already.
                 steps[0] = way[0]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.flank import Flank
-from camgeom.machining.path import ToolPath
+from camgeom.machining.path import RowPath, ToolPath
 from camgeom.machining.tool import Tool
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.surface import dot
@@ -41,7 +41,8 @@ MARGIN = 1.5
 class RestField:
     """Stock that a tool leaves on one flank of a track, at cam angles phi (n,) and heights delta along the roller (m,).
 
-    paths   of the tool, all that work near this flank
+    paths   of the tool that may come near this flank: all, or some rows of a ball
+    rows    of a ball on this flank, in order; at each height those next to it count besides
     inside  tells points (3, ...) of the blank from the air; None: all are of the blank
     """
 
@@ -50,6 +51,7 @@ class RestField:
     tool: Tool
     paths: tuple[ToolPath, ...]
     inside: Inside | None = None
+    rows: tuple[RowPath, ...] = ()
 
     @cached_property
     def phi(self) -> Floats:
@@ -72,8 +74,12 @@ class RestField:
 
     @cached_property
     def rest(self) -> Floats:
-        """Stock (n, m), mm; negative where the tool cuts into the flank."""
-        return self.at(self.flank)
+        """Stock (n, m), mm; negative where the tool cuts into the flank; 0 off the blank."""
+        rows = self.valid.any(axis=1)
+        found = np.zeros(self.valid.shape)
+        if np.any(rows):
+            found[rows] = self._left(self.flank.x[:, rows], self.phi[rows], self._stations)
+        return found
 
     @cached_property
     def valid(self) -> npt.NDArray[np.bool_]:
@@ -82,7 +88,17 @@ class RestField:
 
     def at(self, flank: Flank) -> Floats:
         """Stock on other points of the same flank."""
-        return np.asarray(np.min([least_distance(p, self.tool, flank.x, flank.phi) for p in self.paths], axis=0))
+        return self._left(flank.x, flank.phi, flank.t)
+
+    def _left(self, x: Floats, phi: Floats, t: Floats) -> Floats:
+        left = np.asarray(np.min([least_distance(path, self.tool, x, phi) for path in self.paths], axis=0))
+        if self.rows:
+            above = np.searchsorted(np.sort([row.t for row in self.rows]), t)
+            ordered = sorted(self.rows, key=lambda row: row.t)
+            for j, k in enumerate(above):
+                for row in ordered[max(0, k - 1) : k + 1]:
+                    left[:, j] = np.minimum(left[:, j], least_distance(row, self.tool, x[:, :, j : j + 1], phi)[:, 0])
+        return left
 
     def extreme(self, sign: float) -> RestExtreme | None:
         """The largest (sign +1) or smallest stock, by finer and finer grids round the best sample; None: no flank."""

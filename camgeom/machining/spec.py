@@ -30,6 +30,9 @@ class CutterSpec(Section):
     )
     diameter: Length | None = Field(None, description="mm, of the tool; for kind roller that of the roller")
     length: Length | None = Field(None, description="mm, cutting length; default: as deep as the tool goes")
+    neck: Gap | None = Field(
+        None, description="mm, by which a ball's shank is thinner (in radius); default a tenth of the ball's radius"
+    )
     width: Length | None = Field(None, description="mm, width of a wheel that works with its side")
     path: WayOfPath = Field(
         "flank",
@@ -81,7 +84,7 @@ class CutterSpec(Section):
         found = self._own_problems()
         if found:
             return found
-        planar = hasattr(cam, "touches")
+        planar = hasattr(cam, "outlines")
         tracks = () if planar else tuple((getattr(cam, "cutters", None) or cam.tracks)(setup))
         if planar:
             return self._planar_problems(cam, setup)
@@ -104,6 +107,8 @@ class CutterSpec(Section):
             found.append(Problem("cutter.diameter", "is missing", None, "mm, the tool's diameter"))
         if self.kind == "ball" and (self.path != "flank" or self.axis != "roller"):
             found.append(_problem("path", self.path, "flank, with axis = 'roller', for a ball"))
+        if self.neck is not None and not (self.kind == "ball" and self.diameter and self.neck < 0.5 * self.diameter):
+            found.append(_problem("neck", self.neck, "below the radius, for a ball, and for it alone"))
         side = self.kind == "wheel" and self.contact == "side"
         if side != (self.width is not None):
             found.append(_problem("width", self.width, "mm, for a wheel that works with its side, and for it alone"))

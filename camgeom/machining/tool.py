@@ -24,6 +24,7 @@ class Tool:
     radius   mm, the largest (for kind roller at its middle)
     meridian, tip, sign  of kind roller: its shape, where its end is on it, and delta = tip + sign * s
     width    mm, of a disc; else infinite (the shank is as thick as the tool)
+    neck     mm, by which a ball's shank is thinner in radius
     """
 
     kind: str
@@ -32,12 +33,14 @@ class Tool:
     tip: float = 0.0
     sign: float = 1.0
     width: float = inf
+    neck: float = 0.0
 
     def distance(self, s: Floats, across: Floats) -> Floats:
         """Signed distance, mm, to the tool of points at s along and `across` from its axis; negative inside."""
         if self.kind == "ball":
-            below = np.hypot(across, s - self.radius) - self.radius
-            return np.asarray(np.where(s < self.radius, below, across - self.radius))
+            ball = np.hypot(across, s - self.radius) - self.radius
+            shank = np.where(s < self.radius, np.inf, across - (self.radius - self.neck))
+            return np.asarray(np.minimum(ball, shank))
         wall = self._wall(s, across)
         end = np.maximum(-s, s - self.width) if self.width < inf else -s
         outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
@@ -75,9 +78,7 @@ class Tool:
     def about(self) -> str:
         """The tool in words."""
         size = f"{2.0 * self.radius:.6g} mm"
-        if self.kind == "roller" and isinstance(self.meridian, Straight):
-            if self.meridian.slope == 0.0:
-                return f"end mill as thick as the roller, {size}"
+        if isinstance(self.meridian, Straight):
             return f"conical mill like the roller, {size} at its middle"
         words = {"flat": "end mill", "ball": "ball mill", "disc": f"wheel {self.width:.6g} mm wide,"}
         return f"{words.get(self.kind, 'form mill like the roller,')} {size}"
@@ -100,4 +101,5 @@ def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None =
     if spec.kind == "wheel" and spec.contact == "side":
         assert spec.width is not None
         return Tool("disc", radius, width=spec.width)
-    return Tool("ball" if spec.kind == "ball" else "flat", radius)
+    neck = 0.1 * radius if spec.neck is None else spec.neck
+    return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius)

@@ -1,0 +1,131 @@
+"""Contours of discs: simulated from the files, with arcs in and out that do not cut, hollows and corners judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, read_gcode, swept
+from test_cutter import model, written
+
+from camgeom.errors import DesignError, ProfileError
+
+STEPS = ((90, 18.0), (150, None), (270, 0.0), (360, None))
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 30
+width = 12
+[follower]
+kind = "translating"
+[roller]
+diameter = 20
+length = 12
+[[motion]]
+until = 90
+to = 18
+law = "cycloidal"
+[[motion]]
+until = 150
+[[motion]]
+until = 270
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+HOLLOW = DISC.replace("base_radius = 30", "base_radius = 60").replace("to = 18", "to = 22").replace(
+    "until = 90\n", "until = 34\n"
+)
+GROOVE = DISC.replace('kind = "disc"', 'kind = "disc"\nform = "groove"\ndiameter = 160\ngroove_depth = 8').replace(
+    "length = 12", "length = 8"
+)
+
+
+def profile_points(count: int = 200) -> np.ndarray:
+    phi = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, count)
+    return np.column_stack([disc_profile(phi, 30.0, 10.0, STEPS), np.full(count, 6.0)])
+
+
+@pytest.mark.parametrize("diameter", [1.0, 12.0, 20.0, 150.0])
+@pytest.mark.parametrize("start", [0.0, 200.0])
+def test_any_tool_gives_the_profile_back_and_its_arcs_cut_nothing(
+    tmp_path: Path, diameter: float, start: float
+) -> None:
+    made = model(DISC, kind="flat", diameter=diameter, start_angle=start, overrun=1.0)
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    tip, axis = fed(passes[0])
+    assert np.all(tip[:, 2] == -1.0)
+    left = swept(profile_points(), tip, axis, cutter)
+    assert np.abs(left).max() < 1e-3
+    # Arcs: everything before and after the cut keeps the tool off the profile.
+    assert swept(profile_points(), tip[:20], axis[:20], cutter).min() > -1e-4
+    assert np.linalg.norm(tip[0, :2] - tip[-1, :2]) > 0.5 * diameter
+
+
+def test_gcode_turns_the_disc_at_a_constant_surface_speed(tmp_path: Path) -> None:
+    made = model(DISC, kind="flat", diameter=12.0, feed=240.0, lead=0.0)
+    blocks = read_gcode(written(made, tmp_path, "gcode"))
+    cut = [b for b in blocks if b["G"] == "G1"]
+    assert all(b["mode"] == "G93" for b in cut)
+    # X and C alone carry the tool round the cam.
+    assert all(b["Y"] == 0.0 for b in cut)
+    tip = forward_rotary_c(cut)
+    fine = np.linspace(0.0, 2.0 * np.pi, 40001)
+    profile = disc_profile(fine, 30.0, 10.0, STEPS)
+    length = np.linalg.norm(np.diff(profile, axis=0), axis=1).sum()
+    minutes = sum(1.0 / b["F"] for b in cut[1:])
+    assert minutes * 240.0 == pytest.approx(length, rel=1e-3)
+    # Block by block: the contact is the profile's point nearest to the tool's centre.
+    touch = np.array([np.argmin(np.hypot(*(profile - p[:2]).T)) for p in tip])
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])[touch]
+    step = np.abs(np.diff(arc))
+    step = np.minimum(step, length - step)
+    speed = step * np.array([b["F"] for b in cut[1:]])
+    large = step > 0.1
+    assert np.abs(speed[large] / 240.0 - 1.0).max() < 0.03
+    gap = np.abs(np.hypot(*(profile[touch] - tip[:, :2]).T) - 6.0)
+    assert gap.max() < 1e-3
+
+
+def test_plain_machine_and_minutes_feed(tmp_path: Path) -> None:
+    made = model(DISC, kind="flat", diameter=12.0, machine="plain", feed_mode="per-minute", feed=100.0)
+    text = written(made, tmp_path, "gcode")
+    blocks = read_gcode(text)
+    assert "G93" not in text.read_text()
+    assert all("C" not in b for b in blocks)
+    cut = np.array([[b["X"], b["Y"], b["Z"]] for b in blocks if b["G"] == "G1"])
+    axis = np.tile([0.0, 0.0, 1.0], (len(cut), 1))
+    tool = [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 12.0]
+    assert np.abs(swept(profile_points(), cut, axis, tool)).max() < 1e-3
+
+
+def test_groove_is_made_in_one_pass_or_two(tmp_path: Path) -> None:
+    for keys, passes in (({}, 1), ({"kind": "flat", "diameter": 20.0}, 1), ({"kind": "flat", "diameter": 14.0}, 2)):
+        made = model(GROOVE, **keys)
+        cutter, _, found = read_apt(written(made, tmp_path, "apt"))
+        assert len(found) == passes
+        inner = np.min([swept(profile_points(), *fed(blocks), cutter) for blocks in found], axis=0)
+        assert np.abs(inner).max() < 1e-3
+    with pytest.raises(DesignError, match=r"does not go into the groove; at most 20 mm"):
+        model(GROOVE, kind="flat", diameter=20.1).machining  # noqa: B018
+
+
+def test_hollow_refuses_a_large_wheel_and_says_the_largest() -> None:
+    fits = model(HOLLOW, kind="wheel", diameter=10.0).machined.data()["largest_tool_diameter_mm"]
+    assert 15.0 < fits < 1000.0
+    assert model(HOLLOW, kind="wheel", diameter=0.999 * fits).machining.paths
+    with pytest.raises(DesignError, match="at most"):
+        model(HOLLOW, kind="wheel", diameter=1.002 * fits).machining  # noqa: B018
+
+
+def test_arc_that_cuts_is_refused() -> None:
+    with pytest.raises(DesignError, match=r"cutter\.lead .* cuts into the profile"):
+        model(HOLLOW, kind="flat", diameter=5.0, lead=90.0, start_angle=8.0).machining  # noqa: B018
+
+
+def test_a_ball_is_no_tool_for_a_disc() -> None:
+    with pytest.raises(ProfileError, match=r"cutter\.kind"):
+        model(DISC, kind="ball", diameter=8.0)
