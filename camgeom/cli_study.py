@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 STUDIED = ("motion", "flank", "checks", "contact", "fatigue")
 """Products of a study where none are named: everything that needs no solid."""
+MOVING = ("dynamics", "impact", "operation")
+"""tables of a profile whose keys, when they are varied, ask for the dynamics too"""
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
 
@@ -30,6 +32,9 @@ FIGURES = (
     "flank.undercut_margin",
     "contact.peak_pressure_mpa",
     "fatigue.roller_life_h",
+    "dynamics.amplification",
+    "dynamics.impact.over_turns.peak_acceleration_rad_s2.mean",
+    "dynamics.impact.over_turns.peak_acceleration_m_s2.mean",
 )
 """columns shown on the terminal"""
 
@@ -46,6 +51,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
     data = read_data(arguments.profile)
     axes = tuple(axis(text) for text in arguments.vary)
+    if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
+        products = (*products, "dynamics")
     study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
@@ -89,15 +96,24 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     result = compute(model, products, checks)
     figures: Figures = {}
     for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact"):
-        for key, value in result.data.get(section, {}).items():
-            if value is None or isinstance(value, bool | int | float):
-                figures[f"{section}.{key}"] = finite(value)
+        figures |= _flat(result.data.get(section, {}), section)
     for finding in result.findings:
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
         figures[name] = finite(finding.value)
     failed = [finding.check for finding in result.findings if not finding.passed]
     reason = result.refused or "; ".join([*(why for _, why in result.unanswered), *dict.fromkeys(failed)])
     return figures, "good" if result.passed else "fails", reason
+
+
+def _flat(data: dict[str, Any], name: str) -> Figures:
+    """The numbers of a table and of the tables in it, by dotted names."""
+    found: Figures = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{name}.{key}")
+        elif value is None or isinstance(value, bool | int | float):
+            found[f"{name}.{key}"] = finite(value)
+    return found
 
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:

@@ -58,10 +58,13 @@ class Row:
 
 
 def axis(text: str) -> Axis:
-    """An axis from KEY=A:B:N (N values from A to B) or KEY=a,b,c. Raises ProfileError where it is neither."""
+    """An axis from KEY=A:B:N (N values from A to B), KEY=A:B:N:log (in equal ratios) or KEY=a,b,c.
+
+    Raises ProfileError where it is none of them.
+    """
     key, equals, written = text.partition("=")
     key, written = key.strip(), written.strip()
-    problem = Problem("--vary", "needs KEY=A:B:N or KEY=a,b,c", text[:200], "for example cam.diameter=120:150:7")
+    problem = Problem("--vary", "needs KEY=A:B:N, KEY=A:B:N:log or KEY=a,b,c", text[:200], "for example cam.diameter=120:150:7")
     if not equals or not re.fullmatch(r"[\w-]+(\[\d{1,5}\])?(\.[\w-]+(\[\d{1,5}\])?)*", key) or not written:
         raise ProfileError([problem])
     path: list[str | int] = []
@@ -85,8 +88,10 @@ def _value(word: str) -> Value:
 
 
 def _span(text: str, problem: Problem) -> tuple[Value, ...]:
-    """Evenly spaced values with both ends; whole numbers where all of them are whole."""
+    """Evenly spaced values with both ends (in equal ratios with :log); whole numbers where all of them are whole."""
     parts = [_value(word) for word in text.split(":")]
+    in_ratios = len(parts) == 4 and parts[3] == "log"
+    parts = parts[:3] if in_ratios else parts
     if len(parts) != 3 or not isinstance(parts[2], int) or any(isinstance(part, str) for part in parts):
         raise ProfileError([problem])
     first, last, count = float(parts[0]), float(parts[1]), parts[2]
@@ -95,7 +100,12 @@ def _span(text: str, problem: Problem) -> tuple[Value, ...]:
     if not (math.isfinite(first) and math.isfinite(last)) or (count == 1 and first != last):
         raise ProfileError([problem])
     steps = max(count - 1, 1)
-    values = [first + (last - first) * i / steps for i in range(count - 1)] + [last]
+    if in_ratios and not (first > 0.0 and last > 0.0):
+        raise ProfileError([Problem("--vary", "equal ratios need ends above 0", text[:200])])
+    if in_ratios:
+        values = [first * (last / first) ** (i / steps) for i in range(count - 1)] + [last]
+    else:
+        values = [first + (last - first) * i / steps for i in range(count - 1)] + [last]
     whole = all(isinstance(part, int) for part in parts) and all(value.is_integer() for value in values)
     return tuple(int(value) for value in values) if whole else tuple(values)
 
@@ -215,7 +225,7 @@ def _chunk(study: Study, variants: list[tuple[Value, ...]]) -> list[Row]:
     return rows
 
 
-GEOMETRY = ("setup", "tracks", "cutters", "flanks", "parts", "solids", "walls", "clearances")
+GEOMETRY = ("setup", "tracks", "cutters", "flanks", "parts", "solids", "walls", "clearances", "turret")
 """Facts of a model that rest on cam, follower, roller and motion alone (and, for the solids, on the tolerance)."""
 
 
@@ -227,7 +237,8 @@ def _take_over(model: Model, before: Model | None) -> None:
     if (old.cam, old.follower, old.roller, old.motion) == (new.cam, new.follower, new.roller, new.motion):
         facts = vars(before)
         # Facts are kept under their names in the instance, where the next access finds them.
-        vars(model).update({name: facts[name] for name in GEOMETRY if name in facts})
+        names = (*GEOMETRY, *(("mass",) if old.material == new.material else ()))
+        vars(model).update({name: facts[name] for name in names if name in facts})
 
 
 def cores() -> int:

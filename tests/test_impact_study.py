@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from camgeom.dynamics import impact_study
 from camgeom.dynamics.contact_laws import HertzLine, LiuCylinder, PowerLaw, PrintedStiffness
 from camgeom.dynamics.contact_losses import Coulomb, RampedDamping
 from camgeom.dynamics.impact import ImpactProblem
@@ -43,6 +44,24 @@ def test_study_in_spawned_processes_equals_the_study_here() -> None:
     assert shown["clearance_mm"] == pytest.approx(0.02)
     assert shown["peak_pressure_mpa"]["mean"] == pytest.approx(1e-6 * there[0].pressure.mean)  # type: ignore[index]
     assert "peak_acceleration_rad_s2" in shown
+
+
+def test_a_long_study_spawns_and_a_short_one_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def shared(jobs: object, order: list[int], helpers: int) -> dict[int, object]:
+        asked.append(helpers)
+        return dict.fromkeys(order)
+
+    monkeypatch.setattr(impact_study, "_shared", shared)
+    monkeypatch.setattr(impact_study, "_row", lambda job: None)
+    monkeypatch.setattr(impact_study, "cores", lambda: 2)
+    problems = {str(k): b1_problem(1e-4) for k in range(3)}
+    assert study(problems) == [None] * 3
+    assert not asked
+    monkeypatch.setattr(impact_study, "WORTH_SPAWNING", 0.0)
+    assert study(problems) == [None] * 3
+    assert asked == [1]
 
 
 def test_steady_turns_of_the_reference_mechanism() -> None:

@@ -193,3 +193,27 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert main(["study", "small.toml", "--vary", "cam.diamter=1,2"]) == 2
     assert "did you mean 'diameter'?" in capsys.readouterr().err
     assert main(["study", "small.toml", "--vary", "cam.diameter=1,2", "--jobs", "none"]) == 2
+
+
+def test_values_in_equal_ratios() -> None:
+    found = axis("impact.clearance=0.001:1:4:log").values
+    assert found == pytest.approx((0.001, 0.01, 0.1, 1.0), rel=1e-12)
+    with pytest.raises(ProfileError, match="above 0"):
+        axis("impact.clearance=0:1:4:log")
+    with pytest.raises(ProfileError, match="needs KEY"):
+        axis("impact.clearance=0.1:1:4:lin")
+
+
+def test_a_study_of_clearances_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The impacts come with the study where their table is in the profile and one of its keys is varied."""
+    rocker = Path(__file__).resolve().parents[1] / "profiles" / "conjugate_rocker.toml"
+    profile = tmp_path / "rocker.toml"
+    profile.write_text(rocker.read_text() + "\n[impact]\nturns = 2\ntolerance = 1e-6\n")
+    vary = ["--vary", "impact.clearance=0.01:0.1:2:log", "--jobs", "1"]
+    command = ["study", str(profile), *vary, "--out", str(tmp_path)]
+    assert main([*command, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    peaks = [row["dynamics.impact.over_turns.peak_acceleration_rad_s2.mean"] for row in rows]
+    assert peaks == pytest.approx([6444.0, 15409.0], rel=0.02)
+    assert main([*command, "--json", "--only", "motion"]) == 0
+    assert not any(key.startswith("dynamics") for key in json.loads(capsys.readouterr().out)["rows"][0])

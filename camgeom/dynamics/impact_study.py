@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from multiprocessing import get_context
+from time import perf_counter
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -23,6 +24,9 @@ from camgeom.dynamics.impact_run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.program import Program
 
+WORTH_SPAWNING = 1.0
+"""s of work left that pays for starting processes, which takes about half of that"""
+Job = tuple[str, ImpactProblem, int, int, float, bool]
 PERIODIC_SPREAD = 1e-3
 """relative spread of the peaks of the turns below which the motion is called periodic"""
 
@@ -164,20 +168,41 @@ def study(
 ) -> list[StudyRow]:
     """One row a problem, in order, on all processors (or `workers` of them; 1: in this process).
 
-    `tighter` repeats the first turn with a tenth of the tolerance. The processes are spawned, so a script must guard
+    `tighter` repeats the first turn with a tenth of the tolerance. Processes are used, not threads: a run is plain
+    Python and threads would take turns. They are spawned where the first run says that it pays, so a script must guard
     its entry by `if __name__ == "__main__"`. Raises what the runs raise.
     """
     jobs = [(label, problem, turns, skip, rtol, tighter) for label, problem in problems.items()]
-    most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    count = min(workers or most, len(jobs))
-    if count <= 1:
-        return [_row(job) for job in jobs]
     # Long runs first: the work grows with the clearance, and one long run must not be the last to start.
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
-        made = list(pool.map(_row, [jobs[i] for i in order]))
-    rows: dict[int, StudyRow] = dict(zip(order, made, strict=True))
+    order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
+    rows: dict[int, StudyRow] = {}
+    count = min(workers or cores(), len(jobs))
+    if workers is None and count > 1:
+        began = perf_counter()
+        rows[order[0]] = _row(jobs[order[0]])
+        order = order[1:]
+        if (perf_counter() - began) * len(order) < WORTH_SPAWNING:
+            count = 1
+    rows |= {i: _row(jobs[i]) for i in order} if count <= 1 else _shared(jobs, order, count - 1)
     return [rows[i] for i in range(len(jobs))]
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow]:
+    """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
+    rows = {}
+    with ProcessPoolExecutor(helpers, mp_context=get_context("spawn")) as pool:
+        given = {i: pool.submit(_row, jobs[i]) for i in order}
+        for i in order:
+            # a job that no helper has taken yet is done here
+            if given[i].cancel():
+                rows[i] = _row(jobs[i])
+        rows |= {i: future.result() for i, future in given.items() if not future.cancelled()}
+    return rows
 
 
 def clearance_study(
@@ -217,7 +242,7 @@ def decade_growth(rows: Sequence[StudyRow]) -> list[float]:
     ]
 
 
-def _row(job: tuple[str, ImpactProblem, int, int, float, bool]) -> StudyRow:
+def _row(job: Job) -> StudyRow:
     label, problem, turns, skip, rtol, tighter = job
     run = solve(problem, turns=turns, rtol=rtol)
     change = None
