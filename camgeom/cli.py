@@ -144,7 +144,8 @@ def _add_delivery(sub: argparse.ArgumentParser) -> None:
 
 def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
-                     help="a profile key and its values: N from A to B, or a list KEY=a,b,c; repeat for a grid")
+                     help="a profile key and its values: N from A to B (A:B:N:log in equal ratios), or a list "
+                          "KEY=a,b,c; repeat for a grid")
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
     sub.add_argument("--jobs", metavar="N", help="worker processes, default one per core")

@@ -64,7 +64,8 @@ def axis(text: str) -> Axis:
     """
     key, equals, written = text.partition("=")
     key, written = key.strip(), written.strip()
-    problem = Problem("--vary", "needs KEY=A:B:N, KEY=A:B:N:log or KEY=a,b,c", text[:200], "for example cam.diameter=120:150:7")
+    forms, example = "needs KEY=A:B:N, KEY=A:B:N:log or KEY=a,b,c", "for example cam.diameter=120:150:7"
+    problem = Problem("--vary", forms, text[:200], example)
     if not equals or not re.fullmatch(r"[\w-]+(\[\d{1,5}\])?(\.[\w-]+(\[\d{1,5}\])?)*", key) or not written:
         raise ProfileError([problem])
     path: list[str | int] = []
