@@ -26,6 +26,8 @@ ORDER = (
     *("start", "groove", "planar", "globoidal", "sampling", "limits", "growth", "opencascade"),
     *("motion", "life", "dynamics", "impact", "export"),
 )
+FOLDED = 40
+"""Rows from which on a table is folded away under its picture."""
 
 
 def sections() -> dict[str, str]:
@@ -61,7 +63,10 @@ def page(results: dict[str, Any], titles: dict[str, str], plots: str) -> str:
             lines += [f"### {table.title}", ""]
             if table.plot is not None:
                 lines += [f"![{table.title}]({plots}/{table.name}.svg)", ""]
-            lines += [markdown(table), "", *([table.note, ""] if table.note else [])]
+            shown = [markdown(table), ""]
+            if len(table.rows) > FOLDED:
+                shown = [f"<details><summary>{len(table.rows)} rows</summary>", "", *shown, "</details>", ""]
+            lines += [*shown, *([table.note, ""] if table.note else [])]
     limits = (HERE / "limits.md").read_text().strip()
     return "\n".join([*lines, limits, ""])
 

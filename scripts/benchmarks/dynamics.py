@@ -1,22 +1,17 @@
-"""Error against time of every integrator on the indexing drive, and against scipy's general solvers.
-
-    python scripts/bench_dynamics.py [--scipy] [--sweep]
+"""Indexing drive: error against time of every integrator, and against scipy's general solvers; steady states; sweeps.
 
 45 degrees in 300 degrees of cam angle, modified trapezoid, from rest over two turns. Error: largest difference of the
 load-plate acceleration over the second turn, a share of its peak, against gauss8 on a grid four times as fine. Time:
-matrices, maps and walk, the best of three. Before that the steady state to 1e-6 and 1e-9 of the peak, and with --sweep
-a hundred speeds.
+matrices, maps and walk, the best of three.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from math import pi, radians
-from time import perf_counter
-from typing import Any
 
 import numpy as np
+from kit import Plot, Row, Table, best, milli, run, short
+from scipy.integrate import solve_ivp
 
 from camgeom.dynamics.indexing import IndexingDrive
 from camgeom.dynamics.indexing_response import output, steady_state
@@ -34,6 +29,7 @@ RPM = pi / 30.0
 SPEEDS = (655.64, 1639.10, 3000.0)
 STEPS = (120, 240, 480, 960, 1920)
 SOLVERS = (("DOP853", 1e-6), ("DOP853", 1e-9), ("Radau", 1e-6), ("LSODA", 1e-6), ("LSODA", 1e-9))
+GENERAL = "scipy: angles at the end of the second turn, a share of their largest; piece by piece between the knots."
 DRIVE = IndexingDrive(
     cam_inertia=6.9996e-2,
     turret_inertia=3.471193e-3,
@@ -47,40 +43,29 @@ DRIVE = IndexingDrive(
 )
 
 
-def best_of(count: int, run: Callable[[], Any]) -> tuple[Any, float]:
-    """The result and the shortest of `count` times in ms."""
-    times = []
-    for _ in range(count):
-        begin = perf_counter()
-        found = run()
-        times.append(perf_counter() - begin)
-    return found, 1e3 * min(times)
-
-
 def load(system: TorsionSystem, found: Solution) -> np.ndarray:
     """Load-plate acceleration at the nodes of the second turn."""
     values = output(system, "load_acceleration")(found.theta[None], found.position, found.rate, "right")[0]
     return values[found.grid.steps :]
 
 
-def table(motion: Program, rpm: float) -> None:
-    """Error (and ms) over steps a turn, one line a method."""
+def integrators(motion: Program, rpm: float, quick: bool) -> list[Row]:
+    """A row a method and a number of steps; a method that is unstable at that step is left out of the picture."""
     system = TorsionSystem(DRIVE, motion, np.array([rpm * RPM]))
-    grids = [aligned_grid(motion.knots, steps) for steps in STEPS]
-    exact = [reference(system, grid) for grid in grids]
-    print(f"\n{rpm:g} r/min: error of the load-plate acceleration (ms) at steps a turn")
-    print(f"{'':18}" + "".join(f"{grid.steps:>17}" for grid in grids))
-    for name in INTEGRATORS:
-        cells = []
-        for grid, right in zip(grids, exact, strict=True):
+    rows: list[Row] = []
+    for steps in STEPS[::2] if quick else STEPS:
+        grid = aligned_grid(motion.knots, steps)
+        right = reference(system, grid)
+        for name in INTEGRATORS:
+            row: Row = {"speed_rpm": rpm, "method": name, "steps": grid.steps}
             try:
-                found, ms = best_of(3, lambda grid=grid, name=name: transient(system, grid, name, turns=2))
+                seconds, found = best(lambda g=grid, n=name: transient(system, g, n, turns=2), 3)
             except NotConverged:
-                cells.append("unstable")
+                rows.append(row | {"error": "unstable", "time_ms": ""})
                 continue
             error = float(np.abs(load(system, found) - right).max() / np.abs(right).max())
-            cells.append(f"{error:.1e} ({ms:.0f})")
-        print(f"{name:18}" + "".join(f"{cell:>17}" for cell in cells), flush=True)
+            rows.append(row | {"error": short(error, 3), "time_ms": milli(seconds)})
+    return rows
 
 
 def reference(system: TorsionSystem, grid: Grid) -> np.ndarray:
@@ -88,10 +73,8 @@ def reference(system: TorsionSystem, grid: Grid) -> np.ndarray:
     return load(system, transient(system, grid.halved().halved(), "gauss8", turns=2))[::4]
 
 
-def general(motion: Program, rpm: float) -> None:
+def general(motion: Program, rpm: float) -> list[Row]:
     """scipy's solvers on the same two turns, piece by piece between the knots."""
-    from scipy.integrate import solve_ivp
-
     speed, d = rpm * RPM, DRIVE
     system = TorsionSystem(DRIVE, motion, np.array([speed]))
     grid = aligned_grid(motion.knots, 240)
@@ -109,48 +92,60 @@ def general(motion: Program, rpm: float) -> None:
         return np.array([*v, cam, turret, -shaft / d.load_inertia - tau[2] * speed**2])
 
     knots = np.concatenate([motion.knots[:-1], motion.knots + 2.0 * pi]) / speed
+    rows: list[Row] = []
     for name, tolerance in SOLVERS:
 
-        def run(name: str = name, tolerance: float = tolerance) -> np.ndarray:
+        def solve(name: str = name, tolerance: float = tolerance) -> np.ndarray:
             y = np.zeros(6)
             for begin, end in zip(knots[:-1], knots[1:], strict=True):
                 y = solve_ivp(motion_of, (begin, end), y, method=name, rtol=tolerance, atol=1e-3 * tolerance).y[:, -1]
             return y
 
-        found, ms = best_of(1, run)
+        seconds, found = best(solve, 1)
         error = float((np.abs(found[:3] - target) / scale).max())
-        print(f"scipy {name:7} rtol {tolerance:g}: error {error:.1e}, {ms:.0f} ms", flush=True)
+        rows.append({"speed_rpm": rpm, "method": f"scipy {name}", "steps": f"rtol {tolerance:g}",
+                     "error": short(error, 3), "time_ms": milli(seconds)})
+    return rows
 
 
-def steady(motion: Program) -> None:
-    """Steady state at one speed, verified by halving, and its peak."""
-    print("\nsteady state, verified by halving; ms for the state, and for the peak between the nodes")
+def steady(motion: Program) -> list[Row]:
+    """Steady state at one speed, verified by halving, and its peak between the nodes."""
+    rows: list[Row] = []
     for rpm in SPEEDS:
         for tolerance in (1e-6, 1e-9):
-            found, ms = best_of(5, lambda r=rpm, t=tolerance: steady_state(DRIVE, motion, r * RPM, Accuracy(t)))
-            top, more = best_of(5, lambda response=found: response.peak("load_acceleration"))
-            print(f"{rpm:8g} r/min: {ms:5.1f} + {more:4.1f} ms, {top.maximum[0]:.9g} rad/s2, {found.solution.choice}")
+            seconds, found = best(lambda r=rpm, t=tolerance: steady_state(DRIVE, motion, r * RPM, Accuracy(t)), 5)
+            more, top = best(lambda response=found: response.peak("load_acceleration"), 5)
+            rows.append({"speed_rpm": rpm, "tolerance": tolerance, "state_ms": milli(seconds), "peak_ms": milli(more),
+                         "peak_rad_s2": f"{top.maximum[0]:.9g}", "chosen": str(found.solution.choice)})
+    return rows
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scipy", action="store_true", help="also scipy's general solvers (some seconds each)")
-    parser.add_argument("--sweep", action="store_true", help="also a sweep over a hundred speeds")
-    chosen = parser.parse_args()
+def sweeps(motion: Program) -> list[Row]:
+    """A hundred speeds in one call."""
+    speeds = np.linspace(200.0, 3500.0, 100) * RPM
+    rows: list[Row] = []
+    for tolerance in (1e-6, 1e-9):
+        seconds, found = best(lambda t=tolerance: sweep(DRIVE, motion, speeds, Accuracy(t)), 3)
+        rows.append({"speeds": 100, "tolerance": tolerance, "time_s": short(seconds),
+                     "largest_error": short(float(found.error.max()), 2)})
+    return rows
+
+
+def tables(quick: bool) -> list[Table]:
+    """Integrators, general solvers, steady states, sweeps."""
     move = Segment(radians(300.0), radians(45.0), "modified-trapezoid")
     motion = Program.from_segments([move, Segment(2.0 * pi)], closed=False, angular=True)
-    steady(motion)
-    if chosen.sweep:
-        speeds = np.linspace(200.0, 3500.0, 100) * RPM
-        for tolerance in (1e-6, 1e-9):
-            found, ms = best_of(2, lambda t=tolerance: sweep(DRIVE, motion, speeds, Accuracy(t)))
-            print(f"sweep of 100 speeds to {tolerance:g}: {ms / 1e3:.2f} s, largest error {found.error.max():.1e}")
-    for rpm in SPEEDS:
-        table(motion, rpm)
-        if chosen.scipy:
-            general(motion, rpm)
+    made = [
+        Table("dynamics_steady", "Steady state at one speed, verified by halving", steady(motion)),
+        Table("dynamics_sweep", "Steady states over speed", sweeps(motion)),
+    ]
+    plot = Plot("error", "time_ms", "method", "error of the load-plate acceleration, share of its peak", "time, ms")
+    for rpm in SPEEDS[1:2] if quick else SPEEDS:
+        rows = integrators(motion, rpm, quick) + ([] if quick else general(motion, rpm))
+        name = f"dynamics_{rpm:.0f}"
+        made.append(Table(name, f"Integrators at {rpm:g} r/min, two turns from rest", rows, GENERAL, plot))
+    return made
 
 
 if __name__ == "__main__":
-    main()
+    run(tables, __doc__)
