@@ -20,9 +20,9 @@ if TYPE_CHECKING:
         Problem,
         ProfileError,
     )
-    from camgeom.export import write
     from camgeom.model import Model, read
     from camgeom.motion import LAWS
+    from camgeom.outputs import write
 
 __all__ = [
     "LAWS",
@@ -45,7 +45,7 @@ _HOME = {
     "read": "camgeom.model",
     "Model": "camgeom.model",
     "check": "camgeom.checks:findings",
-    "write": "camgeom.export",
+    "write": "camgeom.outputs",
     "LAWS": "camgeom.motion",
     "CamgeomError": "camgeom.errors",
     "Problem": "camgeom.errors",

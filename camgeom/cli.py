@@ -50,6 +50,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli_tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
             "camgeom.cli_design:run", ("design",)),
+    Command("formats", "the file formats with what each is for", "camgeom.cli_tables:formats", ("json",)),
     Command("inspect", "form deviation of measured points after their best fit to the flanks",
             "camgeom.cli_inspect:run", ("profile", "inspect")),
     Command("schema", "JSON Schema of the profile", "camgeom.cli_tables:schema", ("schema",)),
@@ -135,7 +136,8 @@ def _add_json(sub: argparse.ArgumentParser) -> None:
 def _add_delivery(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--tolerance", metavar="MM", help="chord error of the mesh, mm, instead of the profile's")
-    sub.add_argument("--formats", metavar="LIST", help="file formats, for example stl,step, instead of the profile's")
+    sub.add_argument("--formats", metavar="LIST",
+                     help="file formats, for example stl,step, instead of the profile's; `list` prints them all")
     sub.add_argument("--only", metavar="NAME,...",
                      help="only these products (solid, checks, contact, ...); report: these sections")
     sub.add_argument("--explain", action="store_true", help="say what was computed, what it cost, what was skipped")

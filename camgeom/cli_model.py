@@ -12,15 +12,13 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from camgeom.cli import Console, UsageError
-from camgeom.errors import ExportError, Problem, ProfileError
+from camgeom.errors import DesignError, ExportError, Problem, ProfileError
 from camgeom.profile_sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
     from camgeom.job import Result
     from camgeom.model import Model
 
-PICTURES = "png"
-"""the format that asks for off-screen stills of mechanism, section and results"""
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
 
@@ -31,6 +29,12 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.model import Model
     from camgeom.profile import read
 
+    if arguments.formats == "list":
+        from camgeom.cli_text import format_lines
+
+        for line in format_lines(arguments.json):
+            console.out(line)
+        return 0
     tolerance = _tolerance(arguments.tolerance)
     only = names(arguments.only, "--only")
     sections = _sections(only) if arguments.command == "report" and only else None
@@ -45,9 +49,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         refuse_unwritable(folder)
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
-    files = _export(model, result, formats, folder) if "exports" in products else []
-    if PICTURES in formats and not result.refused:
-        files += _pictures(model, folder, console)
+    files, complete = _export(model, result, formats, folder, console) if "exports" in products else ([], True)
     if "report" in products:
         files.append(_report(model, folder, sections, result if "checks" in products else None))
     result.data["files"] = [str(file) for file in files]
@@ -60,7 +62,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         files.append(write_result(result, folder))
     console.progress("")
     _print(result, arguments, console, files)
-    return 0 if result.passed else 1
+    return 0 if result.passed and complete else 1
 
 
 def finite(value: Any) -> Any:
@@ -130,7 +132,7 @@ def names(text: str | None, option: str) -> tuple[str, ...] | None:
 
 def _formats(arguments: argparse.Namespace, profiled: tuple[str, ...], file: str) -> tuple[str, ...]:
     """The formats asked for, each known to a writer. Raises ProfileError naming all that are not."""
-    from camgeom.export import format_of
+    from camgeom.outputs import PICTURES, format_of
 
     given = names(arguments.formats, "--formats")
     problems = []
@@ -183,22 +185,29 @@ def refuse_unwritable(folder: Path) -> None:
         raise ExportError(f"{there}: {problem}; choose another folder with --out")
 
 
-def _export(model: Model, result: Result, formats: tuple[str, ...], folder: Path) -> list[Path]:
-    """Write the formats; those that need a solid that the design does not admit are left out."""
-    from camgeom.export import format_of, write
+def _export(
+    model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
+) -> tuple[list[Path], bool]:
+    """Write the formats, and whether all could be; what the design does not admit is told and left out."""
+    from camgeom.outputs import PICTURES, format_of, write
 
-    stem = slug(model.profile.name)
-    written = []
+    stem, complete = slug(model.profile.name), True
+    written: list[Path] = []
     for name in formats:
         if name == PICTURES:
+            written += [] if result.refused else _pictures(model, folder, console)
             continue
         form = format_of(name)
         if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
             continue
         path = folder / f"{stem}{form.extension}"
-        write(model, path)
-        written.append(path)
-    return written
+        try:
+            write(model, path)
+            written.append(path)
+        except DesignError as error:
+            console.err(f"camgeom: {error}")
+            complete = False
+    return written, complete
 
 
 def _pictures(model: Model, folder: Path, console: Console) -> list[Path]:

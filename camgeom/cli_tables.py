@@ -1,4 +1,4 @@
-"""`camgeom laws`, `new` and `schema`: tables and texts that need no model."""
+"""`camgeom laws`, `formats`, `new` and `schema`: tables and texts that need no model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from camgeom.cli import Console, UsageError
-from camgeom.cli_text import aligned
+from camgeom.cli_text import aligned, format_lines
 from camgeom.spelling import did_you_mean
 
 
@@ -90,6 +90,13 @@ def _free(name: str) -> Path:
     if taken or not name.strip():
         raise UsageError(f"{name[:200]!r} exists already, or is no file name; nothing was written")
     return path
+
+
+def formats(arguments: argparse.Namespace, console: Console) -> int:
+    """Print the file formats."""
+    for line in format_lines(arguments.json):
+        console.out(line)
+    return 0
 
 
 def schema(arguments: argparse.Namespace, console: Console) -> int:

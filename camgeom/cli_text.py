@@ -119,3 +119,15 @@ def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
             unit = timed[0].removeprefix(f"peak_{word}_").replace("_per_", "/")
             figures.append((f"peak {word}", f"{number(motion[timed[0]])} {unit}"))
     return figures
+
+
+def format_lines(as_json: bool) -> list[str]:
+    """The file formats with the cams each is for and what it is; as one JSON text where asked."""
+    import json
+
+    from camgeom.outputs import format_rows
+
+    rows = format_rows()
+    if as_json:
+        return [json.dumps(rows, indent=2)]
+    return aligned([("format", "for", "what it is"), *((row["format"], row["cams"], row["about"]) for row in rows)])

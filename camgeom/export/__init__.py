@@ -6,7 +6,7 @@ One format is one file here. A writer is a function decorated with @writer: it t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -43,6 +43,7 @@ class Format:
     takes      what the writer is given after the path: "bodies" (a sequence of Body), or an attribute of Model such as
                "flanks", or "model" itself
     about      one line for lists and help
+    cams       which cams it is for
     write      (path, what it takes) -> bytes written
     """
 
@@ -50,19 +51,22 @@ class Format:
     takes: str
     about: str
     write: Callable[..., int]
+    cams: str = "every cam"
 
 
 _FORMATS: dict[str, Format] = {}
 
 
-def writer(extension: str, about: str, takes: str = "bodies") -> Callable[[_Function], _Function]:
+def writer(
+    extension: str, about: str, takes: str = "bodies", cams: str = "every cam"
+) -> Callable[[_Function], _Function]:
     """Register a function as the writer of an extension; the registry finds it by the file it stands in."""
 
     def register(function: _Function) -> _Function:
         other = _FORMATS.get(extension)
         if other and other.write.__module__ != function.__module__:
             raise ValueError(f"{extension} has two writers: {other.write.__module__} and {function.__module__}")
-        _FORMATS[extension] = Format(extension, takes, about, function)
+        _FORMATS[extension] = Format(extension, takes, about, function, cams)
         return function
 
     return register
@@ -80,14 +84,15 @@ def formats() -> dict[str, Format]:
     return dict(sorted(_FORMATS.items()))
 
 
-def format_of(path: Path | str, takes: str | None = None) -> Format:
+def format_of(path: Path | str, takes: str | None = None, extra: Mapping[str, Format] | None = None) -> Format:
     """The format a file name (or a bare one, `3mf`, `points.csv`) asks for, the longest matching extension first.
 
-    `takes` limits the choice to the formats that are written from that. Raises ExportError with the formats there are
-    and the nearest spelling.
+    `takes` limits the choice to the formats that are written from that; `extra` adds formats. Raises ExportError with
+    the formats there are and the nearest spelling.
     """
     name = f".{Path(path).name.lower()}"
-    offered = {ext: form for ext, form in formats().items() if takes is None or form.takes == takes}
+    every = sorted((formats() | dict(extra or {})).items())
+    offered = {ext: form for ext, form in every if takes is None or form.takes == takes}
     matching = [ext for ext in offered if name.endswith(ext)]
     if matching:
         return offered[max(matching, key=len)]

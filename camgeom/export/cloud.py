@@ -60,17 +60,17 @@ def flank_points(model: Model) -> dict[str, Floats]:
     return {name: np.concatenate(values) for name, values in parts.items()}
 
 
-@writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", takes="model")
+@writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", "model", "cams with rollers")
 def _points_ply(path: Path, model: Model) -> int:
     return write_cloud_ply(path, flank_points(model))
 
 
-@writer(".points.csv", "flank points with normals and curvatures, CSV; exact", takes="model")
+@writer(".points.csv", "flank points with normals and curvatures, CSV; exact", "model", "cams with rollers")
 def _points_csv(path: Path, model: Model) -> int:
     return write_cloud_csv(path, flank_points(model))
 
 
-@writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", takes="model")
+@writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", "model", "cams with rollers")
 def _points_npz(path: Path, model: Model) -> int:
     return write_cloud_npz(path, flank_points(model))
 

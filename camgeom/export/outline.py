@@ -19,7 +19,9 @@ PER_TURN = 3600
 COLUMNS = ("curve", "cam_angle_deg", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm")
 
 
-@writer(".outline.csv", "profile and pitch curves of a planar cam, normals, curvature, CSV; exact", takes="model")
+@writer(
+    ".outline.csv", "profile and pitch curves, normals, curvature, CSV; exact", takes="model", cams="planar cams"
+)
 def write_outline_csv(path: Path, model: Model) -> int:
     """Write every outline of a planar cam, a tenth of a degree apart and one-sided at knots; returns the bytes written.
 

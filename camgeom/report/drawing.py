@@ -46,11 +46,21 @@ class _View:
         return (self.box[2] - self.box[0]) / (self.bounds[2] - self.bounds[0])
 
 
-def drawing_sheet(drawing: Drawing, width: float) -> Sheet:
-    """The drawing set at a width, px."""
-    wide = width > 0.5 * (NARROW + WIDE)
+def drawing_size(drawing: Drawing, scale: float) -> tuple[float, float]:
+    """Width and height, px, that a drawing takes at a scale, px per mm, with its dimensions and notes."""
     bounds = _bounds(drawing)
-    view, rows = _fit(drawing, bounds, width, wide)
+    wide, high = scale * (bounds[2] - bounds[0]), scale * (bounds[3] - bounds[1])
+    rows = _stack(drawing.dimensions, view := _View(bounds, (0.0, 0.0, wide, high)))
+    notes = _note_columns(drawing, view)
+    across = sum(_depth(rows, side) + note + 6.0 for side, note in zip(("left", "right"), notes))
+    return wide + across, high + _depth(rows, "above") + _depth(rows, "below") + 20.0
+
+
+def drawing_sheet(drawing: Drawing, width: float, scale: float | None = None) -> Sheet:
+    """The drawing set at a width, px; at a scale, px per mm, where one is given."""
+    wide = scale is not None or width > 0.5 * (NARROW + WIDE)
+    bounds = _bounds(drawing)
+    view, rows = _fit(drawing, bounds, width, wide, scale)
     listed = 0.0 if wide else _NOTE_GAP * len(drawing.leaders)
     below = _depth(rows, "below") + 8.0
     sheet = Sheet(width, view.box[3] + below + listed + 4.0)
@@ -91,8 +101,10 @@ _Rows = list[tuple[Dimension, float]]
 """each dimension with its distance (px) from the view's edge to its line"""
 
 
-def _fit(drawing: Drawing, bounds: Box, width: float, wide: bool) -> tuple[_View, _Rows]:
-    """The largest scale at which view, dimension rows and note columns share the sheet."""
+def _fit(
+    drawing: Drawing, bounds: Box, width: float, wide: bool, given: float | None
+) -> tuple[_View, _Rows]:
+    """The given scale, or the largest at which view, dimension rows and note columns share the sheet."""
     view = _View(bounds, (0.0, 0.0, width, _TALLEST))
     rows: _Rows = []
     for _ in range(4):
@@ -105,7 +117,7 @@ def _fit(drawing: Drawing, bounds: Box, width: float, wide: bool) -> tuple[_View
         if drawing.stretch:
             view = replace(view, box=(left, top, left + room, top + _STRETCHED))
             continue
-        scale = min(room / mm_wide, (_TALLEST if wide else 1.2 * width) / mm_high)
+        scale = given or min(room / mm_wide, (_TALLEST if wide else 1.2 * width) / mm_high)
         x = left + 0.5 * (room - scale * mm_wide)
         view = replace(view, box=(x, top, x + scale * mm_wide, top + scale * mm_high))
     return view, rows

@@ -1,0 +1,198 @@
+"""The part drawing: one A3 sheet with true sections and main dimensions, motion diagram, parameters and title block."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camgeom import __version__
+from camgeom.errors import CamgeomError, ExportError
+from camgeom.export.atomic import atomic_write
+from camgeom.report.content import Chart, Drawing
+from camgeom.report.drawing import drawing_sheet, drawing_size
+from camgeom.report.numerals import number
+from camgeom.report.paper import PX, Paper
+from camgeom.report.paper_pdf import pdf
+from camgeom.report.plots import chart_sheet
+from camgeom.report.sections.bodies import cam_meshes
+from camgeom.report.sections.design import across, axial
+from camgeom.report.sections.motion import diagrams
+from camgeom.report.svg import text_width
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.spec import Section
+
+WIDTH, HEIGHT = 420.0, 297.0
+"""mm, A3 lying"""
+LEFT, RIGHT, TOP, BOTTOM = 20.0, 410.0, 10.0, 287.0
+"""mm, the frame: 20 for filing, 10 elsewhere (ISO 5457)"""
+SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""ISO 5455"""
+BAND = 157.0
+"""mm, lower edge of the band with the views"""
+HEAD, GAP = 8.0, 2.0
+"""mm, room for a view's caption, and beside the frame"""
+NARROWEST = 118.0
+"""mm, least width of a view, for its caption"""
+SPLIT = 218.0
+"""mm, where the motion diagram ends and the parameters begin"""
+BLOCK = 245.0
+"""mm, upper edge of the title block"""
+ROW, SIZE = 4.3, 2.7
+"""mm, line pitch and size of the text in the table of parameters"""
+PANEL = 0.92
+"""height of a panel of the motion diagram, of the report's"""
+UNITS = ("mm", "deg", "kg m2", "kg", "N/mm", "N", "r/min", "m/s2")
+SKIPPED = {"name", "kind", "direction"}
+
+
+def write_part_sheet(model: Model, path: Path) -> int:
+    """Write the drawing as .svg or .pdf, by the end of the name; returns the bytes written.
+
+    Raises ExportError where the cam has no body to draw or the file cannot be written.
+    """
+    try:
+        paper = part_sheet(model)
+    except CamgeomError as error:
+        raise ExportError(f"{path}: cannot be drawn: {error}") from error
+    data = pdf(paper) if path.suffix.lower() == ".pdf" else paper.svg().encode()
+    with atomic_write(path) as stream:
+        stream.write(data)
+    return len(data)
+
+
+def part_sheet(model: Model) -> Paper:
+    """The drawing. Raises DesignError where the cam has no body."""
+    paper = Paper(WIDTH, HEIGHT, model.profile.name)
+    paper.box("border", LEFT, TOP, RIGHT, BOTTOM)
+    meshes = cam_meshes(model)
+    scale = _views(paper, (axial(model, meshes), across(model, meshes)))
+    _motion(paper, diagrams(model))
+    _parameters(paper, rows(model))
+    _title_block(paper, model, scale)
+    return paper
+
+
+def _views(paper: Paper, views: tuple[Drawing, Drawing]) -> float:
+    """Both views side by side at the largest scale of the standard series that has room for both; the scale."""
+    room, tall = RIGHT - LEFT - 2.0 * GAP, BAND - TOP - HEAD - 2.0
+
+    def needed(scale: float) -> tuple[list[float], float]:
+        sizes = [drawing_size(view, scale / PX) for view in views]
+        return [max(NARROWEST, size[0] * PX) for size in sizes], max(size[1] for size in sizes) * PX
+
+    scale = next((s for s in SCALES if sum(needed(s)[0]) <= room and needed(s)[1] <= tall), SCALES[-1])
+    widths, _ = needed(scale)
+    spare = max(0.0, room - sum(widths))
+    x = LEFT + GAP
+    for view, width in zip(views, widths):
+        width += 0.5 * spare
+        sheet = drawing_sheet(view, width / PX, scale / PX)
+        paper.words(x, TOP + 5.0, _shortened(view.caption, width - GAP, 3.0), size=3.0)
+        paper.place(sheet, x, TOP + HEAD + 0.5 * max(0.0, tall - sheet.height * PX))
+        x += width
+    paper.lines("rule", [(LEFT, BAND), (RIGHT, BAND)])
+    return scale
+
+
+def _motion(paper: Paper, chart: Chart) -> None:
+    """Lift, velocity and acceleration."""
+    lower = tuple(replace(panel, height=PANEL) for panel in chart.panels[:3])
+    shown = Chart(chart.caption, chart.x, lower, chart.zones)
+    paper.words(LEFT + 2.0, BAND + 5.0, chart.caption, size=3.0)
+    sheet = chart_sheet(shown, (SPLIT - LEFT - 6.0) / PX)
+    paper.place(sheet, LEFT + 2.0, BAND + 7.0)
+    paper.lines("rule", [(SPLIT, BAND), (SPLIT, BOTTOM)])
+
+
+def rows(model: Model) -> list[tuple[str, str]]:
+    """The design's parameters: (key, value with unit), those that are given or count; then the motion's segments."""
+    profile = model.profile
+    found: list[tuple[str, str]] = []
+    sections: list[tuple[str, Section | None]] = [
+        ("cam", profile.cam), ("follower", profile.follower), ("roller", profile.roller), ("", profile.operation)
+    ]  # fmt: skip
+    for word, section in sections:
+        found += [] if section is None else _section_rows(word, section, profile.rotating)
+    unit = "°" if profile.rotating else " mm"
+    start = 0.0
+    for segment in profile.motion:
+        span = f"{number(start)} to {number(segment.until)}°"
+        found.append((span, "dwell" if segment.to is None else f"to {number(segment.to)}{unit}, {segment.law}"))
+        start = segment.until
+    return found
+
+
+def _section_rows(word: str, section: Section, rotating: bool) -> list[tuple[str, str]]:
+    found = []
+    for name, entry in type(section).model_fields.items():
+        value: Any = getattr(section, name)
+        zero = not isinstance(value, bool | str) and value in (None, 0, ())
+        if name in SKIPPED or zero or isinstance(value, tuple):
+            continue
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            text = number(float(value), 7) + _unit(entry.description or "", rotating)
+        else:
+            text = {True: "yes", False: "no"}.get(value, str(value))
+        found.append((f"{word} {name.replace('_', ' ')}".strip(), text))
+    return found
+
+
+def _unit(description: str, rotating: bool) -> str:
+    """The unit that a key's description begins with; the one in brackets counts for rotating followers."""
+    other = re.match(r"[^(;]*\((N[^)]*?)(?: for [^)]*)?\)", description)
+    if other and rotating:
+        return f" {other[1]}"
+    unit = next((u for u in UNITS if re.match(rf"{re.escape(u)}(?![\w/])", description)), "")
+    return "°" if unit == "deg" else f" {unit.replace('m2', 'm²').replace('s2', 's²')}" if unit else ""
+
+
+def _parameters(paper: Paper, found: list[tuple[str, str]]) -> None:
+    """The parameters in as many columns as they need, two at least."""
+    paper.words(SPLIT + 2.0, BAND + 5.0, "Parameters", size=3.0, style="strong")
+    top, room = BAND + 9.5, int((BLOCK - BAND - 10.0) / ROW)
+    columns = max(2, -(-len(found) // room))
+    size, per = SIZE * min(1.0, 2.6 / columns), -(-len(found) // columns)
+    width = (RIGHT - SPLIT - 2.0) / columns
+    for place, (key, value) in enumerate(found):
+        x, y = SPLIT + 2.0 + width * (place // per), top + ROW * (place % per)
+        value = _shortened(value, 0.55 * width - 2.0, size)
+        left = width - 3.0 - text_width(value, size)
+        paper.words(x, y, _shortened(key, left, size), size=size, style="faint")
+        paper.words(x + width - 2.0, y, value, size=size, anchor="end")
+    for column in range(1, columns):
+        x = SPLIT + 1.0 + width * column
+        paper.lines("grid", [(x, BAND + 7.0), (x, BLOCK - 2.0)])
+
+
+def _title_block(paper: Paper, model: Model, scale: float) -> None:
+    """Name, kind, scale, mass and origin of the drawing, in the lower right corner."""
+    paper.box("heavy", SPLIT, BLOCK, RIGHT, BOTTOM)
+    profile, mass = model.profile, sum(one.mass for one in model.mass)
+    paper.words(SPLIT + 3.0, BLOCK + 8.5, _shortened(profile.name, RIGHT - SPLIT - 6.0, 5.5), size=5.5, style="strong")
+    paper.words(SPLIT + 3.0, BLOCK + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
+    ratio = f"{number(scale)}:1" if scale >= 1.0 else f"1:{number(1.0 / scale)}"
+    direction = {"cw": "clockwise", "ccw": "counter-clockwise"}.get(str(getattr(profile.cam, "direction", "")), "-")
+    cells = (
+        ("Scale", ratio), ("Sheet", "A3"), ("Dimensions", "mm, degrees"), ("Mass", f"{number(mass, 4)} kg"),
+        ("Turns, seen from +Z", direction), ("Density", f"{number(profile.material.cam.density)} kg/m³"),
+        ("Profile", Path(profile.source).name or "-"), ("Made with", f"camgeom {__version__}"),
+    )  # fmt: skip
+    width, top, pitch = (RIGHT - SPLIT) / 4.0, BLOCK + 18.0, 12.0
+    for place, (head, text) in enumerate(cells):
+        x, y = SPLIT + width * (place % 4), top + pitch * (place // 4)
+        paper.box("rule", x, y, x + width, y + pitch)
+        paper.words(x + 1.5, y + 3.6, head, size=2.3, style="faint")
+        paper.words(x + 1.5, y + 9.0, _shortened(text, width - 3.0, 3.2), size=3.2)
+
+
+def _shortened(text: str, room: float, size: float) -> str:
+    """The text, or as much of it as fits `room` mm, with dots."""
+    if text_width(text, size) <= room:
+        return text
+    while text and text_width(text + "...", size) > room:
+        text = text[:-1]
+    return f"{text.rstrip()}..."
