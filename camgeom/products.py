@@ -168,19 +168,50 @@ def dynamics_data(model: Model) -> dict[str, Any]:
             data |= model.indexing.summary()
         if model.elastic_follower is not None:
             data |= model.elastic_follower.summary(model.profile.rotating)
-    spec = model.profile.impact_spec
-    if spec is not None and model.impact is not None:
-        from camgeom.dynamics.impact_study import clearance_study, statistics
+    if model.profile.impact_spec is not None:
+        data["impact"] = impact_data(model)
+    return data
 
-        rotating, run = model.profile.rotating, model.impact
-        data["impact"] = {
-            "clearance": run.problem.pair.clearance_text,
-            "conversions_deg": [degrees(hit.angle) for hit in run.conversions],
-            "over_turns": statistics(run, spec.settle).as_dict(rotating),
-        }
-        if spec.study:
-            rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], turns=spec.turns, skip=spec.settle)
-            data["impact"]["study"] = [row.as_dict(rotating) for row in rows]
+
+MOST_IMPACTS = 100
+"""impacts that are listed one by one"""
+
+
+def impact_data(model: Model) -> dict[str, Any]:
+    """What the profile's [impact] table asks for: impacts one by one, statistics over turns, studies."""
+    from camgeom.dynamics.impact_study import clearance_study, statistics, study, tighter_change
+    from camgeom.vibration import impact_laws
+
+    spec, run, rotating = model.profile.impact_spec, model.impact, model.profile.rotating
+    assert spec is not None
+    assert run is not None
+    data: dict[str, Any] = {
+        "clearance": run.problem.pair.clearance_text,
+        "conversions_deg": [degrees(hit.angle) for hit in run.conversions],
+        "over_turns": statistics(run, spec.settle, "", tighter_change(run)).as_dict(rotating),
+        f"peak_jerk_{'rad' if rotating else 'm'}_s3": run.jerk[0],
+        "friction_work_j": [side.friction for side in run.wear],
+        "impacts": [
+            {
+                "cam_angle_deg": degrees(hit.angle),
+                "side": hit.side.name.lower(),
+                "approach_speed_m_s": hit.approach_speed,
+                "energy_j": hit.energy,
+                "duration_s": hit.duration,
+                "peak_force_n": hit.peak_force,
+                "peak_pressure_mpa": 1e-6 * hit.peak_pressure,
+                "converts": hit.converts,
+            }
+            for hit in run.impacts[:MOST_IMPACTS]
+        ],
+    }
+    options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
+    if spec.study:
+        rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], **options)
+        data["study"] = [row.as_dict(rotating) for row in rows]
+    if spec.laws:
+        rows = study(impact_laws(model.profile), **options)
+        data["laws"] = [row.as_dict(rotating) for row in rows]
     return data
 
 

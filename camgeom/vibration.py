@@ -18,6 +18,7 @@ from camgeom.mechanics.material import pair_compliance
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower_study import FollowerStudy
+    from camgeom.dynamics.impact import ImpactProblem
     from camgeom.dynamics.impact import Load as ImpactLoad
     from camgeom.dynamics.impact_run import ImpactRun
     from camgeom.dynamics.impact_side import Pair
@@ -141,6 +142,13 @@ def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Impa
 
     spec = profile.impact_spec
     assert spec is not None
+    return solve(impact_problem(profile, setup, tracks), turns=spec.turns, rtol=spec.tolerance)
+
+
+def impact_problem(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactProblem:
+    """The contact problem of the profile's cam in SI units; raises as `impact_of`."""
+    spec = profile.impact_spec
+    assert spec is not None
     cam, roller = profile.cam, setup.roller
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
@@ -148,7 +156,7 @@ def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Impa
     pair, load = impact_pair(profile, setup, tracks), impact_load(profile, setup)
     if load.applied is not None and load.applied.jumps:
         pair = replace(pair, lift=pair.lift.split(load.applied.jumps))  # type: ignore[type-var]
-    problem = spec.problem(
+    return spec.problem(
         pair,
         inertia=_inertia(profile, setup),
         speed_rpm=_speed(profile),
@@ -158,7 +166,28 @@ def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Impa
         cam_radius_mm=float(base),
         load=load,
     )
-    return solve(problem, turns=spec.turns, rtol=spec.tolerance)
+
+
+def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
+    """The contact problem for every law that [impact] compares, put in place of those of all moving segments.
+
+    Each cam is made anew, so its levers and curvatures are those of its own motion. Raises as `impact_of`.
+    """
+    spec = profile.impact_spec
+    assert spec is not None
+    found = {}
+    for law in spec.laws:
+        motion = tuple(
+            segment if segment.to is None else segment.model_copy(update={"law": law, "parameters": ()})
+            for segment in profile.motion
+        )
+        other = profile.model_copy(update={"motion": motion})
+        setup = other.setup()
+        cam: Any = other.cam
+        if problems := cam.problems(setup):
+            raise ProfileError(problems, profile.source)
+        found[law] = impact_problem(other, setup, tuple(cam.tracks(setup)))
+    return found
 
 
 def impact_load(profile: Profile, setup: Setup) -> ImpactLoad:
@@ -193,7 +222,7 @@ def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pa
     from camgeom.dynamics.impact_flank import groove_pair
     from camgeom.dynamics.impact_frame import FramePair
     from camgeom.dynamics.impact_lift import Lift
-    from camgeom.dynamics.impact_pairs import RockerPair
+    from camgeom.dynamics.impact_pairs import RockerPair, SlidePair
 
     spec, cam, follower = profile.impact_spec, profile.cam, setup.follower
     assert spec is not None
@@ -203,6 +232,10 @@ def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pa
         raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
     kind = profile.kind
     if kind == "conjugate" and isinstance(follower, SwingingFollower) and setup.roller is not None:
+        if (follower.side == "left") != (getattr(cam, "sense", 1.0) > 0.0):
+            message = "the contact solver knows rockers whose main roller meets the cam from ahead of the pivot"
+            allowed = "left with direction = ccw, or right with cw"
+            raise ProfileError([Problem("follower.side", message, follower.side, allowed)])
         return RockerPair(
             Lift.from_program(setup.program, 1.0),
             MILLI * float(getattr(cam, "center_distance", 0.0)),
@@ -213,6 +246,17 @@ def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pa
             play,
             spec.clearance_kind,
             cam.angle_between(setup) if hasattr(cam, "angle_between") else None,
+        )
+    if kind == "conjugate" and isinstance(follower, TranslatingFollower) and setup.roller is not None:
+        return SlidePair(
+            Lift.from_program(setup.program, MILLI),
+            MILLI * float(getattr(cam, "base_radius", 0.0)),
+            MILLI * cam.slide_return_radius(setup) if hasattr(cam, "slide_return_radius") else 0.0,
+            MILLI * 0.5 * setup.roller.diameter,
+            play,
+            spec.clearance_kind,
+            # seen from behind, a cam that turns clockwise turns the other way and the offset changes its side
+            MILLI * follower.offset * getattr(cam, "sense", 1.0),
         )
     if kind == "constant-width" and isinstance(follower, FrameFollower):
         return FramePair(Lift.from_program(setup.program, MILLI), MILLI * float(getattr(cam, "base_radius", 0.0)), play)

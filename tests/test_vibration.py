@@ -93,3 +93,84 @@ def test_windup_and_sweep_of_a_follower_from_a_profile():
     assert found["sweep"]["speed_rpm"] == pytest.approx([100.0, 150.0, 200.0])
     forces = found["sweep"]["least_contact_force_n"]
     assert forces == sorted(forces, reverse=True)
+
+
+def test_impacts_laws_and_clearances_of_a_profile_in_one_call():
+    """At 0.1 mm the modified trapezoid hits harder than 3-4-5 with a line contact; every peak with its convergence."""
+    text = '\n[impact]\nturns = 2\ntolerance = 1e-7\nstudy = [0.05, 0.1]\nlaws = ["3-4-5", "modified-trapezoid"]\n'
+    found = solved("conjugate_rocker", text)["impact"]
+    polynomial, trapezoid = found["laws"]
+    assert (polynomial["label"], trapezoid["label"]) == ("3-4-5", "modified-trapezoid")
+    peak = "peak_acceleration_rad_s2"
+    assert polynomial[peak]["mean"] == pytest.approx(15409.0, rel=0.02)
+    assert trapezoid[peak]["mean"] == pytest.approx(19254.0, rel=0.02)
+    assert trapezoid["ideal_acceleration_rad_s2"] == pytest.approx(5415.51, rel=1e-4)
+    assert [row["clearance_mm"] for row in found["study"]] == pytest.approx([0.05, 0.1])
+    for row in (found["over_turns"], *found["study"], *found["laws"]):
+        assert row["tighter_change"] < 1e-4
+        assert row["energy_residual"] < 1e-6
+    assert found["over_turns"][peak] == polynomial[peak]
+    assert [hit["cam_angle_deg"] for hit in found["impacts"] if hit["converts"]] == found["conversions_deg"]
+    assert found["impacts"][0]["energy_j"] > 0.0
+    assert found["peak_jerk_rad_s3"] > 0.0
+    assert found["friction_work_j"] == [0.0, 0.0]
+
+
+SLIDE = """
+name = "slide between two discs"
+[cam]
+kind = "conjugate"
+base_radius = 60
+width = 15
+direction = "{direction}"
+[follower]
+kind = "translating"
+mass = 3
+offset = {offset}
+clearance = 0.05
+[roller]
+diameter = 24
+length = 15
+[[motion]]
+until = 120
+to = 20
+law = "3-4-5"
+[[motion]]
+until = 240
+to = 0
+law = "3-4-5"
+[[motion]]
+until = 360
+[operation]
+speed = 500
+[impact]
+turns = 2
+tolerance = 1e-7
+"""
+
+
+def test_a_slide_between_two_discs_and_its_mirror_image():
+    texts = [SLIDE.format(direction=way, offset=offset) for way, offset in (("ccw", 6), ("cw", -6), ("ccw", -6))]
+    rows = [compute(Model(parse(text)), ("dynamics",)).data["dynamics"]["impact"] for text in texts]
+    peaks = [row["over_turns"]["peak_acceleration_m_s2"]["mean"] for row in rows]
+    assert peaks[0] > rows[0]["over_turns"]["ideal_acceleration_m_s2"]
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
+    assert peaks[2] != pytest.approx(peaks[0], rel=1e-6)
+    assert rows[0]["over_turns"]["energy_residual"] < 1e-6
+
+
+def test_a_rocker_on_the_other_side_is_refused():
+    text = (PROFILES / "conjugate_rocker.toml").read_text().replace('direction = "ccw"', 'direction = "cw"')
+    with pytest.raises(ProfileError, match=r"follower\.side"):
+        compute(Model(parse(text + "\n[impact]\nturns = 2\n")), ("dynamics",))
+    both = text.replace("arm = 90", 'arm = 90\nside = "right"')
+    found = compute(Model(parse(both + "\n[impact]\nturns = 2\n")), ("dynamics",)).data["dynamics"]["impact"]
+    assert found["conversions_deg"][:2] == pytest.approx([40.57, 110.45], abs=0.05)
+
+
+def test_laws_of_a_groove_are_cut_anew():
+    text = '\n[impact]\nclearance = 0.02\nturns = 2\ntolerance = 1e-6\nlaws = ["cycloidal", "modified-sine"]\n'
+    found = solved("pin_insertion", text)["impact"]
+    same, other = found["laws"]
+    assert same["peak_acceleration_m_s2"] == found["over_turns"]["peak_acceleration_m_s2"]
+    assert other["ideal_acceleration_m_s2"] < same["ideal_acceleration_m_s2"]

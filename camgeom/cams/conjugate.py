@@ -174,7 +174,7 @@ class Cam(Section):
         stroke = lift_range(setup.program)[1]
         radius = setup.roller.diameter * 0.5 if setup.roller else 0.0
         least = sqrt((stroke + 1e-3) ** 2 + follower.offset**2) - radius
-        if self._return_radius(setup) <= max(least, 0.0):
+        if self.slide_return_radius(setup) <= max(least, 0.0):
             limit = f"above {max(least, 0.0):g} mm, so that the roller stays on its side of the shaft"
             found.append(problem("cam.return_radius", self.return_radius, limit))
         return found
@@ -182,7 +182,7 @@ class Cam(Section):
     def _prime(self, setup: Setup) -> float:
         return self.base_radius + (0.5 * setup.roller.diameter if setup.roller else 0.0)
 
-    def _return_radius(self, setup: Setup) -> float:
+    def slide_return_radius(self, setup: Setup) -> float:
         """Radius of the slide's return profile at zero lift, mm; the default makes the discs mirror images."""
         if self.return_radius is not None or setup.roller is None:
             return self.return_radius or self.base_radius
@@ -219,7 +219,7 @@ class Cam(Section):
             return arm.joint, arm.point(follower.arm, start), arm.point(self.return_arm or follower.arm, back)
         assert isinstance(follower, TranslatingFollower)
         e = follower.offset
-        far = self._return_radius(setup) + prime - self.base_radius
+        far = self.slide_return_radius(setup) + prime - self.base_radius
         return SLIDE, (sqrt(prime**2 - e**2), e, 0.0), (-sqrt(far**2 - e**2), e, 0.0)
 
     def tracks(self, setup: Setup) -> tuple[Track, ...]:

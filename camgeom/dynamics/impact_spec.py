@@ -70,6 +70,10 @@ class ImpactSpec(Section):
     study: Annotated[
         tuple[Length, ...], Field(max_length=1000, strict=False, description="mm; clearances of a study; empty: none")
     ] = ()
+    laws: Annotated[
+        tuple[Annotated[str, Field(max_length=60)], ...],
+        Field(max_length=50, strict=False, description="motion laws compared in place of the profile's own"),
+    ] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
