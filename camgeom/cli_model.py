@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     products, checks = (_shown(sections), None) if sections else chosen(arguments.command, only)
     refuse_nameless(arguments.out)
     profile = read(arguments.profile)
-    formats = _formats(arguments, profile.output.formats, arguments.profile) if "exports" in products else ()
+    formats = _formats(arguments, profile.output.formats, products)
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
     folder = output_folder(arguments.out, profile.name)
@@ -50,8 +50,9 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
     files, complete = _export(model, result, formats, folder, console) if "exports" in products else ([], True)
-    if "report" in products:
-        files.append(_report(model, folder, sections, result if "checks" in products else None))
+    page = _report(model, folder, sections, result if "checks" in products else None) if "report" in products else None
+    files += [page] if page is not None else []
+    files += _extras(model, folder, formats, page, result, console)
     result.data["files"] = [str(file) for file in files]
     result.data.update(model.ledger.notes)
     result = with_costs(result, model)
@@ -130,23 +131,35 @@ def names(text: str | None, option: str) -> tuple[str, ...] | None:
     return found
 
 
-def _formats(arguments: argparse.Namespace, profiled: tuple[str, ...], file: str) -> tuple[str, ...]:
-    """The formats asked for, each known to a writer. Raises ProfileError naming all that are not."""
-    from camgeom.outputs import PICTURES, format_of
+def _formats(
+    arguments: argparse.Namespace, profiled: tuple[str, ...], products: tuple[str, ...]
+) -> tuple[str, ...]:
+    """The formats asked for, each known to a writer. Raises ProfileError naming all that are not.
 
+    A command that exports nothing but reports brings pictures and pages along where --formats names them.
+    """
     given = names(arguments.formats, "--formats")
+    exporting = "exports" in products
+    if not exporting and "report" not in products:
+        return ()
+    from camgeom.outputs import format_of
+    from camgeom.report.extras import EXTRAS
+
+    wanted = given if given is not None else profiled if exporting else ()
     problems = []
-    wanted = profiled if given is None else given
     for i, name in enumerate(wanted):
-        if name.lower().lstrip(".") == PICTURES:
+        plain = name.lower().lstrip(".")
+        if plain in EXTRAS:
             continue
         try:
+            if not exporting:
+                raise ExportError(f"a report brings along {', '.join(EXTRAS)}; the others come from build and run")
             format_of(name.lower())
         except ExportError as error:
             key = f"output.formats[{i}]" if given is None else "--formats"
-            problems.append(Problem(key, f"unknown format ({error})", name))
+            problems.append(Problem(key, f"unknown format ({error})" if exporting else str(error), name))
     if problems:
-        raise ProfileError(problems, file if given is None else "")
+        raise ProfileError(problems, arguments.profile if given is None else "")
     return tuple(dict.fromkeys(name.lower().lstrip(".") for name in wanted))
 
 
@@ -189,13 +202,13 @@ def _export(
     model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
 ) -> tuple[list[Path], bool]:
     """Write the formats, and whether all could be; what the design does not admit is told and left out."""
-    from camgeom.outputs import PICTURES, format_of, write
+    from camgeom.outputs import format_of, write
+    from camgeom.report.extras import EXTRAS
 
     stem, complete = slug(model.profile.name), True
     written: list[Path] = []
     for name in formats:
-        if name == PICTURES:
-            written += [] if result.refused else _pictures(model, folder, console)
+        if name in EXTRAS:
             continue
         form = format_of(name)
         if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
@@ -210,15 +223,16 @@ def _export(
     return written, complete
 
 
-def _pictures(model: Model, folder: Path, console: Console) -> list[Path]:
-    """The off-screen stills; where this machine cannot draw, one message says why and the rest goes on."""
-    from camgeom.report.pictures import write_pictures
+def _extras(
+    model: Model, folder: Path, formats: tuple[str, ...], page: Path | None, result: Result, console: Console
+) -> list[Path]:
+    """Stills, movies and the printed page; where this machine cannot make one, a message says why, the rest goes on."""
+    from camgeom.report.extras import EXTRAS, write_extras
 
-    try:
-        return write_pictures(model, folder, slug(model.profile.name))
-    except ExportError as error:
-        console.err(f"camgeom: no pictures: {error}")
+    kinds = tuple(name for name in formats if name in EXTRAS)
+    if not kinds:
         return []
+    return write_extras(model, folder, slug(model.profile.name), kinds, page, bool(result.refused), console.err)
 
 
 def _sections(only: tuple[str, ...]) -> tuple[str, ...]:

@@ -12,9 +12,6 @@ from camgeom.export import Format
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-PICTURES = "png"
-"""the format that asks for off-screen stills of mechanism, section and results: several files"""
-
 
 def _part_sheet(path: Path, model: Model) -> int:
     from camgeom.report.part_sheet import write_part_sheet
@@ -29,7 +26,6 @@ DRAWN = {
         Format(".sheet.pdf", "model", "the same part drawing as PDF", _part_sheet),
     )
 }
-STILLS = "stills of mechanism, section and results; several files, drawn without a display"
 
 
 def formats() -> dict[str, Format]:
@@ -43,11 +39,14 @@ def format_of(path: Path | str) -> Format:
 
 
 def format_rows() -> list[dict[str, str]]:
-    """Name, cams and purpose of every format, for lists; `png` among them."""
+    """Name, cams and purpose of every format, for lists; pictures, films and the printed report among them."""
+    from camgeom.report.extras import EXTRAS
+
     rows = [
         {"format": form.extension.lstrip("."), "cams": form.cams, "about": form.about} for form in formats().values()
     ]
-    return sorted([*rows, {"format": PICTURES, "cams": "every cam", "about": STILLS}], key=lambda row: row["format"])
+    rows += [{"format": name, "cams": "every cam", "about": about} for name, about in EXTRAS.items()]
+    return sorted(rows, key=lambda row: row["format"])
 
 
 def write(model: Model, path: Path | str, **options: Any) -> int:

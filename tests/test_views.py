@@ -14,9 +14,10 @@ from camgeom.export import Body
 from camgeom.maths.creases import crease_lines
 from camgeom.maths.mesh import Mesh
 from camgeom.report import opengl
+from camgeom.report.colours import ROLLER
 from camgeom.report.overlay import ColourBar, overlay
 from camgeom.report.skin import Plane, skin
-from camgeom.report.views import ROLLER, View, render, stage
+from camgeom.report.views import View, render, stage
 
 SIZE = (320, 240)
 

@@ -24,7 +24,8 @@ def test_the_stills_of_the_pin_insertion_cam(tmp_path: Path) -> None:
     paths = write_pictures(read(str(PROFILE)), tmp_path, "pin", size=(400, 300))
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in paths)
     pictures = {path.stem: np.asarray(Image.open(path)).reshape(-1, 3).astype(int) for path in paths}
-    assert set(pictures) == {"pin-mechanism", "pin-section", "pin-pressure", "pin-pressure-angle"}
+    shown = ("cam", "mechanism", "section", "pressure", "pressure-angle", "curvature")
+    assert set(pictures) == {f"pin-{what}" for what in shown}
     orange = {name: np.mean((p[:, 0] > 1.4 * p[:, 1]) & (p[:, 1] > 1.4 * p[:, 2])) for name, p in pictures.items()}
     assert orange["pin-mechanism"] > 0.001
     assert orange["pin-section"] > 0.001

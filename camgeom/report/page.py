@@ -29,6 +29,7 @@ from camgeom.report.maps import map_sheet
 from camgeom.report.numerals import number
 from camgeom.report.plots import chart_sheet
 from camgeom.report.polar import polar_sheet
+from camgeom.report.poster import poster
 from camgeom.report.scene import scene_json
 from camgeom.report.svg import Sheet
 
@@ -166,8 +167,9 @@ def _block(block: Block, figures: count[int], tables: count[int]) -> str:
         return _cost(block, next(tables))
     caption = f"<figcaption><b>Figure {next(figures)}</b>{escape(block.caption)}</figcaption>"
     if isinstance(block, Scene):
+        still = f'<img class="poster" src="{poster(block)}" alt="{escape(block.caption.partition(":")[0])}, still">'
         return (
-            f'<figure class="scene full">{caption}<div class="stage">The 3D view needs scripts.</div>'
+            f'<figure class="scene full">{caption}<div class="stage">{still}<p>The 3D view needs scripts.</p></div>'
             f'<div class="controls"></div><script type="application/json">{scene_json(block)}</script></figure>'
         )
     style = "drawing" if isinstance(block, Drawing) else ""

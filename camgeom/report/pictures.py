@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.export import Body
-from camgeom.maths.mesh import Mesh
+from camgeom.maths.mesh import Floats, Mesh
+from camgeom.report.colours import CARRIER, ROLLER
 from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, placed, poses, roller_meshes
+from camgeom.report.sections.faces import face_bodies
 from camgeom.report.sections.mechanism import SHADES, fields
-from camgeom.report.views import CARRIER, ROLLER, Plane, View, render
+from camgeom.report.views import Plane, View, render
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -21,25 +23,27 @@ _FLAT = 0.5
 """A cam lower than this share of its width is looked at from higher up."""
 _ABOVE = 0.15
 """How much better the view from below must be."""
-_RESULTS = ("pressure", "pressure_angle")
+_RESULTS = ("pressure", "pressure_angle", "curvature")
 
 
 def write_pictures(model: Model, folder: Path, stem: str, size: tuple[int, int] = (1600, 1200)) -> list[Path]:
     """Draw the stills of a model into `folder` as <stem>-<what>.png and give their paths.
 
+    cam             the cam alone
     mechanism       cam and follower where the pressure angle is largest, in the machine frame
     section         the same, the cam cut through its axis and the follower's
-    pressure, pressure-angle    on the flanks, seen from where they are largest (what the model has of them)
+    pressure, pressure-angle, curvature   on the flanks, seen from where they are largest (what the model has of them)
 
     Raises ExportError where no OpenGL library works here or a file cannot be written, DesignError where the cam is
     undercut.
     """
     cams = cam_meshes(model)
-    eye = _eye(cams)
+    eye = seen_from(cams)
     scene = _mechanism(model, cams)
     names = tuple(name for name, _ in cams)
     plane = Plane((0.0, 0.0, 0.0), (0.0, -1.0, 0.0))
     views = [
+        ("cam", [Body(name, mesh) for name, mesh in cams], View(camera=eye)),
         ("mechanism", scene, View(camera=eye)),
         ("section", scene, View(camera=eye, section=plane, section_bodies=names)),
     ]
@@ -57,7 +61,7 @@ def write_pictures(model: Model, folder: Path, stem: str, size: tuple[int, int] 
     return paths
 
 
-def _eye(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
+def seen_from(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
     """Direction to the eye: beside the follower, which stands at +X, and higher over a flat cam."""
     size = np.ptp(np.concatenate([mesh.vertices for _, mesh in cams]), axis=0)
     return (0.72, -0.58, 0.85 if size[2] < _FLAT * size[:2].max() else 0.42)
@@ -65,15 +69,27 @@ def _eye(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
 
 def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
     """All bodies in the machine frame at the cam angle of the largest pressure angle."""
-    surveys = model.flanks
-    angle = max((s.pressure_angle for s in surveys), key=lambda e: e.value).cam_angle if surveys else 0.0
-    phi = np.array([angle])
+    moving = moving_bodies(model, cams, np.array([_steepest(model)]))
+    return [replace(body, mesh=placed(body.mesh, motion[0])) for body, motion in moving]
+
+
+def _steepest(model: Model) -> float:
+    """Cam angle of the largest pressure angle, rad."""
+    if model.flanks:
+        return max((s.pressure_angle for s in model.flanks), key=lambda e: e.value).cam_angle
+    return model.planar.pressure_angle.cam_angle if model.planar is not None else 0.0
+
+
+def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[Body, Floats]]:
+    """Cam and follower with their poses (n, 3, 4) in the machine frame at cam angles phi (n,), rad."""
     sense = -1.0 if getattr(model.cam, "direction", "ccw") == "cw" else 1.0
-    bodies = [Body(name, placed(mesh, cam_poses(sense, phi)[0])) for name, mesh in cams]
-    for colour, found in ((ROLLER, roller_meshes(model)), (CARRIER, carrier_meshes(model))):
-        for number, (name, mesh, track) in enumerate(found):
-            bodies.append(Body(f"{name} {number}", placed(mesh, poses(track, phi)[0]), colour))
-    return bodies
+    turned = cam_poses(sense, phi)
+    found = [(Body(name, mesh), turned) for name, mesh in cams]
+    for colour, meshes in ((ROLLER, roller_meshes(model)), (CARRIER, carrier_meshes(model))):
+        for number, (name, mesh, track) in enumerate(meshes):
+            found.append((Body(f"{name} {number}", mesh, colour), poses(track, phi)))
+    found += [(Body(name, mesh, CARRIER), moved) for name, mesh, moved in face_bodies(model, phi)]
+    return found
 
 
 def _facing(bodies: list[Body], key: str, height: float) -> tuple[float, float, float]:

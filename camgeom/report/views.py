@@ -12,22 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import ExportError
-from camgeom.export import Body, Colour
+from camgeom.export import Body
 from camgeom.export.atomic import atomic_write
 from camgeom.maths.mesh import Floats
-from camgeom.report.colours import scale, value_range
+from camgeom.report.colours import CUT, FLANK, STEEL, scale, value_range
 from camgeom.report.opengl import need_opengl
 from camgeom.report.overlay import ColourBar, overlay
 from camgeom.report.skin import Plane, Skin, skin
 
 __all__ = ["CAMERAS", "Plane", "Stage", "View", "render", "stage"]
 
-STEEL: Colour = (0.80, 0.82, 0.845)
-FLANK: Colour = (0.50, 0.66, 0.82)
-CUT: Colour = (0.95, 0.85, 0.66)
-ROLLER: Colour = (0.87, 0.55, 0.22)
-CARRIER: Colour = (0.93, 0.80, 0.64)
-"""Blue and orange stay apart in every kind of colour vision, and in grey."""
 _LINE, _HATCH = "#20252b", "#b98a45"
 
 _METAL = {"ambient": 0.30, "diffuse": 0.74, "specular": 0.16, "specular_power": 20.0}
@@ -60,6 +54,7 @@ class View:
     section      cutting plane through the bodies that `section_bodies` names (all where empty)
     camera       a name in CAMERAS or the direction (x, y, z) from the part to the eye, Z up
     size         width and height, pixels
+    soft         corners lie in shade (half of the time a picture takes)
     """
 
     field: str | None = None
@@ -72,6 +67,7 @@ class View:
     section_bodies: tuple[str, ...] = ()
     camera: str | tuple[float, float, float] = "iso"
     size: tuple[int, int] = (1600, 1200)
+    soft: bool = True
 
     def axes(self) -> Floats:
         """Unit vectors (3, 3) to the right, up, and towards the eye."""
@@ -97,8 +93,11 @@ def render(bodies: Sequence[Body], path: Path | str, view: View | None = None) -
 
 
 @contextmanager
-def stage(bodies: Sequence[Body], view: View) -> Iterator[Stage]:
-    """A scene that can be drawn again and again with its bodies in other places; see Stage. Raises as render does."""
+def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> Iterator[Stage]:
+    """A scene that can be drawn again and again with its bodies in other places; see Stage. Raises as render does.
+
+    reach   points (n, 3), mm, that the picture has to hold; by default the bodies where they are given
+    """
     if view.field is not None and not any(view.field in body.mesh.fields for body in bodies):
         raise ExportError(f"no body carries the field {view.field!r}")
     axes = view.axes()
@@ -109,7 +108,7 @@ def stage(bodies: Sequence[Body], view: View) -> Iterator[Stage]:
     plotter = pyvista.Plotter(off_screen=True, window_size=drawn, lighting="none")
     try:
         scene = Stage(view, axes, plotter)
-        scene.fill(bodies)
+        scene.fill(bodies, reach)
         yield scene
     finally:
         plotter.close()
@@ -153,7 +152,7 @@ class Stage:
         drawn = np.asarray(self.plotter.screenshot(None, return_img=True))[..., :3]
         return overlay(np.ascontiguousarray(drawn), self.view.size, self.mm_per_pixel, self.axes[:2].T, self.bar)
 
-    def fill(self, bodies: Sequence[Body]) -> None:
+    def fill(self, bodies: Sequence[Body], reach: Floats | None = None) -> None:
         """Add the bodies, light and camera; called once."""
         plotter, view = self.plotter, self.view
         plotter.set_background("white")
@@ -162,7 +161,7 @@ class Stage:
         self._range(list(skins.values()))
         for body in bodies:
             self._add(body, skins[body.name])
-        points = np.concatenate([s.points[np.unique(s.faces)] for s in skins.values()])
+        points = np.concatenate([s.points[np.unique(s.faces)] for s in skins.values()]) if reach is None else reach
         self._aim(points)
         self._light(float(np.ptp(points @ self.axes.T, axis=0).max()))
 
@@ -263,4 +262,5 @@ class Stage:
             light.focal_point = (0.0, 0.0, 0.0)
             light.position = tuple(np.array([right, up, towards]) @ self.axes)
             self.plotter.add_light(light)
-        self.plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=24, blur=True)
+        if self.view.soft:
+            self.plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=24, blur=True)

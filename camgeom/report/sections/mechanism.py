@@ -80,9 +80,18 @@ class _Samples:
 
 
 def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
-    """Results on the vertices (v,) of a cam body, NaN away from the flanks; empty for a cam without rollers."""
-    if not model.tracks:
-        return {}
+    """Results on the vertices (v,) of a cam body, NaN away from the flanks."""
+    if model.planar is not None:
+        from camgeom.report.sections.profiles import profile_fields
+
+        # A prism has no vertices half way up, where a crowned roller presses: its profile knows more.
+        known = profile_fields(model, mesh)
+        return (_track_fields(model, mesh) if model.tracks else {}) | known
+    return _track_fields(model, mesh)
+
+
+def _track_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
+    """Results on the vertices (v,) by the flanks of the roller tracks."""
     from scipy.spatial import cKDTree
 
     samples = kept(model, "flank samples", lambda: _sampled(model))
@@ -123,7 +132,7 @@ def _sampled(model: Model) -> _Samples:
         for side in survey.track.sides:
             flank = Flank(survey.track, phi, t, side)
             results = {"pressure_angle": np.degrees(flank.pressure_angle()).ravel(), "curvature": flank.k_rel.ravel()}
-            if number == 0 and model.loaded and bool(np.all(model.duty.slices.sound)):
+            if number == 0 and model.planar is None and model.loaded and bool(np.all(model.duty.slices.sound)):
                 results["pressure"] = _pressure(model, flank, phi, t).ravel()
             parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
     names = sorted({name for part in parts for name in part[2]})

@@ -285,12 +285,16 @@ function ramp(hex, base) {
 }
 
 async function start(figure) {
+  const stage = figure.querySelector(".stage");
+  const still = stage.querySelector(".poster");
   try {
     const data = await unpackScene(JSON.parse(figure.querySelector("script").textContent));
     figure.viewer = new Viewer(figure, data);
   } catch (error) {
     figure.classList.add("without");
-    figure.querySelector(".stage").textContent = `The 3D view cannot start in this browser (${error.message}). The drawing, the maps and the tables hold the same facts.`;
+    const word = element("p", {});
+    word.textContent = `The 3D view cannot start in this browser (${error.message}): this is a still at the first cam angle. The drawing, the maps and the tables hold the same facts.`;
+    stage.replaceChildren(...(still ? [still] : []), word);
   }
 }
 
