@@ -205,9 +205,17 @@ def close_ends(
             fan = np.stack([np.broadcast_to(hub, ring.shape), ring, nxt], axis=1)
             builder.faces(fan[:, ::-1] if flip else fan, "end")
         return
+    low, high, outline = bore_walls(builder, bore, z0, z1, tolerance)
+    for ring, hole, z, flip in ((bottom, low, z0, True), (top, high, z1, False)):
+        _annulus(builder, ring, hole, outline, bore, z, flip)
+
+
+def bore_walls(
+    builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
+    """Add the walls of a bore; returns its lower and upper ring (counter-clockwise) and its outline (n, 2)."""
     outline, names = bore.outline(tolerance)
-    inner = [builder.add(np.column_stack([outline, np.full(len(outline), z)])) for z in (z0, z1)]
-    low, high = inner
+    low, high = (builder.add(np.column_stack([outline, np.full(len(outline), z)])) for z in (z0, z1))
     low2, high2 = np.roll(low, -1), np.roll(high, -1)
     for name in dict.fromkeys(names):
         mask = np.array([n == name for n in names])
@@ -215,8 +223,7 @@ def close_ends(
             [np.stack([low, high, high2], axis=1)[mask], np.stack([low, high2, low2], axis=1)[mask]]
         )
         builder.faces(quads, name)
-    for ring, hole, z, flip in ((bottom, low, z0, True), (top, high, z1, False)):
-        _annulus(builder, ring, hole, outline, bore, z, flip)
+    return low, high, outline
 
 
 def _annulus(

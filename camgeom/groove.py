@@ -67,7 +67,33 @@ class Column:
         """Flank points (3, n, m) at stations t (m,) or (n, m)."""
         if self._relieved:
             return self._eased[side].wall(side, t)
+        meridian = self.track.meridian
+        if isinstance(meridian, Straight) and meridian.slope == 0.0:
+            return self._cylinder_wall(side * meridian.radius, t if t.ndim == 2 else t[None, :])
         return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
+
+    def _cylinder_wall(self, radius: float, t: Floats) -> Floats:
+        """Flank points (3, n, m) of a cylinder: the axis point and `radius` along u x v, which is linear in delta."""
+        a, u = self.pose.a, self.pose.u
+        first, slope = self._crossed
+        n = [first[k][:, None] + t * slope[k][:, None] for k in range(3)]
+        length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        if not float(length.min()) > 1e-9:
+            # Near zero the flank itself judges, and refuses by name.
+            return Flank(self.track, self.phi, t, float(np.sign(radius)), given_pose=self.pose).x
+        share = radius / length
+        x = np.empty((3, *length.shape))
+        for k in range(3):
+            np.multiply(share, n[k], out=x[k])
+            x[k] += t * u[0][k][:, None]
+            x[k] += a[0][k][:, None]
+        return x
+
+    @cached_property
+    def _crossed(self) -> tuple[Floats, Floats]:
+        """u x a' and u x u', (3, n) each: u x v is the first plus delta times the second."""
+        a, u = self.pose.a, self.pose.u
+        return cross(u[0], a[1]), cross(u[0], u[1])
 
     @cached_property
     def tip_t(self) -> float:

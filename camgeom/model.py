@@ -185,7 +185,7 @@ class Model:
             points = [wall_points(solid.mesh, 0.5 * sum(track.contact)) for solid in self.solids]
         rungs = [floor_points(solid.mesh) for solid in self.solids]
         slack = [
-            np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method == "boolean" else
+            np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method != "direct" else
             np.zeros(len(solid.mesh.vertices))
             for solid in self.solids
         ]

@@ -178,4 +178,4 @@ def outline_grid(outline: Outline, tolerance: float) -> Grid:
         flat = np.broadcast_to(points[:, :, None], (2, n, len(height)))
         return np.concatenate([flat, np.broadcast_to(height, (1, n, len(height)))])
 
-    return sample(rows, outline.knots(), 1, tolerance, (1,))
+    return sample(rows, outline.knots(), tolerance, (1,))

@@ -102,7 +102,7 @@ class GroovedCylinder:
             return np.concatenate([low, groove, high], axis=2)
 
         most = (1, *section.max_counts, 1)
-        grid = sample(rows, self.track.knots(), len(most), tolerance, most)
+        grid = sample(rows, self.track.knots(), tolerance, most)
         return grid, ("land", *section.names, "land")
 
     @staticmethod
@@ -196,7 +196,7 @@ class RibbedCylinder:
             stop = GroovedCylinder._land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
             return np.concatenate([start, up, top, down, stop], axis=2)
 
-        grid = sample(rows, self.lower.knots(), len(most), tolerance, most)
+        grid = sample(rows, self.lower.knots(), tolerance, most)
         ends = np.cumsum(grid.counts)
         self._check(grid.points[:, :, [1, ends[0] + grid.counts[1], ends[2], ends[3]]])
         return closed_body(self.name, grid, names, self.lower.sense > 0, (0.0, self.length), self.blank, tolerance)
@@ -278,7 +278,7 @@ class CutBlank:
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             return section.rows(Column(track, phi), counts)
 
-        grid = sample(rows, track.knots(), len(section.names), tolerance, section.max_counts)
+        grid = sample(rows, track.knots(), tolerance, section.max_counts)
         return groove_body(grid, section, self.ridge, tolerance), grid.chord_error
 
     def solid(self, tolerance: float) -> Solid:

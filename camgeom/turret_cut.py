@@ -15,26 +15,18 @@ import numpy.typing as npt
 
 from camgeom.blank import Blank
 from camgeom.engine import subtract
+from camgeom.errors import NotConverged
 from camgeom.groove import Column, GrooveSection, Level
+from camgeom.lands import GloboidLevel as GloboidLevel
+from camgeom.lands import land_of
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.strips import sample
 from camgeom.solid import Solid, groove_body
 from camgeom.track import Arc, Track
+from camgeom.turret_lands import NotOneSurface
+from camgeom.turret_stitch import groove_solid
 
 Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class GloboidLevel:
-    """Field of the globoid of `radius` about a turret axis at `centre` from the cam axis: positive outside the cam."""
-
-    centre: float
-    radius: float
-
-    def __call__(self, x: Floats) -> Floats:
-        """Radius - distance of the meridian point from the turret centre, mm."""
-        rho = np.sqrt(x[0] * x[0] + x[1] * x[1])
-        return np.asarray(self.radius - np.hypot(rho - self.centre, x[2]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +74,12 @@ class IndexingCut:
     ridge: float
     expected_genus: int
 
-    def section(self, track: Track) -> FlooredSection | GrooveSection:
-        """The groove's cross-section; a ball's own bottom is its floor."""
-        meridian = track.meridian
+    def section(self, track: Track, top: Level | None = None) -> FlooredSection | GrooveSection:
+        """The groove's cross-section up to a level surface (that of the groove bodies); a ball's own bottom is its floor."""
+        meridian, level = track.meridian, top or self.top
         if isinstance(meridian, Arc) and meridian.arc == meridian.radius:
-            return GrooveSection(track, self.top, self.guesses[0], 1.0)
-        return FlooredSection(track, self.top, self.floor, self.guesses)
+            return GrooveSection(track, level, self.guesses[0], 1.0)
+        return FlooredSection(track, level, self.floor, self.guesses)
 
     def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
         """One groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm."""
@@ -96,11 +88,27 @@ class IndexingCut:
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             return section.rows(Column(track, phi), counts)
 
-        grid = sample(rows, track.knots(), len(section.names), tolerance, section.max_counts)
+        grid = sample(rows, track.knots(), tolerance, section.max_counts)
         return groove_body(grid, section, self.ridge, tolerance), grid.chord_error
 
     def solid(self, tolerance: float) -> Solid:
-        """One boolean. Raises GeometryEngineError where the engine refuses."""
+        """Meshed directly where the grooves stay apart, else by one boolean (raises GeometryEngineError by name)."""
+        try:
+            return self.direct(tolerance)
+        except (NotOneSurface, NotConverged):
+            return self.cut(tolerance)
+
+    def direct(self, tolerance: float) -> Solid:
+        """Grooves, lands and ends as one surface. Raises NotOneSurface where they are not."""
+        edge = (self.blank.names or ("land",)).index("land")
+        land = land_of(self.blank, edge)
+        if land is None:
+            raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
+        sections = tuple(self.section(track, land.level) for track in self.tracks)
+        return groove_solid(self.name, self.blank, edge, sections, self.expected_genus, tolerance)
+
+    def cut(self, tolerance: float) -> Solid:
+        """Blank minus groove bodies, one boolean. Raises GeometryEngineError where the engine refuses."""
         tools = [self.tool(track, tolerance) for track in self.tracks]
         mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
         error = max([self.blank.share * tolerance, *(e for _, e in tools)])

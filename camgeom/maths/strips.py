@@ -1,22 +1,23 @@
 """Structured surface strips: rows of exact surface points along a parameter phi, meshed with a guaranteed chord error.
 
 A section maps phi (n,) to k rows of points; `bands` name consecutive rows that form one surface. The sag of every cell
-is measured on the true surface at the cell's middle and on its edges, and the sag of the quadratic patch through those
-measurements, for the better of the two diagonals, is what is called its chord error.
+is measured on the true surface (see `sag`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.maths.sag import Cells, Counts, measure
 
 Floats = npt.NDArray[np.float64]
-Counts = tuple[int, ...]
 Section = Callable[[Floats, Counts], Floats]
 """(phi (n,), cells across each band) -> points (3, n, 1 + sum(counts)); band b spans counts[b] cells."""
 
@@ -34,60 +35,6 @@ MAX_CELLS = 40_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """Second-order sags of the cells of a grid, mm, each (n, k): along phi, mixed, and across (signed, along n)."""
-
-    a: Floats
-    b: Floats
-    c: Floats
-
-    def error(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        """Largest sag of the two triangles for the better diagonal, and which: True joins (i, j) to (i+1, j+1)."""
-        rising, falling = patch_sag(self.a, -self.b, self.c), patch_sag(self.a, self.b, self.c)
-        return np.minimum(rising, falling), rising <= falling
-
-    def scaled(self, h: Floats, k: Floats) -> Cells:
-        """The sags of cells h times as long in phi and k times as wide."""
-        return Cells(self.a * h * h, self.b * h * k, self.c * k * k)
-
-
-def patch_sag(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Largest |f - linear interpolant| of f = (a s² + 2 b s t + c t²) / 2 on the triangle (0,0) (1,0) (0,1).
-
-    On the edges it is |a|/8, |c|/8 and |a + c - 2 b|/8; a stationary point inside the triangle counts too.
-    """
-    edge = np.maximum(np.maximum(np.abs(a), np.abs(c)), np.abs(a + c - 2.0 * b)) / 8.0
-    det = a * c - b * b
-    safe = np.where(det > 1e-12 * (np.abs(a * c) + b * b) + 1e-300, det, 1.0)
-    s, t = c * (a - b) / (2.0 * safe), a * (c - b) / (2.0 * safe)
-    inside = (safe == det) & (s > 0.0) & (t > 0.0) & (s + t < 1.0)
-    return np.asarray(np.where(inside, np.maximum(edge, np.abs(a * s + c * t) / 4.0), edge))
-
-
-def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
-    """Sags of cells between two values of phi each.
-
-    start, stop  (3, n, k + 1) exact points at the beginning and end of each cell along phi
-    middle       (3, n, 2 k + 1) exact points at the middle phi of each cell, rows doubled
-    """
-    p00, p01, p10, p11 = start[:, :, :-1], start[:, :, 1:], stop[:, :, :-1], stop[:, :, 1:]
-    d1, d2 = p11 - p00, p10 - p01
-    n = np.stack([d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2], d1[0] * d2[1] - d1[1] * d2[0]])
-    length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
-    n /= np.where(length > 0.0, length, 1.0)
-    row = 0.5 * (start + stop) - middle[:, :, ::2]
-    centre = 0.25 * (p00 + p01 + p10 + p11) - middle[:, :, 1::2]
-    low, high = _along(n, row[:, :, :-1]), _along(n, row[:, :, 1:])
-    a = 8.0 * np.where(np.abs(low) > np.abs(high), low, high)
-    c = 8.0 * _along(n, centre) - 4.0 * (low + high)
-    return Cells(a, _along(n, p11 - p10 - p01 + p00), c)
-
-
-def _along(n: Floats, d: Floats) -> Floats:
-    return np.asarray(n[0] * d[0] + n[1] * d[1] + n[2] * d[2])
-
-
-@dataclass(frozen=True, eq=False)
 class Grid:
     """A finished structured grid: phi (n + 1,), points (3, n + 1, k + 1), cells per band, diagonals, chord error mm."""
 
@@ -98,44 +45,113 @@ class Grid:
     chord_error: float
 
 
-def sample(section: Section, knots: Floats, bands: int, tolerance: float, max_counts: Counts) -> Grid:
-    """Sample a section so that every triangle is within `tolerance` (mm) of the true surface.
+class Measured(Protocol):
+    """A surface meshed at given knots, its sags measured at all of its cells or at some."""
 
+    @property
+    def bands(self) -> list[Cells]:
+        """The sags of each band's cells, (n, k) for n intervals of phi."""
+
+    @property
+    def worst(self) -> float:
+        """Largest chord error that was met, mm."""
+
+    @property
+    def complete(self) -> bool:
+        """True where every cell was measured."""
+
+
+M = TypeVar("M", bound=Measured)
+
+
+def converge(
+    measured: Callable[[Floats, Counts, bool], M], knots: Floats, tolerance: float, max_counts: Counts
+) -> M:
+    """The mesh whose largest chord error is within `tolerance` (mm), with knots of equal error.
+
+    measured    (phi, cells across each band, whether to measure every cell) -> the mesh there
     knots       (k,) phi where a derivative may jump, with both ends
     max_counts  upper bound of the cells across each band (1 for bands that are straight across)
     Raises NotConverged where the tolerance would need more than MAX_CELLS cells.
     """
     phi = _subdivided(knots, PROBE)
     coarse = tuple(min(6, m) for m in max_counts)
-    cells = _measured(section, phi, coarse)
-    counts = _choose_counts(cells, coarse, tolerance, max_counts)
-    owner = np.repeat(np.arange(bands), coarse)
-    steps = _steps(cells, np.array(coarse)[owner] / np.array(counts)[owner], FILL * tolerance)
+    bands = measured(phi, coarse, True).bands
+    counts = _choose_counts(bands, coarse, tolerance, max_counts)
+    widths = [c / n for c, n in zip(coarse, counts)]
+    aim = FILL * tolerance
     for attempt in range(PASSES):
-        phi = _placed(knots, phi, steps)
+        phi = _placed(knots, phi, np.minimum.reduce([_steps(b, w, aim) for b, w in zip(bands, widths)]))
         if (len(phi) - 1) * sum(counts) > MAX_CELLS:
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
             )
-        corner = section(phi, counts)
-        chosen = _probed(knots, phi, sum(counts))
-        cells = _at(section, phi, corner, counts, chosen)
-        error, rising = cells.error()
-        worst = float(error.max())
-        if worst <= tolerance * (1.0 if len(chosen) == len(phi) - 1 else SPARSE):
-            nearest = np.searchsorted(0.5 * (chosen[1:] + chosen[:-1]), np.arange(len(phi) - 1))
-            return Grid(phi, corner, counts, rising[nearest], worst)
-        if len(chosen) < len(phi) - 1:
-            cells = _at(section, phi, corner, counts, np.arange(len(phi) - 1))
-        widths, counts = _widened(cells, counts, tolerance, max_counts, max(0.3, 0.9 - 0.15 * attempt))
-        steps = _steps(cells, widths, (FILL - 0.03 * attempt) * tolerance)
+        found = measured(phi, counts, False)
+        if found.worst <= tolerance * (1.0 if found.complete else SPARSE):
+            return found
+        bands = (found if found.complete else measured(phi, counts, True)).bands
+        widths, counts = _widened(bands, counts, tolerance, max_counts, max(0.3, 0.9 - 0.15 * attempt))
+        aim = (FILL - 0.03 * attempt) * tolerance
     raise NotConverged(
-        f"the chord error stays at {worst:g} mm, above the tolerance {tolerance:g} mm: the surface is nearly "
+        f"the chord error stays at {found.worst:g} mm, above the tolerance {tolerance:g} mm: the surface is nearly "
         "singular (look at the undercut margin and the continuity of the motion)"
     )
 
 
-def _probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """One grid of a section; `chosen` cells along phi are measured."""
+
+    phi: Floats
+    points: Floats
+    counts: Counts
+    chosen: npt.NDArray[np.int64]
+    cells: Cells
+    complete: bool
+
+    @cached_property
+    def _judged(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        return self.cells.error()
+
+    @property
+    def worst(self) -> float:
+        return float(self._judged[0].max())
+
+    @property
+    def bands(self) -> list[Cells]:
+        return self.cells.split(self.counts)
+
+    def grid(self) -> Grid:
+        """The finished grid; cells that were not measured take the diagonal of the nearest that was."""
+        return Grid(self.phi, self.points, self.counts, carried(self._judged[1], self.chosen, len(self.phi) - 1),
+                    self.worst)
+
+
+def sample(section: Section, knots: Floats, tolerance: float, max_counts: Counts) -> Grid:
+    """Sample a section so that every triangle is within `tolerance` (mm) of the true surface; see `converge`."""
+
+    def measured(phi: Floats, counts: Counts, every: bool) -> _Sheet:
+        n = len(phi) - 1
+        corner = section(phi, counts)
+        chosen = np.arange(n) if every else probed(knots, phi, sum(counts))
+        middle = section(0.5 * (phi[chosen] + phi[chosen + 1]), tuple(2 * c for c in counts))
+        whole = len(chosen) == n
+        start, stop = (corner[:, :-1], corner[:, 1:]) if whole else (corner[:, chosen], corner[:, chosen + 1])
+        return _Sheet(phi, corner, counts, chosen, measure(start, stop, middle), whole)
+
+    return converge(measured, knots, tolerance, max_counts).grid()
+
+
+def carried(
+    rising: npt.NDArray[np.bool_], chosen: npt.NDArray[np.int64], n: int
+) -> npt.NDArray[np.bool_]:
+    """Diagonals (n, k) of all cells from those of the chosen ones, each from the nearest."""
+    if len(chosen) == n:
+        return rising
+    return np.asarray(rising[np.searchsorted(0.5 * (chosen[1:] + chosen[:-1]), np.arange(n))])
+
+
+def probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
     """Cells along phi whose error is measured: all of a small grid; of a large one every few, and those at knots.
 
     In a large grid neighbouring cells differ by a share of about one over their number, which SPARSE leaves room for.
@@ -148,20 +164,6 @@ def _probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
     return np.unique(np.clip(np.concatenate([np.arange(0, n, stride), at, at - 1]), 0, n - 1))
 
 
-def _at(
-    section: Section, phi: Floats, corner: Floats, counts: Counts, chosen: npt.NDArray[np.int64]
-) -> Cells:
-    """Measure the chosen cells along phi."""
-    middle = section(0.5 * (phi[chosen] + phi[chosen + 1]), tuple(2 * c for c in counts))
-    if len(chosen) == corner.shape[1] - 1:
-        return measure(corner[:, :-1], corner[:, 1:], middle)
-    return measure(corner[:, chosen], corner[:, chosen + 1], middle)
-
-
-def _measured(section: Section, phi: Floats, counts: Counts) -> Cells:
-    return _at(section, phi, section(phi, counts), counts, np.arange(len(phi) - 1))
-
-
 def _subdivided(knots: Floats, parts: int) -> Floats:
     """Every knot interval cut into parts that are finer towards its ends, where motion laws change fastest."""
     share = 0.5 * (1.0 - np.cos(np.pi * np.arange(parts) / parts))
@@ -169,9 +171,9 @@ def _subdivided(knots: Floats, parts: int) -> Floats:
     return np.append(inner, knots[-1])
 
 
-def _steps(cells: Cells, widths: Floats, tolerance: float) -> Floats:
-    """Factor (n,) by which each cell may be lengthened in phi; cells are `widths` times as wide as measured."""
-    k = widths[None, :]
+def _steps(cells: Cells, width: float, tolerance: float) -> Floats:
+    """Factor (n,) by which each cell may be lengthened in phi; cells are `width` times as wide as measured."""
+    k = np.array(width)
     factors = np.minimum(_bound(cells, k, tolerance).min(axis=1), 64.0)
     for _ in range(3):
         error, _ = cells.scaled(factors[:, None], k).error()
@@ -214,35 +216,28 @@ def _placed(knots: Floats, phi: Floats, factors: Floats) -> Floats:
 
 
 def _widened(
-    cells: Cells, counts: Counts, tolerance: float, most: Counts, room: float
-) -> tuple[Floats, Counts]:
+    bands: list[Cells], counts: Counts, tolerance: float, most: Counts, room: float
+) -> tuple[list[float], Counts]:
     """More cells across the bands whose sag across takes more than `room`; widths of the measured in the new ones."""
     grown = []
-    widths = []
-    start = 0
-    for count, top in zip(counts, most):
-        sag = float(np.abs(cells.c[:, start : start + count]).max()) / 8.0
+    for band, count, top in zip(bands, counts, most):
+        sag = float(np.abs(band.c).max()) / 8.0
         aim = min(ACROSS, room) * tolerance
         want = count if sag <= room * tolerance else int(np.ceil(count * np.sqrt(sag / aim)))
         grown.append(min(want, top))
-        widths.append(np.full(count, count / grown[-1]))
-        start += count
-    return np.concatenate(widths), tuple(grown)
+    return [c / g for c, g in zip(counts, grown)], tuple(grown)
 
 
-def _choose_counts(cells: Cells, coarse: Counts, tolerance: float, most: Counts) -> Counts:
+def _choose_counts(bands: list[Cells], coarse: Counts, tolerance: float, most: Counts) -> Counts:
     """Cells across each band such that the whole grid has the fewest: the step along phi is set by the worst band.
 
     For every band the allowed step is tabled over a geometric series of counts; counts are then improved one band at a
     time, since each change shows at once in the product (sum of counts) x (number of steps).
     """
-    edges = np.concatenate([[0], np.cumsum(coarse)])
-    tables = []
-    for b, (low, high) in enumerate(zip(edges[:-1], edges[1:])):
-        band = Cells(cells.a[:, low:high], cells.b[:, low:high], cells.c[:, low:high])
-        tables.append(_step_table(band, coarse[b], tolerance, most[b]))
+    tables = [_step_table(band, c, tolerance, m) for band, c, m in zip(bands, coarse, most)]
+    shares = [band.a.shape[1] / c for band, c in zip(bands, coarse)]
     pick = [0] * len(tables)
-    best = _grid_size(tables, pick)
+    best = _grid_size(tables, pick, shares)
     improved = True
     while improved:
         improved = False
@@ -251,7 +246,7 @@ def _choose_counts(cells: Cells, coarse: Counts, tolerance: float, most: Counts)
                 if not 0 <= k < len(series):
                     continue
                 trial = [*pick[:b], k, *pick[b + 1 :]]
-                size = _grid_size(tables, trial)
+                size = _grid_size(tables, trial, shares)
                 if size < 0.999 * best:
                     best, pick, improved = size, trial, True
     return tuple(int(series[k]) for (series, _), k in zip(tables, pick))
@@ -268,6 +263,10 @@ def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[
     return series, factors
 
 
-def _grid_size(tables: list[tuple[npt.NDArray[np.int64], Floats]], pick: list[int]) -> float:
+def _grid_size(
+    tables: list[tuple[npt.NDArray[np.int64], Floats]], pick: list[int], shares: list[float]
+) -> float:
+    """Cells of the whole grid; a band is there `shares` times."""
     step = np.minimum.reduce([factors[k] for (_, factors), k in zip(tables, pick)])
-    return float(sum(int(series[k]) for (series, _), k in zip(tables, pick)) * np.sum(1.0 / step))
+    across = sum(share * int(series[k]) for (series, _), k, share in zip(tables, pick, shares))
+    return float(across * np.sum(1.0 / step))
