@@ -75,7 +75,7 @@ class IndexingCut:
     expected_genus: int
 
     def section(self, track: Track, top: Level | None = None) -> FlooredSection | GrooveSection:
-        """The groove's cross-section up to a level surface (that of the groove bodies); a ball's own bottom is its floor."""
+        """Cross-section of a groove up to a level surface (default: `top`); a ball's own bottom is its floor."""
         meridian, level = track.meridian, top or self.top
         if isinstance(meridian, Arc) and meridian.arc == meridian.radius:
             return GrooveSection(track, level, self.guesses[0], 1.0)

@@ -175,7 +175,7 @@ class TurretSurface:
 
     @property
     def outward(self) -> tuple[bool, bool]:
-        """Whether faces of `cell_faces` on a groove's columns and rows, and faces that turn from x to w, look outward."""
+        """Whether faces turning from columns to rows of a groove, and from x to w, look outward."""
         return self.sense * self._middle[1] < 0.0, self.sense < 0.0
 
     def check(self, theta: Floats, grooves: list[Strip], counts: Counts) -> None:
@@ -192,7 +192,7 @@ class TurretSurface:
                 self._ordered(rims[0], rims[1])
 
     def _ordered(self, low: tuple[int, Floats, Floats], high: tuple[int, Floats, Floats]) -> None:
-        """Raise NotOneSurface where a rim turns back in x or the lower one is not below the upper one, within the cam."""
+        """Raise NotOneSurface where, within the cam, a rim turns back in x or the lower is not below the upper."""
         for _, x, w in (low, high):
             on = (np.minimum(w[1:], w[:-1]) < self.ends[1]) & (np.maximum(w[1:], w[:-1]) > self.ends[0])
             if np.any(np.diff(x)[on] <= 0.0):
@@ -205,6 +205,5 @@ class TurretSurface:
 
 def _alike(a: Track, b: Track) -> bool:
     """True where two tracks differ by their shift and span only."""
-    return a.program is b.program and all(
-        getattr(a, k) == getattr(b, k) for k in ("meridian", "joint", "anchor", "axis", "tip", "sense", "factor", "closed")
-    )
+    same = ("meridian", "joint", "anchor", "axis", "tip", "sense", "factor", "closed")
+    return a.program is b.program and all(getattr(a, k) == getattr(b, k) for k in same)

@@ -1,9 +1,9 @@
 """Triangles of the lands between an indexing cam's grooves: all points of both rims, and a net of its own in between.
 
-A land is part of a surface of revolution, unrolled to x (the angle on through the turns, rad) and w (along the meridian),
-on which the sag of every chord is known in closed form. So its inner columns and rows are as far apart as its own
-curvature allows, whatever the grooves beside it need. Beyond the cam's ends it goes on only as far as it takes to cut it
-off there.
+A land is part of a surface of revolution, unrolled to x (the angle on through the turns, rad) and w (along the
+meridian), on which the sag of every chord is known in closed form. So its inner columns and rows are as far apart as
+its own curvature allows, whatever the grooves beside it need. Beyond the cam's ends it goes on only as far as it takes
+to cut it off there.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from camgeom.track import TURN
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 TRIES = 10
+FIRST = 0.6
+"""height of the rows beside the rims, in rows"""
 BEYOND = 0.02
 """most that a land goes on beyond the cam's ends, as a share of the cam's length"""
 
@@ -92,12 +93,12 @@ def land_net(strip: Strip, count: int, tolerance: float) -> Net:
 
     Raises NotOneSurface where its rims meet, or are too steep for such a net.
     """
-    share = 0.88
+    share = 0.96
     for _ in range(TRIES):
         net = _net(strip, count, share * tolerance)
         if net is not None and net.sag <= tolerance:
             return net
-        share *= 0.88
+        share *= 0.92
     raise NotOneSurface("the rims of a land meet, or are too steep")
 
 
@@ -111,8 +112,9 @@ def _net(strip: Strip, count: int, aim: float) -> Net | None:
     high = _trimmed(upper, lower, columns, strip.ends[1], gap, -1.0, strip.closed)
     start, width = low.at(columns), high.at(columns) - low.at(columns)
     on = (start < strip.ends[1]) & (start + width > strip.ends[0])
-    rows = max(1, ceil(float(width[on].max(initial=0.0)) / pitch))
-    share = np.arange(1, rows) / rows
+    rows = max(1, ceil(float(width[on].max(initial=0.0)) / pitch + 2.0 * (1.0 - FIRST)))
+    # Beside a sloping rim chords are longer than the row is high, so the first and the last row are lower.
+    share = (np.arange(1, rows) - 1.0 + FIRST) / (rows - 2.0 * (1.0 - FIRST))
     inner = start + width * share[:, None]
     x = np.concatenate([low.x, high.x, np.broadcast_to(columns, inner.shape).ravel()])
     w = np.concatenate([low.w, high.w, inner.ravel()])
@@ -131,7 +133,7 @@ def _net(strip: Strip, count: int, aim: float) -> Net | None:
     if strip.closed:
         own[[a - 1, a + b - 1]] = own[[0, a]]
         own[net[:, -1]] = own[net[:, 0]]
-    sag = max((float(_sag(strip.land, x, w, every[:, k], every[:, k - 1]).max(initial=0.0)) for k in range(3)))
+    sag = max(float(_sag(strip.land, x, w, every[:, k], every[:, k - 1]).max(initial=0.0)) for k in range(3))
     return Net(x[new], w[new], own[every], sag) if _turns(x, w, every) else None
 
 
@@ -176,10 +178,11 @@ def _trimmed(rim: Edge, other: Edge, columns: Floats, end: float, gap: float, si
 
 
 def _zipped(x: Floats, low: Index, high: Index) -> Index:
-    """Triangles between two rows of vertices at increasing x; each vertex joins those of the other row nearest to it."""
+    """Triangles between two rows of vertices at increasing x; each joins those of the other row that are nearest."""
     key = np.concatenate([x[low[1:]] + x[low[:-1]], x[high[1:]] + x[high[:-1]]])
     is_low = np.argsort(key, kind="stable") < len(low) - 1
-    i, j = np.cumsum(is_low) - is_low, np.cumsum(~is_low) - ~is_low
+    i: Index = np.cumsum(is_low) - is_low
+    j: Index = np.cumsum(~is_low) - ~is_low
     tip = np.where(is_low, low[np.minimum(i + 1, len(low) - 1)], high[np.minimum(j + 1, len(high) - 1)])
     return np.stack([low[i], tip, high[j]], axis=1)
 

@@ -111,17 +111,17 @@ def _groove_faces(
 ) -> tuple[Index, Labels]:
     """Faces (f, 3) and labels (f,) of the cells of a groove that reach between the cam's ends."""
     on = strip.within(surface.low, surface.high)
-    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
-    cells = cell_faces(*(x[on] for x in corners), rising[on], inward=not surface.outward[0])
+    p00, p10, p11, p01 = number[:-1, :-1][on], number[1:, :-1][on], number[1:, 1:][on], number[:-1, 1:][on]
+    cells = cell_faces(p00, p10, p11, p01, rising[on], inward=not surface.outward[0])
     return cells.reshape(-1, 3), np.repeat(np.broadcast_to(bands, on.shape)[on], 2)
 
 
 def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: int, tolerance: float) -> None:
     """Add the flat ends with hubs and bore."""
     outline = blank.outline
-    bore = None
+    holes: tuple[Index | None, Index | None] = None, None
     if blank.bore is not None:
-        bore = bore_walls(builder, blank.bore, outline[0][1], outline[-1][1], tolerance)
+        holes = bore_walls(builder, blank.bore, outline[0][1], outline[-1][1], tolerance)[:2]
     for upper in (False, True):
         height = outline[edge + 1 if upper else edge][1]
         loops = open_loops(faces, points[:, 2] == height)
@@ -130,7 +130,7 @@ def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: i
         # Faces run along their ends the other way round than the flat end that joins them.
         rings = [loop[::-1] if upper else loop for loop in loops]
         hub = _hub(builder, blank, edge, upper, tolerance)
-        hole = None if bore is None else bore[1 if upper else 0]
+        hole = holes[1 if upper else 0]
         if hub is None:
             flat(builder, rings, hole, upper)
         else:
@@ -139,7 +139,7 @@ def _close(builder: Builder, points: Floats, faces: Index, blank: Blank, edge: i
 
 
 def _hub(builder: Builder, blank: Blank, edge: int, upper: bool, tolerance: float) -> tuple[Index, Index] | None:
-    """Add the walls of what the outline has beyond one end; its rings at the end and at its far side; None for nothing."""
+    """Add the walls of what the outline has beyond one end; its rings there and at its far side; None for nothing."""
     outline = blank.outline[edge + 1 :] if upper else blank.outline[edge::-1]
     if len(outline) == 1:
         return None

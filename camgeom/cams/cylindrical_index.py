@@ -225,7 +225,7 @@ class Cam(TurretKeys):
         return TurretBody(track, follower.count, radius, low, high, 0.5 * (near + far), cam_angle)
 
     def parts(self, setup: Setup) -> tuple[Part, ...]:
-        """The cam: drum minus its grooves, by one boolean."""
+        """The cam: drum minus its grooves."""
         assert setup.roller is not None
         top = 1.04 * self.radius
         return (

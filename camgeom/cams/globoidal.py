@@ -280,7 +280,7 @@ class Cam(TurretKeys):
         return TurretBody(track, setup.follower.count, seat, -half, half, 0.7 * seat, cam_angle)
 
     def parts(self, setup: Setup) -> tuple[Part, ...]:
-        """The cam: globoid blank minus its grooves, by one boolean."""
+        """The cam: globoid blank minus its grooves."""
         assert setup.roller is not None
         top = self.top_radius(setup)
         ridge = top - 0.25 * setup.roller.diameter

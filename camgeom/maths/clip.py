@@ -42,7 +42,7 @@ def clip(points: Floats, faces: Index, label: Labels, height: float, sign: float
 def _crossings(
     points: Floats, s: Floats, height: float, start: Index, ends: tuple[Index, ...]
 ) -> tuple[Floats, list[Index]]:
-    """New points where edges cross the plane, and the vertex number of each crossing; an end on the plane is its own."""
+    """New points where edges cross the plane, and the vertex of each crossing; an end on the plane is its own."""
     a, b = np.tile(start, len(ends)), np.concatenate(ends)
     on = s[b] == 0.0
     key = np.minimum(a, b) * len(points) + np.maximum(a, b)

@@ -1,4 +1,4 @@
-"""Strips that run several times round an axis, sampled at the same angles in every round, with a guaranteed chord error.
+"""Strips that run several times round an axis, sampled at the same angles in each, with a guaranteed chord error.
 
 Surfaces that lie side by side round after round (the turns of a groove and the lands between them) share their edges
 where all rounds have the same knots theta in [0, 2 pi]. A strip's columns are numbered on through the rounds: column c
@@ -61,7 +61,7 @@ class Strip:
     @property
     def cells(self) -> int:
         """Number n of its cells along the round."""
-        return self.corner.shape[1] - 1
+        return int(self.corner.shape[1]) - 1
 
     def within(self, low: float, high: float) -> Mask:
         """Cells (n, k) that reach into z = low .. high."""
@@ -140,7 +140,8 @@ def sample_rounds(surface: Surface, knots: Floats, tolerance: float, most: Count
 def strip_sags(strip: Strip, at: Index, middle: Floats, low: float, high: float) -> Cells:
     """Sags of the chosen cells of a strip by its points half way; zero for cells that lie outside z = low .. high."""
     whole = len(at) == strip.cells
-    start, stop = (strip.corner[:, :-1], strip.corner[:, 1:]) if whole else (strip.corner[:, at], strip.corner[:, at + 1])
+    corner = strip.corner
+    start, stop = (corner[:, :-1], corner[:, 1:]) if whole else (corner[:, at], corner[:, at + 1])
     on = strip.within(low, high)[at]
     found = measure(start, stop, middle)
     return found if on.all() else Cells(found.a * on, found.b * on, found.c * on)
