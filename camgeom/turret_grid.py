@@ -205,5 +205,5 @@ class TurretSurface:
 
 def _alike(a: Track, b: Track) -> bool:
     """True where two tracks differ by their shift and span only."""
-    same = ("meridian", "joint", "anchor", "axis", "tip", "sense", "factor", "closed")
+    same = ("meridian", "joint", "anchor", "axis", "tip", "sense", "factor", "closed", "relief")
     return a.program is b.program and all(getattr(a, k) == getattr(b, k) for k in same)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
@@ -37,7 +37,7 @@ def groove_solid(
         raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
     low, high = blank.outline[edge][1], blank.outline[edge + 1][1]
     surface = TurretSurface(sections, land, low, high)
-    knots = np.asarray(sections[0].track.program.knots)
+    knots = replace(sections[0].track, span=(0.0, TURN)).knots()
     rounds = sample_rounds(surface, knots, (1.0 - ON_PLANE) * tolerance, surface.most)
     whole, sag = stitched(surface, rounds, (1.0 - ON_PLANE) * tolerance)
     points, cut = whole.points, whole.crossing(low, high, ON_PLANE * tolerance)
