@@ -47,13 +47,16 @@ SIZES = {
     24: (200.0, 140.0, 16.0, 10.0, 60.0, 136.0),
 }
 
+# Two starts at many stops.
+MANY = {32: (240.0, 180.0, 14.0, 10.0, 60.0, 176.0), 48: (300.0, 240.0, 12.0, 8.0, 60.0, 237.0)}
+
 
 def indexer(stops=8, form="rib", hand="right", starts=1, shape="cylinder", motion=120.0, indexes=1, **changes):
     """A globoidal cam and its setup; changes go to the cam."""
-    centre, pitch, diameter, length, width, globoid = SIZES[stops * starts]
+    centre, pitch, diameter, length, width, globoid = (SIZES | MANY)[stops * starts]
     follower = TurretFollower(kind="turret", stops=stops, rollers=stops * starts, pitch_radius=pitch, inertia=0.3)
     if shape == "sphere":
-        globoid = pitch + 1.0
+        globoid, width = pitch + 1.0, max(width, 2.4 * pitch * sin(pi / (2.0 * stops * starts)))
     keys = {
         "kind": "globoidal",
         "form": form,
