@@ -80,6 +80,11 @@ class Model:
         passages = getattr(self.cam, "passages", None)
         return tuple(passages(self.setup)) if passages else self.tracks
 
+    @property
+    def engaged(self) -> tuple[Track, ...]:
+        """The tracks whose walls a turret's rollers may bear on, where their cam's `inside` says so."""
+        return self.tracks if getattr(self.cam, "SHARED_DRIVE", False) else self.passages
+
     @fact
     def drive_angle(self) -> tuple[float, float] | None:
         """Largest pressure angle (rad) of the best placed roller, and its cam angle, of cams whose rollers take turns.
@@ -260,7 +265,7 @@ class Model:
 
         cam, operation = self.cam, operation_of(self.profile, "stress and life")
         return TurretDuty(
-            self.tracks,
+            self.engaged,
             cam.inside,
             follower_load(self.profile, self.setup),
             self.profile.material.roller,

@@ -86,6 +86,8 @@ class TurretDuty:
     @cached_property
     def line_load(self) -> Floats:
         """Load per length on the wall that bears, N/mm, (n, k, m). Raises DesignError where nothing can bear."""
+        if self.preload > 0.0:
+            return np.asarray(self._preloaded.sum(axis=0))
         e = self.engagement
         out = np.zeros(e.on.shape[1:])
         if not len(self.loaded):
@@ -113,6 +115,15 @@ class TurretDuty:
         return out
 
     @cached_property
+    def _preloaded(self) -> Floats:
+        """Load per length on both walls of a preloaded turret, N/mm, (2, n, k, m): a slice presses one of them."""
+        from camgeom.turret_stiffness import bearing_of, equilibrium
+
+        held = equilibrium(bearing_of(self, self.engagement), self.torque, self)
+        n, k, m = len(self.theta), len(self.engagement.places), len(self.engagement.stations)
+        return np.moveaxis(held.line_load.reshape(n, 2, k, m), 0, 1)
+
+    @cached_property
     def pressure(self) -> Floats:
         """Peak contact pressure of every slice, MPa, (n, k, m)."""
         pair = pair_compliance(self.roller, self.cam)
@@ -120,8 +131,16 @@ class TurretDuty:
         return line_pressure(self.line_load, k, pair)
 
     def _walls(self, values: Floats) -> Floats:
-        """Values (2, n, ...) of the wall that the torque's sign chooses, (n, ...)."""
-        return np.asarray(values[np.where(self.torque >= 0.0, 0, 1), np.arange(len(self.theta))])
+        """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
+        chosen = np.where(self.torque >= 0.0, 0, 1)
+        picked = np.asarray(values[chosen, np.arange(len(self.theta))])
+        if self.preload <= 0.0:
+            return picked
+        more = (1,) * (values.ndim - 4)
+        for wall in (0, 1):
+            pressed = self._preloaded[wall] > 0.0
+            picked = np.where(pressed.reshape(*pressed.shape, *more), values[wall], picked)
+        return picked
 
     @cached_property
     def roller_load(self) -> Floats:

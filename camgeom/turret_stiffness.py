@@ -100,8 +100,12 @@ def torque_at(duty: TurretDuty, theta: Floats, preloaded: bool) -> Floats:
 
 def bearing_at(duty: TurretDuty, theta: Floats) -> Bearing:
     """The slices beside the cam at cam angles (n,)."""
-    beside = Engagement(duty.tracks, duty.inside, theta)
-    n = len(theta)
+    return bearing_of(duty, Engagement(duty.tracks, duty.inside, theta))
+
+
+def bearing_of(duty: TurretDuty, beside: Engagement) -> Bearing:
+    """The slices of an engagement at its cam angles (n,)."""
+    n = len(beside.theta)
     side = np.array([1.0, -1.0])[:, None, None, None]
 
     def flat(values: Floats) -> Floats:

@@ -56,7 +56,8 @@ def indexer(stops=8, form="rib", hand="right", starts=1, shape="cylinder", motio
     centre, pitch, diameter, length, width, globoid = (SIZES | MANY)[stops * starts]
     follower = TurretFollower(kind="turret", stops=stops, rollers=stops * starts, pitch_radius=pitch, inertia=0.3)
     if shape == "sphere":
-        globoid, width = pitch + 1.0, max(width, 2.4 * pitch * sin(pi / (2.0 * stops * starts)))
+        globoid, half = pitch + 1.0, pi / (stops * starts)
+        width = max(width, 2.1 * (globoid * sin(half) - 0.5 * diameter * cos(half)))
     keys = {
         "kind": "globoidal",
         "form": form,

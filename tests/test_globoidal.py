@@ -250,3 +250,35 @@ def test_oscillating_drive_has_a_closed_groove_for_each_roller():
     assert solid.mesh.watertight
     assert solid.sound
     assert radians(45.0) == pytest.approx(max(s.after for s in program.spans))
+
+
+def test_preload_adds_to_the_load_it_shares():
+    """Equilibrium with the preload in it: alone in the dwell, on top of the torque in the index."""
+    plain, tight = (
+        Model(parse(STARTER.replace("bore = 40", f"bore = 40\npreload = {p}").replace("speed = 100", "speed = 300")))
+        for p in (0.0, 0.006)
+    )
+    loose, duty = plain.turret_duty, tight.turret_duty
+    assert loose.preload_pressure == 0.0
+    rest = int(np.argmin(np.abs(duty.theta)))
+    assert loose.pressure[rest].max() == 0.0
+    assert duty.pressure[rest].max() == pytest.approx(duty.preload_pressure, rel=1e-9)
+    sign = np.where(duty._preloaded[0] > 0.0, 1.0, -1.0)
+    carried = (sign * duty.line_load * duty._walls(duty.engagement.lever)).sum(axis=(1, 2)) * duty.engagement.width
+    assert carried == pytest.approx(duty.torque, rel=1e-9, abs=1e-6 * np.abs(duty.torque).max())
+    assert duty.peak_pressure > max(loose.peak_pressure, duty.preload_pressure)
+    assert duty.cam_life < loose.cam_life
+    # No slice presses both walls of its groove.
+    assert not np.any((duty._preloaded[0] > 0.0) & (duty._preloaded[1] > 0.0))
+    faint = replace(loose, preload=1e-12)
+    assert faint.peak_pressure == pytest.approx(loose.peak_pressure, rel=1e-6)
+
+
+def test_rollers_beside_the_end_faces_count():
+    """In a groove cam's dwell the neighbours' middles stand beyond the end faces; their near sides still bear."""
+    cam, setup = indexer(24, "groove")
+    theta = np.array([0.0])
+    assert Engagement(cam.passages(setup), cam.inside, theta).count[:, 0].tolist() == [2, 2]
+    assert Engagement(cam.tracks(setup), cam.inside, theta).count[:, 0].tolist() == [1, 1]
+    for (long,), (short,) in [(cam.passages(setup), cam.tracks(setup))]:
+        assert long.span[0] < short.span[0] < short.span[1] < long.span[1]

@@ -59,6 +59,7 @@ CASES = [
     *[(n, "rib", "right", 2, "cylinder") for n in (3, 4, 6, 8, 12)],
     (4, "groove", "left", 2, "cone"),
     (6, "rib", "left", 2, "sphere"),
+    (16, "groove", "left", 2, "sphere"),
 ]
 
 
@@ -78,7 +79,7 @@ def test_every_triangle_within_tolerance(stops, form, hand, starts, shape):
 
 
 def test_all_sizes_are_used():
-    assert {n * s for n, _, _, s, _ in CASES} == set(SIZES)
+    assert {n * s for n, _, _, s, _ in CASES} == {*SIZES, 32}
 
 
 @pytest.mark.parametrize("indexes", [2, 3])

@@ -161,6 +161,10 @@ class Cam(TurretKeys):
         reach = asin(min(1.0, 0.5 * self.width / setup.follower.pitch_radius))
         return self._grooves(setup, reach)
 
+    def passages(self, setup: Setup) -> tuple[Track, ...]:
+        """The same rollers as long as any part of them may be beside the cam."""
+        return self._grooves(setup, self._clear_angle(setup))
+
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tools: each followed until clear of the drum, larger by the running clearance and deeper at the tip."""
         if isinstance(setup.roller, SphereRoller):

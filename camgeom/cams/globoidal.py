@@ -110,19 +110,16 @@ class Cam(TurretKeys):
 
     def contact(self, setup: Setup) -> tuple[float, float]:
         """Stretch of the roller that touches the flank, from the turret axis, mm."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
+        roller, middle = setup.roller, self.quoted_radius(setup)
         assert roller is not None
         if isinstance(roller, SphereRoller):
-            return follower.pitch_radius, follower.pitch_radius + (roller.length or 0.35 * roller.diameter)
-        return follower.pitch_radius - 0.5 * roller.length, follower.pitch_radius + 0.5 * roller.length
+            return middle, middle + (roller.length or 0.35 * roller.diameter)
+        return middle - 0.5 * roller.length, middle + 0.5 * roller.length
 
     def tip(self, setup: Setup) -> float:
         """Free end of the roller, from the turret axis, mm."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        if isinstance(roller, SphereRoller):
-            return follower.pitch_radius + 0.5 * roller.diameter
+        if isinstance(setup.roller, SphereRoller):
+            return self.quoted_radius(setup) + 0.5 * setup.roller.diameter
         return self.contact(setup)[1]
 
     def quoted_radius(self, setup: Setup) -> float:
@@ -188,10 +185,12 @@ class Cam(TurretKeys):
 
     def tracks(self, setup: Setup) -> tuple[Track, ...]:
         """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
-        follower = setup.follower
-        assert isinstance(follower, TurretFollower)
-        reach = asin(min(1.0, 0.5 * self.width / follower.pitch_radius))
+        reach = asin(min(1.0, 0.5 * self.width / self.quoted_radius(setup)))
         return self._grooves(setup, reach, self.center_distance - self.centre_shift(setup))
+
+    def passages(self, setup: Setup) -> tuple[Track, ...]:
+        """The same rollers as long as any part of them may be beside the cam."""
+        return self._grooves(setup, self._clear_angle(setup), self.center_distance - self.centre_shift(setup))
 
     def cutters(self, setup: Setup) -> tuple[Track, ...]:
         """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
@@ -225,8 +224,11 @@ class Cam(TurretKeys):
 
     def top_radius(self, setup: Setup) -> float:
         """Distance from the turret axis at which groove bodies end, outside the blank, mm."""
-        del setup
-        return self.globoid_radius - 0.05 * self.globoid_radius
+        beyond = 0.05 * self.globoid_radius
+        if isinstance(setup.roller, SphereRoller):
+            # A ball ends half its diameter above its middle, which stands below the blank's outside.
+            beyond = min(beyond, 0.25 * setup.roller.diameter)
+        return self.globoid_radius - beyond
 
     def floor_radius(self, setup: Setup) -> float:
         """Distance of the floor's edges from the turret axis, mm.
@@ -239,7 +241,7 @@ class Cam(TurretKeys):
         tip = self.tip(setup)
         if isinstance(roller, SphereRoller):
             return tip + self.running_clearance
-        end = roller.meridian(setup.follower.pitch_radius, 1.0)  # type: ignore[union-attr]
+        end = roller.meridian(self.quoted_radius(setup), 1.0)
         radius = float(end.jet(np.array([end.parameter(tip)]))[3][0]) + self.running_clearance
         return hypot(tip, radius, radius) + self.tip_clearance
 

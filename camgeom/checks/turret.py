@@ -69,7 +69,7 @@ def hand_over(model: Model) -> Iterable[Finding]:
     from camgeom.turret_ribs import Engagement
 
     theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
-    count = Engagement(model.tracks, model.cam.inside, theta).count
+    count = Engagement(model.engaged, model.cam.inside, theta).count
     for row, name in zip(count, ("pushing on", "holding back")):
         least = int(np.argmin(row))
         passed = bool(row[least] >= 1)
@@ -101,7 +101,7 @@ def relief(model: Model) -> Iterable[Finding]:
     from camgeom.turret_ribs import play_at
 
     for end in model.cam.dwell_ends(model.setup):
-        value = play_at(model.tracks, model.cutters, model.cam.inside, end)
+        value = play_at(model.engaged, model.cutters, model.cam.inside, end)
         passed = value > 0.0
         advice = "" if passed else "raise `relief` above the preload, or lower the preload"
         yield Finding("relief", value, 0.0, "mm", passed, degrees(end), advice, "roller to flank")
