@@ -14,7 +14,7 @@ import meshio
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
@@ -290,6 +290,7 @@ def test_shading_splits_between_groups_and_is_smooth_elsewhere() -> None:
     assert np.einsum("ni,ni->n", whole.normals, outward / np.linalg.norm(outward, axis=1)[:, None]).min() > 0.99
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])  # a busy machine makes no worse data
 @given(
     st.lists(st.floats(-999_999.0, 999_999.0), min_size=1, max_size=40),
     st.integers(0, 9),

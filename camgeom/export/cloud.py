@@ -60,19 +60,26 @@ def flank_points(model: Model) -> dict[str, Floats]:
     return {name: np.concatenate(values) for name, values in parts.items()}
 
 
+def _cloud(path: Path, model: Model) -> Cloud:
+    try:
+        return flank_points(model)
+    except ExportError as error:
+        raise ExportError(f"{path}: {error}") from error
+
+
 @writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", "model", "cams with rollers")
 def _points_ply(path: Path, model: Model) -> int:
-    return write_cloud_ply(path, flank_points(model))
+    return write_cloud_ply(path, _cloud(path, model))
 
 
 @writer(".points.csv", "flank points with normals and curvatures, CSV; exact", "model", "cams with rollers")
 def _points_csv(path: Path, model: Model) -> int:
-    return write_cloud_csv(path, flank_points(model))
+    return write_cloud_csv(path, _cloud(path, model))
 
 
 @writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", "model", "cams with rollers")
 def _points_npz(path: Path, model: Model) -> int:
-    return write_cloud_npz(path, flank_points(model))
+    return write_cloud_npz(path, _cloud(path, model))
 
 
 def write_cloud_ply(path: Path, cloud: Cloud) -> int:
