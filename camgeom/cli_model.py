@@ -213,6 +213,9 @@ def _export(
         form = format_of(name)
         if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
             continue
+        if form.takes == "machining" and "cutter" in dict(result.unanswered):
+            complete = False  # the summary says why, once for all these formats
+            continue
         path = folder / f"{stem}{form.extension}"
         try:
             write(model, path)

@@ -28,6 +28,12 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("peak_force_n", "peak contact force", "N"),
     ),
     "fatigue": (("roller_life_h", "roller life", "h"), ("cam_life_h", "cam life", "h")),
+    "cutter": (
+        ("least_rest_mm", "least stock left by the tool", "mm"),
+        ("most_rest_mm", "most stock left by the tool", "mm"),
+        ("scallop_mm", "ridges between its rows", "mm"),
+        ("cutting_time_min", "time at the feeds", "min"),
+    ),
 }
 """Figures worth a line: section, key, words, unit."""
 

@@ -18,6 +18,7 @@ from cutter_simulation import (
     swept,
 )
 
+from camgeom.cli import main
 from camgeom.errors import CamgeomError, DesignError, NotConverged, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
@@ -368,3 +369,66 @@ def test_rib_takes_a_tool_larger_than_its_roller(tmp_path: Path) -> None:
     assert data["passes"] == 2
     assert not data["within_roller"]
     assert write(made, tmp_path / "cam.apt") > 1000
+
+
+def test_the_command_line_writes_all_or_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile = tmp_path / "drum.toml"
+    output = '[output]\nformats = ["apt", "cutter.csv", "gcode", "rest.csv"]\n[limits]\npressure_angle_deg = 60\n'
+    profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\n' + output)
+    out = tmp_path / "out"
+    assert main(["build", str(profile), "--out", str(out)]) == 0
+    found = json.loads((out / "result.json").read_text())
+    assert found["cutter"]["passes"] == 2
+    ways = {way["path"]: way for way in found["cutter"]["shop_errors"]}
+    assert ways["centre"]["least_mm"] == pytest.approx(2.0, abs=1e-9)
+    assert ways["centre"]["most_mm"] == pytest.approx(2.0, abs=1e-9)
+    assert ways["shifted"]["most_mm"] > 0.3
+    assert ways["radial"]["least_mm"] < -0.05
+    assert len(found["files"]) == 4
+    profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\naxis = "radial"\n' + output)
+    assert main(["build", str(profile), "--out", str(tmp_path / "gouged")]) == 1
+    assert "no cutter or .apt" in capsys.readouterr().out
+    found = json.loads((tmp_path / "gouged" / "result.json").read_text())
+    assert "cuts" in found["cutter"]["refused"]
+    assert [Path(file).name for file in found["files"]] == ["drum.rest.csv"]
+    profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 21\n')
+    assert main(["check", str(profile)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_report_shows_the_tool_and_its_stock() -> None:
+    from camgeom.report.content import Map, Table
+    from camgeom.report.sections import report
+
+    made = model(DRUM, kind="flat", diameter=16.0)
+    (section,) = report(made, ["cutter"]).sections
+    tables = [block for block in section.blocks if isinstance(block, Table)]
+    maps = [block for block in section.blocks if isinstance(block, Map)]
+    assert len(tables) == 2
+    assert len(maps) == 2
+    assert made.machined.most is not None
+    assert np.nanmax(maps[0].values) == pytest.approx(1e3 * made.machined.most.value, rel=0.02)
+    assert report(Model(parse(DRUM)), ["cutter"]).sections == ()
+
+
+def test_rapid_ways_stay_outside_the_blank(tmp_path: Path) -> None:
+    """Between passes, and over several starts, the tool's end keeps off the cylinder round the cam."""
+    for text, keys, radius in (
+        (DRUM, {"kind": "flat", "diameter": 12.0}, 50.0),
+        (GLOBOID, {"kind": "flat", "diameter": 20.0}, 180.0 - np.sqrt(80.0**2 - 45.0**2)),
+    ):
+        _, _, passes = read_apt(written(model(text, **keys), tmp_path, "apt"))
+        ways = [[], []]
+        last = None
+        for blocks in passes:
+            for kind, values in blocks:
+                here = np.array(values[:3])
+                if kind == "rapid" and last is not None and last[0] == "rapid":
+                    ways[0].append(last[1])
+                    ways[1].append(here)
+                last = (kind, here)
+        start, stop = np.array(ways[0]), np.array(ways[1])
+        share = np.linspace(0.0, 1.0, 21)[:, None, None]
+        between = start + share * (stop - start)
+        assert len(start) > 0
+        assert np.hypot(between[..., 0], between[..., 1]).min() > radius + 4.0

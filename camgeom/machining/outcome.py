@@ -139,6 +139,10 @@ class Outcome:
 
     def data(self) -> dict[str, Any]:
         """As plain data for result.json. Raises DesignError where the tool gouges."""
+        return dict(self._figures)
+
+    @cached_property
+    def _figures(self) -> dict[str, Any]:
         machining, spec = self.machining, self.machining.spec
         self.refuse_gouges()
         data: dict[str, Any] = {

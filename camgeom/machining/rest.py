@@ -34,6 +34,8 @@ FAN = 5
 ROUNDS = 2
 ZOOMS = 3
 MARGIN = 1.5
+NOISE = 1e-11
+"""mm; less is rounding"""
 
 
 @final
@@ -119,7 +121,7 @@ class RestField:
             if float(rest[i, j]) > value:
                 value, phi, delta = float(rest[i, j]), float(angles[i]), float(deltas[j])
             width, height = 0.3 * width, 0.5 * height
-        return RestExtreme(sign * value, phi, delta, self.side)
+        return RestExtreme(sign * value if abs(value) > NOISE else 0.0, phi, delta, self.side)
 
     def _of_blank(self, x: Floats) -> npt.NDArray[np.bool_]:
         return np.ones(x.shape[1:], dtype=bool) if self.inside is None else np.asarray(self.inside(x))

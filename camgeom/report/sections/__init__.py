@@ -50,6 +50,7 @@ SECTIONS = (
     Entry("contact", "Contact and drive", "contact:contact"),
     Entry("fatigue", "Fatigue life", "life:life"),
     Entry("dynamics", "Dynamics", "dynamics:dynamics"),
+    Entry("cutter", "Cutter data", "cutter:cutter"),
     Entry("validation", "Validation", "validation:validation"),
     Entry("parameters", "Parameters", "record:parameters"),
     Entry("cost", "What was computed", "record:cost"),

@@ -1,0 +1,85 @@
+"""Cutter data: the tool and its passes in numbers, the stock it leaves on the flanks, and the ways that go wrong."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.flank import Flank
+from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text
+
+if TYPE_CHECKING:
+    from camgeom.machining.outcome import Outcome
+    from camgeom.machining.rest import RestField
+    from camgeom.model import Model
+
+ANGLES = 181
+PLACES = 9
+MICRON = 1e3
+LEAST_SHOWN = 1e-6
+"""mm; a rest below that everywhere is none, and has no map"""
+
+_FIGURES = (
+    ("passes", "Passes", ""),
+    ("rows", "Rows of the ball", ""),
+    ("scallop_mm", "Highest ridge between rows", "mm"),
+    ("foot_left_mm", "Wall left at the foot", "mm"),
+    ("most_rest_mm", "Most stock left", "mm"),
+    ("least_rest_mm", "Least stock left (a gouge is negative)", "mm"),
+    ("opposite_wall_mm", "Least distance from the opposite wall", "mm"),
+    ("mouth_gouge_mm", "Tool thicker than the groove's mouth by", "mm"),
+    ("largest_tool_diameter_mm", "Largest tool that fits every hollow", "mm"),
+    ("chord_error_mm", "Chord error of the path", "mm"),
+    ("cutting_time_min", "Time at the feeds", "min"),
+)
+_WAYS = {
+    "centre": "the roller's path, once",
+    "shifted": "the roller's path, moved along the follower's motion",
+    "radial": "beside the flank, with the axis through the cam's",
+}
+
+
+def cutter(model: Model) -> tuple[Block, ...]:
+    """The section; empty for a profile without [cutter]. Raises DesignError where the tool cannot make the cam."""
+    if model.profile.cutter is None:
+        return ()
+    outcome = model.machined
+    data = outcome.data()
+    known = [entry for entry in _FIGURES if data.get(entry[0]) is not None]
+    rows: list[tuple[Cell, ...]] = [(label, data[key], unit) for key, label, unit in known]
+    table = Table(f"Tool: {data['tool']}", (Column("Quantity"), Column("Value"), Column("Unit")), tuple(rows))
+    blocks: list[Block] = [table, *_maps(outcome)]
+    if shop := data.get("shop_errors"):
+        ways: list[tuple[Cell, ...]] = [
+            (_WAYS[way["path"]], way["least_mm"], way["most_mm"], way["most_at_deg"]) for way in shop
+        ]
+        heads = (Column("Way"), Column("Least stock", "mm"), Column("Most stock", "mm"), Column("at", "°"))
+        blocks.append(Table("What the same tool leaves where it only follows the roller", heads, tuple(ways)))
+    if outcome.certain and outcome.machining.tracks:
+        blocks.append(Text(("The tool stays within the roller's own body all the way, so it cannot cut too deep.",)))
+    return tuple(blocks)
+
+
+def _maps(outcome: Outcome) -> list[Block]:
+    """Stock over both flanks of the first track, where there is any."""
+    shown: list[Block] = []
+    fields = outcome.fields
+    for one in [field for field in fields if field.track is fields[0].track]:
+        if float(np.abs(one.rest[one.valid]).max(initial=0.0)) > LEAST_SHOWN:
+            shown.append(_map(one, outcome))
+    return shown
+
+
+def _map(one: RestField, outcome: Outcome) -> Map:
+    low, high = one.track.knots()[[0, -1]]
+    phi = np.linspace(low, high, ANGLES)
+    shallow, deep = sorted(one.track.contact)
+    delta = np.linspace(shallow, deep, PLACES)
+    t = np.array([one.track.meridian.parameter(float(d)) for d in delta])
+    flank = Flank(one.track, phi, t, one.side)
+    inside = np.ones((ANGLES, PLACES), dtype=bool) if outcome.inside is None else outcome.inside(flank.x)
+    values = np.where(inside, MICRON * one.at(flank), np.nan)
+    name = f"{one.track.name}, flank {'+' if one.side > 0.0 else '-'}"
+    along = Axis("Along the roller", "mm")
+    return Map(f"Stock left, {name}", CAM_ANGLE, along, Axis("Stock", "µm"), np.degrees(phi), delta, values.T)
