@@ -35,7 +35,9 @@ class Outcome:
         found = []
         for track, tool in zip(self.machining.tracks, self.machining.tools):
             for side in track.sides:
-                paths = self._beside(track, side) + (self._beside(track, -side) if len(track.sides) > 1 else ())
+                # A tool that stays within the roller's body is never nearer to a flank than beside it.
+                far = () if self.certain or len(track.sides) == 1 else self._beside(track, -side)
+                paths = self._beside(track, side) + far
                 rows = tuple(p for p in self.machining.paths if isinstance(p, RowPath) and _made_by(p, track, side))
                 found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows))
         return tuple(found)
@@ -53,7 +55,7 @@ class Outcome:
         machining, spec = self.machining, self.machining.spec
         if not machining.tracks or spec.kind == "roller":
             return True
-        cylinders = all(isinstance(t.meridian, Straight) and t.meridian.slope == 0.0 for t in machining.tracks)
+        cylinders = all(_cylinder(track) for track in machining.tracks)
         upright = spec.axis == "roller" and machining.tool.kind != "disc"
         reach = machining.tool.radius + spec.allowance
         return cylinders and upright and all(reach <= narrowest(t) + SAME for t in machining.tracks)
@@ -119,11 +121,18 @@ class Outcome:
         if not pairs or (spec.path == "flank" and all(isinstance(path, CentrePath) for path in machining.paths)):
             return []
         found = []
+        least: RestExtreme | None
+        most: RestExtreme | None
         for way in ("centre", "shifted", "radial"):
             if way == "radial" and not all(is_radial(track) for track, _ in pairs):
                 continue
-            fields = [self._shop_field(way, t, side, tool) for t, tool in pairs for side in t.sides]
-            least, most = extreme_of(fields, -1.0), extreme_of(fields, 1.0)
+            if way == "centre" and all(_cylinder(track) for track, _ in pairs):
+                # Both surfaces are parallel to the pitch surface: the same stock everywhere.
+                stocks = [narrowest(track) - tool.radius for track, tool in pairs]
+                least, most = (RestExtreme(f(stocks), 0.0, pairs[0][0].contact[0], 1.0) for f in (min, max))
+            else:
+                fields = [self._shop_field(way, t, side, tool) for t, tool in pairs for side in t.sides]
+                least, most = extreme_of(fields, -1.0), extreme_of(fields, 1.0)
             if least is not None and most is not None:
                 found.append({"path": way, **least.data("least"), **most.data("most")})
         return found
@@ -208,6 +217,10 @@ class Outcome:
         sizes = [p.largest_diameter() for p in self.machining.paths if isinstance(p, ContourPath)]
         largest = min((size for size in sizes if size is not None), default=None)
         return {"least_rest_mm": stock, "most_rest_mm": stock, "largest_tool_diameter_mm": largest}
+
+
+def _cylinder(track: Track) -> bool:
+    return isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
 
 
 def _made_by(path: RowPath, track: Track, side: float) -> bool:

@@ -26,13 +26,13 @@ from camgeom.track import Track
 Floats = npt.NDArray[np.float64]
 Inside = Callable[[Floats], npt.NDArray[np.bool_]]
 
-PER_TURN = 360
-STATIONS = 9
+PER_TURN = 180
+STATIONS = 7
 COARSE = 41
 """positions tried round each cam angle"""
 FAN = 5
 ROUNDS = 2
-ZOOMS = 3
+ZOOMS = 5
 MARGIN = 1.5
 NOISE = 1e-11
 """mm; less is rounding"""
