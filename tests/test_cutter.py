@@ -387,7 +387,7 @@ def test_the_command_line_writes_all_or_says_why(tmp_path: Path, capsys: pytest.
     assert len(found["files"]) == 4
     profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\naxis = "radial"\n' + output)
     assert main(["build", str(profile), "--out", str(tmp_path / "gouged")]) == 1
-    assert "no cutter or .apt" in capsys.readouterr().out
+    assert "no cutter: the end mill" in capsys.readouterr().out
     found = json.loads((tmp_path / "gouged" / "result.json").read_text())
     assert "cuts" in found["cutter"]["refused"]
     assert [Path(file).name for file in found["files"]] == ["drum.rest.csv"]

@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.rest import RestField
 
+ROUND = "drums and globoids"
+"""cams whose flanks run round a body: what a tool leaves there changes from place to place"""
 COLUMNS = ("track", "side", "cam_angle_deg", "roller_mm", "x_mm", "y_mm", "z_mm", "rest_mm")
 
 
-@writer(".rest.csv", "stock that the tool leaves on the flanks (gouges negative), CSV", takes="machined")
+@writer(".rest.csv", "stock that the tool leaves on flanks (gouges negative), CSV", "machined", ROUND)
 def write_rest_csv(path: Path, outcome: Outcome) -> int:
     """Write the stock at points of every flank, mm, one a line; returns the bytes written.
 
@@ -43,7 +45,7 @@ def write_rest_csv(path: Path, outcome: Outcome) -> int:
         return stream.tell()
 
 
-@writer(".rest.vtu", "flanks with the stock that the tool leaves as a field, VTU; exact", takes="machined")
+@writer(".rest.vtu", "flanks with the stock that the tool leaves as a field, VTU; exact", "machined", ROUND)
 def write_rest_vtu(path: Path, outcome: Outcome) -> int:
     """Write every flank as a surface with `rest_mm` on its points; returns the bytes written. Errors as for the CSV."""
     bodies = []
