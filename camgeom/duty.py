@@ -19,7 +19,7 @@ from camgeom.mechanics.bearing import BearingLife, bearing_life
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.fatigue import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.hertz import LineContact, line_contact
-from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, normal_force
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.panels import highest, panels, roots
 from camgeom.mechanics.slices import share_load
@@ -117,7 +117,13 @@ class Duty:
     def normal(self) -> Floats:
         """Signed normal force on the roller, N, (p, n); positive on the wall behind."""
         w = self.reference
-        return normal_force(self.force.force, w.cosine, w.lever / w.cosine)
+        return normal_force(self.pushed, w.cosine, w.lever / w.cosine)
+
+    @cached_property
+    def pushed(self) -> Floats:
+        """Force along the motion with the friction that the side thrust makes in a slide's guides, N (N mm), (p, n)."""
+        force = self.force
+        return guided_force(force.force, self.reference.cosine, self.load.guide_friction, force.direction)
 
     @cached_property
     def contact(self) -> Contact:
@@ -133,14 +139,14 @@ class Duty:
         k = [curvature.relative_curvature(name, w, self.radius, pitch_radius, ds, dds) for w in ("behind", "ahead")]
         pair = pair_compliance(self.roller, self.cam)
         rate = curvature.path_rate(pitch_radius, ds)
-        normal = normal_force(self.force.force, cosine)
+        normal = self.force.normal(cosine, guide_friction=self.load.guide_friction)
         return line_contacts(self.force.panels, normal, k[0], k[1], rate, self.length, pair)
 
     @cached_property
     def slices(self) -> Contact:
         """Contact of SLICES equal slices along the roller that approach alike; a leading axis (m,)."""
         stations, widths, walls = self._slices
-        force = self.force.force
+        force = self.pushed
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
@@ -228,7 +234,8 @@ class Duty:
     @cached_property
     def torque(self) -> Floats:
         """Torque the cam takes from its shaft, N mm, (p, n)."""
-        return drive_torque(self.force, self.normal, self.reference.path_rate, self.radius)
+        guides = (self.pushed - self.force.force) * self.force.ds
+        return drive_torque(self.force, self.normal, self.reference.path_rate, self.radius) + guides
 
     def peak_of(self, values: Floats) -> tuple[float, float]:
         """Largest value of a panel quantity (p, n) and its cam angle, rad."""

@@ -53,6 +53,7 @@ def follower_load(profile: Profile, setup: Setup) -> FollowerLoad:
         weight,
         applied,
         "translating" if translating else "rotating",
+        operation.guide_friction,
     )
 
 

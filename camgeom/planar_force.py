@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.panels import highest, panels, roots
 from camgeom.outline_touch import Touch
@@ -69,17 +69,23 @@ class PlanarDrive:
     @cached_property
     def normals(self) -> dict[str, Floats]:
         """Normal force of every touch, N, (p, n): zero where it does not carry."""
-        force = self.force.force
-        return {
-            touch.name: np.maximum(touch.way * force, 0.0) / np.abs(lever)
-            for touch, lever in zip(self.touches, self._levers)
-        }
+        levers = zip(self.touches, self._levers)
+        return {touch.name: np.abs(self._given(touch, lever) / lever) for touch, lever in levers}
+
+    def _given(self, touch: Touch, lever: Floats) -> Floats:
+        """Force along the motion that a touch gives, N (N mm), (p, n), with the friction of a slide's guides.
+
+        A slide's lever is the cosine of its pressure angle: the guides take the thrust across the motion.
+        """
+        force = np.maximum(touch.way * self.force.force, 0.0) * touch.way
+        cosine = np.minimum(np.abs(lever), 1.0)
+        return guided_force(force, cosine, self.load.guide_friction, self.force.direction)
 
     @cached_property
     def torque(self) -> Floats:
         """Torque that the cam takes from its shaft, N mm, (p, n); a lost contact takes none."""
-        force = self.force.force if self.form_closed else np.maximum(self.force.force, 0.0)
-        return np.asarray(force * self.force.ds)
+        given = sum(self._given(touch, lever) for touch, lever in zip(self.touches, self._levers))
+        return np.asarray(given * self.force.ds)
 
     @cached_property
     def least(self) -> tuple[float, float]:

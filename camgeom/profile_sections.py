@@ -45,6 +45,9 @@ class Operation(Section):
 
     speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="r/min, cam speed")
     friction: NonNegative = Field(0.0, description="N, against the motion (N mm for swinging followers and turrets)")
+    guide_friction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        0.0, description="1, friction of a slide's guides under its side thrust, times overhang over bearing distance"
+    )
     load_mass: Mass = Field(0.0, description="kg, moved together with the follower")
     load_inertia: Inertia = Field(0.0, description="kg m2, turns together with a swinging follower or turret")
     spring_rate: NonNegative = Field(0.0, description="N/mm (N mm/deg), spring that pushes the follower back")
@@ -56,7 +59,7 @@ class Operation(Section):
 
     def idle(self, rotating: bool) -> list[Problem]:
         """The keys that say something about the other kind of follower: translating or rotating."""
-        none = {"load_mass": 0.0, "gravity": 0.0} if rotating else {"load_inertia": 0.0}
+        none = {"load_mass": 0.0, "gravity": 0.0, "guide_friction": 0.0} if rotating else {"load_inertia": 0.0}
         kind, instead = ("rotating", "load_inertia, or a force") if rotating else ("translating", "load_mass")
         message = f"means nothing for a {kind} follower"
         return [

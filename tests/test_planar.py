@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.checks import findings
+from camgeom.errors import DesignError, ProfileError
 from camgeom.job import COMMANDS, compute
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -118,3 +119,81 @@ def test_a_crowned_roller_presses_harder_on_a_straight_disc() -> None:
     assert raised > 1.2 * plain
     mild = disc(roller='shape = "crowned"\ndiameter = 20\nlength = 12\ncrown_radius = 1e5', rest=rest)
     assert float(mild.duty.slices.peak().pressure.max()) == pytest.approx(plain, rel=0.03)
+
+
+GUIDED = """
+name = "disc in a slide with guide friction"
+[cam]
+kind = "disc"
+base_radius = 40
+width = 20
+[follower]
+kind = "translating"
+mass = 2
+offset = {offset}
+[roller]
+diameter = 20
+length = 18
+[[motion]]
+until = 120
+to = 20
+law = "cycloidal"
+[[motion]]
+until = 150
+[[motion]]
+until = 270
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+[operation]
+speed = 60
+spring_rate = 10
+spring_preload = 300
+guide_friction = {friction}
+"""
+
+
+@pytest.mark.parametrize("offset", [0.0, 8.0])
+def test_guide_friction_grows_with_the_side_thrust(offset: float) -> None:
+    """Free body of the slide: N cos(alpha) = F + mu N sin(alpha) in the rise, minus in the return; none in a dwell."""
+    mu = 0.3
+    plain, rough = (Model(parse(GUIDED.format(offset=offset, friction=one))) for one in (0.0, mu))
+    theta = plain.drive.force.panels.theta.ravel()
+    cosine = np.abs(plain.planar.touches[0].at(theta).lever)
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    side = np.broadcast_to(plain.drive.force.direction, plain.drive.force.force.shape).ravel()
+    force = plain.drive.force.force.ravel()
+    normal = next(iter(rough.drive.normals.values())).ravel()
+    assert np.abs(normal * cosine - force - side * mu * normal * sine).max() < 1e-9 * force.max()
+    # what the cam gives beyond the frictionless follower is the guides' loss
+    lost = rough.drive.force.panels.integral(np.reshape(mu * normal * sine * np.abs(plain.drive.force.ds.ravel()),
+                                                        plain.drive.force.ds.shape))
+    more = [m.drive.totals()["mean_torque_n_m"] for m in (plain, rough)]
+    assert more[1] - more[0] == pytest.approx(float(lost) / (2.0 * np.pi) * 1e-3, rel=1e-9)
+    assert more[1] > more[0] + 0.1
+    # the roller's own contact agrees with the cam's
+    assert np.abs(rough.duty.pushed).max() == pytest.approx((normal * cosine).max(), rel=1e-4)
+    assert rough.duty.torque.max() == pytest.approx(rough.drive.torque.max(), rel=1e-4)
+
+
+@pytest.mark.parametrize(("share", "jams"), [(0.999, False), (1.002, True)])
+def test_a_slide_jams_where_friction_takes_all_the_thrust(share: float, jams: bool) -> None:
+    free = Model(parse(GUIDED.format(offset=0.0, friction=0.0)))
+    rising = free.drive.force.direction.ravel() > 0.0
+    lever = np.abs(free.drive._levers[0])[rising]
+    limit = float((lever / np.sqrt(1.0 - lever**2)).min())
+    model = Model(parse(GUIDED.format(offset=0.0, friction=share * limit)))
+    if jams:
+        with pytest.raises(DesignError, match="jams"):
+            _ = model.drive.torque
+    else:
+        assert np.isfinite(model.drive.torque).all()
+
+
+def test_guide_friction_belongs_to_slides() -> None:
+    text = GUIDED.format(offset=0.0, friction=0.2).replace('kind = "translating"', 'kind = "swinging"\narm = 80')
+    text = text.replace("mass = 2\noffset = 0.0", "")
+    text = text.replace("base_radius = 40", "base_radius = 40\ncenter_distance = 100")
+    with pytest.raises(ProfileError, match=r"operation\.guide_friction"):
+        parse(text)

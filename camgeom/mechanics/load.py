@@ -60,6 +60,8 @@ class FollowerLoad:
     weight: ArrayLike = 0.0
     applied: Sequence[Applied] = ()
     kind: Literal["translating", "rotating"] = "translating"
+    guide_friction: float = 0.0
+    """of a slide's guides: grows with the side thrust, which the geometry decides (see `normal_force`)"""
 
     def breaks(self) -> Array:
         """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
@@ -161,6 +163,18 @@ def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0,
         raise DesignError(f"the follower jams in its guides: pressure angle up to {angle:.4g} deg with guide friction "
                           f"{float(np.max(friction)):.4g}; lower the pressure angle or the friction")
     return np.asarray(demand / (np.asarray(lever, dtype=np.float64) * share))
+
+
+def guided_force(force: Array, cos_alpha: ArrayLike, guide_friction: float, side: ArrayLike) -> Array:
+    """Force along the motion that the cam gives a slide, N: the follower's `force` and the friction of its guides.
+
+    The guides hold back mu times the side thrust Fn sin(alpha); side: sign of the motion. Raises DesignError where the
+    follower jams.
+    """
+    if guide_friction == 0.0:
+        return force
+    cosine = np.asarray(cos_alpha, dtype=np.float64)
+    return np.asarray(cosine * normal_force(force, cosine, 1.0, guide_friction, side))
 
 
 @final
