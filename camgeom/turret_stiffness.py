@@ -9,18 +9,20 @@ Units N, mm, MPa, rad; the table is N m/rad.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.mechanics.hertz import line_flexibility
-from camgeom.turret_ribs import Engagement
+from camgeom.turret_ribs import Engagement, Inside
 
 if TYPE_CHECKING:
     from camgeom.dynamics.indexing_contact import Estimate
-    from camgeom.turret_duty import TurretDuty
+    from camgeom.mechanics.load import FollowerForce
+    from camgeom.mechanics.material import Material
+    from camgeom.track import Track
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -36,6 +38,25 @@ PASSES = 200
 SETTLED = 1e-12
 MILLI = 1e-3
 MEGA = 1e6
+
+
+class LoadedTurret(Protocol):
+    """What bears on a turret: its rollers, where the cam is, force and torque (N mm), preload (mm), materials."""
+
+    @property
+    def tracks(self) -> tuple[Track, ...]: ...
+    @property
+    def inside(self) -> Inside: ...
+    @property
+    def force(self) -> FollowerForce: ...
+    @property
+    def torque(self) -> Floats: ...
+    @property
+    def preload(self) -> float: ...
+    @property
+    def roller(self) -> Material: ...
+    @property
+    def cam(self) -> Material: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +83,7 @@ class Held:
     angle: Floats
 
 
-def contact_table(duty: TurretDuty, estimate: Estimate = "half-space") -> tuple[float, ...]:
+def contact_table(duty: LoadedTurret, estimate: Estimate = "half-space") -> tuple[float, ...]:
     """K12 in N m/rad at COUNT equal steps of a turn from cam angle zero, under the duty's torque.
 
     Raises DesignError where no roller can bear.
@@ -87,7 +108,7 @@ def contact_table(duty: TurretDuty, estimate: Estimate = "half-space") -> tuple[
     return tuple(float(value) for value in each.reshape(COUNT, WITHIN).mean(axis=1))
 
 
-def torque_at(duty: TurretDuty, theta: Floats, preloaded: bool) -> Floats:
+def torque_at(duty: LoadedTurret, theta: Floats, preloaded: bool) -> Floats:
     """Torque on the turret, N mm, (n,), at cam angles (n,), without preload at least LEAST of the largest."""
     torque = duty.force.panels.at(duty.force.force, np.mod(theta, 2.0 * np.pi))
     largest = float(np.abs(duty.torque).max(initial=0.0))
@@ -98,12 +119,12 @@ def torque_at(duty: TurretDuty, theta: Floats, preloaded: bool) -> Floats:
     return np.asarray(np.where(torque >= 0.0, 1.0, -1.0) * np.maximum(np.abs(torque), LEAST * largest))
 
 
-def bearing_at(duty: TurretDuty, theta: Floats) -> Bearing:
+def bearing_at(duty: LoadedTurret, theta: Floats) -> Bearing:
     """The slices beside the cam at cam angles (n,)."""
     return bearing_of(duty, Engagement(duty.tracks, duty.inside, theta))
 
 
-def bearing_of(duty: TurretDuty, beside: Engagement) -> Bearing:
+def bearing_of(duty: LoadedTurret, beside: Engagement) -> Bearing:
     """The slices of an engagement at its cam angles (n,)."""
     n = len(beside.theta)
     side = np.array([1.0, -1.0])[:, None, None, None]
@@ -124,7 +145,7 @@ def bearing_of(duty: TurretDuty, beside: Engagement) -> Bearing:
     )
 
 
-def _preload(duty: TurretDuty, beside: Engagement) -> Floats:
+def _preload(duty: LoadedTurret, beside: Engagement) -> Floats:
     """How far each slice is pressed into the cam, mm, (2, n, k, m), by a turret set closer along the line of centres.
 
     The closer setting is the one that gives the duty's normal interference in the dwell at cam angle zero; where no
@@ -141,7 +162,7 @@ def _preload(duty: TurretDuty, beside: Engagement) -> Floats:
     return np.asarray(duty.preload / steepest * inward)
 
 
-def equilibrium(bearing: Bearing, torque: Floats, duty: TurretDuty) -> Held:
+def equilibrium(bearing: Bearing, torque: Floats, duty: LoadedTurret) -> Held:
     """Line loads whose torques on the turret add up to torque (n,), N mm.
 
     The flexibility of a line contact hangs on its load by a logarithm only: it is renewed in every Newton step of psi.
