@@ -97,7 +97,13 @@ def _outlines(model: Model, outlines: dict[str, Outline], cutter_radius: float |
         for name, outline in outlines.items()
     ]
     notes = ["cam frame, seen from +Z, origin on the cam axis"]
-    if cutter_radius:
+    hollow = model.planar.radii[1] if cutter_radius and model.planar is not None else None
+    if cutter_radius and hollow is not None and cutter_radius >= hollow.value:
+        notes.append(
+            f"no cutter path: a tool of radius {cutter_radius:g} mm does not reach into the hollow of radius "
+            f"{hollow.value:.6g} mm at cam angle {degrees(hollow.cam_angle) % 360.0:.6g} deg"
+        )
+    elif cutter_radius:
         for name, outline in outlines.items():
             if not name.endswith("pitch curve"):
                 # The tool stands where the roller does: outside, but within the outer flank of a face groove.

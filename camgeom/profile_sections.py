@@ -87,9 +87,6 @@ class Output(Section):
     formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=12)], ...], Field(max_length=40)] = Field(
         ("3mf", "stl"), description="file formats of the solid and its drawings"
     )
-    cutter_diameter: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
-        None, description="mm, round cutter or grinding wheel whose centre's path planar drawings show"
-    )
     table_points: Annotated[int, Field(ge=3, le=100_000)] | None = Field(
         None, description="points of the electronic cam, evenly spaced with both ends; default 361"
     )

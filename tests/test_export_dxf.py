@@ -106,7 +106,7 @@ def test_the_polyline_is_on_the_curve_and_its_chords_within_the_stated_error(tmp
 
 
 def test_cutter_paths_lie_at_the_cutter_radius(tmp_path: Path) -> None:
-    model = changed("disc_face_groove", "[output]\n", "[output]\ncutter_diameter = 24\n")
+    model = changed("disc_face_groove", "[output]\n", '[cutter]\nkind = "flat"\ndiameter = 24\n[output]\n')
     write(model, tmp_path / "cam.dxf")
     document = readable(tmp_path / "cam.dxf")
     paths = {name: entity for layer, name, _, entity in curves(document, "SPLINE") if layer == "CUTTER_SPLINE"}
@@ -116,6 +116,17 @@ def test_cutter_paths_lie_at_the_cutter_radius(tmp_path: Path) -> None:
         flank = model.planar.outlines[name.partition(",")[0]].curve(phi).points.T
         for point in on_spline(entity, 40):
             assert np.hypot(*(flank - point).T).min() == pytest.approx(12.0, abs=2e-4)
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(0.999, True), (1.002, False)])
+def test_a_cutter_that_does_not_reach_is_told(tmp_path: Path, share: float, drawn: bool) -> None:
+    hollow = read(str(PROFILES / "disc_face_groove.toml")).planar.radii[1].value
+    tool = f'[cutter]\nkind = "flat"\ndiameter = {2.0 * share * hollow}\n[output]\n'
+    model = changed("disc_face_groove", "[output]\n", tool)
+    write(model, tmp_path / "cam.dxf")
+    document = readable(tmp_path / "cam.dxf")
+    assert any(layer == "CUTTER_SPLINE" for layer, *_ in curves(document, "SPLINE")) == drawn
+    assert any("does not reach" in text.text for text in document.modelspace().query("MTEXT")) != drawn
 
 
 def test_the_bore_with_its_keyway_is_exact(tmp_path: Path) -> None:
@@ -234,6 +245,17 @@ def test_chords_use_their_tolerance(chord: float) -> None:
     middles = 0.5 * (line.points + np.roll(line.points, -1, axis=0))
     assert 20.0 - np.hypot(*middles.T).min() == pytest.approx(line.chord_error, rel=1e-6)
     assert 0.7 * chord < line.chord_error <= chord
+
+
+def test_a_corner_at_a_knot_is_exact(tmp_path: Path) -> None:
+    def at(phi):
+        return np.stack([np.abs(phi - 1.0), phi**2]), np.stack([np.sign(phi - 1.0), 2.0 * phi])
+
+    spline = fitted(PlaneCurve("corner", "profile", at, np.array([0.0, 1.0, 2.3]), False), 1e-6)
+    x, y = spline(np.linspace(spline.knots[0], spline.knots[-1], 5001)).T
+    assert np.abs(x - np.abs(np.sqrt(np.maximum(y, 0.0)) - 1.0))[y > 0.01].max() < 1e-4
+    corner = np.hypot(*(spline.control - (0.0, 1.0)).T).min()
+    assert corner < 1e-11
 
 
 def test_a_corner_is_met_as_nearly_as_asked() -> None:

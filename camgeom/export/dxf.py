@@ -46,12 +46,12 @@ def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: flo
     """Write the flat views of a cam; returns the bytes written.
 
     deviation  mm, of the splines; chord: mm, of the polylines (default: the model's tolerance). What was reached is
-               measured and stands in the file. `[output] cutter_diameter` of the profile adds the tool's path.
+               measured and stands in the file. A tool's diameter in the profile's [cutter] adds its path.
     Raises ExportError for a cam with nothing flat to draw, where a flank is undercut, or the file cannot be written.
     """
     import ezdxf
 
-    cutter = model.profile.output.cutter_diameter
+    cutter = getattr(model.profile.cutter_spec, "diameter", None)
     try:
         model.refuse_folded()
         views = plane_views(model, 0.5 * cutter if cutter else None)

@@ -1,7 +1,7 @@
 """Plane curves by exact points and tangents: clamped cubic splines and polylines with a measured deviation.
 
-A curve is smooth between its knots; its direction does not jump at them. The spline's parameter is arc length, so that
-it is C1 at the knots (there the curvature may jump) and C2 everywhere else. scipy is imported where a spline is made.
+A curve is smooth between its knots. The spline's parameter is arc length, so that it is C1 at knots where the curvature
+jumps, C2 between knots, and has a corner exactly where the curve has one. scipy is imported where a spline is made.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ Role = Literal["profile", "pitch", "cutter", "centre"]
 HAIR = 1e-12
 """share of a piece by which its ends are nudged inwards, so that one-sided values are met"""
 GAUSS = np.polynomial.legendre.leggauss(4)
+CORNER = 1e-6
+"""rad; a turn of the direction at a knot that makes a corner"""
 FIRST = 6
 """spline intervals a piece starts with"""
 ROUNDS = 16
@@ -80,27 +82,27 @@ def fitted(curve: PlaneCurve, deviation: float) -> Spline:
 
     Every piece starts and ends with the curve's own direction. Raises NotConverged where the curve has a cusp.
     """
-    joined: tuple[Floats, Floats] | None = None
+    knots, control = np.zeros(0), np.zeros((0, 2))
     worst = 0.0
     for low, high in curve.pieces():
-        knots, control, error = _fitted_piece(curve, low, high, deviation)
+        own, points, error = _fitted_piece(curve, low, high, deviation)
         worst = max(worst, error)
-        if joined is None:
-            joined = knots, control
+        if not len(knots):
+            knots, control = own, points
             continue
-        before, points = joined
-        # Both pieces leave the joint with the same unit tangent over arc length: the joint's own control point and one
-        # of its knots are redundant, and without them the spline is C1 there by its knots alone.
-        start = before[-1]
-        joined = (
-            np.concatenate([before[:-2], knots[4:] + start]),
-            np.concatenate([points[:-1], control[1:]]),
-        )
-    assert joined is not None
-    knots, control = joined
+        # Where both pieces leave the joint with one unit tangent over arc length, the joint's own control point and one
+        # of its knots are redundant: without them the spline is C1 there by its knots alone. A corner keeps them.
+        corner = _turned(control[-1] - control[-2], points[1] - points[0]) > CORNER
+        knots = np.concatenate([knots[: -1 if corner else -2], own[4:] + knots[-1]])
+        control = np.concatenate([control if corner else control[:-1], points[1:]])
     if curve.closed:
         control[-1] = control[0]
     return Spline(control, knots, worst)
+
+
+def _turned(before: Floats, after: Floats) -> float:
+    """Angle between two directions, rad."""
+    return abs(float(np.arctan2(before[0] * after[1] - before[1] * after[0], before @ after)))
 
 
 def _fitted_piece(curve: PlaneCurve, low: float, high: float, deviation: float) -> tuple[Floats, Floats, float]:
