@@ -174,9 +174,9 @@ def _add_inspect(sub: argparse.ArgumentParser) -> None:
 
 
 def _add_design(sub: argparse.ArgumentParser) -> None:
-    sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal")
+    sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal, disc, conjugate or constant-width")
     sub.add_argument("file", metavar="FILE", nargs="?", help="where to write the profile; default stdout")
-    sub.add_argument("--stops", metavar="N", required=True, help="stops in one turn of the turret")
+    sub.add_argument("--stops", metavar="N", help="globoidal: stops in one turn of the turret")
     sub.add_argument("--motion-angle", metavar="DEG", help="cam angle of the motion")
     sub.add_argument("--ratio", metavar="KD", help="time of motion over time of dwell, instead of the angle")
     sub.add_argument("--center-distance", metavar="MM", help="cam axis to turret axis")
@@ -186,6 +186,11 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--torque", metavar="NM", help="load on the turret against the motion, default 0")
     sub.add_argument("--life", metavar="H", help="life of rollers, bearings and cam, default 20000 h")
     sub.add_argument("--name", metavar="TEXT", help="the profile's name")
+    sub.add_argument("--profile", metavar="FILE", help="planar cams: motion and follower to design for; or the starter")
+    sub.add_argument("--pressure-angle", metavar="DEG", help="planar cams: largest pressure angle")
+    sub.add_argument("--convex-radius", metavar="MM", help="planar cams: smallest convex radius, default no undercut")
+    sub.add_argument("--contact-pressure", metavar="MPA", help="planar cams: largest contact pressure")
+    sub.add_argument("--best-offset", action="store_true", help="planar cams: choose the slide's offset as well")
     _add_json(sub)
 
 

@@ -1,4 +1,4 @@
-"""`camgeom design globoidal`: a profile from what the drive has to do, with the reason of every choice."""
+"""`camgeom design`: of a globoidal drive a profile from what the drive has to do, with the reason of every choice."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 
+from camgeom import cli_design_planar
 from camgeom.cli import Console, UsageError
 from camgeom.cli_text import aligned
 
@@ -20,8 +21,12 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.design_globoidal import design
     from camgeom.export.atomic import atomic_write
 
+    if arguments.kind in cli_design_planar.KINDS:
+        limits = {key: _number(arguments, key, None) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
+        return cli_design_planar.run(arguments, limits, console)
     if arguments.kind not in KINDS:
-        raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {', '.join(KINDS)}")
+        known = ", ".join((*KINDS, *cli_design_planar.KINDS))
+        raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {known}")
     ratio, angle = _number(arguments, "ratio", None), _number(arguments, "motion_angle", None)
     if (ratio is None) == (angle is None):
         raise UsageError("give either --motion-angle or --ratio (time of motion over time of dwell)")

@@ -91,12 +91,12 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
     """
 
     def margin(radius: float) -> float:
-        return min(_margins(profile, float(radius), wanted).values())
+        return min(margins(profile, float(radius), wanted).values())
 
     radii = np.geomspace(low, high, SCANNED)
     found = np.array([margin(radius) for radius in radii])
     if found[-1] < 0.0:
-        worst = min(_margins(profile, high, wanted).items(), key=lambda item: item[1])
+        worst = min(margins(profile, high, wanted).items(), key=lambda item: item[1])
         raise DesignError(
             f"no base radius up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} there; "
             "give the motion more cam angle, or change arm, centre distance or roller with the radius"
@@ -109,7 +109,7 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
     return float(root[0])
 
 
-def _margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
+def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
     """How far each limit is kept, as a share of it; negative where it is not."""
     cam: Any = profile.cam.model_copy(update={"base_radius": radius})
     model = Model(profile.model_copy(update={"cam": cam}))
@@ -215,6 +215,7 @@ __all__ = [
     "Wanted",
     "balance",
     "best_offset",
+    "margins",
     "smallest_base_radius",
     "smallest_flat_base",
     "smallest_prime_radius",

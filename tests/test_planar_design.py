@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import csv
+import json
 from math import degrees, hypot, pi, radians
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from camgeom.cli import main
+from camgeom.cli_design_planar import with_key
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.outline import Measured
@@ -15,11 +19,13 @@ from camgeom.planar_design import (
     Wanted,
     balance,
     best_offset,
+    margins,
     smallest_base_radius,
     smallest_flat_base,
     smallest_prime_radius,
     tool_path,
 )
+from camgeom.profile import read as read_profile
 from tests.machines import pin_cam, pin_setup
 from tests.test_disc import HARMONIC, disc, flat
 
@@ -119,3 +125,58 @@ def test_other_cams_have_no_outlines(tmp_path) -> None:
     groove = disc().profile
     with pytest.raises(ExportError, match="only planar"):
         write(type("Other", (), {"planar": None, "profile": groove})(), tmp_path / "x.outline.csv")
+
+
+PROFILES = Path(__file__).resolve().parents[1] / "profiles"
+
+
+@pytest.mark.parametrize("name", ["disc_offset_roller", "disc_flat_face"])
+def test_design_disc_writes_the_smallest_cam_that_passes(name, tmp_path, capsys) -> None:
+    """The written radius keeps the limit, a hundredth below it does not, and the rest of the text stands."""
+    old, new = PROFILES / f"{name}.toml", tmp_path / "new.toml"
+    limits = ["--pressure-angle", "25"] if name == "disc_offset_roller" else ["--convex-radius", "12"]
+    assert main(["design", "disc", str(new), "--profile", str(old), *limits]) == 0
+    assert "decides" in capsys.readouterr().out
+    changed = [(a, b) for a, b in zip(old.read_text().splitlines(), new.read_text().splitlines()) if a != b]
+    assert len(changed) == 1
+    assert changed[0][1].lstrip().startswith("base_radius = ")
+    profile = read_profile(new)
+    wanted = Wanted(25.0, 0.0) if name == "disc_offset_roller" else Wanted(None, 12.0)
+    base = profile.cam.base_radius
+    assert min(margins(profile, base, wanted).values()) >= 0.0
+    assert min(margins(profile, base - 0.011, wanted).values()) < 0.0
+
+
+def test_design_disc_chooses_the_offset_too(tmp_path, capsys) -> None:
+    old = PROFILES / "disc_offset_roller.toml"
+    plain, best = (tmp_path / f"{name}.toml" for name in ("plain", "best"))
+    command = ["--profile", str(old), "--pressure-angle", "20"]
+    assert main(["design", "disc", str(plain), *command]) == 0
+    assert main(["design", "disc", str(best), *command, "--best-offset", "--json"]) == 0
+    out = capsys.readouterr().out
+    chosen = json.loads(out[out.index("{") :])["choices"]
+    assert [one["what"] for one in chosen] == ["follower.offset", "cam.base_radius"]
+    assert read_profile(best).cam.base_radius < read_profile(plain).cam.base_radius
+    assert read_profile(best).follower.offset != read_profile(plain).follower.offset
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["disc", "--profile", str(PROFILES / "conjugate_rocker.toml")], "kind"),
+        (["disc", "--profile", str(PROFILES / "disc_flat_face.toml"), "--best-offset"], "best-offset"),
+        (["disc", "--pressure-angle", "steep"], "pressure-angle"),
+        (["sphere"], "unknown kind"),
+        (["globoidal", "--motion-angle", "120"], "stops"),
+    ],
+)
+def test_design_refuses_what_it_cannot_choose(words, reason, capsys) -> None:
+    assert main(["design", *words]) == 2
+    assert reason in capsys.readouterr().err
+
+
+def test_a_key_is_replaced_or_added_and_comments_stay() -> None:
+    text = "name = 'x'\n[cam]\nwidth = 20   # mm\n[follower]\nkind = 'y'\n"
+    assert with_key(text, "cam", "width", 21.5).splitlines()[2] == "width = 21.5   # mm"
+    assert "[follower]\noffset = 3\n" in with_key(text, "follower", "offset", 3.0)
+    assert with_key(text, "limits", "life_h", 1e4).endswith("[limits]\nlife_h = 10000\n")
