@@ -18,7 +18,7 @@ import numpy.typing as npt
 from camgeom.errors import CamgeomError, DesignError
 from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, vertex
 from camgeom.export.step.check import check_solid
-from camgeom.export.step.geometry import Cone, SplineSurface, Surface, Torus
+from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
 from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
 from camgeom.export.step.meeting import corner
 from camgeom.export.step.patches import SECTORS, Patch, Strip, blank_patches, keyway_start, strip
@@ -26,7 +26,7 @@ from camgeom.export.step.regions import Chain, regions_of
 from camgeom.export.step.sheet import Band
 from camgeom.export.step.solids import TOLERANCE
 from camgeom.export.step.tagged import OUTSIDE, blank_mesh, strip_mesh, subtract_tagged
-from camgeom.export.step.tracing import Crossing, fit_curve
+from camgeom.export.step.tracing import Crossing, fit_curve, iso_curve
 from camgeom.groove import GrooveSection
 from camgeom.maths.mesh import Mesh
 from camgeom.solid import CutBlank
@@ -169,16 +169,7 @@ class _Body:
         if lines is not None:
             axis, value = lines[0]
             low, high = (end.at[tags[0]][1 - axis] for end in ends)
-            if isinstance(one.surface, Torus):
-                high = low + (high - low + pi) % (2.0 * pi) - pi
-
-            def point(share: Floats) -> Floats:
-                at = np.empty((len(share), 2))
-                at[:, axis] = value
-                at[:, 1 - axis] = low * (1.0 - share) + high * share
-                return one.surface.jet(at[:, 0], at[:, 1])[0]
-
-            curve, error = fit_curve(point, start, stop, tolerance)
+            curve, error = _line_on(one.surface, axis, value, float(low), float(high), start, stop)
         else:
             rough = self.cut.vertices[chain.path].copy()
             rough[0], rough[-1] = start, stop
@@ -222,6 +213,23 @@ def _start(surface: Surface, points: Floats, known: Floats) -> Floats:
     if isinstance(surface, SplineSurface):
         return known.copy()
     return np.stack(surface.locate(points), axis=1)
+
+
+def _line_on(
+    surface: Surface, axis: int, value: float, low: float, high: float, start: Floats, stop: Floats
+) -> tuple[Curve, float]:
+    """The curve of one constant parameter between two values of the other, and its deviation in mm."""
+    if isinstance(surface, SplineSurface):
+        return iso_curve(surface, axis, value, low, high), 0.0
+    if isinstance(surface, Torus):
+        high = low + (high - low + pi) % (2.0 * pi) - pi
+
+    def point(share: Floats) -> Floats:
+        at = [low * (1.0 - share) + high * share] * 2
+        at[axis] = np.full(len(share), value)
+        return surface.jet(*at)[0]
+
+    return fit_curve(point, start, stop, 1e-9)
 
 
 def _enclosed(surface: Surface, loop: Loop) -> float:

@@ -285,10 +285,22 @@ class SplineSurface:
             before = u, v
             u = np.clip(u + du, self.u.start, self.u.stop)
             v = np.clip(v + dv, self.v.start, self.v.stop)
+            # Where one parameter is held at its end, the other takes the best step left to it.
+            held = u != before[0] + du, v != before[1] + dv
+            u, v = (
+                np.where(held[1], _clipped(self.u, before[0], points - x - (v - before[1])[:, None] * xv, xu), u),
+                np.where(held[0], _clipped(self.v, before[1], points - x - (u - before[0])[:, None] * xu, xv), v),
+            )
             moved = float(np.abs(u - before[0]).max()) / scale[0], float(np.abs(v - before[1]).max()) / scale[1]
             if max(moved) < SETTLED:
                 break
         return u, v
+
+
+def _clipped(basis: Basis, before: Floats, d: Floats, tangent: Floats) -> Floats:
+    """Parameters (n,) after the best step along one tangent (n, 3) towards d (n, 3), kept inside the basis."""
+    step = _rows_dot(d, tangent) / np.maximum(_rows_dot(tangent, tangent), 1e-300)
+    return np.clip(before + step, basis.start, basis.stop)
 
 
 Curve = Line | Circle | SplineCurve

@@ -44,6 +44,23 @@ def fit_curve(point: Callable[[Floats], Floats], start: Floats, stop: Floats, to
         spans = refined(spans, error, tolerance, DEGREE, 0.0, 1.0)
 
 
+def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high: float) -> Curve:
+    """The line on which parameter `axis` has the value, from low to high of the other one: a piece of the surface's own
+    spline, pole for pole, or the line or circle that it is."""
+    other = (surface.v, surface.u)[axis]
+    inner = np.sort((other.breaks - low) / (high - low))
+    inner = inner[(inner > 1e-9) & (inner < 1.0 - 1e-9)]
+    basis = Basis(other.degree, np.concatenate([np.zeros(other.degree + 1), inner, np.ones(other.degree + 1)]))
+    nodes = np.clip(basis.greville, 0.0, 1.0)
+    share = np.unique(np.concatenate([nodes, np.linspace(0.0, 1.0, 3 * len(nodes))]))
+    at = [low * (1.0 - share) + high * share] * 2
+    at[axis] = np.full(len(share), value)
+    exact = surface.jet(*at)[0]
+    poles = np.linalg.solve(basis.design(nodes), exact[np.searchsorted(share, nodes)])
+    poles[0], poles[-1] = exact[0], exact[-1]
+    return curve_of(basis, poles, exact)
+
+
 @final
 class Crossing:
     """The edge in which two surfaces cross, from rough points (n, 3) with rough parameters (n, 2) on both.
