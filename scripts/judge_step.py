@@ -1,20 +1,31 @@
 """Let OpenCASCADE judge a STEP file: validity, tolerance, volume, bodies, names.
 
-    python scripts/judge_step.py FILE...
+    python scripts/judge_step.py FILE...          a line or two for each file
+    python scripts/judge_step.py --json FILE...   the same as a JSON list (--points=NAME adds points of such faces)
+    python scripts/judge_step.py --install        only make the judge ready
 
-Installs the OpenCASCADE wheel (cadquery-ocp-novtk) with pip where it is missing; it is a judge for developers and never
-needed to use camgeom. Exit status 1 where a file is not one or more valid closed solids (or triangles).
+OpenCASCADE (cadquery-ocp-novtk, 380 MB, and the system's libGL and libX11) is a judge for developers and never needed
+to use camgeom. Where the running Python has none, one is made once in `.venv-judge` beside this folder, and files are
+judged there in a process of their own. Exit status 1 where a file is neither valid closed solids nor triangles.
 """
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 WHEEL = "cadquery-ocp-novtk"
+ROOM = Path(__file__).resolve().parent.parent / ".venv-judge"
+PYTHON = ROOM / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+READY = ROOM / ".ready"
+"""written once OpenCASCADE has been imported there"""
 
 
 @dataclass(frozen=True)
@@ -33,14 +44,44 @@ class Judgement:
     face_names: list[str] = field(default_factory=list)
     complaints: list[str] = field(default_factory=list)
     box: tuple[float, ...] = ()
+    volumes: list[float] = field(default_factory=list)
+    points: dict[str, list[list[float]]] = field(default_factory=dict)
+    """by face name, where asked for"""
+
+
+@cache
+def available() -> bool:
+    """Whether files can be judged now, without installing anything."""
+    return find_spec("OCP") is not None or READY.exists()
 
 
 def install() -> None:
-    """Install the judge with pip into the running interpreter, where it is missing."""
-    try:
-        import OCP  # noqa: F401
-    except ImportError:
-        subprocess.run([sys.executable, "-m", "pip", "install", WHEEL], check=True)
+    """Make the judge ready in `.venv-judge`, unless the running Python has OpenCASCADE itself.
+
+    Raises CalledProcessError where pip or the import fails (libGL or libX11 missing).
+    """
+    if available():
+        return
+    subprocess.run([sys.executable, "-m", "venv", str(ROOM)], check=True)
+    subprocess.run([str(PYTHON), "-m", "pip", "install", "--quiet", WHEEL], check=True)
+    subprocess.run([str(PYTHON), "-c", "import OCP.STEPControl"], check=True)
+    READY.touch()
+    available.cache_clear()
+
+
+def judged(paths: Sequence[str | Path], names: Sequence[str] = ()) -> list[Judgement]:
+    """Judge files here or in `.venv-judge`; names of faces to take points from.
+
+    Raises ValueError where a file cannot be read.
+    """
+    if find_spec("OCP") is not None:
+        return [judge(path, names=names) for path in paths]
+    wanted = [f"--points={name}" for name in names]
+    command = [str(PYTHON), str(Path(__file__).resolve()), "--json", *wanted, *map(str, paths)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    if not found.stdout:
+        raise ValueError(found.stderr.strip() or "the judge said nothing")
+    return [Judgement(**{**item, "box": tuple(item["box"])}) for item in json.loads(found.stdout.splitlines()[-1])]
 
 
 def read(path: str | Path) -> Any:
@@ -58,7 +99,7 @@ def read(path: str | Path) -> Any:
     return reader
 
 
-def judge(path: str | Path, eps: float = 1e-7) -> Judgement:
+def judge(path: str | Path, eps: float = 1e-9, names: Sequence[str] = ()) -> Judgement:
     """Judge one file. eps is the relative error of the adaptive integration (the default volume is up to 0.1 % off)."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
@@ -71,9 +112,12 @@ def judge(path: str | Path, eps: float = 1e-7) -> Judgement:
     reader = read(path)
     shape, model = reader.OneShape(), reader.StepModel()
     solids = list(explore(shape, TopAbs_SOLID))
-    volume, area = GProp_GProps(), GProp_GProps()
+    area, volumes = GProp_GProps(), []
+    for solid in solids:
+        volume = GProp_GProps()
+        BRepGProp.VolumeProperties_s(solid, volume, eps)
+        volumes.append(float(volume.Mass()))
     if solids:
-        BRepGProp.VolumeProperties_s(shape, volume, eps)
         BRepGProp.SurfaceProperties_s(shape, area, eps)
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box)
@@ -84,7 +128,7 @@ def judge(path: str | Path, eps: float = 1e-7) -> Judgement:
         free_shells=len(list(explore(shape, TopAbs_SHELL, TopAbs_SOLID))),
         valid=bool(BRepCheck_Analyzer(shape).IsValid()),
         tolerance=float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1)),
-        volume=float(volume.Mass()),
+        volume=sum(volumes),
         area=float(area.Mass()),
         triangles=sum(_triangles(face) for face in explore(shape, TopAbs_FACE)),
         faces=len(list(explore(shape, TopAbs_FACE))),
@@ -92,6 +136,8 @@ def judge(path: str | Path, eps: float = 1e-7) -> Judgement:
         face_names=[*_names(model, "StepShape_AdvancedFace"), *_names(model, "StepVisual_TriangulatedFace")],
         complaints=complaints(shape),
         box=corners,
+        volumes=volumes,
+        points={name: face_points(reader, name) for name in names},
     )
 
 
@@ -125,6 +171,35 @@ def _names(model: Any, kind: str) -> list[str]:
     return found
 
 
+def face_points(reader: Any, name: str, across: int = 9) -> list[list[float]]:
+    """Points inside the faces of one name, as OpenCASCADE evaluates them: up to across² a face."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepClass import BRepClass_FaceClassifier
+    from OCP.BRepTools import BRepTools
+    from OCP.gp import gp_Pnt2d
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_IN
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    cast = TopoDS.Face_s if hasattr(TopoDS, "Face_s") else TopoDS.Face
+    transfer = reader.WS().TransferReader()
+    found = []
+    for shape in explore(reader.OneShape(), TopAbs_FACE):
+        entity = transfer.EntityFromShapeResult(shape.Located(TopLoc_Location()), 1)
+        if entity is None or str(entity.Name().ToCString()) != name:
+            continue
+        face = cast(shape)
+        surface = BRepAdaptor_Surface(face)
+        u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+        for i in range(across):
+            for j in range(across):
+                u, v = u0 + (u1 - u0) * (i + 0.41) / across, v0 + (v1 - v0) * (j + 0.43) / across
+                if BRepClass_FaceClassifier(face, gp_Pnt2d(u, v), 1e-9).State() == TopAbs_IN:
+                    point = surface.Value(u, v)
+                    found.append([point.X(), point.Y(), point.Z()])
+    return found
+
+
 def complaints(shape: Any) -> list[str]:
     """How many sub-shapes of each kind the checker refuses."""
     from OCP.BRepCheck import BRepCheck_Analyzer
@@ -142,24 +217,31 @@ def complaints(shape: Any) -> list[str]:
     return [f"{count} {name} refused" for name, count in counts.items() if count]
 
 
-def main(paths: list[str]) -> int:
+def good(verdict: Judgement) -> bool:
+    """Triangles, or valid solids. (The checker wants a surface under every face, which triangles do not have.)"""
+    return verdict.triangles > 0 or (verdict.valid and verdict.solids > 0)
+
+
+def main(arguments: list[str]) -> int:
     """Print what OpenCASCADE makes of each file."""
-    if not paths:
+    paths = [word for word in arguments if not word.startswith("--")]
+    if not paths and "--install" not in arguments:
         print(__doc__)
         return 2
     install()
-    good = True
-    for path in paths:
-        verdict = judge(path)
-        good = good and (verdict.triangles > 0 or (verdict.valid and verdict.solids > 0))
-        # The checker wants a surface under every face, which triangles do not have.
+    names = [word.removeprefix("--points=") for word in arguments if word.startswith("--points=")]
+    verdicts = judged(paths, names) if paths else []
+    if "--json" in arguments:
+        print(json.dumps([asdict(verdict) for verdict in verdicts]))
+        return 0 if all(map(good, verdicts)) else 1
+    for path, verdict in zip(paths, verdicts):
         state = "triangles" if verdict.triangles else "valid" if verdict.valid else "NOT VALID"
         print(f"{path}: {state}, {verdict.solids} solids, {verdict.faces} faces")
-        print(f"  tolerance {verdict.tolerance:.3g} mm, volume {verdict.volume:.9g} mm³, area {verdict.area:.9g} mm²")
+        print(f"  tolerance {verdict.tolerance:.3g} mm, volume {verdict.volume:.10g} mm³, area {verdict.area:.9g} mm²")
         print(f"  bodies {verdict.bodies}, faces {sorted(set(verdict.face_names))}, triangles {verdict.triangles}")
         for complaint in verdict.complaints:
             print(f"  {complaint}")
-    return 0 if good else 1
+    return 0 if all(map(good, verdicts)) else 1
 
 
 if __name__ == "__main__":

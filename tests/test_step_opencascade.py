@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from math import pi
 from pathlib import Path
 
@@ -25,17 +24,18 @@ from camgeom.export.step.solids import (
     revolved_solid,
 )
 from camgeom.track import Arc, Straight
-from scripts.judge_step import Judgement, judge
+from scripts.judge_step import Judgement, available
+from scripts.judge_step import judged as judged_files
 
 pytestmark = [
     pytest.mark.opencascade,
-    pytest.mark.skipif(find_spec("OCP") is None, reason="no OpenCASCADE: pip install cadquery-ocp-novtk"),
+    pytest.mark.skipif(not available(), reason="no OpenCASCADE: scripts/judge_step.py --install"),
 ]
 
 
 def judged(folder: Path, solid: Solid, options: StepOptions | None = None) -> Judgement:
     write_step(folder / "a.step", solid, options)
-    return judge(folder / "a.step")
+    return judged_files([folder / "a.step"])[0]
 
 
 def ellipse() -> Outline:
@@ -102,7 +102,7 @@ def test_assembly_puts_its_parts_where_it_says(tmp_path: Path) -> None:
     body = SOLIDS["box"]
     away = Frame((100.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # X, Y, Z of the box go to Y, Z, X
     write_step(tmp_path / "a.step", Assembly("Getriebe Ø", (Placed(body), Placed(body, away, "turned"))))
-    verdict = judge(tmp_path / "a.step")
+    verdict = judged_files([tmp_path / "a.step"])[0]
     assert (verdict.solids, verdict.valid) == (2, True)
     assert verdict.volume == pytest.approx(48.0, rel=1e-9)
     assert verdict.box == pytest.approx((0.0, 0.0, 0.0, 104.0, 3.0, 4.0), abs=1e-6)
@@ -111,7 +111,7 @@ def test_assembly_puts_its_parts_where_it_says(tmp_path: Path) -> None:
 def test_triangles(tmp_path: Path) -> None:
     mesh = drum().solid(0.2).mesh
     write_step(tmp_path / "a.step", Facets("cam", mesh, (0.2, 0.4, 0.9)))
-    verdict = judge(tmp_path / "a.step")
+    verdict = judged_files([tmp_path / "a.step"])[0]
     assert verdict.triangles == len(mesh.faces)
     assert set(verdict.face_names) == set(mesh.groups)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

@@ -55,6 +55,21 @@ def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float 
     return write_model(path, model, schema, tolerance)
 
 
+@writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
+def write_assembly(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
+    """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
+    from camgeom.export.step.file import schema_of
+    from camgeom.export.step.mechanism import mechanism
+    from camgeom.export.step.parts import notes
+    from camgeom.export.step.solids import TOLERANCE
+
+    options = StepOptions(schema=schema_of(schema))
+    shape = mechanism(model, tolerance or TOLERANCE)
+    size = write_step(path, shape, options)
+    model.ledger.notes["step_assembly"] = {"schema": options.schema, "bodies": notes(shape)}
+    return size
+
+
 @writer(".ap214.step", "STEP AP214, for readers that know no later one", takes="model")
 def write_ap214(path: Path, model: Model, tolerance: float | None = None) -> int:
     """As `write_model`, schema AP214."""

@@ -56,7 +56,7 @@ def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high:
     at = [low * (1.0 - share) + high * share] * 2
     at[axis] = np.full(len(share), value)
     exact = surface.jet(*at)[0]
-    poles = np.linalg.solve(basis.design(nodes), exact[np.searchsorted(share, nodes)])
+    poles = np.asarray(np.linalg.solve(basis.design(nodes), exact[np.searchsorted(share, nodes)]), dtype=np.float64)
     poles[0], poles[-1] = exact[0], exact[-1]
     return curve_of(basis, poles, exact)
 
