@@ -10,7 +10,7 @@ from typing import Any
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.follower import AnyFollower, SwingingFollower, TurretFollower
-from camgeom.motion.law import LAWS, LawEntry
+from camgeom.motion.law import LAWS, Ends, LawEntry
 from camgeom.motion.laws import entry
 from camgeom.motion.program import Program, Segment
 from camgeom.profile_errors import UNKNOWN, Sections, choice_problem, keys_of, plain
@@ -120,7 +120,22 @@ def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: flo
         return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
     except ArithmeticError as error:
         # Parameters within their ranges can still be too extreme together (a share of 1e-300).
-        raise ProfileError([Problem("motion", f"the parameters of a law give no finite motion ({error})")]) from None
+        message = f"the parameters of the law give no finite motion ({error})"
+        raise ProfileError([Problem(at, message) for at in _extreme(segments)]) from None
+
+
+def _extreme(segments: Sequence[Segment]) -> list[str]:
+    """The keys of the segments whose law has no finite motion of its own; all of the motion where each alone has."""
+    found = []
+    for i, segment in enumerate(segments):
+        if segment.law is not None:
+            try:
+                entry(segment.law).pieces(dict(segment.params), Ends(lift=1.0))
+            except ArithmeticError:
+                found.append(f"motion[{i}]")
+            except ProfileError:
+                continue  # a law that needs its neighbours or its file
+    return found or ["motion"]
 
 
 def _segment(segment: MotionSegment, unit: float) -> Segment:
@@ -144,6 +159,8 @@ def _mirrored(segment: Segment, lift: float) -> Segment:
 
 def _on_whole_indexes(segments: list[Segment], index: float) -> list[Segment]:
     """The last position set on the exact multiple of the index, so that the error does not add up turn by turn."""
-    i = max(i for i, segment in enumerate(segments) if segment.to is not None)
+    i = max((i for i, segment in enumerate(segments) if segment.to is not None), default=-1)
+    if i < 0:
+        return segments  # no index at all, which `motion_problems` says
     end = segments[i].to or 0.0
     return [*segments[:i], replace(segments[i], to=round(end / index) * index), *segments[i + 1 :]]

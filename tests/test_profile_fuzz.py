@@ -191,3 +191,35 @@ def test_schema_knows_every_key() -> None:
     speed = found["properties"]["operation"]["properties"]["speed"]
     assert speed["exclusiveMinimum"] == 0.0
     assert "r/min" in speed["description"]
+
+
+@pytest.mark.parametrize("kind", ["globoidal", "cylindrical-index"])
+def test_a_turret_that_never_turns_and_another_fault(kind: str) -> None:
+    # Found by the fuzz campaign: the motion is judged although another section is wrong, and it has no index at all.
+    cam = {"kind": kind, "center_distance": (1.0, 2.0), "width": 90.0}
+    with pytest.raises(ProfileError, match="a turret needs a segment that turns it on"):
+        from_data({**TURRET, "cam": cam, "motion": ({"until": 120.0}, {"until": 360.0})}, "fuzz.toml")
+
+
+@pytest.mark.parametrize("key", ["points", "control"])
+def test_lists_of_a_law_hold_numbers_that_derivatives_can_be_formed_of(key: str) -> None:
+    law, good, bad = ("spline", ((0.5, 1e12),), ((0.5, 1e299),)) if key == "points" else ("b-spline", (1e12,), (1e299,))
+    for values_, accepted in ((good, True), (bad, False)):
+        segment = {"until": 155.0, "to": 37.0, "law": law, key: values_}
+        data = {**BASE, "motion": (segment, {"until": 360.0, "to": 0.0, "law": "cycloidal"})}
+        if accepted:
+            assert from_data(data).setup().program.extremes(0)[1].value > 1e10
+        else:
+            with pytest.raises(ProfileError, match=rf"motion\[0\].{key}"):
+                from_data(data, "fuzz.toml")
+
+
+def test_the_short_fuzz_campaign() -> None:
+    import sys
+    from pathlib import Path
+
+    sys.path.insert(0, str(Path(__file__).parents[1] / "scripts" / "stability"))
+    import fuzz
+
+    failures = [found for found in map(fuzz.fuzz, range(60)) if found[2] == "FAILURE"]
+    assert not failures

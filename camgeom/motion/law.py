@@ -65,7 +65,7 @@ class Parameter:
     @property
     def allowed(self) -> str:
         """The allowed values in words."""
-        words = {"switch": "true or false", "text": "text", "list": "a list of numbers"}
+        words = {"switch": "true or false", "text": "text", "list": f"a list of numbers up to {MOST_IN_LIST:g}"}
         return words.get(self.kind, f"{self.low:g} to {self.high:g}")
 
     def accepts(self, value: ParamValue) -> bool:
@@ -78,11 +78,14 @@ class Parameter:
         return (whole or (self.kind == "number" and isinstance(value, float))) and self.low <= value <= self.high
 
 
+MOST_IN_LIST = 1e12
+
+
 def _all_numbers(value: ParamValue) -> bool:
-    """Whether a nested tuple holds finite numbers alone."""
+    """Whether a nested tuple holds numbers of a size that derivatives can be formed of."""
     if isinstance(value, tuple):
         return all(_all_numbers(item) for item in value)
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST_IN_LIST
 
 
 Factory = Callable[..., Sequence[Piece]]

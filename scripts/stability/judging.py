@@ -117,6 +117,8 @@ def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator,
     """Every body closed, of one piece and its genus, and its surface where the oracle says. Raises Failure."""
     worst, deepest = 0.0, 0.0
     solids, judges = model.solids, _judges(model, data)
+    if "interference" in spoken and not data["cam"].get("preload"):
+        _verify_interference(model, judges)
     if len(solids) != len(judges):
         raise Failure(f"{len(solids)} bodies where {len(judges)} are expected")
     for solid, oracle in zip(solids, judges):
@@ -139,6 +141,14 @@ def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator,
     if worst > slack and not spoken:
         raise Failure(f"the surface is {worst:.6g} tolerances off the oracle's")
     return {"error": round(worst, 4), "depth": round(deepest, 4), "triangles": sum(len(s.mesh.faces) for s in solids)}
+
+
+def _verify_interference(model: Model, judges: list[Any]) -> None:
+    """Where the roller is said to stand in the body the oracle must see as much."""
+    found = min(model.clearances, key=lambda c: c.value)
+    depth = min(float(judge.least(np.array([found.point]))[0]) for judge in judges)
+    if found.value < 0.0 and depth > 0.999 * found.value + model.tolerance:
+        raise Failure(f"an interference of {found.value:g} mm is reported where the oracle sees {depth:g} mm")
 
 
 def _surface(mesh: Any, oracle: Any, tolerance: float, rng: np.random.Generator, size: float) -> tuple[float, float]:
