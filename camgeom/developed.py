@@ -30,7 +30,8 @@ class FlankLine:
 
     def __call__(self, phi: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives (2, n). Raises NotConverged where the flank does not reach the cylinder."""
-        t = Column(self.track, phi).reach(self.side, cylinder_level(self.radius), self.radius)
+        column = Column(self.track, phi)
+        t = column.reach(self.side, cylinder_level(self.radius), self.radius)
         flank = Flank(self.track, phi, t, self.side)
         x = flank.x[:, :, 0]
         along, up = (d[:, :, 0] for d in flank.tangents)

@@ -80,12 +80,12 @@ class Polyline:
 def fitted(curve: PlaneCurve, deviation: float) -> Spline:
     """One clamped cubic spline through points of the curve that stays within `deviation` mm of it, measured.
 
-    Every piece starts and ends with the curve's own direction. Raises NotConverged where the curve has a cusp.
+    Every piece starts and ends with the curve's own direction. Raises NotConverged where the curve stands still, or
+    where no spline is near enough.
     """
     knots, control = np.zeros(0), np.zeros((0, 2))
     worst = 0.0
-    for low, high in curve.pieces():
-        own, points, error = _fitted_piece(curve, low, high, deviation)
+    for own, points, error in _fitted_pieces(curve, deviation):
         worst = max(worst, error)
         if not len(knots):
             knots, control = own, points
@@ -105,22 +105,31 @@ def _turned(before: Floats, after: Floats) -> float:
     return abs(float(np.arctan2(before[0] * after[1] - before[1] * after[0], before @ after)))
 
 
-def _fitted_piece(curve: PlaneCurve, low: float, high: float, deviation: float) -> tuple[Floats, Floats, float]:
-    phi = np.linspace(low, high, FIRST + 1)
+def _fitted_pieces(curve: PlaneCurve, deviation: float) -> list[tuple[Floats, Floats, float]]:
+    """Knots, control points and error of every piece; all are refined together, with few calls of the curve."""
+    grids = [np.linspace(low, high, FIRST + 1) for low, high in curve.pieces()]
+    done: dict[int, tuple[Floats, Floats, float]] = {}
     best = np.inf
     for _ in range(ROUNDS):
-        knots, control, error = _interpolated(curve, phi)
-        best = float(error.max())
-        if best <= deviation:
-            return knots, control, best
-        # A cubic's error falls with the fourth power of the interval.
-        parts = np.clip(np.ceil(1.05 * (error / deviation) ** 0.25), np.where(error > 0.9 * deviation, 2, 1), 4)
-        phi = _subdivided(phi, parts.astype(np.int64))
-        if len(phi) > MOST:
+        left = [number for number in range(len(grids)) if number not in done]
+        best = 0.0
+        for number, (knots, control, error) in zip(left, _interpolated(curve, [grids[number] for number in left])):
+            worst = float(error.max())
+            if worst <= deviation:
+                done[number] = knots, control, worst
+                continue
+            best = max(best, worst)
+            # A cubic's error falls with the fourth power of the interval.
+            parts = np.clip(np.ceil(1.05 * (error / deviation) ** 0.25), np.where(error > 0.9 * deviation, 2, 1), 4)
+            grids[number] = _subdivided(grids[number], parts.astype(np.int64))
+        if len(done) == len(grids):
+            return [done[number] for number in range(len(grids))]
+        if max(map(len, grids)) > MOST:
             break
+    where = np.degrees(next(grid for number, grid in enumerate(grids) if number not in done)[[0, -1]])
     raise NotConverged(
-        f"{curve.name}: no spline within {deviation:g} mm between {np.degrees(low):.6g} and {np.degrees(high):.6g} deg "
-        f"(best {best:.3g} mm): the curve has a cusp there (look at the undercut margin)"
+        f"{curve.name}: no spline within {deviation:g} mm between {where[0]:.6g} and {where[1]:.6g} deg (best "
+        f"{best:.3g} mm): the curve has a cusp there (look at the undercut margin)"
     )
 
 
@@ -131,34 +140,47 @@ def _subdivided(phi: Floats, parts: npt.NDArray[np.int64]) -> Floats:
     return np.append(np.repeat(phi[:-1], parts) + share * np.repeat(np.diff(phi), parts), phi[-1])
 
 
-def _interpolated(curve: PlaneCurve, phi: Floats) -> tuple[Floats, Floats, Floats]:
-    """Spline through the curve at phi over arc length: knots, control points, and the error in every interval, mm."""
+def _interpolated(curve: PlaneCurve, grids: list[Floats]) -> list[tuple[Floats, Floats, Floats]]:
+    """Splines through the curve at every grid of phi over arc length: knots, control points, error by interval, mm."""
     from scipy.interpolate import make_interp_spline
 
-    length = np.concatenate([[0.0], np.cumsum(_lengths(curve, phi))])
-    if not np.all(np.diff(length) > 0.0):
-        raise NotConverged(f"{curve.name}: stands still at {np.degrees(phi[0]):.6g} deg, so it has no direction there")
-    points, tangent = curve.at(phi)
-    tangent = tangent[:, [0, -1]] / np.hypot(*tangent[:, [0, -1]])
-    ends: Any = ([(1, tangent[:, 0])], [(1, tangent[:, 1])])
-    spline = make_interp_spline(length, points.T, 3, bc_type=ends)
-    u = (length[:-1, None] + np.diff(length)[:, None] * SHARES).ravel()
-    guess = np.interp(u, length, phi)
-    error = distances(curve, np.asarray(spline(u)).T, guess, phi[0], phi[-1])
-    return np.asarray(spline.t), np.asarray(spline.c), error.reshape(len(phi) - 1, -1).max(axis=1)
+    lengths = [np.concatenate([[0.0], np.cumsum(step)]) for step in _lengths(curve, grids)]
+    places, tangents = (_split(values, grids) for values in curve.at(np.concatenate(grids)))
+    made, between, guesses = [], [], []
+    for phi, length, points, tangent in zip(grids, lengths, places, tangents):
+        if not np.all(np.diff(length) > 0.0):
+            where = np.degrees(phi[0])
+            raise NotConverged(f"{curve.name}: stands still at {where:.6g} deg, so it has no direction there")
+        unit = tangent[:, [0, -1]] / np.hypot(*tangent[:, [0, -1]])
+        ends: Any = ([(1, unit[:, 0])], [(1, unit[:, 1])])
+        spline = make_interp_spline(length, points.T, 3, bc_type=ends)
+        u = (length[:-1, None] + np.diff(length)[:, None] * SHARES).ravel()
+        made.append((np.asarray(spline.t), np.asarray(spline.c)))
+        between.append(np.asarray(spline(u)).T)
+        guesses.append(np.interp(u, length, phi))
+    low, high = (np.concatenate([np.full(len(g), phi[end]) for g, phi in zip(guesses, grids)]) for end in (0, -1))
+    error = distances(curve, np.concatenate(between, axis=1), np.concatenate(guesses), low, high)
+    errors = np.split(error, np.cumsum([len(g) for g in guesses])[:-1])
+    return [(*one, e.reshape(-1, len(SHARES)).max(axis=1)) for one, e in zip(made, errors)]
 
 
-def _lengths(curve: PlaneCurve, phi: Floats) -> Floats:
-    """Arc length (n - 1,) between neighbouring phi, by Gauss-Legendre quadrature."""
+def _split(values: Floats, grids: list[Floats]) -> list[Floats]:
+    """Columns (.., n) of several grids in one array, taken apart."""
+    return np.split(values, np.cumsum([len(phi) for phi in grids])[:-1], axis=-1)
+
+
+def _lengths(curve: PlaneCurve, grids: list[Floats]) -> list[Floats]:
+    """Arc length between neighbouring phi of every grid, by Gauss-Legendre quadrature."""
     x, w = GAUSS
-    half = 0.5 * np.diff(phi)
-    nodes = (0.5 * (phi[1:] + phi[:-1]))[:, None] + half[:, None] * x
+    half = [0.5 * np.diff(phi) for phi in grids]
+    middle = [0.5 * (phi[1:] + phi[:-1]) for phi in grids]
+    nodes = np.concatenate(middle)[:, None] + np.concatenate(half)[:, None] * x
     pace = np.hypot(*curve.at(nodes.ravel())[1]).reshape(nodes.shape)
-    return np.asarray((pace * w).sum(axis=1) * half)
+    return _split((pace * w).sum(axis=1) * np.concatenate(half), half)
 
 
-def distances(curve: PlaneCurve, points: Floats, guess: Floats, low: float, high: float) -> Floats:
-    """Distance (n,) of points (2, n) from the curve's foot point near phi = guess (n,), by Gauss-Newton steps."""
+def distances(curve: PlaneCurve, points: Floats, guess: Floats, low: Floats, high: Floats) -> Floats:
+    """Distance (n,) of points (2, n) from the curve's foot point near phi = guess, between low and high, (n,) each."""
     phi = guess.copy()
     for _ in range(2):
         x, d = curve.at(phi)
@@ -172,42 +194,41 @@ def chords(curve: PlaneCurve, chord: float) -> Polyline:
 
     Raises NotConverged where that takes too many points.
     """
-    parts: list[Floats] = []
-    worst = 0.0
-    for low, high in curve.pieces():
-        phi = np.linspace(low, high, FEWEST + 1)
-        aim = FILL * chord
-        for _ in range(ROUNDS):
-            sag = _sags(curve, phi)
-            if sag.max() <= chord:
-                break
-            phi = _spread(phi, sag, aim)
-            aim *= 0.97
-            if len(phi) > MOST:
+    grids = [np.linspace(low, high, FEWEST + 1) for low, high in curve.pieces()]
+    sags = _sags(curve, grids)
+    # Pieces that are far within the chord are first spread anew as well: a short dwell needs one chord, not sixteen.
+    for attempt in range(ROUNDS):
+        aim = FILL * chord * 0.97**attempt
+        again = [n for n, sag in enumerate(sags) if sag.max() > chord or (attempt == 0 and sag.max() < 0.25 * chord)]
+        if not again:
+            break
+        for number in again:
+            grids[number] = _spread(grids[number], sags[number], aim)
+            if len(grids[number]) > MOST:
                 raise NotConverged(f"{curve.name}: a chord error of {chord:g} mm needs more than {MOST} points")
-        else:
-            raise NotConverged(f"{curve.name}: the chord error stays at {sag.max():.3g} mm, above {chord:g} mm")
-        if len(phi) == FEWEST + 1 and sag.max() < 0.25 * chord:
-            coarse = _spread(phi, sag, aim)
-            coarse_sag = _sags(curve, coarse)
-            if coarse_sag.max() <= chord:
-                phi, sag = coarse, coarse_sag
-        worst = max(worst, float(sag.max()))
-        first = 1 if parts else 0
-        parts.append(curve.at(phi)[0][:, first:])
-    points = np.concatenate(parts, axis=1).T
+        for number, sag in zip(again, _sags(curve, [grids[number] for number in again])):
+            sags[number] = sag
+    worst = max(float(sag.max()) for sag in sags)
+    if worst > chord:
+        raise NotConverged(f"{curve.name}: the chord error stays at {worst:.3g} mm, above {chord:g} mm")
+    joined = np.concatenate([grids[0], *(phi[1:] for phi in grids[1:])])
+    points = curve.at(joined)[0].T
     return Polyline(np.ascontiguousarray(points[:-1] if curve.closed else points), worst)
 
 
-def _sags(curve: PlaneCurve, phi: Floats) -> Floats:
-    """Largest distance (n - 1,) of the curve from each chord, at three places."""
-    ends = curve.at(phi)[0]
-    between = (phi[:-1, None] + np.diff(phi)[:, None] * SHARES).ravel()
-    x = curve.at(between)[0].reshape(2, len(phi) - 1, -1)
-    step = np.diff(ends, axis=1)
+def _sags(curve: PlaneCurve, grids: list[Floats]) -> list[Floats]:
+    """Largest distance of the curve from each chord of every grid, at three places."""
+    ends = _split(curve.at(np.concatenate(grids))[0], grids)
+    steps = [np.diff(phi) for phi in grids]
+    start = np.concatenate([phi[:-1] for phi in grids])
+    between = start[:, None] + np.concatenate(steps)[:, None] * SHARES
+    x = curve.at(between.ravel())[0].reshape(2, len(start), -1)
+    first = np.concatenate([end[:, :-1] for end in ends], axis=1)
+    step = np.concatenate([np.diff(end, axis=1) for end in ends], axis=1)
     length = np.maximum(np.hypot(*step), 1e-300)
-    away = x - ends[:, :-1, None]
-    return np.asarray((np.abs(away[0] * step[1][:, None] - away[1] * step[0][:, None]) / length[:, None]).max(axis=1))
+    away = x - first[:, :, None]
+    sag = (np.abs(away[0] * step[1][:, None] - away[1] * step[0][:, None]) / length[:, None]).max(axis=1)
+    return _split(sag, steps)
 
 
 def _spread(phi: Floats, sag: Floats, aim: float) -> Floats:
