@@ -56,9 +56,13 @@ def test_stopped_runs_leave_whole_files(tmp_path: Path, how: signal.Signals) -> 
     code, _, err = finished(start(*QUICK, "--out", str(tmp_path)))
     assert code in (0, 1), err
     names = whole(tmp_path)
-    for delay in (0.15, 0.3, 0.45, 0.6):
+    for later in (0.0, 0.002, 0.005, 0.02):
         process = start(*QUICK, "--out", str(tmp_path))
-        time.sleep(delay)
+        # In the middle of a write: from the first temporary file on.
+        known = set(tmp_path.glob(".*.part"))
+        while process.poll() is None and set(tmp_path.glob(".*.part")) <= known:
+            time.sleep(0.0005)
+        time.sleep(later)
         process.send_signal(how)
         finished(process)
         left = whole(tmp_path)

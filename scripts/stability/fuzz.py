@@ -170,7 +170,7 @@ def _structure(dice: random.Random) -> str:
 
 
 def _table(dice: random.Random) -> str:
-    """CSV files of a force or a measured law: rows out of order, of wrong width, huge, binary, links, pipes, devices."""
+    """CSV files of a force or a measured law: rows out of order, wrong width, huge, binary, links, pipes, devices."""
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder) / "home"
         home.mkdir()
