@@ -18,7 +18,7 @@ from camgeom.clearance import roller_distance
 from camgeom.flank import Flank
 from camgeom.maths.extremum import GOLDEN
 from camgeom.maths.surface import dot
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Arc, Track
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -189,6 +189,48 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
             i = int(np.argmin(distance))
             if best is None or distance[i] < best.thickness:
                 best = Rib(float(distance[i]), float(phi[kept][i]), delta)
+    return best
+
+
+@dataclass(frozen=True)
+class Horn:
+    """The longest stretch of a groove's outer wall whose foot has broken through an end face.
+
+    turn       cam angle it takes, rad; cam_angle: its middle, rad
+    narrower, wider   widths of the cam, mm, below which it is gone and above which its foot stands, there
+    """
+
+    turn: float
+    cam_angle: float
+    narrower: float
+    wider: float
+
+
+def longest_horn(cutter: Track, inside: Inside, half: float, wall: float, per_turn: int = 720) -> Horn | None:
+    """The longest horn beside a groove, or None.
+
+    half  half the cam's width, mm; wall: thickness that a foot needs, mm
+
+    Where a groove runs out of an end face its outer wall ends in a wedge; in a dwell the same wedge is a hoop.
+    """
+    phi = np.linspace(*cutter.span, int(per_turn * (cutter.span[1] - cutter.span[0]) / TURN) + 2)
+    meridian, away = cutter.meridian, max(cutter.contact, key=lambda d: abs(d - cutter.tip))
+    t = np.linspace(meridian.parameter(away), meridian.parameter(cutter.tip), 13)
+    if isinstance(meridian, Arc):
+        t = t[meridian.jet(t)[3] > 1e-3 * meridian.radius]
+    best: Horn | None = None
+    for side in cutter.sides:
+        flank = Flank(cutter, phi, t, side)
+        within, z = inside(flank.x), flank.x[2]
+        hanging = within.any(axis=1) & (np.abs(z[:, -1]) > half - wall) & (z[:, -1] * flank.n[2][:, -1] > 0.0)
+        edges = np.flatnonzero(np.diff(np.r_[0, hanging.astype(int), 0]))
+        for i, j in edges.reshape(-1, 2):
+            turn = float(phi[j - 1] - phi[i])
+            if best is None or turn > best.turn:
+                # One station above the first in the blank: outside, so that the width is on the safe side.
+                top = np.abs(z[np.arange(i, j), np.maximum(np.argmax(within[i:j], axis=1) - 1, 0)])
+                foot = float(np.median(np.abs(z[i:j, -1])))
+                best = Horn(turn, float(0.5 * (phi[i] + phi[j - 1])), 2.0 * float(np.median(top)), 2.0 * (foot + wall))
     return best
 
 

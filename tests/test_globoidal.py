@@ -153,9 +153,9 @@ def test_starter_passes_its_checks():
         ("pitch_radius = 90", "pitch_radius = 180", "below the centre distance 180"),
         ("diameter = 30", "diameter = 62", "distance of neighbouring rollers"),
         ("globoid_radius = 80", "globoid_radius = 70", "78 .. 102"),
-        ("width = 90", "width = 170", "below twice the globoid radius"),
+        ("width = 84", "width = 170", "below twice the globoid radius"),
         ("diameter = 30", "diameter = 67", "below 66.2742"),
-        ("width = 90", "width = 30", "so that rollers stand beside the rib"),
+        ("width = 84", "width = 30", "so that rollers stand beside the rib"),
         ("to = 45", "to = 40", "45"),
         ("bore = 40", "bore = 160", "groove floor"),
     ],
@@ -188,7 +188,7 @@ until = 360
 """
     head, rest = STARTER.split("[[motion]]", 1)
     text = head + motion + rest[rest.index("[operation]") :]
-    wide, model = (Model(parse(text.replace("width = 90", f"width = {w}")), 0.1) for w in (90, 87))
+    wide, model = (Model(parse(text.replace("width = 84", f"width = {w}")), 0.1) for w in (90, 87))
     # Ninety is so wide that the grooves leave loose slivers at the ends; the advice names a width that does not.
     (fin,) = findings_of(wide, "fins")
     assert fin.value == 2.0
@@ -208,8 +208,8 @@ def test_hubs_and_keyway():
     plain = Model(parse(STARTER), 0.1)
     mesh = model.solid.mesh
     assert model.solid.sound
-    assert float(np.ptp(mesh.vertices[:, 2])) == pytest.approx(90.0 + 24.0)
-    extra = pi * (33.0**2 - 20.0**2) * 24.0 - 12.0 * 3.3 * 114.0
+    assert float(np.ptp(mesh.vertices[:, 2])) == pytest.approx(84.0 + 24.0)
+    extra = pi * (33.0**2 - 20.0**2) * 24.0 - 12.0 * 3.3 * 108.0
     assert mesh.volume - plain.solid.mesh.volume == pytest.approx(extra, rel=0.02)
     with pytest.raises(ProfileError, match="hub_diameter"):
         parse(text.replace("hub_diameter = 66", "hub_diameter = 190"))
@@ -282,3 +282,26 @@ def test_rollers_beside_the_end_faces_count():
     assert Engagement(cam.tracks(setup), cam.inside, theta).count[:, 0].tolist() == [1, 1]
     for (long,), (short,) in [(cam.passages(setup), cam.tracks(setup))]:
         assert long.span[0] < short.span[0] < short.span[1] < long.span[1]
+
+
+def test_hoops_at_the_end_faces_are_found_and_advised():
+    """The outermost wall of the dwell leaves the blank at z = Rg sin(tau) + r cos(tau), its foot at the floor's depth."""
+    half = pi / 8.0
+    cam = parse(STARTER).cam
+    floor = cam.floor_radius(parse(STARTER).setup())
+    open_, foot = (2.0 * (radius * sin(half) + 15.0 * cos(half)) for radius in (80.0, np.sqrt(floor**2 - 15.0**2)))
+
+    def found(width):
+        text = STARTER.replace("width = 84", f"width = {width:.9g}")
+        (finding,) = findings_of(Model(parse(text), 0.1), "horns")
+        return finding
+
+    assert found(0.999 * open_).passed
+    thin = found(1.002 * open_)
+    assert not thin.passed
+    assert thin.value > 240.0
+    assert 0.98 * open_ < float(thin.advice.split("less than ")[1].split()[0]) <= open_
+    # The foot of the wall lies where a line at the roller's radius meets the floor; a wall of 1 mm stands on it.
+    wide = float(thin.advice.split("more than ")[1].split()[0])
+    assert wide == pytest.approx(foot + 2.0, rel=0.01)
+    assert found(1.02 * wide).passed

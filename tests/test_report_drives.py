@@ -64,7 +64,7 @@ def test_turret_shows_how_its_rollers_share_the_load() -> None:
     total = np.sum([series.y for series in force.series], axis=0)
     assert total == pytest.approx(duty.roller_load.sum(axis=1))
     assert float(np.abs(torque.series[0].y).max()) == pytest.approx(float(np.abs(duty.torque).max()) * 1e-3)
-    assert {float(y) for y in sharing.series[0].y} == {0.0, 2.0}
+    assert {float(y) for y in sharing.series[0].y} == {0.0, 1.0, 2.0}
     assert pressure.marks[0].y == pytest.approx(duty.peak_pressure)
     shown = next(block for block in _blocks(page) if isinstance(block, Map))
     assert np.nanmax(shown.values) == pytest.approx(duty.peak_pressure, rel=0.02)

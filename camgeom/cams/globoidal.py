@@ -31,7 +31,7 @@ kind = "globoidal"
 form = "rib"             # rib, or groove for many stops
 hand = "right"
 center_distance = 180    # cam axis to turret axis
-width = 90
+width = 84               # 2 rf sin(half a roller pitch) and a roller's radius
 globoid_radius = 80      # the blank's outside is an arc of this radius about the turret axis
 bore = 40
 

@@ -19,6 +19,8 @@ USUAL_STOPS = (3, 24)
 DWELL_SECONDS = 30.0
 """seconds of arc; coarser end of the indexing accuracy of globoidal cams (T/WLJC 15-2018, section 3.2)"""
 ANGLES = 721
+HORN_DEGREES = 60.0
+"""degrees of cam angle; a groove that runs out of an end face during an index takes 5 to 30, a hoop the whole dwell"""
 
 
 @check("stops", "turret")
@@ -91,6 +93,26 @@ def fins(model: Model) -> Iterable[Finding]:
                 f"reduce the width below {2.0 * inner:.4g} mm or the globoid radius's overlap with the rollers"
             )
         yield Finding("fins", float(len(pieces) - 1), 0.0, "1", len(pieces) == 1, None, advice, solid.name)
+
+
+@check("horns", "turret")
+def horns(model: Model) -> Iterable[Finding]:
+    """Longest outer wall at an end face whose foot is cut away: a wedge where a groove runs out, a hoop in a dwell."""
+    if getattr(model.cam, "rib_depths", None) is None:
+        return
+    from camgeom.turret_ribs import longest_horn
+
+    half, wall = 0.5 * model.cam.width, model.profile.limits.min_wall_mm
+    found = [longest_horn(cutter, model.cam.inside, half, wall) for cutter in model.cutters]
+    worst = max((horn for horn in found if horn is not None), key=lambda horn: horn.turn, default=None)
+    if worst is None:
+        return
+    value, passed = degrees(worst.turn), degrees(worst.turn) <= HORN_DEGREES
+    advice = "" if passed else (
+        f"the outermost grooves leave a thin hoop at the end faces: make the width less than {worst.narrower:.4g} mm, "
+        f"so that they are open there, or more than {worst.wider:.4g} mm"
+    )
+    yield Finding("horns", value, HORN_DEGREES, "deg", passed, degrees(worst.cam_angle) % 360.0, advice)
 
 
 @check("relief", "turret")
