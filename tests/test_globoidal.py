@@ -285,7 +285,7 @@ def test_rollers_beside_the_end_faces_count():
 
 
 def test_hoops_at_the_end_faces_are_found_and_advised():
-    """The outermost wall of the dwell leaves the blank at z = Rg sin(tau) + r cos(tau), its foot at the floor's depth."""
+    """The dwell's outermost wall leaves the blank at z = Rg sin(tau) + r cos(tau), its foot at the floor's depth."""
     half = pi / 8.0
     cam = parse(STARTER).cam
     floor = cam.floor_radius(parse(STARTER).setup())
