@@ -17,6 +17,7 @@ from camgeom.model import Model
 from camgeom.outputs import formats
 from camgeom.profile import parse
 from tests.test_disc import flat
+from tests.test_vibration import ELASTIC
 
 PROFILES = Path(__file__).parents[1] / "profiles"
 FORMATS = [form.extension for form in formats().values()]
@@ -30,7 +31,9 @@ def made(name: str) -> Model:
 
 
 def model(extension: str = "") -> Model:
-    """A face groove, which admits every format but the stock a tool leaves; a drum for that."""
+    """A face groove, which admits every format but the stock a tool leaves and what an elastic follower needs."""
+    if extension == ".polydyne.csv":
+        return Model(parse(ELASTIC.format(law="5-6-7-8-9")))
     return made("pin_insertion" if extension.startswith(".rest") else "disc_face_groove")
 
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.follower import FollowerTrain
+from camgeom.dynamics.follower import FollowerTrain, Motion
+from camgeom.dynamics.integrators import Array, Side
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.curve import Law, finish
 from camgeom.motion.piece import Piece, Wave
@@ -51,20 +52,56 @@ def polydyne(wanted: Law, train: FollowerTrain, rise_time: float) -> Polydyne:
     coefficients = operator(train, rise_time)
     order = len(coefficients) - 1
     smooth = wanted.peaks().order
+    _refuse(train, f"the law {wanted.name}", smooth, order)
+    pieces = [_combined(piece, coefficients) for piece in wanted.pieces]
+    law = Law(f"polydyne {wanted.name}", finish(pieces), f"polydyne correction of {wanted.name}")
+    return Polydyne(law, coefficients[0], tuple(coefficients), rise_time, smooth - order)
+
+
+@dataclass(frozen=True, eq=False)
+class PolydyneMotion:
+    """The cam's motion P(D) y, D = d/dtheta, for which the follower mass does the motion `wanted` at one speed.
+
+    It has the jets and knots of a motion program, in the lift unit of `wanted`; coefficients per rad^j.
+    """
+
+    wanted: Motion
+    coefficients: tuple[float, ...]
+
+    @property
+    def knots(self) -> Array:
+        """Cam angles in rad where some derivative may jump."""
+        return self.wanted.knots
+
+    def jet(self, theta: Array, order: int = 3, side: Side = "right") -> Array:
+        """Lift and derivatives per rad (order + 1, ...) at cam angles theta in rad."""
+        jets = self.wanted.jet(theta, order + len(self.coefficients) - 1, side)
+        return np.asarray(sum(a * jets[j : j + order + 1] for j, a in enumerate(self.coefficients)))
+
+
+def polydyne_motion(wanted: Motion, smooth: int, train: FollowerTrain, speed: float) -> PolydyneMotion:
+    """The corrected motion of a whole turn at a cam speed in rad/s; smooth: continuous derivatives of `wanted`.
+
+    Raises ProfileError as `polydyne` does.
+    """
+    coefficients = operator(train, 1.0 / speed)
+    _refuse(train, "the motion", smooth, len(coefficients) - 1)
+    return PolydyneMotion(wanted, coefficients)
+
+
+def _refuse(train: FollowerTrain, name: str, smooth: int, order: int) -> None:
+    """ProfileError for damping that P cannot take, and for a motion that is not smooth enough for it."""
     problems = []
     if train.damping > 0.0 or (train.two_masses and train.contact_damping > 0.0):
         text = "polydyne correction takes damping to ground only"
         problems.append(Problem("dynamics.damping", text, train.damping, "0", "give return_damping instead"))
     if smooth < order + 1:
-        text = f"the law {wanted.name} has {smooth} continuous derivatives, the correction needs {order + 1}"
+        text = f"{name} has {smooth} continuous derivatives, the correction needs {order + 1}"
         problems.append(
             Problem("motion.law", text, None, "", 'take a smoother one such as "5-6-7-8-9" or "polynomial"')
         )
     if problems:
         raise ProfileError(problems)
-    pieces = [_combined(piece, coefficients) for piece in wanted.pieces]
-    law = Law(f"polydyne {wanted.name}", finish(pieces), f"polydyne correction of {wanted.name}")
-    return Polydyne(law, coefficients[0], tuple(coefficients), rise_time, smooth - order)
 
 
 def operator(train: FollowerTrain, rise_time: float) -> tuple[float, ...]:

@@ -10,10 +10,13 @@ import numpy as np
 
 from camgeom.dynamics.follower import CamShaft, Closure, FollowerTrain, Load, Motion
 from camgeom.dynamics.follower_jump import Flight, Jump, flight, jump, jump_speed
+from camgeom.dynamics.follower_polydyne import PolydyneMotion, polydyne_motion
 from camgeom.dynamics.follower_response import FollowerResponse, from_rest, steady_state
 from camgeom.dynamics.integrators import Array
 from camgeom.dynamics.integrators_accuracy import STANDARD, Accuracy
 from camgeom.dynamics.spec import DynamicsSpec
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.program import Program
 
 RPM = pi / 30.0
 
@@ -30,6 +33,7 @@ class FollowerStudy:
     shaft: CamShaft | None = None
     load: Load | None = None
     sweep_speeds: Array | None = None
+    polydyne: bool = False
 
     @cached_property
     def steady(self) -> FollowerResponse:
@@ -56,6 +60,39 @@ class FollowerStudy:
     def flight(self) -> Flight:
         """Motion with loss of contact over three turns."""
         return flight(self.train, self.motion, self.speed, 3, self.scale, self.load)
+
+    @cached_property
+    def corrected(self) -> PolydyneMotion:
+        """The cam motion for which the follower mass does the wanted one at this speed (polydyne).
+
+        Raises ProfileError for a motion that is not smooth enough, and for damping in linkage or contact.
+        """
+        if not isinstance(self.motion, Program):
+            raise ProfileError([Problem("motion", "only a motion program knows how smooth it is")])
+        return polydyne_motion(self.motion, self.motion.continuity.order, self.train, self.speed)
+
+    @cached_property
+    def corrected_start(self) -> FollowerResponse:
+        """First turn on the corrected cam from static equilibrium."""
+        return from_rest(self.train, self.corrected, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
+
+    def _miss(self, response: FollowerResponse) -> float:
+        """How far the follower mass strays from the wanted motion, a share of its stroke."""
+        wanted = self.motion.jet(response.theta, 0)[0] * self.scale
+        gap = response.output("position")[0] - wanted
+        return float(np.ptp(gap) / np.ptp(wanted))
+
+    def _polydyne_figures(self, length: str) -> dict[str, object]:
+        """Both cams against the wanted motion."""
+        lift = self.corrected.jet(self.corrected_start.theta, 0)[0] * self.scale
+        return {
+            "polydyne": {
+                "coefficients": list(self.corrected.coefficients),
+                f"cam_stroke_{length}": float(np.ptp(lift)),
+                "follower_miss": self._miss(self.corrected_start),
+                "follower_miss_uncorrected": self._miss(self.start),
+            }
+        }
 
     def jump_speed_rpm(self, lowest_rpm: float, highest_rpm: float) -> float:
         """Lowest speed in r/min between two at which contact is lost; raises as `follower_jump.jump_speed`."""
@@ -90,6 +127,8 @@ class FollowerStudy:
         if self.shaft is not None:
             out["peak_windup_deg"] = degrees(float(steady.peak("windup").magnitude[0]))
             out["peak_shaft_torque_n_m"] = float(steady.peak("shaft_torque").magnitude[0])
+        if self.polydyne:
+            out |= self._polydyne_figures(length)
         if self.sweep_speeds is not None:
             out["sweep"] = self._sweep_figures(length, force)
         return out
@@ -124,4 +163,5 @@ def follower_study(
     """
     train = spec.train(rotating, closure, mass, return_stiffness, preload)
     scale = 1.0 if rotating else 1e-3
-    return FollowerStudy(train, motion, speed_rpm * RPM, scale, spec.accuracy(), spec.shaft(), load, spec.speeds())
+    speed, accuracy = speed_rpm * RPM, spec.accuracy()
+    return FollowerStudy(train, motion, speed, scale, accuracy, spec.shaft(), load, spec.speeds(), spec.polydyne)

@@ -43,7 +43,7 @@ INDEXING_KEYS = (
 )
 FOLLOWER_KEYS = (
     *("mass", "linkage_stiffness", "linkage_damping", "return_stiffness", "return_damping", "preload", "tappet_mass"),
-    *("tappet_stiffness", "tappet_damping", "shaft_inertia", "shaft_stiffness", "shaft_damping"),
+    *("tappet_stiffness", "tappet_damping", "shaft_inertia", "shaft_stiffness", "shaft_damping", "polydyne"),
 )
 
 
@@ -110,6 +110,7 @@ class DynamicsSpec(Section):
     shaft_inertia: Positive | None = Field(None, description="kg m2, cam on its elastic shaft")
     shaft_stiffness: Positive | None = Field(None, description="N m/rad, cam shaft in torsion; default: rigid")
     shaft_damping: NotNegative = Field(0.0, description="N m s/rad, cam shaft")
+    polydyne: bool = Field(False, description="also the cam motion whose response at the speed is the wanted one")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
