@@ -13,7 +13,9 @@ from camgeom.follower import Setup
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.leads import LEAST
 from camgeom.machining.machine import Machine
-from camgeom.machining.path import CentrePath, FlankPath, SidePath, ToolPath
+from camgeom.machining.path import ToolPath
+from camgeom.machining.path_mill import CentrePath, FlankPath
+from camgeom.machining.path_touch import SidePath
 from camgeom.machining.plan import Machining
 from camgeom.machining.rows import rows
 from camgeom.machining.spec import SAME, CutterSpec

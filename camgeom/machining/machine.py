@@ -29,6 +29,8 @@ LETTERS = {
 """rotary letter: linear letters radial, across, axial; letters of a swing about the across and about the radial axis"""
 ACROSS_SIGN = {"A": -1.0, "B": 1.0, "C": 1.0}
 """what keeps (X, Y, Z) right-handed with the radial, across and axial directions those of the cam's X, Y and Z"""
+TILT_SIGN = {"A": 1.0, "B": -1.0, "C": -1.0}
+"""of the swing about the across axis, from the radial towards the axial direction, by the right-hand rule"""
 STRAIGHT = 1e-12
 """a direction component that counts as zero"""
 LEAST_RADIUS = 1e-3
@@ -73,9 +75,12 @@ class Machine:
             way = "CLOCKWISE" if self.reverse else "COUNTER-CLOCKWISE"
             lines.append(f"{self.rotary} PLUS TURNS THE CAM {way} SEEN FROM ITS +Z END")
         if self.swings:
-            plane = "RADIAL AXIS" if self.way == "helix" else f"{across} AXIS"
+            helix = self.way == "helix"
+            about = radial if helix else across
+            zero = f"{'-' if ACROSS_SIGN[self.rotary] < 0.0 else '+'}{across}" if helix else f"+{radial}"
             where = f"PIVOT {self.pivot:.6g} MM BEHIND THE TOOL END" if self.pivot else "COORDINATES OF THE TOOL END"
-            lines.append(f"{self.letters[-1]} TILTS THE TOOL ABOUT THE {plane}, ZERO: TOOL RADIAL; {where}")
+            letter = self.letters[-1]
+            lines.append(f"{letter} TILTS THE SPINDLE RIGHT-HANDED ABOUT {about}, ZERO TOWARDS {zero}; {where}")
         return lines
 
     def solve(self, positions: Positions) -> Floats:
@@ -87,8 +92,7 @@ class Machine:
         tip, axis = _turned(positions.tip, turn), _turned(positions.axis, turn)
         rows = [self._count * turn] if self.way != "plain" else []
         if self.swings:
-            tilt = np.unwrap(self._tilt(axis))
-            rows.append(tilt)
+            rows.append(self._swing * np.unwrap(self._tilt(axis)))
             tip = tip + self.pivot * axis
         return np.stack([tip[0], ACROSS_SIGN[self.rotary] * tip[1], tip[2], *rows])
 
@@ -101,12 +105,17 @@ class Machine:
             turn = self._count * coordinates[3]
         axis = np.stack([np.zeros(n), np.zeros(n), np.ones(n)])
         if self.way in ("axis", "helix"):
-            tilt = coordinates[4] if self.swings else np.zeros(n)
+            tilt = self._swing * coordinates[4] if self.swings else np.zeros(n)
             c, s = np.cos(tilt), np.sin(tilt)
             zero = np.zeros(n)
             axis = np.stack([zero, c, s]) if self.way == "helix" else np.stack([c, zero, s])
         tip = np.stack([radial, across, axial]) - (self.pivot if self.swings else 0.0) * axis
         return _turned(tip, -turn), _turned(axis, -turn)
+
+    @property
+    def _swing(self) -> float:
+        """Sign of the swing axis; that about the radial axis is right-handed as it is."""
+        return 1.0 if self.way == "helix" else TILT_SIGN[self.rotary]
 
     @property
     def _count(self) -> float:

@@ -11,7 +11,9 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.path import CentrePath, FlankPath, RowPath, SidePath, ToolPath, wall_ends
+from camgeom.machining.path import ToolPath, wall_ends
+from camgeom.machining.path_mill import CentrePath, FlankPath
+from camgeom.machining.path_touch import RowPath, SidePath
 from camgeom.machining.plan import Machining, seconds
 from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
 from camgeom.machining.spec import SAME, is_radial, narrowest

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from camgeom.errors import NotConverged
 from camgeom.machining.leads import Move, lead_radius, with_leads
 from camgeom.machining.machine import Machine
-from camgeom.machining.path import Positions, RowPath, SidePath, ToolPath, climbs
+from camgeom.machining.path import Positions, ToolPath, climbs
+from camgeom.machining.path_touch import RowPath, SidePath
 from camgeom.machining.rows import Rows
 from camgeom.machining.sampling import Chords, equal_error, estimate
 from camgeom.machining.spec import CutterSpec
@@ -181,29 +182,52 @@ class Machining:
         return Positions(at.phi, moved, at.axis, at.contacts, at.normals, at.travel, at.away)
 
     def _transfer(self, last: Positions, start: Positions) -> Positions:
-        """A rapid way round the blank from the end of one pass to the start of the next."""
-        one, two = self.machine.solve(last)[:, 0], self.machine.solve(start)[:, 0]
-        turns = abs(float(two[3] - one[3])) if len(one) > 3 else 0.0
+        """A rapid way round the blank from the end of one pass to the start of the next.
+
+        Radius, azimuth and height of the tool's end change evenly, and so does its axis beside the follower; where
+        the axis turns to the other side it does so at the end.
+        """
+        turn = self.machine.sense * float(start.phi[0] - last.phi[0])
         # Whole turns need no travel in the cam frame, but the machine's rotary axis unwinds them.
-        count = max(1, int(np.ceil(turns / TRANSFER)))
+        count = max(1, int(np.ceil(abs(turn) / TRANSFER)))
         share = np.arange(1, count + 1) / count
-        tip, axis = self.machine.positions(one[:, None] + (two - one)[:, None] * share)
+        ends = [_beside(at, self.machine.sense) for at in (last, start)]
+        (place, axis), (goal, aim) = ends
+        goal[1] = place[1] + np.angle(np.exp(1j * (goal[1] - place[1])))
+        between = place[:, None] + (goal - place)[:, None] * share
+        away = self.machine.sense * (last.phi[0] + (start.phi[0] - last.phi[0]) * share)
+        spin = np.exp(1j * (between[1] - away))
+        tip = np.stack([between[0] * spin.real, between[0] * spin.imag, between[2]])
+        mixed = axis[:, None] + ((aim - axis)[:, None] * share if float(axis @ aim) > 0.0 else 0.0 * share)
+        mixed = mixed / np.sqrt((mixed**2).sum(axis=0))
+        flat = (mixed[0] + 1j * mixed[1]) * np.exp(-1j * away)
+        axes = np.stack([flat.real, flat.imag, mixed[2]])
+        tip[:, -1], axes[:, -1] = start.tip[:, 0], start.axis[:, 0]
         phi = last.phi[0] + (start.phi[0] - last.phi[0]) * share
 
         def repeated(values: Floats) -> Floats:
             return np.repeat(values, count, axis=-1)
 
-        tip[:, -1], axis[:, -1] = start.tip[:, 0], start.axis[:, 0]
         return Positions(
             phi,
             tip,
-            axis,
+            axes,
             repeated(start.contacts),
             repeated(start.normals),
             repeated(start.travel),
             repeated(start.away),
         )
 
+
+def _beside(at: Positions, sense: float) -> tuple[Floats, Floats]:
+    """Radius, azimuth, height of a tool's end, and its axis, in the frame that the follower stands still in."""
+    turn = np.exp(1j * sense * at.phi[0])
+    place = (at.tip[0, 0] + 1j * at.tip[1, 0]) * turn
+    axis = (at.axis[0, 0] + 1j * at.axis[1, 0]) * turn
+    return (
+        np.array([abs(place), float(np.angle(place)), float(at.tip[2, 0])]),
+        np.array([axis.real, axis.imag, float(at.axis[2, 0])]),
+    )
 
 
 def contact_lengths(path: ToolPath, phi: Floats) -> Floats:

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.flank import Flank
-from camgeom.machining.path import RowPath, ToolPath
+from camgeom.machining.path import ToolPath
+from camgeom.machining.path_touch import RowPath
 from camgeom.machining.tool import Tool
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.surface import dot

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.flank import Flank
-from camgeom.machining.path import RowPath, up_of, wall_ends
+from camgeom.machining.path import up_of, wall_ends
+from camgeom.machining.path_touch import RowPath
 from camgeom.maths.surface import dot
 from camgeom.track import Track
 

@@ -99,22 +99,28 @@ class CutterSpec(Section):
         if self.kind == "roller":
             if self.diameter is not None:
                 found.append(_problem("diameter", self.diameter, "none for kind = 'roller'; or choose another kind"))
-            if self.path != "flank" or self.axis != "roller":
-                found.append(_problem("path", self.path, "the default: a tool like the roller follows the roller"))
+            found += self._plain_path("a tool like the roller, which follows it")
             if self.allowance:
                 found.append(_problem("allowance", self.allowance, "0: a tool like the roller leaves no stock"))
         elif self.diameter is None:
             found.append(Problem("cutter.diameter", "is missing", None, "mm, the tool's diameter"))
-        if self.kind == "ball" and (self.path != "flank" or self.axis != "roller"):
-            found.append(_problem("path", self.path, "flank, with axis = 'roller', for a ball"))
+        if self.kind == "ball":
+            found += self._plain_path("a ball")
         if self.neck is not None and not (self.kind == "ball" and self.diameter and self.neck < 0.5 * self.diameter):
             found.append(_problem("neck", self.neck, "below the radius, for a ball, and for it alone"))
         side = self.kind == "wheel" and self.contact == "side"
         if side != (self.width is not None):
             found.append(_problem("width", self.width, "mm, for a wheel that works with its side, and for it alone"))
-        if side and (self.path != "flank" or self.axis != "roller"):
-            found.append(_problem("path", self.path, "flank, with axis = 'roller', for a wheel's side"))
-        return found
+        return found + (self._plain_path("a wheel's side") if side else [])
+
+    def _plain_path(self, what: str) -> list[Problem]:
+        """A tool that has one way to go: beside the flank, parallel to the roller."""
+        wanted = {"path": "flank", "axis": "roller"}
+        return [
+            _problem(key, getattr(self, key), f"{word}, for {what}")
+            for key, word in wanted.items()
+            if getattr(self, key) != word
+        ]
 
     def _planar_problems(self, cam: Any, setup: Setup) -> list[Problem]:
         del cam
@@ -125,11 +131,7 @@ class CutterSpec(Section):
             found.append(_problem("kind", self.kind, "roller, flat or wheel: a disc's flank is straight"))
         if self.kind == "wheel" and self.contact == "side":
             found.append(_problem("contact", self.contact, "rim on a disc"))
-        if self.path != "flank":
-            found.append(_problem("path", self.path, "flank on a disc"))
-        if self.axis != "roller":
-            found.append(_problem("axis", self.axis, "roller on a disc: along the cam's axis"))
-        return found
+        return found + self._plain_path("a disc")
 
     def _width_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
         """A tool must go into the groove; beside a rib it has room."""
