@@ -32,6 +32,8 @@ FIGURES = (
     "flank.undercut_margin",
     "contact.peak_pressure_mpa",
     "fatigue.roller_life_h",
+    "cutter.most_rest_mm",
+    "cutter.least_rest_mm",
     "dynamics.amplification",
     "dynamics.impact.over_turns.peak_acceleration_rad_s2.mean",
     "dynamics.impact.over_turns.peak_acceleration_m_s2.mean",
@@ -53,6 +55,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     axes = tuple(axis(text) for text in arguments.vary)
     if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
         products = (*products, "dynamics")
+    if only is None and any(one.path[0] == "cutter" for one in axes):
+        products = (*products, "cutter")
     study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
@@ -95,7 +99,7 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     """The figures of one variant, its status and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
-    for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact"):
+    for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
         figures |= _flat(result.data.get(section, {}), section)
     for finding in result.findings:
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")

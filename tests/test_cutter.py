@@ -432,3 +432,15 @@ def test_rapid_ways_stay_outside_the_blank(tmp_path: Path) -> None:
         between = start + share * (stop - start)
         assert len(start) > 0
         assert np.hypot(between[..., 0], between[..., 1]).min() > radius + 4.0
+
+
+def test_a_study_of_tool_sizes_shows_what_each_leaves(tmp_path: Path) -> None:
+    """Half the tool leaves more: the stock grows by what the tool is smaller than the roller."""
+    profile = tmp_path / "drum.toml"
+    profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\n')
+    assert main(["study", str(profile), "--vary", "cutter.diameter=12:20:3", "--out", str(tmp_path)]) == 0
+    table = (tmp_path / "study.csv").read_text().splitlines()
+    column = table[0].split(",").index("cutter.most_rest_mm")
+    left = [float(row.split(",")[column]) for row in table[1:]]
+    assert left[0] == pytest.approx(2.0 * left[1], rel=0.01)
+    assert left[2] < 1e-9
