@@ -156,3 +156,15 @@ def test_extreme_speeds_and_loads(make, operation):
             if isinstance(value, float):
                 assert not np.isnan(value), key
                 assert key.endswith("_mpa") or np.isfinite(value) or "life" in key, key
+
+
+def test_a_drive_too_stiff_for_its_speed_is_said():
+    from pathlib import Path
+
+    from camgeom.profile import read_data
+
+    data = read_data(Path(__file__).parents[1] / "profiles" / "tool_changer.toml")
+    for speed, words in ((1e-9, "singular to working precision"), (1e-3, "as fast as the cam")):
+        data["operation"] = {**data["operation"], "speed": speed}
+        with pytest.raises(NotConverged, match=words):
+            compute(Model(from_data(data)), ("dynamics",))

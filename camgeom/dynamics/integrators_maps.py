@@ -6,14 +6,26 @@ import numpy as np
 
 from camgeom.dynamics import integrators_collocated, integrators_magnus, integrators_runge_kutta, integrators_split
 from camgeom.dynamics.integrators import WORK_SET, Array, Collocated, Method, RungeKutta, System
+from camgeom.errors import NotConverged
 
 
 def step_maps(method: Method, system: System, start: Array, step: Array) -> Array:
     """Affine one-step maps [P | r] (b, n, r, r + 1) for steps (n,) or (b, n) rad long from cam angles start, same
     shape.
 
-    A step must not straddle a knot of the motion. Formed in parts of `WORK_SET` so that memory stays bounded.
+    A step must not straddle a knot of the motion. Formed in parts of `WORK_SET` so that memory stays bounded. Raises
+    NotConverged where the equations of a step are singular to working precision.
     """
+    try:
+        return _step_maps(method, system, start, step)
+    except np.linalg.LinAlgError:
+        raise NotConverged(
+            f"the equations of a step of {method.name} are singular to working precision: the fastest mode is too many "
+            "times as fast as the cam; take a higher speed, or leave out the stiffest member"
+        ) from None
+
+
+def _step_maps(method: Method, system: System, start: Array, step: Array) -> Array:
     start, step = np.atleast_2d(start), np.atleast_2d(step)
     if isinstance(method, RungeKutta):
         found = integrators_split.step_maps(method, system, start, step)
