@@ -205,6 +205,8 @@ def impact_data(model: Model) -> dict[str, Any]:
             for hit in run.impacts[:MOST_IMPACTS]
         ],
     }
+    moving = run.trace.time >= spec.settle * run.problem.period
+    data[f"peak_speed_{'rad' if rotating else 'm'}_s"] = float(np.abs(run.trace.speed[moving]).max())
     options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
     if spec.study:
         rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], **options)

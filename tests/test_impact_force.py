@@ -21,7 +21,8 @@ PROFILES = Path(__file__).resolve().parents[1] / "profiles"
 
 
 def model(name: str, extra: str = "", **changes: str) -> Model:
-    text = (PROFILES / f"{name}.toml").read_text()
+    head, _, rest = (PROFILES / f"{name}.toml").read_text().partition("[impact]")
+    text = head + rest.partition("\n\n")[2]
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new)

@@ -31,8 +31,11 @@ contact_damping = 3.9
 
 
 def solved(profile, extra):
-    head, _, rest = (PROFILES / f"{profile}.toml").read_text().partition("[dynamics]")
-    model = Model(parse(head + rest.partition("\n\n")[2] + extra))
+    text = (PROFILES / f"{profile}.toml").read_text()
+    for table in ("[dynamics]", "[impact]"):
+        head, _, rest = text.partition(table)
+        text = head + rest.partition("\n\n")[2]
+    model = Model(parse(text + extra))
     return compute(model, ("dynamics",)).data["dynamics"]
 
 
