@@ -133,6 +133,11 @@ class Flank:
         upp = self.pose.u[2][:, :, None]
         v_phi = self.pose.a[2][:, :, None] + delta[None] * upp
         along, m_up = dot(v, u), dot(m, up)
+        if not (np.any(rt) or np.any(dtt) or np.any(rtt)):
+            # A cylinder: what its radius and the meridian's bends would add is nothing.
+            chi_phi, chi_t = (m_up * along - dot(m, v_phi)) * (dt / f_chi), -(dt * dt) * m_up / f_chi
+            m_phi, m_t = chi_phi * q - m_up * u, chi_t * q
+            return v + r * m_phi, dt * u + r * m_t, m_phi, m_t
         w_phi = dt * v_phi + (r * rt) * upp
         f_phi = -m_up * (dt * along) + dot(m, w_phi) - rt * (dot(up, v) + dot(u, v_phi))
         f_t = dtt * dot(m, v) + (dt * dt + rt * rt + r * rtt) * m_up - rtt * along

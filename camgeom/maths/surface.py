@@ -17,9 +17,11 @@ def dot(a: Floats, b: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """Vector product of component-major vectors, broadcast over the trailing axes."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]],
-    )
+    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        np.multiply(a[i], b[j], out=out[k])
+        out[k] -= a[j] * b[i]
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,7 @@ class Forms:
 
     def principal(self) -> tuple[Floats, Floats]:
         """Principal curvatures, larger first, 1/mm."""
-        half = 0.5 * self.twice_mean()
-        root = np.sqrt(np.maximum(half**2 - self.gauss(), 0.0))
+        area = self._area
+        half = (0.5 * (self.E * self.N + self.G * self.L) - self.F * self.M) / area
+        root = np.sqrt(np.maximum(half * half - (self.L * self.N - self.M * self.M) / area, 0.0))
         return half + root, half - root
