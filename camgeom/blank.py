@@ -182,10 +182,11 @@ class Builder:
         vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
         used = np.zeros(len(vertices), dtype=bool)
         used[faces] = True
-        number = np.cumsum(used) - 1
-        return Mesh(
-            vertices[used], number[faces].astype(np.int32), tuple(self._names), np.concatenate(self._labels)
-        )
+        group, names = np.concatenate(self._labels), tuple(self._names)
+        if used.all():
+            return Mesh(vertices, faces.astype(np.int32), names, group)
+        number = (np.cumsum(used) - 1).astype(np.int32)
+        return Mesh(vertices[used], number[faces], names, group)
 
 
 def close_ends(

@@ -230,9 +230,14 @@ class Column:
         centre, radius, _, _ = self._end_disc
         start, third, angle = self.edge_angle(side)
         turn = angle[:, None] * share[None, :]
-        x = centre[:, :, None] + radius * (np.cos(turn) * start[:, :, None] + np.sin(turn) * third[:, :, None])
+        c, s = np.cos(turn), np.sin(turn)
+        x = np.empty((3, *turn.shape))
+        for k in range(3):
+            np.multiply(c, radius * start[k][:, None], out=x[k])
+            x[k] += s * (radius * third[k][:, None])
+            x[k] += centre[k][:, None]
         x[:, :, share == 1.0] = self.chord_end(side)[:, :, None]
-        return np.asarray(x)
+        return x
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,10 +163,12 @@ def cell_faces(
     p00: Index, p10: Index, p11: Index, p01: Index, rising: npt.NDArray[np.bool_], inward: bool
 ) -> Index:
     """Triangles (..., 2, 3) of cells given by their corners, along the chosen diagonal."""
-    first = np.stack([p00, p10, np.where(rising, p11, p01)], axis=-1)
-    second = np.stack([np.where(rising, p00, p10), p11, p01], axis=-1)
-    faces = np.stack([first, second], axis=-2)
-    return np.asarray(faces[..., ::-1] if inward else faces)
+    faces = np.empty((*p00.shape, 2, 3), dtype=p00.dtype)
+    corners = (p00, p10, np.where(rising, p11, p01)), (np.where(rising, p00, p10), p11, p01)
+    for k, corner in enumerate(corners):
+        for j, index in enumerate(corner[::-1] if inward else corner):
+            faces[..., k, j] = index
+    return faces
 
 
 @dataclass(frozen=True, eq=False)

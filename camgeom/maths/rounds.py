@@ -115,7 +115,7 @@ class Rounds:
         for strip, cells in zip(self.strips, self.cells):
             for band, part in zip(strip.bands, cells.split(tuple(self.counts[b] for b in strip.bands))):
                 found[band].append(Cells(*(_folded(x, strip.first, n) for x in (part.a, part.b, part.c))))
-        return [Cells(*(np.concatenate([getattr(c, k) for c in parts], axis=1) for k in "abc")) for parts in found]
+        return [Cells.joined(parts) for parts in found]
 
 
 def sample_rounds(surface: Surface, knots: Floats, tolerance: float, most: Counts) -> Rounds:

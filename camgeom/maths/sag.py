@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths.surface import cross, dot
+
 Floats = npt.NDArray[np.float64]
 Counts = tuple[int, ...]
 
@@ -25,7 +27,15 @@ class Cells:
 
     def error(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
         """Largest sag of the two triangles for the better diagonal, and which: True joins (i, j) to (i+1, j+1)."""
-        rising, falling = patch_sag(self.a, -self.b, self.c), patch_sag(self.a, self.b, self.c)
+        a, b, c = self.a, self.b, self.c
+        side, total, twice = np.maximum(np.abs(a), np.abs(c)), a + c, 2.0 * b
+        rising = 0.125 * np.maximum(side, np.abs(total + twice))
+        falling = 0.125 * np.maximum(side, np.abs(total - twice))
+        # Only a patch bent to one side in every direction can sag most inside a triangle.
+        bowl = np.nonzero(a * c > b * b)
+        if len(bowl[0]):
+            rising[bowl] = patch_sag(a[bowl], -b[bowl], c[bowl])
+            falling[bowl] = patch_sag(a[bowl], b[bowl], c[bowl])
         return np.minimum(rising, falling), rising <= falling
 
     def split(self, counts: Counts) -> list[Cells]:
@@ -33,6 +43,11 @@ class Cells:
         cuts = np.cumsum(counts)[:-1]
         parts = zip(*(np.split(x, cuts, axis=1) for x in (self.a, self.b, self.c)))
         return [Cells(a, b, c) for a, b, c in parts]
+
+    @classmethod
+    def joined(cls, parts: list[Cells]) -> Cells:
+        """The cells of several bands side by side."""
+        return cls(*(np.concatenate([getattr(part, k) for part in parts], axis=1) for k in "abc"))
 
     def scaled(self, h: Floats, k: Floats) -> Cells:
         """The sags of cells h times as long in phi and k times as wide."""
@@ -60,16 +75,15 @@ def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
     """
     p00, p01, p10, p11 = start[:, :, :-1], start[:, :, 1:], stop[:, :, :-1], stop[:, :, 1:]
     d1, d2 = p11 - p00, p10 - p01
-    n = np.stack([d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2], d1[0] * d2[1] - d1[1] * d2[0]])
-    length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
-    n /= np.where(length > 0.0, length, 1.0)
+    n = cross(d1, d2)
+    length = np.sqrt(dot(n, n))
+    inverse = 1.0 / np.where(length > 0.0, length, 1.0)
     row = 0.5 * (start + stop) - middle[:, :, ::2]
     centre = 0.25 * (p00 + p01 + p10 + p11) - middle[:, :, 1::2]
-    low, high = _along(n, row[:, :, :-1]), _along(n, row[:, :, 1:])
+    low, high = dot(n, row[:, :, :-1]), dot(n, row[:, :, 1:])
     a = 8.0 * np.where(np.abs(low) > np.abs(high), low, high)
-    c = 8.0 * _along(n, centre) - 4.0 * (low + high)
-    return Cells(a, _along(n, p11 - p10 - p01 + p00), c)
-
-
-def _along(n: Floats, d: Floats) -> Floats:
-    return np.asarray(n[0] * d[0] + n[1] * d[1] + n[2] * d[2])
+    c = 8.0 * dot(n, centre) - 4.0 * (low + high)
+    b = dot(n, p11 - p10 - p01 + p00)
+    for x in (a, b, c):
+        x *= inverse
+    return Cells(a, b, c)

@@ -81,7 +81,8 @@ def converge(
     widths = [c / n for c, n in zip(coarse, counts)]
     aim = FILL * tolerance
     for attempt in range(PASSES):
-        phi = _placed(knots, phi, np.minimum.reduce([_steps(b, w, aim) for b, w in zip(bands, widths)]))
+        k = np.repeat(widths, [band.a.shape[1] for band in bands])
+        phi = _placed(knots, phi, _steps(Cells.joined(bands), k, aim))
         if (len(phi) - 1) * sum(counts) > MAX_CELLS:
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
@@ -171,9 +172,8 @@ def _subdivided(knots: Floats, parts: int) -> Floats:
     return np.append(inner, knots[-1])
 
 
-def _steps(cells: Cells, width: float, tolerance: float) -> Floats:
-    """Factor (n,) by which each cell may be lengthened in phi; cells are `width` times as wide as measured."""
-    k = np.array(width)
+def _steps(cells: Cells, k: Floats, tolerance: float) -> Floats:
+    """Factor (n,) by which each cell may be lengthened in phi; cells are k times as wide as measured."""
     factors = np.minimum(_bound(cells, k, tolerance).min(axis=1), 64.0)
     for _ in range(3):
         error, _ = cells.scaled(factors[:, None], k).error()
@@ -257,10 +257,8 @@ def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[
     sag = float(np.abs(band.c).max()) / 8.0
     least = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
     series = np.unique(np.minimum(most, np.ceil(least * 1.35 ** np.arange(12)))).astype(np.int64)
-    factors = np.stack(
-        [np.minimum(_bound(band, np.array(coarse / c), FILL * tolerance).min(axis=1), 64.0) for c in series]
-    )
-    return series, factors
+    factors = _bound(band, (coarse / series)[:, None, None], FILL * tolerance).min(axis=2)
+    return series, np.minimum(factors, 64.0)
 
 
 def _grid_size(
