@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surface
 from camgeom.export.step.meeting import along
 from camgeom.export.step.recognise import curve_of
@@ -21,8 +23,10 @@ KEPT = 0.7
 """least share of the rough points through which that parameter runs one way"""
 LEAST_POINTS = 12
 MOST_POINTS = 160
-NEAR = 1e-3
-"""mm; a fit this near its edge guides the search for the next one"""
+NEAR = 0.01
+"""a fit within this share of the edge's length guides the search for the next one"""
+APART = 0.3
+"""least distance of rough points as a share of their mean distance"""
 
 
 def fit_curve(point: Callable[[Floats], Floats], start: Floats, stop: Floats, tolerance: float) -> tuple[Curve, float]:
@@ -71,7 +75,8 @@ class Crossing:
 
     def __init__(self, surfaces: tuple[Surface, Surface], rough: Floats, a: Floats, b: Floats) -> None:
         self.surfaces, self.ends = surfaces, (rough[0].copy(), rough[-1].copy())
-        rough, p = _spread(rough), _spread(np.concatenate([a, b], axis=1))
+        table = _spread(_thinned(np.concatenate([rough, a, b], axis=1)))
+        rough, p = table[:, :3], table[:, 3:]
         x, found = self._search(rough, p, planes=(rough, np.gradient(rough, axis=0)))
         x[[0, -1]], found[[0, -1]] = self.ends, p[[0, -1]]
         self.x, self.p = x, found
@@ -90,7 +95,11 @@ class Crossing:
     def fit(self, tolerance: float) -> tuple[Curve, float]:
         """The line, circle or quintic spline along the crossing, and its distance from it in mm, as measured."""
         axis, kept = self._running()
-        return self._guided(tolerance) if axis is None else self._by_parameter(axis, kept, tolerance)
+        if axis is not None:
+            # Where the edge turns back along that parameter, it is no function of it.
+            with suppress(NotConverged):
+                return self._by_parameter(axis, kept, tolerance)
+        return self._guided(tolerance)
 
     def _running(self) -> tuple[int | None, Ints]:
         """The spline parameter that runs most evenly one way along the edge (None: none does), and the points kept."""
@@ -133,7 +142,7 @@ class Crossing:
         spans = 3
         guide: SplineCurve | None = None
         step = np.sqrt((np.diff(self.x, axis=0) ** 2).sum(axis=1))
-        t = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
+        t, near = np.concatenate([[0.0], np.cumsum(step)]) / step.sum(), NEAR * float(step.sum())
         while True:
             tools = kit(DEGREE, spans)
             x = self._beside(guide, t, tools.grid)
@@ -141,7 +150,7 @@ class Crossing:
             x[0], x[nodes - 1] = self.ends
             curve = SplineCurve(Basis(DEGREE, tools.knots), tools.inverse @ x[:nodes])
             error = _largest(tools.probe @ curve.poles - x[nodes:])
-            if error < NEAR:
+            if error < near:
                 # Near enough to be its own guide: what is left is measured across it.
                 guide = curve
                 exact = self._beside(guide, t, tools.grid[nodes:])
@@ -175,6 +184,21 @@ def _cubic(t: Floats, x: Floats, at: Floats) -> tuple[Floats, Floats]:
     d0, d1, chord = h * slope[i], h * slope[i + 1], x[i + 1] - x[i]
     bend, rest = 3.0 * chord - 2.0 * d0 - d1, d0 + d1 - 2.0 * chord
     return x[i] + s * (d0 + s * (bend + s * rest)), (d0 + s * (2.0 * bend + 3.0 * s * rest)) / h
+
+
+def _thinned(table: Floats) -> Floats:
+    """Rows (n, c) whose first three columns are points, without those that crowd the one before (the ends stay)."""
+    step = np.sqrt((np.diff(table[:, :3], axis=0) ** 2).sum(axis=1))
+    least = APART * step.mean()
+    kept, walked = [0], 0.0
+    for i in range(1, len(table) - 1):
+        walked += step[i - 1]
+        if walked >= least:
+            kept.append(i)
+            walked = 0.0
+    if len(kept) > 1 and walked + step[-1] < least:
+        kept.pop()
+    return np.asarray(table[[*kept, len(table) - 1]])
 
 
 def _spread(values: Floats) -> Floats:
