@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 AXIAL, ACROSS = ("z", "x"), ("x", "y")
+SPARE = 3.0
+"""deg by which a line runs on beyond the turn, so that it ends at the frame"""
 
 
 def design(model: Model) -> tuple[Block, ...]:
@@ -248,15 +250,33 @@ def developed(model: Model) -> tuple[Block, ...]:
             x = Flank(track, phi, t, side).x[:, :, 0]
             around = -track.sense * np.unwrap(np.arctan2(x[1], x[0]))
             name = "edges" if len(track.sides) > 1 else f"edge, {track.name}"
-            series.append(Series(name, np.degrees(around), x[2], 0))
+            series += _turns(name, np.degrees(around), x[2], 0)
         pose = track.pose(phi, 0)
         centre = pose.a[0][:, :] + track.contact[1] * pose.u[0]
         around = -track.sense * np.unwrap(np.arctan2(centre[1], centre[0]))
-        series.append(Series("roller axis", np.degrees(around), centre[2], 4))
+        series += _turns("roller axis", np.degrees(around), centre[2], 4)
     axis = Axis("Angle round the drum against its turning", "°", 0.0, 360.0)
-    length = getattr(model.cam, "length", None)
-    panel = Panel(Axis("Height z", "mm", 0.0, length), tuple(series), height=1.3)
+    panel = Panel(Axis("Height z", "mm", *_heights(model)), tuple(series), height=1.3)
     return (Chart(f"Groove developed at radius {number(radius)} mm", axis, (panel,)),)
+
+
+def _heights(model: Model) -> tuple[float | None, float | None]:
+    """Lower and upper end of the drum, mm; unknown where it is undercut."""
+    try:
+        everything = np.concatenate([mesh.vertices[:, 2] for _, mesh in cam_meshes(model)])
+    except DesignError:
+        return None, None
+    return round(float(everything.min()), 9), round(float(everything.max()), 9)
+
+
+def _turns(name: str, angle: Floats, height: Floats, style: int) -> list[Series]:
+    """A line over any angles, degrees, as lines over one turn: one for each turn that it passes through."""
+    found = []
+    for turn in range(int(np.floor(angle.min() / 360.0)), int(np.ceil(angle.max() / 360.0))):
+        near = (angle >= 360.0 * turn - SPARE) & (angle <= 360.0 * (turn + 1) + SPARE)
+        if np.count_nonzero(near) > 1:
+            found.append(Series(name, angle[near] - 360.0 * turn, height[near], style))
+    return found
 
 
 def _turret(track: Track) -> bool:

@@ -87,7 +87,9 @@ def _row(
     survey: Survey, name: str, found: Extreme, unit: str, shown: Callable[[float], float]
 ) -> tuple[str | float, ...]:
     value = shown(found.value)
-    return survey.track.name, name, value, unit, degrees(found.cam_angle), found.delta
+    angle = degrees(found.cam_angle)
+    # A roller that stays in the cam for several turns is counted through them; the table speaks of the cam.
+    return survey.track.name, name, value, unit, angle if _whole(survey) else angle % 360.0, found.delta
 
 
 def _sides(survey: Survey) -> list[tuple[float, str]]:
@@ -136,7 +138,7 @@ def _axis(survey: Survey) -> Axis:
     if _whole(survey):
         return CAM_ANGLE
     low, high = survey.track.span
-    return Axis(CAM_ANGLE.label, "°", degrees(low), degrees(high))
+    return Axis("Cam angle, counted through all turns of one roller", "°", degrees(low), degrees(high))
 
 
 def maps(survey: Survey) -> tuple[Map, ...]:
