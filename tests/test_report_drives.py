@@ -197,3 +197,34 @@ def test_unknown_section_is_refused_with_the_nearest_one(tmp_path: Path) -> None
     )  # fmt: skip
     assert done.returncode == 2
     assert "did you mean 'motion'?" in done.stderr
+
+
+JUDGED = ["conjugate_rocker", "disc_offset_roller", "parallel_index", "tool_changer", "two_start"]
+
+
+@pytest.mark.parametrize("profile", JUDGED)
+def test_pressure_angle_at_the_head_is_the_one_that_is_judged(profile: str) -> None:
+    model, page = _page(profile, "checks", "flank")
+    judged = next(finding for finding in page.findings if finding.check == "Pressure angle")
+    shown = next(figure for figure in page.figures if figure.label == "Largest pressure angle")
+    assert shown.value == pytest.approx(judged.value)
+    for table in (block for block in _blocks(page) if isinstance(block, Table)):
+        for i, column in enumerate(table.columns):
+            if column.label == "Cam angle":
+                angles = [row[i] for row in table.rows if isinstance(row[i], float)]
+                assert all(0.0 <= angle <= 360.0 for angle in angles), (model.profile.name, table.caption)
+
+
+def test_groove_of_a_roller_that_stays_for_several_turns_is_developed_over_one() -> None:
+    _, page = _page("barrel_indexer", "design")
+    chart = next(chart for chart in _charts(page) if "developed" in chart.caption)
+    panel = chart.panels[0]
+    assert panel.y.low == pytest.approx(-39.0)
+    assert panel.y.high == pytest.approx(39.0)
+    for series in panel.series:
+        assert series.x.min() > -5.0
+        assert series.x.max() < 365.0
+    edges = [series for series in panel.series if series.name == "edges"]
+    assert {round(float(np.interp(300.0, series.x, series.y))) for series in edges if series.x.max() > 300.0} == {
+        -44, -14, 14, 44,
+    }  # fmt: skip

@@ -23,37 +23,22 @@ ACROSS, ALONG = 361, 21
 
 
 def flank(model: Model) -> tuple[Block, ...]:
-    """Extremes of every track, lines at three stations, and maps of the first track."""
-    if not model.flanks:
-        return _planar(model)
-    first = model.flanks[0]
+    """Extremes of every track, lines at three stations, and maps of the first track; of planar cams the profile."""
     folded = [survey for survey in model.flanks if survey.margin.value <= 0.0]
     if folded:
         return _folded(model, folded)
+    if model.planar is not None:
+        from camgeom.report.sections.planes import profile
+
+        return profile(model, model.planar)
+    if not model.flanks:
+        return ()
+    first = model.flanks[0]
     blocks: list[Block] = [extremes(model), lines(model, first)]
     if len(model.flanks) > 1:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
         blocks.insert(1, Text((same,)))
-    return (*blocks, *maps(first), *_profile(model))
-
-
-def _profile(model: Model) -> tuple[Block, ...]:
-    """The profile of a planar cam with rollers, and the residual of a pair."""
-    if model.planar is None:
-        return ()
-    from camgeom.report.sections.planes import extreme_table, residual
-
-    found = residual(model.pair) if model.pair is not None else ()
-    return (extreme_table(model.planar), *found)
-
-
-def _planar(model: Model) -> tuple[Block, ...]:
-    """A cam whose follower has no roller, and what any planar cam adds."""
-    if model.planar is None:
-        return ()
-    from camgeom.report.sections.planes import shapes
-
-    return shapes(model, model.planar)
+    return (*blocks, *maps(first))
 
 
 def _folded(model: Model, folded: list[Survey]) -> tuple[Block, ...]:

@@ -134,13 +134,16 @@ def _motion(model: Model) -> Iterator[Figure]:
 
 
 def _flank(model: Model) -> Iterator[Figure]:
-    if not model.flanks:
+    if model.planar is not None:
         yield from _profile(model)
+    if not model.flanks:
         return
-    angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
-    limit = model.profile.limits.pressure_angle_deg
-    note = f"at {degrees(angle.cam_angle) % 360.0:.1f}°" + (f", limit {number(limit)}°" if limit else "")
-    yield Figure("Largest pressure angle", degrees(angle.value), "°", note)
+    if model.planar is None:
+        worst = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
+        value, at = model.drive_angle or (worst.value, worst.cam_angle)
+        limit = model.profile.limits.pressure_angle_deg
+        note = _at(at) + (f", limit {number(limit)}°" if limit else "")
+        yield Figure("Largest pressure angle", degrees(value), "°", note)
     margin = min((s.margin for s in model.flanks), key=lambda e: e.value)
     if margin.value <= 0.0:  # a folded flank has no curvature to quote
         yield Figure("Undercut margin", margin.value, "", f"folds at {degrees(margin.cam_angle) % 360.0:.1f}°")
@@ -152,12 +155,13 @@ def _flank(model: Model) -> Iterator[Figure]:
 
 
 def _profile(model: Model) -> Iterator[Figure]:
-    """A planar cam whose follower has no roller."""
+    """The profile of a planar cam, by what touches it."""
     if model.planar is None:
         return
-    top = model.planar.pressure_angle
+    top, limit = model.planar.pressure_angle, model.profile.limits.pressure_angle_deg
     if degrees(top.value) > PICOMETRE:
-        yield Figure("Largest pressure angle", degrees(top.value), "°", _at(top.cam_angle))
+        note = _at(top.cam_angle) + (f", limit {number(limit)}°" if limit else "")
+        yield Figure("Largest pressure angle", degrees(top.value), "°", note)
     convex, hollow = model.planar.radii
     sharp = min((one for one in (convex, hollow) if one), key=lambda one: one.value, default=None)
     if sharp is not None:

@@ -29,9 +29,11 @@ from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.outline_touch import Contacting
     from camgeom.planar import Planar
     from camgeom.planar_force import PlanarDrive
     from camgeom.planar_pair import PairResidual
+    from camgeom.survey import Survey
 
 PER_TURN = 720
 STEEPEST = 1e4
@@ -123,45 +125,51 @@ def figures(drive: PlanarDrive) -> Table:
     return Table("Contact and drive", columns, tuple(rows))
 
 
-def shapes(model: Model, planar: Planar) -> tuple[Block, ...]:
-    """Pressure angle and curvature of a follower without a roller, and the extremes of the profile."""
+def profile(model: Model, planar: Planar) -> tuple[Block, ...]:
+    """Pressure angle and curvature where the cam is touched, the extremes of its profile, and a pair's residual."""
     phi = _angles(planar)
     angle = np.degrees(phi)
-    found = [(touch.name, touch.material, touch.at(phi)) for touch in planar.touches]
-    shown = []
-    top = planar.pressure_angle
-    if top.value > FLAT:
-        limit = model.profile.limits.pressure_angle_deg
-        near = limit and degrees(top.value) > 0.5 * limit
-        shown.append(
-            Panel(
-                Axis("Pressure angle", "°", zero=True),
-                tuple(Series(name, angle, np.degrees(at.pressure_angle)) for name, _, at in found),
-                limits=(Limit(limit, f"limit {number(limit)}°"),) if near and limit else (),
-                marks=_signed(planar),
-            )
-        )
-    bent = [(name, material * at.curve.curvature) for name, material, at in found]
+    found = [(touch.name, touch.at(phi)) for touch in planar.touches]
+    bent = [(touch.name, touch.material * at.curve.curvature) for touch, (_, at) in zip(planar.touches, found)]
+    shown = [_angle_panel(model, planar, angle, found)] if planar.pressure_angle.value > FLAT else []
     if all(float(np.abs(values).max()) < STEEPEST for _, values in bent):
         lines = tuple(Series(name, angle, values) for name, values in bent)
-        shown.append(Panel(Axis("Curvature", "1/mm", zero=True), lines))
+        shown.append(Panel(Axis("Curvature of the profile", "1/mm", zero=True), lines))
+        rolling = [(touch.name, at) for touch, (_, at) in zip(planar.touches, found) if touch.rolling]
+        if rolling:
+            lines = tuple(Series(name, angle, at.relative) for name, at in rolling)
+            shown.append(Panel(Axis("Relative curvature of cam against roller", "1/mm", zero=True), lines))
     if all(touch.kind == "flat" for touch in planar.touches):
-        where = tuple(Series(name, angle, at.along) for name, _, at in found)
+        where = tuple(Series(name, angle, at.along) for name, at in found)
         shown.append(Panel(Axis("Contact on the face", "mm"), where))
     blocks: list[Block] = [Text((_shape_text(planar, bool(shown)),))]
     if shown:
         caption = "The profile where the follower touches it; convex curvature is positive"
         blocks.append(Chart(caption, CAM_ANGLE, tuple(shown), zones(model.setup.program)))
-    return (*blocks, extreme_table(planar))
+    blocks.append(extreme_table(planar, model.flanks))
+    return (*blocks, *(residual(model.pair) if model.pair is not None else ()))
+
+
+def _angle_panel(model: Model, planar: Planar, angle: Floats, found: list[tuple[str, Contacting]]) -> Panel:
+    limit = model.profile.limits.pressure_angle_deg
+    near = limit and degrees(planar.pressure_angle.value) > 0.5 * limit
+    return Panel(
+        Axis("Pressure angle", "°", zero=True),
+        tuple(Series(name, angle, np.degrees(at.pressure_angle)) for name, at in found),
+        limits=(Limit(limit, f"limit {number(limit)}°"),) if near and limit else (),
+        marks=_signed(planar),
+    )
 
 
 def _shape_text(planar: Planar, drawn: bool) -> str:
-    text = "The follower touches the cam without a roller; pressure angle and curvature are those of the profile."
+    text = "Pressure angle and curvature are those of the profile where the follower touches it"
+    if all(touch.rolling for touch in planar.touches):
+        text += "; a roller turns on its pin, so that its force passes through its centre"
     if not drawn:
-        return text + " It has a corner or a cusp, so its curvature has no bound: see the checks."
+        return text + ". It has a corner or a cusp, so its curvature has no bound: see the checks."
     if planar.pressure_angle.value <= FLAT:
-        text += " A face at right angles to its guide has no pressure angle."
-    return text
+        text += "; a face at right angles to its guide has no pressure angle"
+    return text + ". Along the width of the cam nothing changes."
 
 
 def _angles(planar: Planar) -> Floats:
@@ -184,8 +192,8 @@ def _signed(planar: Planar) -> tuple[Mark, ...]:
     return tuple(mark(degrees(end.cam_angle) % 360.0, degrees(end.value), "°") for end in kept)
 
 
-def extreme_table(planar: Planar) -> Table:
-    """Pressure angle, smallest radii, what a face needs, sliding and width of a planar cam."""
+def extreme_table(planar: Planar, flanks: tuple[Survey, ...]) -> Table:
+    """Pressure angle, smallest radii, undercut margins, what a face needs, sliding and width of a planar cam."""
     convex, hollow = planar.radii
     named = (
         ("Largest pressure angle", planar.pressure_angle, "°", degrees(1.0)),
@@ -201,6 +209,9 @@ def extreme_table(planar: Planar) -> Table:
             value = factor * one.value
             small = unit in ("°", "mm") and abs(value) < FLAT  # rounding
             rows.append((name, 0.0 if small else value, unit, None if small else degrees(one.cam_angle) % 360.0))
+    for survey in flanks:
+        margin, name = survey.margin, f"Least undercut margin 1 − rκ, {survey.track.name}"
+        rows.append((name, float(margin.value), "", degrees(margin.cam_angle) % 360.0))
     if planar.curvature_jumps:
         places = ", ".join(f"{number(degrees(jump.cam_angle))}°" for jump in planar.curvature_jumps[:8])
         more = " and more" if len(planar.curvature_jumps) > 8 else ""
