@@ -1,6 +1,4 @@
-"""Globoidal cam solids: time and measured error, against a union of rollers at equal error; maps of a flank.
-
-    python scripts/bench_globoidal.py [--rollers 240 480] [--json FILE]
+"""Globoidal cams: solids against measured error, beside one boolean and a union of rollers; maps of a flank.
 
 The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle.py (distance to
 the nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller
@@ -9,36 +7,21 @@ cylinders at equal angles; its wall error falls as the square of their number an
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-from pathlib import Path
-from time import perf_counter
+from typing import Any
 
 import numpy as np
+from kit import Plot, Row, Table, best, milli, run, short
+from oracle import roller_distance, swept_distance, triangle_points
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from oracle import roller_distance, swept_distance, triangle_points  # noqa: E402
-
-from camgeom.cams.globoidal import STARTER  # noqa: E402
-from camgeom.flank import Flank  # noqa: E402
-from camgeom.maths.mesh import Mesh  # noqa: E402
-from camgeom.model import Model  # noqa: E402
-from camgeom.profile import parse  # noqa: E402
+from camgeom.cams.globoidal import STARTER
+from camgeom.flank import Flank
+from camgeom.maths.mesh import Mesh
+from camgeom.model import Model
+from camgeom.profile import parse
+from camgeom.track import Track
+from camgeom.turret_cut import IndexingCut
 
 CENTRE, RADIUS, HALF = 180.0, 15.0, np.pi / 8.0
-
-
-def best(work, runs: int):
-    """Shortest time of some runs, s, and the last result."""
-    times, result = [], None
-    for _ in range(runs):
-        began = perf_counter()
-        result = work()
-        times.append(perf_counter() - began)
-    return min(times), result
 
 
 def pose_of(motion):
@@ -95,7 +78,7 @@ def union_of_rollers(model: Model, rollers: int, facets: int) -> Mesh:
     return Mesh(np.ascontiguousarray(raw.vert_properties[:, :3]), raw.tri_verts.astype(np.int32))
 
 
-def matched(part, track, error: float) -> tuple[float, float, Mesh]:
+def matched(part: IndexingCut, track: Track, error: float) -> tuple[float, float, Mesh]:
     """Time, measured error and mesh of our own body whose measured error is just below another's, mm."""
     tolerance = error
     for _ in range(4):
@@ -108,53 +91,46 @@ def matched(part, track, error: float) -> tuple[float, float, Mesh]:
     return seconds, wall_error(solid.mesh, track), solid.mesh
 
 
-def maps(track) -> dict:
+def maps(track: Track) -> Row:
     """Time of curvature and pressure-angle maps on 1000 x 20 points, ms."""
     phi, t = np.linspace(*track.span, 1000), np.linspace(80.0, 102.0, 20)
 
-    def both():
+    def both() -> Any:
         flank = Flank(track, phi, t, 1.0)
         return flank.k_rel, flank.pressure_angle()
 
     seconds, _ = best(both, 20)
-    return {"way": "maps of 1000 x 20 points", "time_ms": float(f"{1e3 * seconds:.4g}")}
+    return {"points": "1000 x 20", "time_ms": milli(seconds)}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--rollers", type=int, nargs="+", default=[240, 480], help="rollers of the peer")
-    parser.add_argument("--json", type=Path, help="also write the rows here")
-    options = parser.parse_args()
+def tables(quick: bool) -> list[Table]:
+    """Solids over the tolerance both ways, the comparison at equal error, and maps."""
     model = Model(parse(STARTER))
     (part,) = model.cam.parts(model.setup)
     (track,) = model.cutters
-    rows = []
-
-    def row(way: str, mesh: Mesh, seconds: float) -> float:
-        error = wall_error(mesh, track)
-        rows.append({"way": way, "error_um": float(f"{1e3 * error:.4g}"), "triangles": len(mesh.faces),
-                     "time_ms": float(f"{1e3 * seconds:.4g}")})
-        print(rows[-1])
-        return error
-
-    for tolerance in (0.05, 0.02, 0.005, 0.001):
-        for way, make in (("direct", part.direct), ("boolean", part.cut)):
-            seconds, solid = best(lambda t=tolerance, m=make: m(t), 9 if way == "direct" else 3)
-            row(f"{way}, {1e3 * tolerance:g} um", solid.mesh, seconds)
-    for rollers in options.rollers:
+    rows: list[Row] = []
+    for tolerance in (0.05, 0.02, 0.005) if quick else (0.05, 0.02, 0.01, 0.005, 0.002, 0.001):
+        for way, make, runs in (("direct", part.direct, 9), ("one boolean", part.cut, 3)):
+            seconds, solid = best(lambda t=tolerance, m=make: m(t), runs)
+            rows.append({"way": way, "tolerance_um": short(tolerance * 1e3), "triangles": len(solid.mesh.faces),
+                         "error_um": short(wall_error(solid.mesh, track) * 1e3), "time_ms": milli(seconds)})
+    equal: list[Row] = []
+    for rollers in (120,) if quick else (120, 240, 480):
         # As many facets as leave a tenth of what the distance of the rollers does.
         facets = max(24, rollers // 4)
-        peer_seconds, peer = best(lambda n=rollers, m=facets: union_of_rollers(model, n, m), 1)
-        error = row(f"union of {rollers} rollers of {facets} facets", peer, peer_seconds)
-        seconds, found, own = matched(part, track, error)
-        row("direct at that error", own, seconds)
-        print(f"at {1e3 * found:.3g} um against {1e3 * error:.3g} um the direct mesh is "
-              f"{peer_seconds / seconds:.0f} times faster")
-    rows.append(maps(track))
-    print(rows[-1])
-    if options.json:
-        options.json.write_text(json.dumps(rows, indent=1))
+        theirs, peer = best(lambda n=rollers, m=facets: union_of_rollers(model, n, m), 1)
+        error = wall_error(peer, track)
+        own, found, _ = matched(part, track, error)
+        equal.append({"rollers": rollers, "facets": facets, "their_error_um": short(error * 1e3),
+                      "our_error_um": short(found * 1e3), "their_time_ms": milli(theirs), "our_time_ms": milli(own),
+                      "ratio": short(theirs / own, 3)})
+    plot = Plot("error_um", "time_ms", "way", "measured error, um", "time, ms")
+    return [
+        Table("globoidal", "Globoidal rib cam, 8 stops: time against measured error", rows, plot=plot),
+        Table("globoidal_equal", "Globoidal rib cam beside a union of rollers at equal error", equal),
+        Table("globoidal_maps", "Curvature and pressure angle of a flank", [maps(track)]),
+    ]
 
 
 if __name__ == "__main__":
-    main()
+    run(tables, __doc__)
