@@ -438,7 +438,8 @@ def test_a_study_of_tool_sizes_shows_what_each_leaves(tmp_path: Path) -> None:
     """Half the tool leaves more: the stock grows by what the tool is smaller than the roller."""
     profile = tmp_path / "drum.toml"
     profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\n')
-    assert main(["study", str(profile), "--vary", "cutter.diameter=12:20:3", "--out", str(tmp_path)]) == 0
+    vary = ["--vary", "cutter.diameter=12:20:3", "--only", "cutter"]
+    assert main(["study", str(profile), *vary, "--out", str(tmp_path)]) == 0
     table = (tmp_path / "study.csv").read_text().splitlines()
     column = table[0].split(",").index("cutter.most_rest_mm")
     left = [float(row.split(",")[column]) for row in table[1:]]

@@ -10,6 +10,10 @@ from cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, rea
 from test_cutter import model, written
 
 from camgeom.errors import DesignError, ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+
+PROFILES = Path(__file__).parents[1] / "profiles"
 
 STEPS = ((90, 18.0), (150, None), (270, 0.0), (360, None))
 
@@ -129,3 +133,37 @@ def test_arc_that_cuts_is_refused() -> None:
 def test_a_ball_is_no_tool_for_a_disc() -> None:
     with pytest.raises(ProfileError, match=r"cutter\.kind"):
         model(DISC, kind="ball", diameter=8.0)
+
+
+def stirred(made: Model, part: int) -> np.ndarray:
+    """Points of a disc's outline, between the knots of its motion, (200, 3)."""
+    outline = made.parts[part].outer.outline
+    points = outline.curve(np.random.default_rng(4).uniform(0.0, 2.0 * np.pi, 200)).points
+    height = 0.5 * (made.parts[part].z0 + made.parts[part].z1)
+    return np.column_stack([points.T, np.full(200, height)])
+
+
+@pytest.mark.parametrize("name", ["conjugate_rocker", "parallel_index"])
+@pytest.mark.parametrize("start", [0.0, 77.0])
+def test_rotary_axis_never_goes_round_in_the_cut(tmp_path: Path, name: str, start: float) -> None:
+    """Discs whose follower stands on the far side, and plates with corners: between blocks the tool stays outside."""
+    keys = f'[cutter]\nkind = "flat"\ndiameter = 12\nstart_angle = {start}\n'
+    made = Model(parse((PROFILES / f"{name}.toml").read_text() + keys))
+    passes: list[list[dict]] = []
+    for block in read_gcode(written(made, tmp_path, "gcode")):
+        if block["G"] == "G0" and (not passes or passes[-1][-1]["G"] == "G1"):
+            passes.append([])
+        passes[-1].append(block)
+    passes = [[b for b in blocks if b["G"] == "G1"] for blocks in passes]
+    passes = [blocks for blocks in passes if blocks]
+    assert len(passes) == 2
+    for number, blocks in enumerate(passes):
+        table = np.array([[b[w] for w in "XYZC"] for b in blocks])
+        assert np.abs(np.diff(table[:, 3])).max() < 45.0
+        parts = np.maximum(2, np.ceil(np.abs(np.diff(table[:, 3])) / 0.25)).astype(int)
+        at = np.concatenate([i + np.arange(n) / n for i, n in enumerate(parts)] + [[len(parts)]])
+        fine = np.stack([np.interp(at, np.arange(len(table)), column) for column in table.T], axis=1)
+        tip = forward_rotary_c([dict(zip("XYZC", row)) for row in fine])
+        axis = np.tile([0.0, 0.0, 1.0], (len(tip), 1))
+        left = swept(stirred(made, number), tip, axis, [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 50.0])
+        assert np.abs(left).max() < 1e-3

@@ -69,6 +69,9 @@ def _moves(path: Path, machining: Machining, made: Pass, inverse: bool) -> Itera
     mode = ""
     for move, times in zip(made.moves, seconds(made.moves, machining.spec)):
         table = in_degrees(machine, machine.solve(move.positions))
+        if last is not None and move.kind != "rapid":
+            # Every move counts its turns from nought; a tool in the cut must not go round once more.
+            table[3:] += 360.0 * np.round((last[3:] - table[3:, :1]) / 360.0)
         table[:3], table[3:] = np.round(table[:3], 4) + 0.0, np.round(table[3:], 5) + 0.0
         if not np.all(np.isfinite(table)):
             raise ExportError(f"{path}: a coordinate of pass {made.name!r} is not finite")

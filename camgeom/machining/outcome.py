@@ -173,6 +173,8 @@ class Outcome:
             return data | self._planar()
         data |= self.least.data("least_rest") if self.least else {}
         data |= self.most.data("most_rest") if self.most else {}
+        wide = [2.0 * narrowest(track) for track in machining.tracks if len(track.sides) > 1]
+        data |= {"largest_tool_diameter_mm": min(wide)} if wide else {}
         if mouth := self._mouth():
             data["mouth_gouge_mm"] = mouth
         if self.opposite is not None:

@@ -29,6 +29,8 @@ MOST_IN_FILE = 20_000_000
 """in all passes; a file of about one and a half gigabytes"""
 FINE = np.radians(1.0)
 """cam angle of the chords that a contact's way is summed from"""
+WIDEST = np.radians(30.0)
+"""largest rotation of one block: controls that take the shorter way round must not turn back"""
 TRANSFER = np.radians(5.0)
 """rotation between the positions of a rapid way from one pass to the next"""
 
@@ -132,12 +134,13 @@ class Machining:
 
     def _blocks(self, path: ToolPath, space: Space) -> tuple[Floats, float]:
         """Cam angles of a pass's blocks and their chord error; rows of one flank share them."""
+        knots = divided_knots(path.knots())
         if not isinstance(path, RowPath):
-            return equal_error(self._chords((path,), space), path.knots(), self._chord, MOST_BLOCKS)
+            return equal_error(self._chords((path,), space), knots, self._chord, MOST_BLOCKS)
         key = (space, path.group)
         if key not in self._shared:
             chords = self._chords_of_rows(path.group, space)
-            self._shared[key] = equal_error(chords, path.knots(), self._chord, MOST_BLOCKS)
+            self._shared[key] = equal_error(chords, knots, self._chord, MOST_BLOCKS)
         return self._shared[key]
 
     def _chords_of_rows(self, group: int, space: Space) -> Chords:
@@ -228,6 +231,15 @@ def _beside(at: Positions, sense: float) -> tuple[Floats, Floats]:
         np.array([abs(place), float(np.angle(place)), float(at.tip[2, 0])]),
         np.array([axis.real, axis.imag, float(at.axis[2, 0])]),
     )
+
+
+def divided_knots(knots: Floats) -> Floats:
+    """Knots with others between them where a block would turn by more than WIDEST."""
+    pieces = [
+        np.linspace(low, high, max(1, int(np.ceil((high - low) / WIDEST - 1e-9))) + 1)[:-1]
+        for low, high in zip(knots[:-1], knots[1:])
+    ]
+    return np.concatenate([*pieces, knots[-1:]])
 
 
 def contact_lengths(path: ToolPath, phi: Floats) -> Floats:
