@@ -149,7 +149,7 @@ def test_extreme_speeds_and_loads(make, operation):
     try:
         result = compute(Model(from_data(make(operation=operation))), ("contact", "fatigue"))
     except CamgeomError as refused:
-        assert str(refused)
+        assert "nan" not in str(refused)  # noqa: PT017 - either answer is right
         return
     for name in ("contact", "fatigue"):
         for key, value in result.data[name].items():

@@ -127,6 +127,23 @@ def test_a_ball_swung_beside_the_axis_has_a_wall_short_of_its_pole():
     assert model.solid.sound
 
 
+@pytest.mark.parametrize(("start", "good"), [(-10.9, True), (-11.1, False), (120.9, True), (121.1, False)])
+def test_a_groove_that_misses_the_drum_is_refused(start, good):
+    # Seeds 1341, 1691: a sound solid came out, without any groove.
+    setup = pin_setup(motion=program((180, None, None), (360, None, None)))
+    found = [p for p in pin_cam(start=start).problems(setup) if p.key == "cam.start"]
+    assert not found if good else "meets the drum" in found[0].allowed
+
+
+@pytest.mark.parametrize(("length", "good"), [(3.96, True), (3.94, False)])
+def test_a_ball_touches_below_the_outside_of_the_drum(length, good):
+    # Seed 1621: the stretch of contact lay outside the drum and had a negative length.
+    cam = pin_cam(groove_depth=1.2, pitch_radius=None)
+    setup = pin_setup(SphereRoller(shape="sphere", diameter=10.3, length=length))
+    found = [p for p in cam.problems(setup) if p.key == "roller.length"]
+    assert bool(found) != good
+
+
 def test_a_ball_is_no_roller_of_a_rib():
     cam = pin_cam(form="rib", rib_thickness=12.0)
     problems = cam.problems(pin_setup(SphereRoller(shape="sphere", diameter=30.0)))

@@ -133,7 +133,7 @@ class Cam(Section):
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
-        return [*self._size_problems(setup), *self._follower_problems(setup)]
+        return [*self._size_problems(setup), *self._start_problems(setup), *self._follower_problems(setup)]
 
     def _size_problems(self, setup: Setup) -> list[Problem]:
         found = []
@@ -160,6 +160,10 @@ class Cam(Section):
             if self.groove_depth > 0.5 * roller.diameter:
                 limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
                 found.append(_problem("cam.groove_depth", self.groove_depth, limit))
+            least = 0.5 * roller.diameter - self.groove_depth
+            if (roller.length or 0.35 * roller.diameter) <= least:
+                limit = f"above {least:g} mm, from the ball's equator down into the groove"
+                found.append(_problem("roller.length", roller.length, limit))
             if (roller.length or 0.0) > 0.49 * roller.diameter:
                 found.append(_problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
         elif roller.length > self.groove_depth:
@@ -170,6 +174,22 @@ class Cam(Section):
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
             found.append(_problem("cam.pitch_radius", self.pitch_radius, limit))
         return found
+
+    def _start_problems(self, setup: Setup) -> list[Problem]:
+        """The groove or rib must meet the drum somewhere; where it runs out of an end it is cut open there."""
+        least, most = setup.program.extremes(0)
+        lifts = np.linspace(float(least.value), float(most.value), 181)
+        follower = setup.follower
+        if isinstance(follower, SwingingFollower):
+            start = radians(follower.start_angle)
+            lifts = follower.arm * (np.sin(start + lifts) - sin(start))
+        half = 0.5 * (self.rib_thickness or 0.0) if self.form == "rib" else 0.0
+        half = half or (0.5 * setup.roller.diameter if setup.roller else 0.0)
+        low, high = -float(lifts.max()) - half, self.length - float(lifts.min()) + half
+        if low < self.start < high:
+            return []
+        limit = f"{low:g} .. {high:g} mm, where the {self.form} meets the drum"
+        return [_problem("cam.start", self.start, limit)]
 
     def _follower_problems(self, setup: Setup) -> list[Problem]:
         follower = setup.follower

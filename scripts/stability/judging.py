@@ -235,25 +235,29 @@ def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
 
 def _verify_fold(model: Model) -> None:
     """The flat face's normals must turn back along the profile: second differences of the support."""
-    from camgeom.outline import FaceOutline
-
     assert model.planar is not None
     worst = model.planar.face_radius
     touch = next(t for t in model.planar.touches if worst is not None and t.name == worst.touch)
-    assert isinstance(touch.outline, FaceOutline)
     assert worst is not None
-    phi = worst.cam_angle + np.array([-1e-5, 1e-5])
-    curve = touch.outline.curve(phi)
-    step, left = np.diff(curve.points, axis=1)[:, 0], np.array([-curve.normals[1, 0], curve.normals[0, 0]])
-    turn = float(curve.normals[:, 1] @ left)
-    if worst.value < -1e-6 * float(np.abs(curve.points).max()) and float(step @ left) * np.sign(turn) > 0.0:
+    for near in (0.0, -1e-5, 1e-5):  # a knot of the motion may be there
+        curve = touch.at(worst.cam_angle + near + np.array([-4e-6, 4e-6])).curve
+        step, left = np.diff(curve.points, axis=1)[:, 0], np.array([-curve.normals[1, 0], curve.normals[0, 0]])
+        turn = float(curve.normals[:, 1] @ left)
+        if float(step @ left) * np.sign(turn) <= 0.0:
+            return
+    if worst.value < -1e-6 * float(np.abs(curve.points).max()):
         raise Failure("the profile does not travel backwards where it is said to fold")
 
 
 def _verify_dive(model: Model, why: str) -> None:
     """At some station all points round the roller must move the same way, in or out, by central differences."""
     angle = np.radians(float(re.search(r"cam angle (-?[\d.e+-]+) deg", why)[1]))  # type: ignore[index]
-    track = next(t for t in (*model.tracks, *model.cutters) if repr(t.name) in why)
+    if any(_dives(track, angle) for track in (*model.tracks, *model.cutters) if repr(track.name) in why):
+        return
+    raise Failure(f"a contact line is there at every station, yet: {why}")
+
+
+def _dives(track: Any, angle: float) -> bool:
     h = 1e-5
     a0, u0, a1, u1 = (getattr(track.pose(np.array([angle + s * h]), 0), k)[0][:, 0] for s in (-1, 1) for k in "au")
     u, da, du = 0.5 * (u0 + u1), (a1 - a0) / (2 * h), (u1 - u0) / (2 * h)
@@ -269,6 +273,6 @@ def _verify_dive(model: Model, why: str) -> None:
         speed = ((da + delta * du)[:, None] + r * (np.zeros_like(m) - (m * du[:, None]).sum(0) * u[:, None])) * normal
         total = speed.sum(axis=0)
         if total.min() * total.max() >= -1e-6 * np.abs(total).max() ** 2:
-            return
-    raise Failure(f"a contact line is there at every station, yet: {why}")
+            return True
+    return False
 
