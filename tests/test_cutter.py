@@ -445,3 +445,23 @@ def test_a_study_of_tool_sizes_shows_what_each_leaves(tmp_path: Path) -> None:
     left = [float(row.split(",")[column]) for row in table[1:]]
     assert left[0] == pytest.approx(2.0 * left[1], rel=0.01)
     assert left[2] < 1e-9
+
+
+def test_allowance_is_left_on_both_flanks(tmp_path: Path) -> None:
+    made = model(DRUM, kind="flat", diameter=16.0, allowance=0.1)
+    assert made.machined.least is not None
+    assert made.machined.least.value == pytest.approx(0.1, abs=1e-9)
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    for side in (1.0, -1.0):
+        left = np.min([swept(drum_points(side, 60), *fed(blocks), cutter) for blocks in passes], axis=0)
+        assert left.min() > 0.099
+        assert left.max() < 0.106
+
+
+def test_a_tool_beside_the_roller_is_the_roller_when_it_is_as_large() -> None:
+    """A hair smaller: two passes that nearly meet; equal: one."""
+    assert len(model(DRUM, kind="flat", diameter=20.0).machining.paths) == 1
+    near = model(DRUM, kind="flat", diameter=19.999)
+    assert len(near.machining.paths) == 2
+    assert near.machined.most is not None
+    assert near.machined.most.value < 1e-6

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.flank import Flank
+from camgeom.machining.rest import NOISE
 from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _FIGURES = (
     ("least_rest_mm", "Least stock left (a gouge is negative)", "mm"),
     ("opposite_wall_mm", "Least distance from the opposite wall", "mm"),
     ("mouth_gouge_mm", "Tool thicker than the groove's mouth by", "mm"),
-    ("largest_tool_diameter_mm", "Largest tool that fits every hollow", "mm"),
+    ("largest_tool_diameter_mm", "Largest tool that goes in", "mm"),
     ("chord_error_mm", "Chord error of the path", "mm"),
     ("cutting_time_min", "Time at the feeds", "min"),
 )
@@ -79,7 +80,8 @@ def _map(one: RestField, outcome: Outcome) -> Map:
     t = np.array([one.track.meridian.parameter(float(d)) for d in delta])
     flank = Flank(one.track, phi, t, one.side)
     inside = np.ones((ANGLES, PLACES), dtype=bool) if outcome.inside is None else outcome.inside(flank.x)
-    values = np.where(inside, MICRON * one.at(flank), np.nan)
+    rest = one.at(flank)
+    values = np.where(inside, MICRON * np.where(np.abs(rest) > NOISE, rest, 0.0), np.nan)
     name = f"{one.track.name}, flank {'+' if one.side > 0.0 else '-'}"
     along = Axis("Along the roller", "mm")
     return Map(f"Stock left, {name}", CAM_ANGLE, along, Axis("Stock", "µm"), np.degrees(phi), delta, values.T)
