@@ -225,10 +225,13 @@ def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
     at = survey.margin
     if at.value > -1e-3:
         return
-    t = np.array([survey.cutter.meridian.parameter(at.delta)])
-    x = Flank(survey.cutter, np.array([at.cam_angle]), t, at.side).points[:, 0]
+    # At the roller's very end a neighbouring position may pass the point with its end: a little higher up too.
+    far = max(survey.cutter.contact, key=lambda d: abs(d - at.delta))
+    deltas = at.delta + (far - at.delta) * np.array([0.0, 0.02, 0.1, 0.3])
+    t = np.array([survey.cutter.meridian.parameter(float(d)) for d in deltas])
+    x = Flank(survey.cutter, np.array([at.cam_angle]), t, at.side).points[0]
     judges = _judges(model, data)
-    depth = min(float(judge.least(x, loose=bool(judge.loose))[0]) for judge in judges)
+    depth = min(float(judge.least(x, loose=bool(judge.loose)).min()) for judge in judges)
     if depth >= -1e-13 * float(np.abs(x).max()):
         raise Failure(f"undercut margin {at.value:g}, but no roller position cuts into the flank there ({depth:g})")
 
