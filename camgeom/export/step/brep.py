@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import pi
 from typing import final
 
@@ -59,10 +59,10 @@ class Edge:
         """Points (count, 3) mm, evenly spaced in the parameter, both ends included."""
         return self.curve.at(np.linspace(*self.interval, count))
 
-    def quadrature(self) -> tuple[Floats, Floats]:
-        """Gauss nodes and weights in the parameter (n,), exact enough for integrals along the edge."""
+    def quadrature(self, nodes: int = 6) -> tuple[Floats, Floats]:
+        """Gauss nodes and weights in the parameter (n,) along the edge; nodes: how many in each span of a spline."""
         if isinstance(self.curve, SplineCurve):
-            return gauss(self.curve.basis.breaks, 6)
+            return gauss(self.curve.basis.breaks, nodes)
         return gauss(np.linspace(*self.interval, 2), 4 if isinstance(self.curve, Line) else 40)
 
 
@@ -186,9 +186,15 @@ def vertex(point: npt.ArrayLike) -> Vertex:
     return Vertex(vector(point))
 
 
+@lru_cache(maxsize=64)
+def rule(order: int) -> tuple[Floats, Floats]:
+    """Gauss-Legendre nodes and weights on [-1, 1]."""
+    return np.polynomial.legendre.leggauss(order)
+
+
 def gauss(breaks: Floats, order: int) -> tuple[Floats, Floats]:
     """Gauss-Legendre nodes and weights of `order` points in each interval between the breaks."""
-    x, w = np.polynomial.legendre.leggauss(order)
+    x, w = rule(order)
     half = 0.5 * np.diff(breaks)[:, None]
     middle = 0.5 * (breaks[1:] + breaks[:-1])[:, None]
     return (middle + half * x).ravel(), (half * w).ravel()

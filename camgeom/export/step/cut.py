@@ -118,7 +118,7 @@ class _Body:
 
         Raises DesignError where loops, edges, corners or orientation are not those of the body that the mesh shows.
         """
-        verdict = check_solid(found, self.tolerance)
+        verdict = check_solid(found, self.tolerance, nodes=2)
         problems = list(verdict.problems)
         mesh = Mesh(self.cut.vertices, self.cut.faces.astype(np.int32))
         if abs(verdict.volume - mesh.volume) > self.sag * mesh.area:
