@@ -15,6 +15,7 @@ from camgeom.model import Model
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.report.content import Block, Chart, Drawing, Scene, Table
+from camgeom.report.drawing import _bounds
 from camgeom.report.frame import NARROW, WIDE
 from camgeom.report.page import render, sheet
 from camgeom.report.sections import report
@@ -196,3 +197,19 @@ def test_page_of_a_turret_shows_every_roller_and_the_whole_engagement() -> None:
     places = {tuple(np.round(b.poses[0, :, :3] @ b.mesh.vertices.mean(axis=0) + b.poses[0, :, 3], 3)) for b in rollers}
     assert len(places) == len(rollers)
     assert len(render(page)) < 3_000_000
+
+
+def test_whole_frame_stands_inside_the_drawing() -> None:
+    """The sheet's size follows from all outlines of a follower, its openings and parts among them."""
+    from camgeom.cams import cam_class
+
+    model = Model(parse(cam_class("constant-width").STARTER))
+    drawings = [block for block in _blocks(model, "design") if isinstance(block, Drawing)]
+    assert len(drawings) == 2
+    for drawing in drawings:
+        left, low, right, high = _bounds(drawing)
+        frame = next(path for path in drawing.paths if path.kind == "ghost")
+        assert len(frame.holes) == 1
+        for loop in (frame.points, *frame.holes):
+            assert left <= loop[:, 0].min() <= loop[:, 0].max() <= right
+            assert low <= loop[:, 1].min() <= loop[:, 1].max() <= high

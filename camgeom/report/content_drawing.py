@@ -20,6 +20,8 @@ class Path:
     points: Floats
     kind: Literal["outline", "thin", "hidden", "axis", "trace", "part", "ghost"] = "outline"
     closed: bool = False
+    holes: tuple[Floats, ...] = ()
+    """More closed outlines (k, 2) of a filled one, left open where they lie inside it"""
 
 
 @final

@@ -68,7 +68,10 @@ def drawing_sheet(drawing: Drawing, width: float, scale: float | None = None) ->
         data = "".join(path_data(straightened(view.at(loop)), closed=True) for loop in region.loops)
         sheet.add(f'<path class="d-cut" fill-rule="evenodd" d="{data}"/>')
     for path in drawing.paths:
-        sheet.polyline(straightened(view.at(path.points)), f"d-{path.kind}", closed=path.closed)
+        data = path_data(straightened(view.at(path.points)), closed=path.closed)
+        data += "".join(path_data(straightened(view.at(hole)), closed=True) for hole in path.holes)
+        rule = ' fill-rule="evenodd"' if path.holes else ""
+        sheet.add(f'<path class="d-{path.kind}"{rule} d="{data}"/>')
     for circle in drawing.circles:
         x, y = view.one(circle.centre)
         style, radius = f"d-{circle.kind}", circle.radius * view.scale
@@ -83,7 +86,7 @@ def drawing_sheet(drawing: Drawing, width: float, scale: float | None = None) ->
 
 
 def _bounds(drawing: Drawing) -> Box:
-    points = [path.points for path in drawing.paths]
+    points = [loop for path in drawing.paths for loop in (path.points, *path.holes)]
     points += [loop for region in drawing.regions for loop in region.loops]
     points += [
         np.array([[c.centre[0] + s * c.radius, c.centre[1] + s * c.radius] for s in (-1, 1)]) for c in drawing.circles

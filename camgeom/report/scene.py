@@ -86,12 +86,12 @@ def _limits(scene: Scene, key: str, diverging: bool) -> tuple[float, float]:
 
 def _range(scene: Scene, key: str, diverging: bool) -> dict[str, object]:
     low, high = _limits(scene, key, diverging)
-    return {"low": low, "high": high, "ticks": _tick_texts(ticks(low, high, 5, tight=True), low, high)}
+    found = ticks(low, high, 4, tight=True)
+    return {"low": low, "high": high, "factor": found.factor, "ticks": _tick_texts(found, low, high)}
 
 
 def _tick_texts(found: Ticks, low: float, high: float) -> list[list[float | str]]:
-    factor = f" × {found.factor}" if found.exponent else ""
-    return [[(v - low) / (high - low), t + factor] for v, t in zip(found.at.tolist(), found.texts)]
+    return [[(v - low) / (high - low), t] for v, t in zip(found.at.tolist(), found.texts)]
 
 
 def _codes(values: Floats, low: float, high: float) -> npt.NDArray[np.uint16]:

@@ -98,7 +98,8 @@ def _followers(model: Model, plane: int, level: float, axes: tuple[str, str]) ->
     paths = []
     for mesh, moved in bodies:
         there = placed(mesh, moved[0])
-        paths += [Path(loop, "ghost", closed=True) for loop in _flat(outlines(there, plane, level), axes)]
+        loops = _flat(outlines(there, plane, level), axes)
+        paths += [Path(loops[0], "ghost", True, loops[1:])] if loops else []
     return tuple(paths)
 
 

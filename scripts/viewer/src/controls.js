@@ -29,6 +29,7 @@ export function button(text, title, onclick) {
 
 export function figureText(value) {
   const size = Math.abs(value);
+  if (size > 0 && size < 0.1) return value.toPrecision(3).replace("-", "−");
   const digits = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 3;
   return value.toFixed(digits).replace("-", "−");
 }
@@ -48,6 +49,7 @@ export function legend(shade) {
     spot.style.left = `${100 * at}%`;
     numbers.append(spot);
   }
-  const title = shade.unit ? `${shade.label}, ${shade.unit}` : shade.label;
+  const unit = `${shade.factor} ${shade.unit}`.trim();
+  const title = unit ? `${shade.label}, ${unit}` : shade.label;
   return element("div", { class: "legend" }, element("div", { class: "name" }, title), canvas, numbers);
 }
