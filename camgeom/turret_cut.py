@@ -17,8 +17,8 @@ from camgeom.blank import Blank
 from camgeom.engine import subtract
 from camgeom.errors import NotConverged
 from camgeom.groove import Column, GrooveSection, Level
+from camgeom.lands import CylinderLand, GloboidLand, land_of
 from camgeom.lands import GloboidLevel as GloboidLevel
-from camgeom.lands import land_of
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.strips import sample
 from camgeom.solid import Solid, groove_body
@@ -100,12 +100,25 @@ class IndexingCut:
 
     def direct(self, tolerance: float) -> Solid:
         """Grooves, lands and ends as one surface. Raises NotOneSurface where they are not."""
-        edge = (self.blank.names or ("land",)).index("land")
-        land = land_of(self.blank, edge)
+        sections = self.sections(self.land)
+        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance)
+
+    @property
+    def _edge(self) -> int:
+        """Number of the blank's outline edge that the grooves cut."""
+        return (self.blank.names or ("land",)).index("land")
+
+    @property
+    def land(self) -> GloboidLand | CylinderLand:
+        """The blank's outside between the grooves. Raises NotOneSurface where it is another surface."""
+        land = land_of(self.blank, self._edge)
         if land is None:
             raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
-        sections = tuple(self.section(track, land.level) for track in self.tracks)
-        return groove_solid(self.name, self.blank, edge, sections, self.expected_genus, tolerance)
+        return land
+
+    def sections(self, land: GloboidLand | CylinderLand) -> tuple[FlooredSection | GrooveSection, ...]:
+        """Cross-sections of all grooves up to the land."""
+        return tuple(self.section(track, land.level) for track in self.tracks)
 
     def cut(self, tolerance: float) -> Solid:
         """Blank minus groove bodies, one boolean. Raises GeometryEngineError where the engine refuses."""

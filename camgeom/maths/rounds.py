@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths.sag import Cells, Counts, measure
-from camgeom.maths.strips import carried, converge, probed
+from camgeom.maths.strips import converge, probed
 
 Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -95,7 +95,8 @@ class Rounds:
 
     @cached_property
     def _judged(self) -> list[tuple[Floats, Mask]]:
-        return [cells.error() for cells in self.cells]
+        each = zip(self.cells, self.chosen, self.strips)
+        return [cells.spread(chosen, strip.cells).error() for cells, chosen, strip in each]
 
     @property
     def worst(self) -> float:
@@ -105,7 +106,7 @@ class Rounds:
     @property
     def rising(self) -> list[Mask]:
         """Of each strip which cells (n, k) have the diagonal from (i, j) to (i + 1, j + 1)."""
-        return [carried(found[1], at, strip.cells) for found, at, strip in zip(self._judged, self.chosen, self.strips)]
+        return [rising for _, rising in self._judged]
 
     @property
     def bands(self) -> list[Cells]:

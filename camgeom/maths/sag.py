@@ -49,6 +49,18 @@ class Cells:
         """The cells of several bands side by side."""
         return cls(*(np.concatenate([getattr(part, k) for part in parts], axis=1) for k in "abc"))
 
+    def spread(self, measured: npt.NDArray[np.int64], n: int) -> Cells:
+        """The cells at all of n steps along phi from those at the measured ones, in between by straight lines.
+
+        The sags of neighbours differ little, but which diagonal is better may change anywhere between two of them.
+        """
+        if len(measured) == n:
+            return self
+        place = np.interp(np.arange(n), measured, np.arange(len(measured)))
+        low = np.minimum(place.astype(np.int64), len(measured) - 2)
+        share = (place - low)[:, None]
+        return Cells(*(x[low] + share * (x[low + 1] - x[low]) for x in (self.a, self.b, self.c)))
+
     def scaled(self, h: Floats, k: Floats) -> Cells:
         """The sags of cells h times as long in phi and k times as wide."""
         return Cells(self.a * h * h, self.b * h * k, self.c * k * k)

@@ -112,7 +112,7 @@ class _Sheet:
 
     @cached_property
     def _judged(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        return self.cells.error()
+        return self.cells.spread(self.chosen, len(self.phi) - 1).error()
 
     @property
     def worst(self) -> float:
@@ -123,9 +123,8 @@ class _Sheet:
         return self.cells.split(self.counts)
 
     def grid(self) -> Grid:
-        """The finished grid; cells that were not measured take the diagonal of the nearest that was."""
-        return Grid(self.phi, self.points, self.counts, carried(self._judged[1], self.chosen, len(self.phi) - 1),
-                    self.worst)
+        """The finished grid."""
+        return Grid(self.phi, self.points, self.counts, self._judged[1], self.worst)
 
 
 def sample(section: Section, knots: Floats, tolerance: float, max_counts: Counts) -> Grid:
@@ -141,15 +140,6 @@ def sample(section: Section, knots: Floats, tolerance: float, max_counts: Counts
         return _Sheet(phi, corner, counts, chosen, measure(start, stop, middle), whole)
 
     return converge(measured, knots, tolerance, max_counts).grid()
-
-
-def carried(
-    rising: npt.NDArray[np.bool_], chosen: npt.NDArray[np.int64], n: int
-) -> npt.NDArray[np.bool_]:
-    """Diagonals (n, k) of all cells from those of the chosen ones, each from the nearest."""
-    if len(chosen) == n:
-        return rising
-    return np.asarray(rising[np.searchsorted(0.5 * (chosen[1:] + chosen[:-1]), np.arange(n))])
 
 
 def probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
