@@ -10,6 +10,15 @@ Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] tabl
     parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid)
     tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
 
+A cam that drives a turret also has
+
+    inside(x) -> array                        which contact points (3, ...) lie on the cam's own material
+    gaps(setup)                               free distances of the turret: (name, mm, advice) each
+    passages(setup) -> tuple[Track, ...]      every roller as long as any part of it may be beside the cam
+    SHARED_DRIVE: ClassVar[bool]              optional: True where rollers take turns, so that the best placed one of
+                                              each direction is judged, and tracks are the walls that they touch
+    rollers(setup), dials(setup)              optional, for pictures: all rollers one by one, and the discs they stand on
+
 A planar cam also has
 
     touches(setup) -> tuple[Touch, ...]       what touches it: one contact, or two that drive the follower both ways
