@@ -17,7 +17,7 @@ A cam that drives a turret also has
     passages(setup) -> tuple[Track, ...]      every roller as long as any part of it may be beside the cam
     SHARED_DRIVE: ClassVar[bool]              optional: True where rollers take turns, so that the best placed one of
                                               each direction is judged, and tracks are the walls that they touch
-    rollers(setup), dials(setup)              optional, for pictures: all rollers one by one, and the discs they stand on
+    rollers(setup), dials(setup)              optional, for pictures: all rollers one by one, their discs
 
 A planar cam also has
 
