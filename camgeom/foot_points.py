@@ -22,7 +22,8 @@ Ints = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
 PER_TURN, ACROSS = 720, 7
-ROUNDS = 40
+ROUNDS, ROUGH_ROUNDS = 40, 8
+"""Newton steps at most: for the result, and while a place is looked for"""
 STEP = 0.2
 """rad; longest Newton step in phi"""
 SETTLED = 1e-12
@@ -76,10 +77,13 @@ class Target:
         every = np.stack([np.abs(tree.query(points.T)[0] - radius) for tree in self.seeds])
         return np.asarray(every.min(axis=0))
 
-    def feet(self, points: Floats, radius: float, allowed: Mask, last: Feet | None = None) -> Feet:
+    def feet(
+        self, points: Floats, radius: float, allowed: Mask, last: Feet | None = None, rounds: int = ROUNDS
+    ) -> Feet:
         """Feet of points (3, n), each on the flank whose distance is nearest to the probe's radius, mm.
 
-        allowed  (n, s): the flanks that a point may belong to; `last`: feet of nearly the same points, to start from
+        allowed  (n, s): the flanks that a point may belong to; `last`: feet of nearly the same points, to start from;
+        rounds: Newton steps at most
         """
         n = points.shape[1]
         zero, far = np.zeros((5, n)), np.full((2, n), np.inf)
@@ -94,7 +98,7 @@ class Target:
                 start = self.grids[number][0][nearest], self.grids[number][1][nearest]
             else:
                 start = last.phi[here], last.t[here]
-            found = _feet(surface, number, points[:, here], *start)
+            found = _feet(surface, number, points[:, here], *start, rounds)
             error = np.abs(found.distance - radius) + found.beside
             better = error < score[here]
             into = here[better]
@@ -104,14 +108,14 @@ class Target:
         return best
 
 
-def _feet(surface: FlankSurface, number: int, points: Floats, phi: Floats, t: Floats) -> Feet:
+def _feet(surface: FlankSurface, number: int, points: Floats, phi: Floats, t: Floats, rounds: int) -> Feet:
     """Feet on one flank by Newton steps from (phi, t), kept within the flank's parameters."""
     (low, high), (bottom, top) = surface.span, surface.wall
     wide, tall = high - low, top - bottom
     open_ = not surface.closed
     phi, t = phi.copy(), t.copy()
     left = np.arange(len(phi))
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         patch = surface.at(phi[left], t[left])
         d_phi, d_t = _newton(patch, points[:, left] - patch.x)
         share = np.minimum(1.0, STEP / np.maximum(np.abs(d_phi), 1e-300))

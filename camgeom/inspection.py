@@ -17,6 +17,8 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.flank_surface import flank_surfaces, within
+from camgeom.foot_points import ROUGH_ROUNDS as FEW
+from camgeom.foot_points import ROUNDS as ENOUGH
 from camgeom.foot_points import Feet, Target
 from camgeom.measured_points import MeasuredPoints
 from camgeom.track import TURN
@@ -30,7 +32,7 @@ Fit = Literal["none", "angle", "axial", "rigid"]
 
 FREE: dict[str, tuple[int, ...]] = {"none": (), "angle": (2,), "axial": (2, 5), "rigid": (0, 1, 2, 3, 4, 5)}
 """columns of (rotation vector, translation) that a fit moves"""
-ANGLES, TRIED, SUBSET, SEARCHED = 360, 6, 160, 48
+ANGLES, TRIED, SUBSET, SEARCHED = 360, 4, 160, 48
 ROUNDS, ROUGH_ROUNDS = 60, 12
 SETTLED = 1e-13
 """step, as a share of the cam's size, that ends the fit"""
@@ -38,7 +40,7 @@ STALLED = 1e-6
 """step below which a fit that gains nothing has settled too"""
 WEAK = 1e-6
 """mm of deviation per mm of motion, rms, below which the points say nothing about a motion"""
-HOPELESS = 4
+HOPELESS = 3
 """rounds after which a starting angle that is still far off is given up"""
 SUSPECT = 0.01
 """mm; rms deviation above which the mirror image is tried too"""
@@ -228,15 +230,16 @@ class _Problem:
     radius: float
     allowed: npt.NDArray[np.bool_]
     free: tuple[int, ...]
+    newton: int = ENOUGH
 
     def solved(self) -> _State:
         """The best place: of several starting angles where the angle is free."""
         if not self.free:
             return self.state(np.eye(3), np.zeros(3))
         step = max(1, self.x.shape[1] // SUBSET)
-        part = replace(self, x=self.x[:, ::step], allowed=self.allowed[::step])
+        part = replace(self, x=self.x[:, ::step], allowed=self.allowed[::step], newton=FEW)
         best: _State | None = None
-        for angle in part.starts():
+        for angle in part.starts()[0]:
             one = part.descended(part.state(_about_z(angle), np.zeros(3)), rough=True)
             if best is None or (one.beyond > MOST_BEYOND, one.rms) < (best.beyond > MOST_BEYOND, best.rms):
                 best = one
@@ -245,20 +248,23 @@ class _Problem:
         assert best is not None
         return best if best.foreign else self.descended(self.state(best.turn, best.shift))
 
-    def starts(self) -> list[float]:
-        """Angles (rad) to start from: the best of the whole turn by the sampled flanks, then the given one."""
+    def starts(self) -> tuple[list[float], float]:
+        """Angles (rad) to start from, and about how far off the first is, mm.
+
+        The best of the whole turn by the sampled flanks, then the given one.
+        """
         angles = np.arange(ANGLES) * TURN / ANGLES
         few = self.x[:, :: max(1, self.x.shape[1] // SEARCHED)]
         score = np.array([np.median(self.target.rough(_about_z(a) @ few, self.radius)) for a in angles])
         low = (score <= np.roll(score, 1)) & (score <= np.roll(score, -1))
         places = np.flatnonzero(low)
         order = places[np.argsort(score[places])][:TRIED]
-        return [*angles[order].tolist(), 0.0]
+        return [*angles[order].tolist(), 0.0], float(score.min())
 
     def state(self, turn: Floats, shift: Floats, last: Feet | None = None) -> _State:
         """Feet and deviations with the points at a place."""
         placed = turn @ self.x + shift[:, None]
-        feet = self.target.feet(placed, self.radius, self.allowed, last)
+        feet = self.target.feet(placed, self.radius, self.allowed, last, self.newton)
         return _State(turn, shift, feet, feet.distance - self.radius, feet.beside < EDGE)
 
     def descended(self, state: _State, rough: bool = False) -> _State:
@@ -318,11 +324,14 @@ class _Problem:
 def _refuse(problem: _Problem, found: _State) -> None:
     """Raise ProfileError where points do not belong to the cam, or belong to its mirror image."""
     mirrored = replace(problem, x=problem.x * np.array([1.0, -1.0, 1.0])[:, None])
-    try:
-        other = mirrored.solved()
-        hint = not other.foreign and other.rms < 0.2 * found.rms
-    except NotConverged:
-        hint = False
+    hint = False
+    # Points that lie nowhere near the flanks are not searched for twice.
+    if found.beyond <= MOST_BEYOND or mirrored.starts()[1] < 0.8 * problem.starts()[1]:
+        try:
+            other = mirrored.solved()
+            hint = not other.foreign and other.rms < 0.2 * found.rms
+        except NotConverged:
+            hint = False  # its mirror image fits no better
     if not (hint or found.foreign):
         return
     amount = f"rms {found.rms:.4g} mm" if found.beyond <= MOST_BEYOND else f"{found.beyond:.0%} lie beyond the flanks"

@@ -28,7 +28,7 @@ def model(name: str) -> Model:
     return read(str(PROFILES / f"{name}.toml"))
 
 
-def nominal(made: Model, seed: int = 0, count: int = 400):
+def nominal(made: Model, seed: int = 0, count: int = 200):
     """Points, outward normals (3, n), flank numbers, cam angles: random places on every flank."""
     rng, inside = np.random.default_rng(seed), within(made)
     parts = []
