@@ -22,7 +22,7 @@ FEW = 4
 _FIGURES = (
     ("peak_pressure_mpa", "Peak contact pressure, middle of the roller", "MPa", "cam_angle_deg"),
     ("peak_slice_pressure_mpa", "Peak contact pressure, worst slice", "MPa", "peak_slice_cam_angle_deg"),
-    ("peak_slice_delta_mm", "Place of the worst slice, from the turret axis", "mm", ""),
+    ("peak_slice_delta_mm", "Place of the worst slice along the roller axis", "mm", ""),
     ("half_width_mm", "Half width of the contact", "mm", ""),
     ("peak_shear_mpa", "Largest shear stress under the surface", "MPa", ""),
     ("shear_depth_mm", "Depth of the largest shear stress", "mm", ""),
@@ -107,7 +107,7 @@ def pressure_map(duty: TurretDuty) -> Map:
     top = duty.peak_pressure
     worst, place = duty.worst()
     marks = (Mark(degrees(worst), place, f"{number(top)} MPa"),)
-    along, value = Axis("From the turret axis", "mm"), Axis("Contact pressure", "MPa")
+    along, value = Axis("Along the roller axis", "mm"), Axis("Contact pressure", "MPa")
     caption = "Contact pressure over the turn and along the rollers, the hardest pressed of them"
     return Map(
         caption, CAM_ANGLE, along, value, angle, np.sort(delta), np.where(values > 1e-3 * top, values, np.nan),
@@ -169,7 +169,7 @@ def along_roller(duty: TurretDuty) -> Chart | None:
     worst = int(np.argmin(lives))
     marks = (Mark(float(x[worst]), float(lives[worst]), f"{number(float(lives[worst]))} h"),)
     panel = Panel(Axis("Roller life", "h", zero=True), (Series("life", x[order], lives[order]),), marks=marks)
-    return Chart("Life of the roller's slices", Axis("From the turret axis", "mm"), (panel,))
+    return Chart("Life of the roller's slices", Axis("Along the roller axis", "mm"), (panel,))
 
 
 def hours(value: float) -> str:
