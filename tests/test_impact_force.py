@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camgeom.dynamics import impact_solver
 from camgeom.dynamics.impact import Load
 from camgeom.dynamics.impact_force import ForceTable
 from camgeom.dynamics.impact_lift import Lift
 from camgeom.dynamics.impact_study import statistics
+from camgeom.errors import NotConverged
 from camgeom.loading import follower_load
 from camgeom.model import Model
 from camgeom.motion import Program, Segment
@@ -108,3 +110,11 @@ def test_nothing_acts_by_default() -> None:
     assert not Load().acts
     assert Load().largest == 0.0
     assert Load(applied=TestTable.table).acts
+
+
+def test_a_contact_too_stiff_to_be_followed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gentle touch, then 450 kN: the damping latched at the touch is far stiffer than the contact."""
+    monkeypatch.setattr(impact_solver, "_MOST_STEPS", 500)
+    spring = {"friction = 8.3": "friction = 8.3\nspring_rate = 6115", "speed = 600": "speed = 240"}
+    with pytest.raises(NotConverged, match="speed_floor"):
+        _ = model("pin_insertion", "clearance = 0.015\nrestitution = 0.2\ntolerance = 1e-5\n", **spring).impact

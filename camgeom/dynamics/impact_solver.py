@@ -23,7 +23,8 @@ AFTER_KNOT = 0.1
 LONGEST_STEP = math.radians(1.0)
 """of the cam: in free flight the error says nothing and the step would grow past contacts"""
 _MOST_EVENTS = 20_000
-_MOST_STEPS = 2_000_000
+_MOST_STEPS = 30_000
+"""a turn; an ordinary one takes a thousand, so that this is a stiffness no explicit step should follow"""
 
 
 @final
@@ -48,6 +49,7 @@ class _Walk:
         self.regimes: list[Regime] = []
         self.events: list[Event] = []
         self.calls = 0
+        self.most = int(_MOST_STEPS * max(1.0, self.end / machine.problem.period))
         self.next = 0.0
         t, y = 0.0, start
         while t < self.end:
@@ -58,10 +60,10 @@ class _Walk:
                 regime = regime._replace(arc=following, begin=knot)
             else:
                 self.next = 0.0
-            if len(self.events) > _MOST_EVENTS or len(self.steps) > _MOST_STEPS:
+            if len(self.events) > _MOST_EVENTS:
                 raise NotConverged(
-                    f"{len(self.events)} contact events and {len(self.steps)} steps by {t:.6g} s: the contact "
-                    "chatters; a softer law, more damping, or a larger speed_floor would settle it"
+                    f"{len(self.events)} contact events by {t:.6g} s: the contact chatters; a softer law, more "
+                    "damping, or a larger speed_floor would settle it"
                 )
         return Recorded(self.steps, t, y, self.work, self.regimes, self.events, self.calls)
 
@@ -110,6 +112,12 @@ class _Walk:
     def _accept(self, record: StepRecord, work: complex) -> None:
         if record.length > 0.0:
             self.steps.append(record)
+            if len(self.steps) > self.most:
+                raise NotConverged(
+                    f"{len(self.steps)} steps by {record.time:.6g} s: the contact, its damping (tied to the speed of "
+                    "the last touch) or the friction is too stiff against the length of a turn; a larger speed_floor, "
+                    "a restitution nearer 1, a softer law, less friction or a higher speed would do"
+                )
             self.work.append(self.work[-1] + work)
 
     def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[Trial, float]:
