@@ -111,7 +111,7 @@ def test_a_body_that_does_not_close_goes_out_as_triangles(tmp_path: Path) -> Non
     model.__dict__["parts"] = (replace(part, ridge=part.guess - 6.0),)
     model.__dict__["solids"] = (part.solid(0.1),)
     write(model, tmp_path / "cam.step")
-    (note,) = model.ledger.notes["step"]["bodies"]
+    (note,) = model.ledger.notes["step"][0]["bodies"]
     assert note["faces"] == "triangles"
     assert "reaches into the blank" in note["reason"]
     assert note["deviation_mm"] <= 0.1

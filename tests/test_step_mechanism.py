@@ -98,11 +98,15 @@ def test_result_notes_say_what_a_file_holds(tmp_path: Path) -> None:
     write(cam, tmp_path / "cam.ap214.step")
     text = (tmp_path / "cam.ap214.step").read_text()
     assert "AUTOMOTIVE_DESIGN" in text
-    (body,) = cam.ledger.notes["step"]["bodies"]
-    assert cam.ledger.notes["step"]["schema"] == "AP214"
+    (body,) = cam.ledger.notes["step"][0]["bodies"]
+    assert cam.ledger.notes["step"][0]["schema"] == "AP214"
     assert body["faces"] == "exact"
     assert 0.0 < body["deviation_mm"] <= 1e-5
     assert "exact faces, fitted ones within" in text
+    write(cam, tmp_path / "cam.assembly.step")
+    assert [(note["file"], note["schema"]) for note in cam.ledger.notes["step"]] == [
+        ("cam.ap214.step", "AP214"), ("cam.assembly.step", "AP242")
+    ]
 
 
 def test_triangles_say_why(tmp_path: Path) -> None:
@@ -111,7 +115,7 @@ def test_triangles_say_why(tmp_path: Path) -> None:
     cam.__dict__["parts"] = (part,)
     cam.__dict__["solids"] = (replace(model("pin_insertion").solid, name="cam"),)
     write(cam, tmp_path / "cam.step")
-    (body,) = cam.ledger.notes["step"]["bodies"]
+    (body,) = cam.ledger.notes["step"][0]["bodies"]
     assert body["faces"] == "triangles"
     assert "runs out of an end" in body["reason"]
     assert body["deviation_mm"] == pytest.approx(cam.solid.chord_error)

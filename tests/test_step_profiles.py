@@ -75,7 +75,7 @@ def test_opencascade_reads_one_valid_solid_a_body(name: str, tmp_path: Path) -> 
     model = read(str(Path(__file__).parent.parent / "profiles" / f"{name}.toml"))
     write(model, path)
     (verdict,) = judged([path], ["flank"])
-    notes = model.ledger.notes["step"]["bodies"]
+    notes = model.ledger.notes["step"][0]["bodies"]
     wanted = [mesh_limit(part) for part in model.parts]
     off = max(abs(a / b - 1.0) for a, b in zip(verdict.volumes, wanted))
     points = np.array(verdict.points["flank"])

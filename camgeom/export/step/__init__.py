@@ -6,12 +6,14 @@ How a cam becomes faces. A body is one or more sheets (`sheet.sheet`): bands of 
 round the cam, cut at the knots of the motion. Give each band as a callable, say where the knots are, and close the
 sheet with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
 points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
-blanks, `groove` for a closed groove or rib round a drum. A new kind of part is one entry in `parts.EXACT`; a part with
-none is written as triangles. `check.check_solid` judges a solid without a CAD kernel.
+blanks, `groove` for a closed groove or rib round a drum. Where grooves cut through ends or one another, `cut` takes the
+topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in `parts.EXACT`; a part with
+none, or whose faces do not close, is written as triangles. `check.check_solid` judges a solid without a CAD kernel.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,14 +40,28 @@ def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: floa
 
     What the file holds, and how near to the exact shape, is left in the model's notes under "step".
     """
+    from camgeom.export.step.parts import model_bodies
+
+    return _written(path, model, model_bodies, schema, tolerance)
+
+
+def _written(
+    path: Path,
+    model: Model,
+    make: Callable[[Model, float], Solid | Facets | Assembly],
+    schema: str,
+    tolerance: float | None,
+) -> int:
+    """Write what is made of a model and note what the file holds; returns its bytes."""
     from camgeom.export.step.file import schema_of
-    from camgeom.export.step.parts import model_bodies, notes
+    from camgeom.export.step.parts import notes
     from camgeom.export.step.solids import TOLERANCE
 
     options = StepOptions(schema=schema_of(schema))
-    shape = model_bodies(model, tolerance or TOLERANCE)
+    shape = make(model, tolerance or TOLERANCE)
     size = write_step(path, shape, options)
-    model.ledger.notes["step"] = {"schema": options.schema, "bodies": notes(shape)}
+    listed = model.ledger.notes.setdefault("step", [])
+    listed.append({"file": Path(path).name, "schema": options.schema, "bodies": notes(shape)})
     return size
 
 
@@ -58,16 +74,9 @@ def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float 
 @writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
 def write_assembly(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
     """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
-    from camgeom.export.step.file import schema_of
     from camgeom.export.step.mechanism import mechanism
-    from camgeom.export.step.parts import notes
-    from camgeom.export.step.solids import TOLERANCE
 
-    options = StepOptions(schema=schema_of(schema))
-    shape = mechanism(model, tolerance or TOLERANCE)
-    size = write_step(path, shape, options)
-    model.ledger.notes["step_assembly"] = {"schema": options.schema, "bodies": notes(shape)}
-    return size
+    return _written(path, model, mechanism, schema, tolerance)
 
 
 @writer(".ap214.step", "STEP AP214, for readers that know no later one", takes="model")
