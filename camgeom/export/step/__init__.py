@@ -7,8 +7,9 @@ round the cam, cut at the knots of the motion. Give each band as a callable, say
 sheet with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
 points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
 blanks, `groove` for a closed groove or rib round a drum. Where grooves cut through ends or one another, `cut` takes the
-topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in `parts.EXACT`; a part with
-none, or whose faces do not close, is written as triangles. `check.check_solid` judges a solid without a CAD kernel.
+topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in
+`parts.EXACT`; a part with none, or whose faces do not close, is written as triangles. `check.check_solid` judges a
+solid without a CAD kernel.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from camgeom.errors import ExportError
 from camgeom.export import writer
 from camgeom.export.atomic import atomic_write
 from camgeom.export.step.brep import Assembly, Facets, Solid
@@ -28,7 +30,10 @@ if TYPE_CHECKING:
 
 def write_step(path: str | Path, shape: Solid | Facets | Assembly, options: StepOptions | None = None) -> int:
     """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
-    data = step_text(shape, options).encode("ascii")
+    try:
+        data = step_text(shape, options).encode("ascii")
+    except ExportError as error:
+        raise ExportError(f"{path}: {error}") from None
     with atomic_write(path) as stream:
         stream.write(data)
     return len(data)
@@ -58,7 +63,10 @@ def _written(
     from camgeom.export.step.solids import TOLERANCE
 
     options = StepOptions(schema=schema_of(schema))
-    shape = make(model, tolerance or TOLERANCE)
+    try:
+        shape = make(model, tolerance or TOLERANCE)
+    except ExportError as error:
+        raise ExportError(f"{path}: {error}") from None
     size = write_step(path, shape, options)
     listed = model.ledger.notes.setdefault("step", [])
     listed.append({"file": Path(path).name, "schema": options.schema, "bodies": notes(shape)})
