@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camgeom.cli import main
 from camgeom.errors import ExportError
 from camgeom.export import write
 from camgeom.export.step import StepOptions
@@ -125,3 +127,15 @@ def test_triangles_say_why(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="runs out of an end"):
         write(cam, tmp_path / "old.step", schema="AP214")
     assert StepOptions().schema == "AP242"
+
+
+def test_the_result_says_what_the_step_file_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile = str(PROFILES / "constant_width_press.toml")
+    main(["run", profile, "--only", "exports", "--formats", "step", "--out", str(tmp_path)])
+    capsys.readouterr()
+    (entry,) = json.loads((tmp_path / "result.json").read_text())["step"]
+    assert entry["file"].endswith(".step")
+    assert (tmp_path / entry["file"]).exists()
+    (body,) = entry["bodies"]
+    assert (body["name"], body["faces"], body["count"]) == ("cam", "exact", 1)
+    assert 0.0 < body["deviation_mm"] <= 1e-5
