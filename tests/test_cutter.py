@@ -221,16 +221,16 @@ def test_gouges_are_refused_with_place_and_advice(tmp_path: Path) -> None:
 
 
 def test_ball_leaves_the_stated_ridges(tmp_path: Path) -> None:
-    made = model(DRUM, kind="ball", diameter=8.0, scallop=0.01, tolerance=0.001)
+    made = model(DRUM, kind="ball", diameter=8.0, scallop=0.03, tolerance=0.001)
     data = made.machined.data()
-    assert data["scallop_mm"] <= 0.01
-    assert data["scallop_mm"] > 0.007
+    assert data["scallop_mm"] <= 0.03
+    assert data["scallop_mm"] > 0.02
     cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
     assert len(passes) == data["rows"]
     rng = np.random.default_rng(5)
     low = 39.0 + data["foot_left_mm"]
     assert low == pytest.approx(43.0)
-    x, n = drum_flank(rng.uniform(0.0, 2.0 * np.pi, 60), rng.uniform(low, 50.0, 60), 10.0, 25.0, STEPS, 1.0)
+    x, n = drum_flank(rng.uniform(0.0, 2.0 * np.pi, 40), rng.uniform(low, 50.0, 40), 10.0, 25.0, STEPS, 1.0)
     rows = [fed(blocks) for blocks in passes[: len(passes) // 2]]
 
     def left_of(points: np.ndarray) -> np.ndarray:
@@ -438,13 +438,12 @@ def test_a_study_of_tool_sizes_shows_what_each_leaves(tmp_path: Path) -> None:
     """Half the tool leaves more: the stock grows by what the tool is smaller than the roller."""
     profile = tmp_path / "drum.toml"
     profile.write_text(DRUM + '[cutter]\nkind = "flat"\ndiameter = 16\n')
-    vary = ["--vary", "cutter.diameter=12:20:3", "--only", "cutter"]
+    vary = ["--vary", "cutter.diameter=12:16:2", "--only", "cutter"]
     assert main(["study", str(profile), *vary, "--out", str(tmp_path)]) == 0
     table = (tmp_path / "study.csv").read_text().splitlines()
     column = table[0].split(",").index("cutter.most_rest_mm")
     left = [float(row.split(",")[column]) for row in table[1:]]
     assert left[0] == pytest.approx(2.0 * left[1], rel=0.01)
-    assert left[2] < 1e-9
 
 
 def test_allowance_is_left_on_both_flanks(tmp_path: Path) -> None:
@@ -465,3 +464,11 @@ def test_a_tool_beside_the_roller_is_the_roller_when_it_is_as_large() -> None:
     assert len(near.machining.paths) == 2
     assert near.machined.most is not None
     assert near.machined.most.value < 1e-6
+
+
+def test_what_an_undercut_loses_is_seen_in_the_stock() -> None:
+    """A tool like the roller cuts away what the nominal flank of an undercut drum has too much."""
+    tight = DRUM.replace("until = 200", "until = 104").replace("until = 240", "until = 106")
+    asked = model(tight + "[output]\nundercut_solid = true\n")
+    assert asked.machined.least is not None
+    assert asked.machined.least.value < -1e-3

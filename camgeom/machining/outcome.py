@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees
+from math import degrees, inf
 from typing import Any, final
 
 import numpy as np
@@ -41,7 +41,8 @@ class Outcome:
                 far = () if self.certain or len(track.sides) == 1 else self._beside(track, -side)
                 paths = self._beside(track, side) + far
                 rows = tuple(p for p in self.machining.paths if isinstance(p, RowPath) and _made_by(p, track, side))
-                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows))
+                bound = self.machining.spec.allowance if self.certain else -inf
+                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows, bound))
         return tuple(found)
 
     def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
@@ -146,7 +147,8 @@ class Outcome:
             path = FlankPath(track, side, reach, "shifted")
         elif way == "radial":
             path = FlankPath(track, side, reach, "flank", "radial")
-        return RestField(track, side, tool, (path,), self.inside)
+        bound = 0.0 if way == "shifted" and _cylinder(track) else -inf
+        return RestField(track, side, tool, (path,), self.inside, (), bound)
 
     def data(self) -> dict[str, Any]:
         """As plain data for result.json. Raises DesignError where the tool gouges."""

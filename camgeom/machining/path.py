@@ -90,6 +90,9 @@ class ToolPath(Protocol):
     def at(self, phi: Floats) -> Positions:
         """Positions at cam angles (n,)."""
 
+    def __hash__(self) -> int:
+        """By identity."""
+
 
 def up_of(track: Track) -> float:
     """+1 where the spindle stands at larger delta."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from math import degrees
+from functools import cached_property, lru_cache
+from math import degrees, inf
 from typing import Any, final
 
 import numpy as np
@@ -33,7 +33,7 @@ COARSE = 41
 """positions tried round each cam angle"""
 FAN = 5
 ROUNDS = 2
-ZOOMS = 5
+ZOOMS = 4
 MARGIN = 1.5
 NOISE = 1e-11
 """mm; less is rounding"""
@@ -46,6 +46,7 @@ class RestField:
 
     paths   of the tool that may come near this flank: all, or some rows of a ball
     rows    of a ball on this flank, in order; at each height those next to it count besides
+    bound   mm, below which the stock is known not to fall
     inside  tells points (3, ...) of the blank from the air; None: all are of the blank
     """
 
@@ -55,6 +56,7 @@ class RestField:
     paths: tuple[ToolPath, ...]
     inside: Inside | None = None
     rows: tuple[RowPath, ...] = ()
+    bound: float = -inf
 
     @cached_property
     def phi(self) -> Floats:
@@ -110,6 +112,8 @@ class RestField:
         shown = np.where(self.valid, sign * self.rest, -np.inf)
         i, j = np.unravel_index(int(np.argmax(shown)), shown.shape)
         value, phi, delta = float(shown[i, j]), float(self.phi[i]), float(self.delta[j])
+        if sign < 0.0 and abs(value + self.bound) <= NOISE:
+            return RestExtreme(self.bound, phi, delta, self.side)
         width, height = 2.0 * np.pi / PER_TURN, abs(float(self.delta[1] - self.delta[0]))
         knots, (low, high) = self.track.knots(), sorted(self.track.contact)
         for _ in range(ZOOMS):
@@ -163,7 +167,7 @@ def stations(track: Track, count: int) -> Floats:
 def least_distance(path: ToolPath, tool: Tool, x: Floats, phi: Floats) -> Floats:
     """Least signed distance (n, m), mm, of points x (3, n, m) from a tool that passes them near cam angles phi (n,)."""
     ends = path.knots()
-    half = _window(path, tool, ends)
+    half = _window(path, tool)
     share = np.linspace(-1.0, 1.0, COARSE)
     centre = np.broadcast_to(phi[:, None], x.shape[1:])
     shared = np.asarray(phi[:, None] + half * share)
@@ -186,8 +190,10 @@ def least_distance(path: ToolPath, tool: Tool, x: Floats, phi: Floats) -> Floats
     return np.asarray(np.minimum(found, _distance(path, tool, x, centre, ends)))
 
 
-def _window(path: ToolPath, tool: Tool, ends: Floats) -> float:
+@lru_cache(maxsize=256)
+def _window(path: ToolPath, tool: Tool) -> float:
     """Cam angle, rad, before and after a contact within which the tool can come nearest to it."""
+    ends = path.knots()
     phi = np.linspace(ends[0], ends[-1], 181)
     contacts = path.at(phi).contacts[0]
     pace = np.sqrt((np.diff(contacts, axis=1) ** 2).sum(axis=0)) / np.diff(phi)
