@@ -52,7 +52,8 @@ def test_results_scale_with_the_cam(make, by):
             power = 1.0 if key.endswith("_mm") else 0.0
             if key.endswith("_at_deg"):
                 # A smooth peak is flat: its place is known to the square root of rounding, its value to rounding.
-                assert small[key] == pytest.approx(value, abs=2e-5), key
+                # The rise is symmetric: of two equal peaks rounding picks one.
+                assert min(abs(small[key] - value), abs(small[key] + value - 120.0)) < 2e-5, key
                 continue
             assert small[key] == pytest.approx(value * by**power, rel=1e-9), key
 

@@ -163,7 +163,8 @@ def main() -> int:
         with ThreadPoolExecutor(args.jobs) as pool:
             for mutant, alive in pool.map(judged, chosen):
                 counts[mutant.module][int(alive)] += 1
-                print(f"{'SURVIVES' if alive else 'killed  '} {mutant.module}.py:{mutant.line}  {mutant.what}", flush=True)
+                fate = "SURVIVES" if alive else "killed  "
+                print(f"{fate} {mutant.module}.py:{mutant.line}  {mutant.what}", flush=True)
     print(f"{'module':<36}{'killed':>8}{'survived':>10}")
     for module, (killed, alive) in counts.items():
         print(f"{module:<36}{killed:>8}{alive:>10}")
