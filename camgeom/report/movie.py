@@ -74,7 +74,7 @@ def _reach(moving: list[Any]) -> npt.NDArray[np.float64]:
     """Points (n, 3) of every body all round the turn: what the picture has to hold."""
     found = []
     for body, motion in moving:
-        points = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 400)]
+        points = body.mesh.vertices[:: max(1, len(body.mesh.vertices) // 4000)]
         found += [points @ pose[:, :3].T + pose[:, 3] for pose in motion[:: max(1, len(motion) // 36)]]
     return np.concatenate(found)
 
