@@ -42,7 +42,8 @@ def write_pdf(page: Path, path: Path) -> Path:
     with TemporaryDirectory(prefix="camgeom-", ignore_cleanup_errors=True) as place:
         made = Path(place) / "report.pdf"
         words = [browser, "--headless", "--disable-gpu", "--no-first-run", "--disable-extensions", "--disable-sync"]
-        words += ["--disable-background-networking", "--disable-component-update", "--hide-scrollbars", "--window-size=1280,1000"]
+        words += ["--disable-background-networking", "--disable-component-update", "--hide-scrollbars"]
+        words.append("--window-size=1280,1000")  # the 3D view has the size it has on a desktop
         words += ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         words += [f"--user-data-dir={place}/profile", f"--virtual-time-budget={SETTLE}", "--no-pdf-header-footer"]
         if hasattr(os, "geteuid") and os.geteuid() == 0:  # its sandbox refuses to start as root
