@@ -180,3 +180,16 @@ def test_a_swinging_roller_that_leaves_the_drum_is_found(swing, passed):
     aside = 0.5 * 250.0 * (1.0 - np.cos(np.radians(0.5 * swing)))
     rough = np.sqrt(50.0**2 - aside**2) - 42.0
     assert finding.value == pytest.approx(min(rough, 8.0), abs=3.0 if passed else 6.0)
+
+
+def test_extremes_of_a_survey_are_those_of_its_samples():
+    # Two mutants of the survey lived: the smallest relative curvature as the largest, and a factor on the sliding.
+    setup = pin_setup()
+    survey = Survey(pin_cam().tracks(setup)[0], pin_cam().cutters(setup)[0])
+    flanks = [survey.flank(side) for side in (1.0, -1.0)]
+    least = min(float(f.k_rel.min()) for f in flanks)
+    most = max(float(f.k_rel.max()) for f in flanks)
+    assert survey.relative_curvature.value == pytest.approx(least, rel=1e-4)
+    assert survey.relative_curvature.value <= least < most <= survey.largest_relative_curvature.value * (1.0 + 1e-12)
+    slide = max(float(np.hypot(*f.sliding()).max()) for f in flanks)
+    assert survey.sliding.value == pytest.approx(slide, rel=1e-12)
