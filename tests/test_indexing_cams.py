@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import pi
 
 import numpy as np
@@ -105,6 +106,26 @@ def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
     with pytest.raises(ProfileError) as refused:
         parse(STARTER.replace(old, new))
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_rollers_stay_over_the_floor_of_a_barrel(end):
+    """A hair inside the stated range of centre distances there is a sound body, a hair outside a refusal."""
+    with pytest.raises(ProfileError) as refused:
+        parse(STARTER.replace("center_distance = 118", "center_distance = 40"))
+    low, high = map(float, re.search(r"([\d.]+) \.\. ([\d.]+) mm", str(refused.value)).groups())
+    bound, inward = (low, 1.0) if end == "low" else (high, -1.0)
+    narrow = STARTER.replace("bore = 40", "bore = 0")
+    good = Model(parse(narrow.replace("center_distance = 118", f"center_distance = {bound + 0.02 * inward}")))
+    assert good.cam.parts(good.setup)[0].solid(0.05).sound
+    with pytest.raises(ProfileError, match="stay over the groove floor"):
+        parse(narrow.replace("center_distance = 118", f"center_distance = {bound - 0.02 * inward}"))
+
+
+def test_a_barrel_too_wide_for_its_turret_is_refused():
+    wide = STARTER.replace("diameter = 120", "diameter = 76").replace("width = 76", "width = 190")
+    with pytest.raises(ProfileError, match="nowhere do the rollers stay over the groove floor"):
+        parse(wide)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

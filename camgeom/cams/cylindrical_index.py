@@ -7,7 +7,7 @@ turret axis on its face and meet the drum one after another while they pass the 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asin, cos, pi, sin, sqrt
+from math import asin, pi, sin, sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -137,10 +137,15 @@ class Cam(TurretKeys):
             limit = f"below the drum's radius {self.radius:g} mm"
             return [problem("roller.length", self.radius - self.tip(setup), limit)]
         rim = radius + self.running_clearance
-        low = follower.pitch_radius * cos(self._clear_angle(setup)) - floor + rim
-        high = follower.pitch_radius + floor - rim
+        # On the line of centres a roller stands farthest to one side of the drum's axis, at the end faces to the other.
+        beside = min(1.0, (0.5 * self.width + rim) / follower.pitch_radius)
+        low = follower.pitch_radius - floor + rim
+        high = follower.pitch_radius * sqrt(1.0 - beside**2) + floor - rim
         found = []
-        if not low < self.center_distance < high:
+        if low >= high:
+            limit = "narrower, or a larger follower.pitch_radius: nowhere do the rollers stay over the groove floor"
+            found.append(problem("cam.width", self.width, limit))
+        elif not low < self.center_distance < high:
             limit = f"{low:g} .. {high:g} mm, where rollers stay over the groove floor"
             found.append(problem("cam.center_distance", self.center_distance, limit))
         elif self.bore and self.bore_spec().reach >= sqrt(max(0.0, floor**2 - rim**2)):
