@@ -142,7 +142,10 @@ def draw(table: Table, path: Path) -> None:
     axes.set_title(table.title, fontsize=10.5, loc="left")
     axes.grid(True, which="major", color="#d8d8d8", lw=0.6)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, fontsize=8.5)
+    if len(series) > 6:
+        figure.legend(loc="outside right center", frameon=False, fontsize=8)
+    else:
+        axes.legend(frameon=False, fontsize=8.5)
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
 
