@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from camgeom.cli import main
-from camgeom.errors import ExportError
+from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.export.step import StepOptions
 from camgeom.export.step.brep import Solid
@@ -90,7 +90,7 @@ def test_a_ball_is_cut_flat_beside_its_pole() -> None:
 
 
 def test_nothing_to_place_beside_a_flat_follower(tmp_path: Path) -> None:
-    with pytest.raises(ExportError, match="no rollers"):
+    with pytest.raises(DesignError, match="no rollers"):
         write(model("disc_flat_face"), tmp_path / "cam.assembly.step")
     assert not list(tmp_path.iterdir())
 

@@ -127,6 +127,25 @@ def knots_from(track: Track, start: float) -> Floats:
     return np.concatenate([[begin], inside, [begin + TURN]])
 
 
+class AlongTrack:
+    """What paths along a roller's track have in common; abstract, the paths are final.
+
+    track  the roller's track; start: cam angle rad at which a closed path begins
+    """
+
+    track: Track
+    start: float
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.track.closed
+
+    def knots(self) -> Floats:
+        """Cam angles between which it is smooth."""
+        return knots_from(self.track, self.start)
+
+
 def travel_of(pose: Pose, delta: float, normal: Floats) -> Floats:
     """Unit direction (3, n) in which the roller passes along the flank at delta; with the sign of the roller's way."""
     v = pose.a[1] + delta * pose.u[1]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.flank import Flank
-from camgeom.machining.path import Positions, depth_of, knots_from, travel_of, up_of, wall_ends
+from camgeom.machining.path import AlongTrack, Positions, depth_of, travel_of, up_of, wall_ends
 from camgeom.machining.spec import AxisRule, WayOfPath
 from camgeom.maths.surface import dot
 from camgeom.track import Pose, Track
@@ -24,7 +24,7 @@ polynomial: the rest between and beyond them is then the smallest)"""
 
 @final
 @dataclass(frozen=True, eq=False)
-class CentrePath:
+class CentrePath(AlongTrack):
     """The roller's own path: the tool's axis is the roller's."""
 
     track: Track
@@ -36,11 +36,6 @@ class CentrePath:
         return f"{self.track.name}, centre"
 
     @property
-    def closed(self) -> bool:
-        """True where it ends where it starts."""
-        return self.track.closed
-
-    @property
     def height(self) -> float:
         """Length of the tool in the cut, mm."""
         return depth_of(self.track)
@@ -49,10 +44,6 @@ class CentrePath:
     def room(self) -> float | None:
         """None at all."""
         return 0.0
-
-    def knots(self) -> Floats:
-        """Cam angles between which it is smooth."""
-        return knots_from(self.track, self.start)
 
     def at(self, phi: Floats) -> Positions:
         """Positions at cam angles (n,)."""
@@ -70,7 +61,7 @@ class CentrePath:
 
 @final
 @dataclass(frozen=True, eq=False)
-class FlankPath:
+class FlankPath(AlongTrack):
     """A tool smaller than the roller beside one flank.
 
     side    +1 or -1, as in `Flank`
@@ -95,11 +86,6 @@ class FlankPath:
         return f"{self.track.name}, flank {'+' if self.side > 0.0 else '-'}"
 
     @property
-    def closed(self) -> bool:
-        """True where it ends where it starts."""
-        return self.track.closed
-
-    @property
     def height(self) -> float:
         """Length of the tool in the cut, mm."""
         return depth_of(self.track)
@@ -111,10 +97,6 @@ class FlankPath:
             return None
         t = np.array([0.5 * sum(wall_ends(self.track))])
         return max(0.0, float(self.track.meridian.jet(t)[3][0]) - self.reach)
-
-    def knots(self) -> Floats:
-        """Cam angles between which it is smooth."""
-        return knots_from(self.track, self.start)
 
     @cached_property
     def _stations(self) -> Floats:

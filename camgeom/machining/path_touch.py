@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.flank import Flank
-from camgeom.machining.path import Positions, depth_of, knots_from, travel_of, up_of, wall_ends
+from camgeom.machining.path import AlongTrack, Positions, depth_of, travel_of, up_of, wall_ends
 from camgeom.maths.surface import dot
 from camgeom.track import Track
 
@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 
 @final
 @dataclass(frozen=True, eq=False)
-class RowPath:
+class RowPath(AlongTrack):
     """A ball that touches one flank along one line of it: the row at the meridian parameter t.
 
     group  number of the flank among all that a ball works on
@@ -40,11 +40,6 @@ class RowPath:
         return f"{self.track.name}, flank{mark}, row {self.number}"
 
     @property
-    def closed(self) -> bool:
-        """True where it ends where it starts."""
-        return self.track.closed
-
-    @property
     def height(self) -> float:
         """Length of the tool in the cut, mm."""
         top = self.track.contact[0] if self.track.tip_sign > 0.0 else self.track.contact[1]
@@ -59,10 +54,6 @@ class RowPath:
         radius = float(self.track.meridian.jet(np.array([self.t]))[3][0])
         return max(0.0, radius - self.radius - self.stock)
 
-    def knots(self) -> Floats:
-        """Cam angles between which it is smooth."""
-        return knots_from(self.track, self.start)
-
     def at(self, phi: Floats) -> Positions:
         """Positions at cam angles (n,); the tip is the lowest point of the ball."""
         phi = np.asarray(phi, dtype=float)
@@ -76,7 +67,7 @@ class RowPath:
 
 @final
 @dataclass(frozen=True, eq=False)
-class SidePath:
+class SidePath(AlongTrack):
     """A wheel whose plane side lies on one flank: its end is that side, its axis the flank's normal.
 
     The side touches the middle of the wall, and its rim reaches down to the wall's foot.
@@ -95,11 +86,6 @@ class SidePath:
         return f"{self.track.name}, flank{mark}"
 
     @property
-    def closed(self) -> bool:
-        """True where it ends where it starts."""
-        return self.track.closed
-
-    @property
     def height(self) -> float:
         """Depth of the wheel in the cut, mm."""
         return depth_of(self.track)
@@ -108,10 +94,6 @@ class SidePath:
     def room(self) -> float | None:
         """None at all: the wheel comes down from outside."""
         return 0.0
-
-    def knots(self) -> Floats:
-        """Cam angles between which it is smooth."""
-        return knots_from(self.track, self.start)
 
     def at(self, phi: Floats) -> Positions:
         """Positions at cam angles (n,); the axis points from the working side to the back."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import ExportError
+from camgeom.errors import DesignError
 from camgeom.export.step.brep import Assembly, Colour, Placed, Solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.parts import model_bodies
@@ -36,11 +36,11 @@ ROLLER_COLOUR: Colour = (0.85, 0.65, 0.25)
 def mechanism(model: Model, tolerance: float = TOLERANCE) -> Assembly:
     """The cam's bodies, and its turret with rollers, or the rollers of its tracks.
 
-    Raises ExportError where the follower has no rollers, DesignError where the cam is undercut.
+    Raises DesignError where the follower has no rollers or the cam is undercut.
     """
     recipe = getattr(model.cam, "turret", None)
     if recipe is None and not model.tracks:
-        raise ExportError(f"a {model.profile.kind} cam with this follower has no rollers to place beside it")
+        raise DesignError(f"a {model.profile.kind} cam with this follower has no rollers to place beside it")
     body = recipe(model.setup) if recipe else None
     cam = model_bodies(model, tolerance)
     parts = list(cam.parts) if isinstance(cam, Assembly) else [Placed(cam)]
