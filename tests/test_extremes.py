@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import resource
-import time
 
 import numpy as np
 import pytest
@@ -101,11 +100,9 @@ def test_a_motion_of_a_thousand_segments():
     for k in range(1000):
         until = 360.0 * (k + 1) / 1000
         steps.append((until, 0.0 if k % 2 else 1e-5 * (1 + k % 7), "3-4-5"))
-    began = time.perf_counter()
     model = Model(from_data(drum(steps=steps)))
     assert model.solid.sound
     assert model.flanks[0].margin.value < 1.0
-    assert time.perf_counter() - began < 120.0
     values = model.setup.program.jet(np.radians([k * 0.36 for k in range(0, 1000, 7)]), 1)
     assert np.abs(values[1]).max() < 1e-12
 
@@ -133,10 +130,9 @@ def test_tolerances_over_six_decades(tolerance):
 
 
 def test_a_huge_mesh_is_refused_before_memory_is_taken():
-    before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(NotConverged, match="needs more than"):
         _ = Model(from_data(drum()), 1e-7).solid
-    assert time.perf_counter() - began < 60.0
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 600_000
 
 

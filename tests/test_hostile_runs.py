@@ -97,12 +97,10 @@ def test_two_runs_into_one_folder(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_named_at_once(folder: str) -> None:
     if not Path("/proc").is_dir():
         pytest.skip("needs a system with /proc")
-    began = time.perf_counter()
     code, out, err = finished(start("--formats", "stl", "--out", folder))
     assert code == 3
     assert out == ""
     assert folder.removesuffix("/x") in err
-    assert time.perf_counter() - began < 60.0
 
 
 @pytest.mark.slow
