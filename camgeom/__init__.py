@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
     from camgeom.model import Model, read
     from camgeom.motion import LAWS
-    from camgeom.outputs import write
+    from camgeom.report.files import write
 
 __all__ = [
     "LAWS",
@@ -45,7 +45,7 @@ _HOME = {
     "read": "camgeom.model",
     "Model": "camgeom.model",
     "check": "camgeom.checks:findings",
-    "write": "camgeom.outputs",
+    "write": "camgeom.report.files",
     "LAWS": "camgeom.motion",
     "CamgeomError": "camgeom.errors",
     "Problem": "camgeom.errors",

@@ -3,9 +3,9 @@
     python scripts/oracle_globoidal.py [--tolerance 0.05] [--samples 40] [--json FILE] [--dwell 1e-4]
 
 Each body is meshed, asked for its topology, and sampled on random triangles of flanks, floor and outside. The oracle of
-tests/oracle.py (distance to the nearest roller position, no envelope in it) says how far walls are from the rollers
-and how deep any point stands inside one. The exit status is 0 when every body is closed, of one piece and within its
-chord error.
+tests/oracle/envelope.py (distance to the nearest roller position, no envelope in it) says how far walls are from the
+rollers and how deep any point stands inside one. The exit status is 0 when every body is closed, of one piece and
+within its chord error.
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from indexing_machines import SHAPES, indexer  # noqa: E402
-from test_globoidal_solid import dwell_section, solid_of, wall_error  # noqa: E402
-
 from camgeom.errors import CamgeomError  # noqa: E402
 from camgeom.motion import Program, Segment  # noqa: E402
+from tests.oracle.test_globoidal_solid import dwell_section, solid_of, wall_error  # noqa: E402
+from tests.reference.indexing_machines import SHAPES, indexer  # noqa: E402
 
 STOPS = (3, 4, 6, 8, 12, 16, 24)
 

@@ -43,7 +43,7 @@ def main() -> int:
 
 def reference() -> str:
     """The page."""
-    from camgeom.profile_schema import schema
+    from camgeom.profile.schema import schema
 
     whole = schema()
     lines = [HEAD]

@@ -7,7 +7,7 @@ Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] tabl
                                               other half follows, s(theta + pi) = lift - s(theta)
     STARTER: ClassVar[str]                    a commented starter profile (TOML) that runs as it is
     problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
-    parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid)
+    parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid.drum)
     tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
 
 A cam that drives a turret also has

@@ -11,11 +11,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from camgeom.blank import Bore
-from camgeom.errors import Problem
-from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
-from camgeom.outline import Outline, RollerOutline
-from camgeom.outline_mount import (
+from camgeom.cams._plate import (
     SLIDE,
     Arm,
     arm_angle,
@@ -28,11 +24,15 @@ from camgeom.outline_mount import (
     swing_problem,
     triangle_problem,
 )
-from camgeom.outline_touch import Touch
-from camgeom.prism import Loop, Prism
-from camgeom.solid import Part
-from camgeom.spec import Degrees, Gap, Length, Section
+from camgeom.errors import Problem
+from camgeom.keys import Degrees, Gap, Length, Section
+from camgeom.solid.blank import Bore
+from camgeom.solid.drum import Part
+from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
+from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.outline import Outline, RollerOutline
+from camgeom.track.touch import Touch
 
 STARTER = """
 # Starter: a conjugate pair that swings a rocker with two rollers. Lengths mm, angles degrees.

@@ -12,16 +12,16 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from camgeom.blank import Bore
+from camgeom.cams._plate import SLIDE, bore_problems, lift_range, problem, roller_track
 from camgeom.errors import Problem
-from camgeom.follower import Setup
-from camgeom.outline import FaceOutline, FlatFace, Outline, RollerOutline
-from camgeom.outline_mount import SLIDE, bore_problems, lift_range, problem, roller_track
-from camgeom.outline_touch import Touch
-from camgeom.prism import Loop, Prism
-from camgeom.solid import Part
-from camgeom.spec import Gap, Length, Section
+from camgeom.keys import Gap, Length, Section
+from camgeom.solid.blank import Bore
+from camgeom.solid.drum import Part
+from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
+from camgeom.track.follower import Setup
+from camgeom.track.outline import FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.track.touch import Touch
 
 STARTER = """
 # Starter: a constant-width cam in a frame with two parallel faces. Lengths mm, angles degrees.

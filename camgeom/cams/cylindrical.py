@@ -7,19 +7,17 @@ from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
-from camgeom.blank import Blank, Bore, Wall
 from camgeom.errors import Problem
-from camgeom.follower import Setup, SphereRoller, SwingingFollower
-from camgeom.groove import Column, Level, cylinder_level
-from camgeom.solid import CutBlank, GroovedCylinder, Part, RibbedCylinder
-from camgeom.spec import Gap, Length, Section
+from camgeom.keys import Gap, Length, Section
+from camgeom.maths import Floats
+from camgeom.solid.blank import Blank, Bore, Wall
+from camgeom.solid.drum import CutBlank, GroovedCylinder, Part, RibbedCylinder
+from camgeom.solid.webs import drum_walls
 from camgeom.track import Joint, Slide, Swing, Track
-from camgeom.webs import drum_walls
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.follower import Setup, SphereRoller, SwingingFollower
+from camgeom.track.section import Column, Level, cylinder_level
 
 STARTER = """
 # Starter: a cylindrical groove cam with a translating follower. Lengths mm, angles degrees. `camgeom run` this file.

@@ -13,17 +13,17 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from camgeom.blank import Blank
+from camgeom.cams._turret import TurretKeys, problem
 from camgeom.errors import Problem
-from camgeom.follower import Setup, SphereRoller, TurretFollower
-from camgeom.groove import cylinder_level
-from camgeom.solid import Part
-from camgeom.spec import Length
+from camgeom.keys import Length
+from camgeom.solid.blank import Blank
+from camgeom.solid.cut import IndexingCut
+from camgeom.solid.drum import Part
+from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
-from camgeom.turret_body import TurretBody
-from camgeom.turret_cut import IndexingCut
-from camgeom.turret_keys import TurretKeys, problem
-from camgeom.turret_tracks import turret_tracks
+from camgeom.track.follower import Setup, SphereRoller, TurretFollower
+from camgeom.track.section import cylinder_level
+from camgeom.track.turret import turret_tracks
 
 STARTER = """
 # Starter: a cylindrical indexing cam, rib type, twelve stops. Lengths mm, angles degrees. `camgeom run` this file.

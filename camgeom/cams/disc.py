@@ -8,11 +8,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from camgeom.blank import Bore
-from camgeom.errors import Problem
-from camgeom.follower import Setup, SwingingFollower, TranslatingFollower
-from camgeom.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
-from camgeom.outline_mount import (
+from camgeom.cams._plate import (
     SLIDE,
     Arm,
     arm_angle,
@@ -23,11 +19,15 @@ from camgeom.outline_mount import (
     swing_problem,
     triangle_problem,
 )
-from camgeom.outline_touch import Touch
-from camgeom.prism import FaceGroove, Loop, Prism
-from camgeom.solid import Part
-from camgeom.spec import Gap, Length, Section
+from camgeom.errors import Problem
+from camgeom.keys import Gap, Length, Section
+from camgeom.solid.blank import Bore
+from camgeom.solid.drum import Part
+from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
+from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.track.touch import Touch
 
 STARTER = """
 # Starter: a disc cam with a translating roller follower held by a spring. Lengths mm, angles degrees.

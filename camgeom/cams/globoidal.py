@@ -9,17 +9,17 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from camgeom.blank import Blank
+from camgeom.cams._turret import TurretKeys, problem
 from camgeom.errors import Problem
-from camgeom.follower import Setup, SphereRoller, TurretFollower
-from camgeom.globoid import Globoid
-from camgeom.solid import Part
-from camgeom.spec import Gap, Length
+from camgeom.keys import Gap, Length
+from camgeom.solid.blank import Blank
+from camgeom.solid.cut import GloboidLevel, IndexingCut
+from camgeom.solid.drum import Part
+from camgeom.solid.globoid import Globoid
+from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
-from camgeom.turret_body import TurretBody
-from camgeom.turret_cut import GloboidLevel, IndexingCut
-from camgeom.turret_keys import TurretKeys, problem
-from camgeom.turret_tracks import turret_tracks
+from camgeom.track.follower import Setup, SphereRoller, TurretFollower
+from camgeom.track.turret import turret_tracks
 
 STARTER = """
 # Starter: a globoidal indexing cam, rib type, eight stops. Lengths mm, angles degrees. `camgeom run` this file.

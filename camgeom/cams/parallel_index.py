@@ -16,18 +16,18 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from camgeom.blank import Bore, Wall
+from camgeom.cams._plate import bore_problems, problem
 from camgeom.errors import Problem
-from camgeom.follower import CylinderRoller, Setup, TurretFollower
-from camgeom.outline import Outline
-from camgeom.outline_mount import bore_problems, problem
-from camgeom.prism import Loop, Prism
-from camgeom.roller_sweep import Edge, Rim, RollerSweep
-from camgeom.solid import Part
-from camgeom.spec import Gap, Length, Section
+from camgeom.keys import Gap, Length, Section
+from camgeom.solid.blank import Bore, Wall
+from camgeom.solid.drum import Part
+from camgeom.solid.prism import Loop, Prism
+from camgeom.solid.turret import StackedTurret, TurretBody
 from camgeom.track import TURN, Swing, Track
-from camgeom.turret_body import StackedTurret, TurretBody
-from camgeom.turret_tracks import turret_tracks
+from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
+from camgeom.track.outline import Outline
+from camgeom.track.sweep import Edge, Rim, RollerSweep
+from camgeom.track.turret import turret_tracks
 
 STARTER = """
 # Starter: a parallel indexing cam, two plates and a turret with eight rollers for four stops. Lengths mm, angles

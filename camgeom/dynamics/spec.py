@@ -11,13 +11,13 @@ from typing import Annotated, Literal, Self, final
 import numpy as np
 from pydantic import Field, model_validator
 
-from camgeom.dynamics.follower import CamShaft, Closure, FollowerTrain
-from camgeom.dynamics.indexing import IndexingDrive
-from camgeom.dynamics.indexing_system import Fluctuation
-from camgeom.dynamics.integrators import Method, generalized_alpha, wilson
-from camgeom.dynamics.integrators_accuracy import Accuracy
+from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerTrain
+from camgeom.dynamics.indexing.drive import IndexingDrive
+from camgeom.dynamics.indexing.system import Fluctuation
+from camgeom.dynamics.linear.accuracy import Accuracy
+from camgeom.dynamics.linear.method import Method, generalized_alpha, wilson
 from camgeom.errors import Problem, ProfileError
-from camgeom.spec import Section
+from camgeom.keys import Section
 
 Positive = Annotated[float, Field(gt=0.0, le=1e15, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, le=1e15, allow_inf_nan=False)]

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.machining.plan import Machining, Pass
 
-Floats = npt.NDArray[np.float64]
 
 SAME_FEED = 0.01
 """share by which the feed of the tool's end may change before it is said anew"""

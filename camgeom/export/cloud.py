@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Floats = npt.NDArray[np.float64]
 Cloud = Mapping[str, Floats]
 """Arrays by name: `points` (n, 3) mm, `normals` (n, 3) unit, and scalars (n,) whose names carry the unit."""
 

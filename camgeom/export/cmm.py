@@ -6,17 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
-from camgeom.flank_surface import FlankSurface, flank_surfaces, within
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
+from camgeom.model.surfaces import FlankSurface, flank_surfaces, within
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Floats = npt.NDArray[np.float64]
 
 STEP = 1.0
 """deg of cam angle between points"""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 
 if TYPE_CHECKING:
     from camgeom.machining.plan import Machining

@@ -14,18 +14,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
-from camgeom.maths.plane_curve import Polyline, Spline, chords, fitted
-from camgeom.plane_views import PlaneView, plane_views
+from camgeom.export.files import atomic_write
+from camgeom.export.flat import PlaneView, plane_views
+from camgeom.maths import Floats
+from camgeom.maths.curves import Polyline, Spline, chords, fitted
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Floats = npt.NDArray[np.float64]
 
 DEVIATION = 1e-4
 """mm, allowed between a spline and the exact curve"""

@@ -18,8 +18,8 @@ from xml.etree import ElementTree as ET
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
-from camgeom.master_table import Interpolation, MasterTable, master_table, quintic, straight
+from camgeom.export.files import atomic_write
+from camgeom.export.master_table import Interpolation, MasterTable, master_table, quintic, straight
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile

@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.machining.plan import Machining, Pass
 
-Floats = npt.NDArray[np.float64]
 
 LINEAR = "%.4f"
 ROTARY = "%.5f"

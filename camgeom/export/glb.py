@@ -13,7 +13,7 @@ import numpy.typing as npt
 from camgeom import __version__
 from camgeom.errors import ExportError
 from camgeom.export import Body, Colour, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.maths.creases import shade
 
 _STEEL: Colour = (0.72, 0.74, 0.77)

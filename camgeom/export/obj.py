@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camgeom.export import Body, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.export.rows import rows
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from camgeom.errors import ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.maths.extremum import piece_grid
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camgeom.export import Body, common_fields, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 
 _CHUNK = 65536
 

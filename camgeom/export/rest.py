@@ -9,7 +9,7 @@ import numpy as np
 
 from camgeom.errors import ExportError
 from camgeom.export import Body, write_mesh, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.maths.mesh import Mesh
 
 if TYPE_CHECKING:

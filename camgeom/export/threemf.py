@@ -10,7 +10,7 @@ from typing import IO
 
 from camgeom import __version__
 from camgeom.export import Body, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.export.rows import rows
 
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"

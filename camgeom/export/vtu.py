@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.export import Body, common_fields, writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 
 _TYPES = {"f8": "Float64", "i4": "Int32", "i8": "Int64", "u1": "UInt8", "u2": "UInt16"}
 _TRIANGLE = 5

@@ -8,17 +8,15 @@ from math import degrees
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.machining.leads import LEAST, SHARE
 from camgeom.machining.path import Positions
+from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
-from camgeom.outline import Curve, Outline, ParallelOutline
-from camgeom.outline_crossing import crossing
 from camgeom.track import TURN
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.outline import Curve, Outline, ParallelOutline
+from camgeom.track.outline_crossing import crossing
 
 PER_TURN = 1440
 CORNER = 1e-6

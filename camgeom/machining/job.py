@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from camgeom.errors import DesignError, ProfileError
-from camgeom.follower import Setup
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.leads import LEAST
 from camgeom.machining.machine import Machine
@@ -20,10 +19,11 @@ from camgeom.machining.plan import Machining
 from camgeom.machining.rows import rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
-from camgeom.outline import CircleOutline, RollerOutline
-from camgeom.prism import FaceGroove, Prism
-from camgeom.solid import Part
+from camgeom.solid.drum import Part
+from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.track import Track
+from camgeom.track.follower import Setup
+from camgeom.track.outline import CircleOutline, RollerOutline
 
 
 def machining_of(

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.machining.path import Positions
-
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
 
 LEAST = 1e-6
 """mm; a smaller arc is none"""

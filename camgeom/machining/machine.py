@@ -13,13 +13,11 @@ from math import degrees, radians
 from typing import Literal, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.machining.path import Positions
+from camgeom.maths import Floats
 from camgeom.track import TURN
-
-Floats = npt.NDArray[np.float64]
 
 LETTERS = {
     "A": ("Z", "Y", "X", "B", "C"),

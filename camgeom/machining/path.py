@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Protocol, final
 
 import numpy as np
-import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.track import TURN, Pose, Track
-
-Floats = npt.NDArray[np.float64]
 
 
 @final

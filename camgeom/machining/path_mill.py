@@ -7,15 +7,13 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-from camgeom.flank import Flank
 from camgeom.machining.path import AlongTrack, Positions, depth_of, travel_of, up_of, wall_ends
 from camgeom.machining.spec import AxisRule, WayOfPath
+from camgeom.maths import Floats
 from camgeom.maths.surface import dot
 from camgeom.track import Pose, Track
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.flank import Flank
 
 FITTED = 0.5 - 0.5 / 2.0**0.5
 """shares of the wall's height, from both ends, at which a fitted axis has its exact distance (zeros of a Chebyshev

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-from camgeom.flank import Flank
 from camgeom.machining.path import AlongTrack, Positions, depth_of, travel_of, up_of, wall_ends
+from camgeom.maths import Floats
 from camgeom.maths.surface import dot
 from camgeom.track import Track
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.flank import Flank
 
 
 @final

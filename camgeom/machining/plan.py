@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Literal, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.machining.leads import Move, lead_radius, with_leads
@@ -18,9 +17,9 @@ from camgeom.machining.rows import Rows
 from camgeom.machining.sampling import Chords, equal_error, estimate
 from camgeom.machining.spec import CutterSpec
 from camgeom.machining.tool import Tool
+from camgeom.maths import Floats
 from camgeom.track import TURN, Track
 
-Floats = npt.NDArray[np.float64]
 Space = Literal["cam", "machine"]
 
 MOST_BLOCKS = 2_000_000

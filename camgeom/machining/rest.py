@@ -16,15 +16,15 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.flank import Flank
 from camgeom.machining.path import ToolPath
 from camgeom.machining.path_touch import RowPath
 from camgeom.machining.tool import Tool
+from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.surface import dot
 from camgeom.track import Track
+from camgeom.track.flank import Flank
 
-Floats = npt.NDArray[np.float64]
 Inside = Callable[[Floats], npt.NDArray[np.bool_]]
 
 PER_TURN = 180

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.flank import Flank
 from camgeom.machining.path import up_of, wall_ends
 from camgeom.machining.path_touch import RowPath
+from camgeom.maths import Floats
 from camgeom.maths.surface import dot
 from camgeom.track import Track
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.flank import Flank
 
 MOST_ROWS = 20_000
 """on one flank; more rows than that no machine finishes"""

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
-
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
 
 PROBES = 16
 """intervals in which every piece between knots is measured first"""

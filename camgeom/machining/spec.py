@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, final
 from pydantic import Field
 
 from camgeom.errors import Problem
-from camgeom.spec import Degrees, Gap, Length, Section
+from camgeom.keys import Degrees, Gap, Length, Section
 
 if TYPE_CHECKING:
-    from camgeom.follower import Setup
     from camgeom.track import Track
+    from camgeom.track.follower import Setup
 
 Kind = Literal["roller", "flat", "ball", "wheel"]
 WayOfPath = Literal["flank", "centre", "shifted"]

@@ -7,12 +7,10 @@ from math import atan, inf, pi
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.machining.spec import CutterSpec
+from camgeom.maths import Floats
 from camgeom.track import Meridian, Straight, Track
-
-Floats = npt.NDArray[np.float64]
 
 
 @final

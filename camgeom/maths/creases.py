@@ -8,7 +8,8 @@ from math import cos, radians
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths.mesh import Floats, Ints, Mesh
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Ints, Mesh
 
 Integers = npt.NDArray[np.int64]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
 
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 FAN = 17

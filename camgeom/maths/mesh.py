@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
+
 Ints = npt.NDArray[np.int32]
 
 

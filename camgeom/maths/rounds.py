@@ -15,10 +15,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.maths.sag import Cells, Counts, measure
-from camgeom.maths.strips import converge, probed
+from camgeom.maths.sampling import converge, probed
 
-Floats = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 TURN = 2.0 * pi

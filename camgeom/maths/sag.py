@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 
-Floats = npt.NDArray[np.float64]
 Counts = tuple[int, ...]
 
 

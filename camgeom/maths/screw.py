@@ -11,7 +11,8 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
+
 Complexes = npt.NDArray[np.complex128]
 
 MAX_ORDER = 3

@@ -1,0 +1,1 @@
+"""Stress and life under load: forces, Hertz contact, fatigue, bearings."""

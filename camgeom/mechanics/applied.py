@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, Self, final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.keys import Degrees, Section
+from camgeom.maths import Floats
 from camgeom.mechanics.expression import Expression, compile_expression
 from camgeom.mechanics.panels import TURN
-from camgeom.spec import Degrees, Section
 
-Array = NDArray[np.float64]
 Interpolation = Literal["linear", "smooth"]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 
@@ -89,9 +89,9 @@ class Applied:
     begin: float
     length: float
     breaks: tuple[float, ...]
-    value: Callable[[Array, Array, Array, Array], Array]
+    value: Callable[[Floats, Floats, Floats, Floats], Floats]
 
-    def __call__(self, theta: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Array:
+    def __call__(self, theta: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Force at cam angle theta (rad, any turn); broadcast shape of the arguments."""
         angle, lift, speed, change = np.broadcast_arrays(
             np.asarray(theta, dtype=np.float64), *(np.asarray(x, dtype=np.float64) for x in (s, v, a)))
@@ -126,7 +126,7 @@ def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation
     inner = np.mod(angle, TURN)
     ends = (TURN,) if np.any(inner == 0.0) else ()
 
-    def at(turn: Array, s: Array, v: Array, a: Array) -> Array:
+    def at(turn: Floats, s: Floats, v: Floats, a: Floats) -> Floats:
         del s, v, a
         x = np.mod(turn - begin, TURN)
         return curve(np.where(x > local[-1] + 1e-12, np.minimum(x - TURN, 0.0), x))
@@ -146,11 +146,11 @@ def _range(begin: float, until: float) -> tuple[float, float, tuple[float, ...]]
     return start, length, (start, stop)
 
 
-def _linear(x: Array, y: Array) -> Callable[[Array], Array]:
+def _linear(x: Floats, y: Floats) -> Callable[[Floats], Floats]:
     return lambda at: np.asarray(np.interp(at, x, y), dtype=np.float64)
 
 
-def monotone_cubic(x: Array, y: Array) -> Callable[[Array], Array]:
+def monotone_cubic(x: Floats, y: Floats) -> Callable[[Floats], Floats]:
     """Piecewise cubic through (x, y) that rises and falls only where the data do (slopes after Fritsch and Butland)."""
     step, rise = np.diff(x), np.diff(y)
     chord = rise / step
@@ -165,7 +165,7 @@ def monotone_cubic(x: Array, y: Array) -> Callable[[Array], Array]:
         slope[0] = _end_slope(step[0], step[1], chord[0], chord[1])
         slope[-1] = _end_slope(step[-1], step[-2], chord[-1], chord[-2])
 
-    def curve(at: Array) -> Array:
+    def curve(at: Floats) -> Floats:
         cell = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(step) - 1)
         h = step[cell]
         u = np.clip((at - x[cell]) / h, 0.0, 1.0)

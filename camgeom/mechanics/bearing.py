@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from camgeom.maths import Floats
 from camgeom.mechanics.panels import TURN, Panels
 
-Array = NDArray[np.float64]
 ROLLER_EXPONENT = 10.0 / 3.0
 """Load exponent of roller bearings, line contact (ISO 281); 3 for ball bearings."""
 MILLION = 1e6
@@ -28,13 +28,13 @@ class BearingLife:
     static_safety: static rating over the largest load, infinite without load.
     """
 
-    life_h: Array
-    mean_load: Array
-    speed: Array
-    static_safety: Array
+    life_h: Floats
+    mean_load: Floats
+    speed: Floats
+    static_safety: Floats
 
 
-def bearing_life(where: Panels, normal: Array, path_rate: Array, roller_radius: ArrayLike, speed: ArrayLike,
+def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius: ArrayLike, speed: ArrayLike,
                  rating: ArrayLike, static_rating: ArrayLike, exponent: float = ROLLER_EXPONENT) -> BearingLife:
     """L10 life of a cam follower from its normal force (N) and path rate (mm/rad), both (..., p, n), over a cam turn.
 
@@ -52,7 +52,7 @@ def bearing_life(where: Panels, normal: Array, path_rate: Array, roller_radius: 
     return BearingLife(rated_hours(rating, mean, roller_speed, exponent), mean, np.asarray(roller_speed), safety)
 
 
-def mean_load(where: Panels, normal: Array, path_rate: Array, exponent: float = ROLLER_EXPONENT) -> Array:
+def mean_load(where: Panels, normal: Floats, path_rate: Floats, exponent: float = ROLLER_EXPONENT) -> Floats:
     """Equivalent constant load, N, of a load spectrum over one cam turn, weighted by roller travel: shape (...)."""
     force, rate = np.abs(normal), np.abs(path_rate)
     largest = force.max(axis=(-1, -2), keepdims=True)
@@ -62,7 +62,7 @@ def mean_load(where: Panels, normal: Array, path_rate: Array, exponent: float = 
 
 
 def rated_hours(rating: ArrayLike, load: ArrayLike, roller_speed: ArrayLike,
-                exponent: float = ROLLER_EXPONENT) -> Array:
+                exponent: float = ROLLER_EXPONENT) -> Floats:
     """L10 life in hours from the dynamic rating C (N), equivalent load (N) and roller speed (rad/s)."""
     c, p, omega = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (rating, load, roller_speed)))
     per_hour = omega / TURN * 3600.0 / MILLION
@@ -72,7 +72,7 @@ def rated_hours(rating: ArrayLike, load: ArrayLike, roller_speed: ArrayLike,
 
 
 def required_rating(load: ArrayLike, life_h: ArrayLike, roller_speed: ArrayLike,
-                    exponent: float = ROLLER_EXPONENT) -> Array:
+                    exponent: float = ROLLER_EXPONENT) -> Floats:
     """Dynamic rating C, N, that a bearing needs for a life in hours: F (60 L n / 10^6)^(1/p), roller speed in rad/s.
 
     The inverse of F = C (10^6 / (60 L_h n))^(3/10) (T/WLJC 15-2018, equation 37), n in r/min.
@@ -86,9 +86,9 @@ def required_rating(load: ArrayLike, life_h: ArrayLike, roller_speed: ArrayLike,
 class StudStress:
     """Stresses at the clamped end of a roller stud, MPa: bending, mean shear, and both combined (von Mises)."""
 
-    bending: Array
-    shear: Array
-    mises: Array
+    bending: Floats
+    shear: Floats
+    mises: Floats
 
 
 def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> StudStress:
@@ -102,7 +102,7 @@ def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> StudSt
     return StudStress(np.asarray(bending), np.asarray(shear), np.asarray(np.hypot(bending, np.sqrt(3.0) * shear)))
 
 
-def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elastic_modulus: ArrayLike) -> Array:
+def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elastic_modulus: ArrayLike) -> Floats:
     """Deflection of a clamped round stud at the load, mm: F a³ / (3 E I), I = pi d⁴/64; shear left out."""
     load, lever, d, e = (np.asarray(x, dtype=np.float64) for x in (force, arm, diameter, elastic_modulus))
     return np.asarray(64.0 * load * lever**3 / (3.0 * e * np.pi * d**4))
@@ -113,9 +113,9 @@ def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elast
 class ShaftStress:
     """Stresses in a shaft section, MPa: bending, torsion, and both combined (von Mises)."""
 
-    bending: Array
-    torsion: Array
-    mises: Array
+    bending: Floats
+    torsion: Floats
+    mises: Floats
 
 
 def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> ShaftStress:
@@ -131,7 +131,7 @@ def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore
     return ShaftStress(np.asarray(bending), np.asarray(torsion), np.asarray(np.hypot(bending, np.sqrt(3.0) * torsion)))
 
 
-def span_moment(force: ArrayLike, left: ArrayLike, right: ArrayLike) -> Array:
+def span_moment(force: ArrayLike, left: ArrayLike, right: ArrayLike) -> Floats:
     """Bending moment, N mm, under a force (N) at left and right (mm) from the two bearings: F a b / (a + b)."""
     f, a, b = (np.asarray(x, dtype=np.float64) for x in (force, left, right))
     return np.asarray(np.abs(f) * a * b / (a + b))

@@ -13,12 +13,11 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from camgeom.maths import Floats
 from camgeom.mechanics import curvature
 from camgeom.mechanics.load import FollowerForce
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.panels import Panels, highest
-
-Array = NDArray[np.float64]
 
 
 @final
@@ -32,14 +31,14 @@ class Contact:
     """
 
     panels: Panels
-    normal: Array
-    behind: Array
-    ahead: Array
-    path_rate: Array
+    normal: Floats
+    behind: Floats
+    ahead: Floats
+    path_rate: Floats
     sound: NDArray[np.bool_]
 
     @property
-    def pressure(self) -> Array:
+    def pressure(self) -> Floats:
         """Peak pressure of the loaded wall at the sample points, MPa, (..., p, n)."""
         return np.asarray(np.sqrt(np.maximum(np.maximum(self.behind, self.ahead), 0.0)))
 
@@ -48,7 +47,7 @@ class Contact:
         """Largest error of interpolation over the loaded panels, share of the largest squared pressure."""
         return float(self._tail().max(initial=0.0))
 
-    def _tail(self) -> Array:
+    def _tail(self) -> Floats:
         """That error per panel, (p,); a wall counts only in panels where it is loaded."""
         walls = np.stack([self.behind, self.ahead]).reshape(-1, *self.behind.shape[-2:])
         return self.panels.tail(np.where((walls > 0.0).any(axis=-1, keepdims=True), walls, 0.0))
@@ -77,8 +76,8 @@ class Contact:
 class Peak:
     """Largest peak pressure, MPa, its cam angle, rad, and its wall (1 behind, -1 ahead); each (...)."""
 
-    pressure: Array
-    theta: Array
+    pressure: Floats
+    theta: Floats
     wall: NDArray[np.intp]
 
 
@@ -108,7 +107,7 @@ def line_contacts(where: Panels, normal: ArrayLike, behind: ArrayLike, ahead: Ar
                    sound)
 
 
-def _free(margin: Array, loaded: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _free(margin: Floats, loaded: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Whether a wall has positive margins (..., p, n) all round, or never carries a load: (...)."""
     return np.asarray((margin > 0.0).all(axis=(-1, -2)) | ~loaded.any(axis=(-1, -2)))
 
@@ -148,6 +147,6 @@ def groove_contact(load: FollowerForce, pitch_radius: ArrayLike, roller_radius: 
                          pair_compliance(roller, cam), margins)
 
 
-def _column(value: ArrayLike) -> Array:
+def _column(value: ArrayLike) -> Floats:
     array = np.asarray(value, dtype=np.float64)
     return array if array.ndim == 0 else array[..., None, None]

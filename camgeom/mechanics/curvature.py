@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from camgeom.maths import Floats
+
 Wall = Literal["behind", "ahead"]
 Convention = Literal["exact", "developed", "published", "flat", "developed-wall"]
 CONVENTIONS: tuple[str, ...] = get_args(Convention)
@@ -23,31 +24,31 @@ developed-wall: the developed plane with the true wall radius, rho + r on the co
 """
 
 
-def pitch_curvature(pitch_radius: ArrayLike, ds: ArrayLike, dds: ArrayLike) -> Array:
+def pitch_curvature(pitch_radius: ArrayLike, ds: ArrayLike, dds: ArrayLike) -> Floats:
     """Signed curvature of the developed pitch curve, 1/mm: R s'' / (R² + s'²)^1.5; positive where s'' is."""
     radius, one, two = _floats(pitch_radius, ds, dds)
     return np.asarray(radius * two / np.hypot(radius, one) ** 3)
 
 
-def groove_twist(pitch_radius: ArrayLike, ds: ArrayLike) -> Array:
+def groove_twist(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
     """Twist of the pitch surface at this radius, 1/mm: s' / (R² + s'²); its Gaussian curvature is minus the square."""
     radius, one = _floats(pitch_radius, ds)
     return np.asarray(one / (radius * radius + one * one))
 
 
-def path_rate(pitch_radius: ArrayLike, ds: ArrayLike) -> Array:
+def path_rate(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
     """Path of the roller centre along the groove per cam angle, mm/rad: sqrt(R² + s'²)."""
     return np.asarray(np.hypot(*_floats(pitch_radius, ds)))
 
 
-def cos_pressure_angle(pitch_radius: ArrayLike, ds: ArrayLike) -> Array:
+def cos_pressure_angle(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
     """Cosine of the pressure angle (1): R / sqrt(R² + s'²), from tan(alpha) = |s'| / R."""
     radius, one = _floats(pitch_radius, ds)
     return np.asarray(radius / np.hypot(radius, one))
 
 
 def relative_curvature(convention: Convention, wall: Wall, roller_radius: ArrayLike, pitch_radius: ArrayLike,
-                       ds: ArrayLike, dds: ArrayLike) -> Array:
+                       ds: ArrayLike, dds: ArrayLike) -> Floats:
     """Relative curvature of roller and groove wall, 1/mm, at the pitch radius (mm); s' in mm/rad, s'' in mm/rad².
 
     The flank is the offset of the pitch surface at distance r, mean curvature H and Gaussian curvature K, so that
@@ -75,7 +76,7 @@ def relative_curvature(convention: Convention, wall: Wall, roller_radius: ArrayL
 
 
 def undercut_margin(wall: Wall, roller_radius: ArrayLike, pitch_radius: ArrayLike, ds: ArrayLike,
-                    dds: ArrayLike) -> Array:
+                    dds: ArrayLike) -> Floats:
     """Margin against undercut of a groove wall (1): 1 - r k_max of the pitch surface; sound while positive."""
     r = np.asarray(roller_radius, dtype=np.float64)
     kappa = pitch_curvature(pitch_radius, ds, dds)
@@ -84,10 +85,10 @@ def undercut_margin(wall: Wall, roller_radius: ArrayLike, pitch_radius: ArrayLik
     return np.asarray(1.0 - r * 0.5 * (-signed + np.hypot(signed, 2.0 * groove_twist(pitch_radius, ds))))
 
 
-def _nonzero(margin: Array) -> Array:
+def _nonzero(margin: Floats) -> Floats:
     """The margin with an exact zero replaced by the smallest negative number, so that a cusp reads as undercut."""
     return np.asarray(np.where(margin == 0.0, -1e-300, margin))
 
 
-def _floats(*values: ArrayLike) -> tuple[Array, ...]:
+def _floats(*values: ArrayLike) -> tuple[Floats, ...]:
     return tuple(np.asarray(value, dtype=np.float64) for value in values)

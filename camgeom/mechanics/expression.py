@@ -16,11 +16,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camgeom.errors import Problem, ProfileError
-
-Array = NDArray[np.float64]
+from camgeom.maths import Floats
 
 MAX_CHARACTERS = 500
 MAX_DEPTH = 40
@@ -76,7 +75,7 @@ class Expression:
         """Names of the variables that the expression uses."""
         return frozenset(name for kind, name, _ in self.steps if kind == "variable")
 
-    def __call__(self, phi: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Array:
+    def __call__(self, phi: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Value at cam angle phi (rad), lift s, velocity v, acceleration a; their broadcast shape.
 
         Raises ProfileError where the value is not a finite number (division by zero, logarithm of a negative).
@@ -193,8 +192,8 @@ def _check_exponent(steps: list[Step]) -> None:
         raise _Refused(f"the exponent {value:.6g} is too large", f"at most {MAX_EXPONENT:g} is allowed")
 
 
-def _run(steps: tuple[Step, ...], known: Mapping[str, Array]) -> Array:
-    stack: list[Array] = []
+def _run(steps: tuple[Step, ...], known: Mapping[str, Floats]) -> Floats:
+    stack: list[Floats] = []
     for kind, name, number in steps:
         if kind == "number":
             stack.append(np.asarray(number, dtype=np.float64))

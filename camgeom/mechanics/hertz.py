@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
+from camgeom.maths import Floats
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.panels import bracketed_root
-
-Array = NDArray[np.float64]
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SHEAR_DEPTH = float(np.sqrt(GOLDEN))
@@ -29,19 +28,19 @@ HALF_SPACE_LIMIT = 0.1
 """Half-width over radius up to which half-space theory is good to about one per cent."""
 
 
-def line_pressure(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Array:
+def line_pressure(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Floats:
     """Peak pressure of a line contact, MPa: sqrt(w k / (pi compliance)), w the load per length in N/mm."""
     load, k = _loaded(line_load), _positive(curvature)
     return np.asarray(np.sqrt(load) * np.sqrt(k) / np.sqrt(np.pi * np.asarray(compliance, dtype=np.float64)))
 
 
-def line_half_width(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Array:
+def line_half_width(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Floats:
     """Half-width of a line contact, mm: sqrt(4 w compliance / (pi k))."""
     load, k = _loaded(line_load), _positive(curvature)
     return np.asarray(2.0 * np.sqrt(load) * np.sqrt(np.asarray(compliance, dtype=np.float64) / np.pi) / np.sqrt(k))
 
 
-def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike, compliance: ArrayLike) -> Array:
+def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike, compliance: ArrayLike) -> Floats:
     """Load, N, at which a line contact of this length (mm) reaches the peak pressure (MPa).
 
     F = pi b rho_e sigma² compliance with rho_e = 1/curvature (T/WLJC 15-2018, equation 35).
@@ -51,13 +50,13 @@ def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike,
                       * sigma * sigma * np.asarray(compliance, dtype=np.float64))
 
 
-def half_space_ratio(half_width: ArrayLike, radius: ArrayLike) -> Array:
+def half_space_ratio(half_width: ArrayLike, radius: ArrayLike) -> Floats:
     """Half-width over the smallest radius of either body (1): half-space theory asks for HALF_SPACE_LIMIT or less."""
     return np.asarray(np.asarray(half_width, dtype=np.float64) / np.asarray(radius, dtype=np.float64))
 
 
 def line_approach(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
-                  radius: ArrayLike, depth: ArrayLike) -> Array:
+                  radius: ArrayLike, depth: ArrayLike) -> Floats:
     """Elastic approach of roller axis and cam body, mm, under line_load N/mm.
 
     A line contact has no approach of its own: it depends on how far away the displacement is taken. Roller: from the
@@ -72,7 +71,7 @@ def line_approach(line_load: ArrayLike, curvature: ArrayLike, roller: Material, 
 
 
 def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
-                     radius: ArrayLike, depth: ArrayLike) -> Array:
+                     radius: ArrayLike, depth: ArrayLike) -> Floats:
     """Approach over load per length of a line contact, mm²/N; see `line_approach`. The load must be positive."""
     half = line_half_width(line_load, curvature, roller.compliance + cam.compliance)
     r, d = np.asarray(radius, dtype=np.float64), np.asarray(depth, dtype=np.float64)
@@ -85,7 +84,7 @@ def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Materia
     return np.asarray(own + body)
 
 
-def line_approach_palmgren(line_load: ArrayLike, length: ArrayLike) -> Array:
+def line_approach_palmgren(line_load: ArrayLike, length: ArrayLike) -> Floats:
     """Elastic approach of a steel roller and a steel raceway, mm: 3.84e-5 Q^0.9 / l^0.8, Q = load N, l = length mm.
 
     Palmgren's measured rule for one contact, a rough check on `line_approach`; it knows neither radius nor material.
@@ -94,7 +93,7 @@ def line_approach_palmgren(line_load: ArrayLike, length: ArrayLike) -> Array:
     return np.asarray(3.84e-5 * (_loaded(line_load) * long) ** 0.9 / long**0.8)
 
 
-def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Array, Array, Array]:
+def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Stresses sigma_x, sigma_z, tau_xz below a line contact, over peak pressure (1), tension positive.
 
     x across, z into the body, both over the half-width (McEwen; Johnson, equation 4.49). Far away they fall as 1/z.
@@ -115,7 +114,7 @@ def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Array, Array, Array]:
     return np.asarray(m * bend - 2.0 * above), np.asarray(-m * bend), np.asarray(-n * bend)
 
 
-def line_shear(z: ArrayLike) -> Array:
+def line_shear(z: ArrayLike) -> Floats:
     """Largest shear at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
     down = np.asarray(z, dtype=np.float64)
     # z - z²/sqrt(1+z²) without cancellation at depth.
@@ -123,7 +122,7 @@ def line_shear(z: ArrayLike) -> Array:
     return np.asarray(down / (root * (root + down)))
 
 
-def line_mises(z: ArrayLike, poisson: ArrayLike) -> Array:
+def line_mises(z: ArrayLike, poisson: ArrayLike) -> Floats:
     """Von Mises stress at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
     across, down, _ = line_stress(0.0, z)
     nu = np.asarray(poisson, dtype=np.float64)
@@ -157,13 +156,13 @@ class LineContact:
     Mises stress in the cam, MPa, at mises_depth mm; half_space: half-width over roller radius, 1.
     """
 
-    pressure: Array
-    half_width: Array
-    shear: Array
-    shear_depth: Array
-    mises: Array
-    mises_depth: Array
-    half_space: Array
+    pressure: Floats
+    half_width: Floats
+    shear: Floats
+    shear_depth: Floats
+    mises: Floats
+    mises_depth: Floats
+    half_space: Floats
 
 
 def line_contact(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
@@ -182,10 +181,10 @@ def line_contact(line_load: ArrayLike, curvature: ArrayLike, roller: Material, c
 class PointContact:
     """Elliptic contact: peak pressure MPa, semi-axes mm (long, short), elastic approach mm."""
 
-    pressure: Array
-    long: Array
-    short: Array
-    approach: Array
+    pressure: Floats
+    long: Floats
+    short: Floats
+    approach: Floats
 
 
 def point_contact(load: ArrayLike, least_curvature: ArrayLike, most_curvature: ArrayLike,
@@ -208,11 +207,11 @@ def point_contact(load: ArrayLike, least_curvature: ArrayLike, most_curvature: A
     return PointContact(pressure, long, short, pressure * pair * short * whole)
 
 
-def _axis_ratio(log_ratio: Array) -> Array:
+def _axis_ratio(log_ratio: Floats) -> Floats:
     """ln(short/long) of the contact ellipse from ln(most/least curvature), exact to rounding."""
     wanted = np.atleast_1d(log_ratio)
 
-    def excess(log_t: Array) -> Array:
+    def excess(log_t: Floats) -> Floats:
         _, d, b = elliptic(np.exp(log_t))
         return np.asarray(np.log(b / d) - 2.0 * log_t - wanted)
 
@@ -221,7 +220,7 @@ def _axis_ratio(log_ratio: Array) -> Array:
     return np.asarray(np.where(wanted <= 1e-15, 0.0, found).reshape(log_ratio.shape))
 
 
-def elliptic(ratio: ArrayLike) -> tuple[Array, Array, Array]:
+def elliptic(ratio: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Complete elliptic integrals K, D = (K - E)/m and B = K - D for m = 1 - ratio², 0 < ratio <= 1.
 
     Arithmetic-geometric mean (Gauss); every term of D is positive, so nothing cancels at either end.
@@ -246,11 +245,11 @@ def elliptic(ratio: ArrayLike) -> tuple[Array, Array, Array]:
     return np.asarray(whole), np.asarray(d), np.asarray(whole - d)
 
 
-def _mises(one: Array, two: Array, three: Array) -> Array:
+def _mises(one: Floats, two: Floats, three: Floats) -> Floats:
     return np.asarray(np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2)))
 
 
-def _positive(curvature: ArrayLike) -> Array:
+def _positive(curvature: ArrayLike) -> Floats:
     k = np.asarray(curvature, dtype=np.float64)
     if not np.all(k > 0.0):
         raise DesignError(f"the relative curvature of cam and roller is {float(np.min(k)):.6g} 1/mm, not positive: the "
@@ -258,7 +257,7 @@ def _positive(curvature: ArrayLike) -> Array:
     return k
 
 
-def _loaded(load: ArrayLike) -> Array:
+def _loaded(load: ArrayLike) -> Floats:
     value = np.asarray(load, dtype=np.float64)
     if not np.all(value >= 0.0):
         raise ValueError(f"a contact load is a pressure and cannot be negative (found {float(np.min(value)):.6g})")

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
+from camgeom.maths import Floats
 from camgeom.mechanics.applied import Applied
 from camgeom.mechanics.panels import TURN, Panels, panels, resolved, roots
 
-Array = NDArray[np.float64]
 MILLI = 1e-3
 """kg mm/s² in N"""
 KILO = 1e3
@@ -31,10 +31,10 @@ class Motion(Protocol):
     """What a motion program offers: derivatives of the lift (mm or rad) and the cam angles where they may jump."""
 
     @property
-    def knots(self) -> Array:
+    def knots(self) -> Floats:
         """Cam angles in [0, 2 pi], rad, where a derivative may jump."""
 
-    def jet(self, theta: Array, order: int = 3) -> Array:
+    def jet(self, theta: Floats, order: int = 3) -> Floats:
         """Lift and its derivatives per rad of cam angle, (order + 1, n)."""
 
 
@@ -63,7 +63,7 @@ class FollowerLoad:
     guide_friction: float = 0.0
     """of a slide's guides: grows with the side thrust, which the geometry decides (see `normal_force`)"""
 
-    def breaks(self) -> Array:
+    def breaks(self) -> Floats:
         """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
         given = [np.array([0.0, TURN]), np.asarray(self.motion.knots, dtype=np.float64)]
         given += [np.asarray(force.breaks, dtype=np.float64) for force in self.applied]
@@ -90,11 +90,11 @@ class FollowerLoad:
         force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
         return FollowerForce(on, jet[0], jet[1], jet[2], side, np.asarray(force), np.asarray(inertia))
 
-    def _force(self, one: Applied, theta: Array, jet: Array) -> Array:
+    def _force(self, one: Applied, theta: Floats, jet: Floats) -> Floats:
         omega = _column(self.speed)
         return one(theta, jet[0], omega * jet[1], omega * omega * jet[2])
 
-    def _smooth(self, theta: Array) -> Array:
+    def _smooth(self, theta: Floats) -> Floats:
         jet = _jet(self.motion, theta)
         forces = [self._force(one, theta, jet).reshape(-1, *theta.shape) for one in self.applied]
         return np.concatenate([jet, *forces])
@@ -110,22 +110,22 @@ class FollowerForce:
     """
 
     panels: Panels
-    lift: Array
-    ds: Array
-    dds: Array
-    direction: Array
-    force: Array
-    inertia: Array
+    lift: Floats
+    ds: Floats
+    dds: Floats
+    direction: Floats
+    force: Floats
+    inertia: Floats
 
-    def normal(self, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0) -> Array:
+    def normal(self, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0) -> Floats:
         """Signed normal force on the roller, N; see `normal_force`."""
         return normal_force(self.force, cos_alpha, lever, _column(guide_friction), self.direction)
 
-    def camshaft_torque(self) -> Array:
+    def camshaft_torque(self) -> Floats:
         """Torque that the cam takes from its shaft without losses at the roller, N mm: F ds/dtheta, (..., p, n)."""
         return np.asarray(self.force * self.ds)
 
-    def work(self) -> Array:
+    def work(self) -> Floats:
         """Work of the cam on the follower over a turn, N mm: what friction and applied forces consume."""
         return self.panels.integral(self.camshaft_torque())
 
@@ -134,7 +134,7 @@ class FollowerForce:
         return reversals(self.panels, self.force)
 
 
-def direction(where: Panels, ds: Array) -> Array:
+def direction(where: Panels, ds: Floats) -> Floats:
     """Sign of the motion (-1, 0, 1) in every panel, (p, 1); the panels' breaks hold every reversal of s'."""
     total = (where.half[:, None] * ds).sum(axis=-1)
     piece = where.piece
@@ -146,7 +146,7 @@ def direction(where: Panels, ds: Array) -> Array:
 
 
 def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0,
-                 side: ArrayLike = 0.0) -> Array:
+                 side: ArrayLike = 0.0) -> Floats:
     """Signed normal force on the roller, N, from the follower's force (N) or torque (N mm) and the pressure angle.
 
     Fn = F / (lever (cos(alpha) - sign(F) side mu sin(alpha))); lever 1 for a translating follower, the distance from
@@ -165,7 +165,7 @@ def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0,
     return np.asarray(demand / (np.asarray(lever, dtype=np.float64) * share))
 
 
-def guided_force(force: Array, cos_alpha: ArrayLike, guide_friction: float, side: ArrayLike) -> Array:
+def guided_force(force: Floats, cos_alpha: ArrayLike, guide_friction: float, side: ArrayLike) -> Floats:
     """Force along the motion that the cam gives a slide, N: the follower's `force` and the friction of its guides.
 
     The guides hold back mu times the side thrust Fn sin(alpha); side: sign of the motion. Raises DesignError where the
@@ -190,7 +190,7 @@ class Reversal:
     wall: int
 
 
-def reversals(where: Panels, force: Array) -> list[tuple[Reversal, ...]]:
+def reversals(where: Panels, force: Floats) -> list[tuple[Reversal, ...]]:
     """Changes of the loaded wall round the cam, one tuple for each row of force (..., p, n), located to 1e-9 rad.
 
     Zeros of the force inside panels are refined; jumps at breaks count at the break. A force below QUIET of the
@@ -202,7 +202,7 @@ def reversals(where: Panels, force: Array) -> list[tuple[Reversal, ...]]:
     return [_walls(where, rows[k], inside[k], float(floor[k])) for k in range(len(rows))]
 
 
-def _walls(where: Panels, force: Array, zeros: Array, floor: float) -> tuple[Reversal, ...]:
+def _walls(where: Panels, force: Floats, zeros: Floats, floor: float) -> tuple[Reversal, ...]:
     """Reversals of one row: the sign between consecutive zeros and breaks, followed round the turn."""
     edges = np.unique(np.concatenate([where.edges, zeros]))
     middle = 0.5 * (edges[1:] + edges[:-1])
@@ -218,8 +218,8 @@ def _walls(where: Panels, force: Array, zeros: Array, floor: float) -> tuple[Rev
     return tuple(sorted(found, key=lambda change: change.taken))
 
 
-def drive_torque(where: FollowerForce, normal: Array, path_rate: ArrayLike, roller_radius: ArrayLike,
-                 bearing_friction: float = 0.0, bearing_radius: float = 0.0, rolling_arm: float = 0.0) -> Array:
+def drive_torque(where: FollowerForce, normal: Floats, path_rate: ArrayLike, roller_radius: ArrayLike,
+                 bearing_friction: float = 0.0, bearing_radius: float = 0.0, rolling_arm: float = 0.0) -> Floats:
     """Torque that the cam takes from its shaft, N mm, (..., p, n): F ds/dtheta plus the losses at the roller.
 
     The roller turns path_rate / r per rad of cam angle; its bearing (coefficient, radius mm) resists with
@@ -230,12 +230,12 @@ def drive_torque(where: FollowerForce, normal: Array, path_rate: ArrayLike, roll
     return np.asarray(where.camshaft_torque() + moment * turns)
 
 
-def _jet(motion: Motion, theta: Array) -> Array:
+def _jet(motion: Motion, theta: Floats) -> Floats:
     """s, s', s'' on (p, n) sample points, (3, p, n)."""
     return np.asarray(motion.jet(theta.ravel(), 2)[:3], dtype=np.float64).reshape(3, *theta.shape)
 
 
-def _column(value: ArrayLike) -> Array:
+def _column(value: ArrayLike) -> Floats:
     """A number or an array (...) of variants, ready to meet (p, n)."""
     array = np.asarray(value, dtype=np.float64)
     return array if array.ndim == 0 else array[..., None, None]

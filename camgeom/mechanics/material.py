@@ -6,7 +6,7 @@ from typing import Annotated, final
 
 from pydantic import Field
 
-from camgeom.spec import Section
+from camgeom.keys import Section
 
 STEEL_MODULUS = 206000.0
 """MPa; hardened steel (T/WLJC 15-2018)"""

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
+from camgeom.maths import Floats
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 POINTS = 12
@@ -28,11 +28,11 @@ NEAR = 0.05
 """Share of the range of a function within which a sampled local maximum may turn out to be the largest"""
 
 
-def _nodes() -> Array:
+def _nodes() -> Floats:
     return np.asarray(-np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS), dtype=np.float64)
 
 
-def _to_coefficients() -> Array:
+def _to_coefficients() -> Floats:
     """(n, n) matrix from values at the points to Chebyshev coefficients (discrete orthogonality)."""
     angle = np.arccos(np.clip(_nodes(), -1.0, 1.0))
     matrix = np.cos(np.outer(np.arange(POINTS), angle)) * 2.0 / POINTS
@@ -40,7 +40,7 @@ def _to_coefficients() -> Array:
     return np.asarray(matrix, dtype=np.float64)
 
 
-def _antiderivative() -> Array:
+def _antiderivative() -> Floats:
     """(n + 1, n) matrix from coefficients to those of the antiderivative that vanishes at x = -1."""
     matrix = np.zeros((POINTS + 1, POINTS))
     for k in range(POINTS):
@@ -55,7 +55,7 @@ def _antiderivative() -> Array:
     return matrix
 
 
-def _derivative() -> Array:
+def _derivative() -> Floats:
     """(n, n) matrix from coefficients to those of the derivative with respect to x."""
     matrix = np.zeros((POINTS, POINTS))
     for k in range(1, POINTS):
@@ -68,10 +68,10 @@ NODES = _nodes()
 TO_COEFFICIENTS = _to_coefficients()
 ANTIDERIVATIVE = _antiderivative()
 DERIVATIVE = _derivative()
-WEIGHTS: Array = np.asarray(np.ones(POINTS + 1) @ ANTIDERIVATIVE @ TO_COEFFICIENTS, dtype=np.float64)
+WEIGHTS: Floats = np.asarray(np.ones(POINTS + 1) @ ANTIDERIVATIVE @ TO_COEFFICIENTS, dtype=np.float64)
 
 
-def chebyshev(x: ArrayLike, degree: int) -> Array:
+def chebyshev(x: ArrayLike, degree: int) -> Floats:
     """Chebyshev polynomials T_0..T_degree at x in [-1, 1]: shape (degree + 1, *x.shape)."""
     at = np.asarray(x, dtype=np.float64)
     out = np.empty((degree + 1, *at.shape))
@@ -83,7 +83,7 @@ def chebyshev(x: ArrayLike, degree: int) -> Array:
     return out
 
 
-def evaluate(coefficients: Array, x: Array) -> Array:
+def evaluate(coefficients: Floats, x: Floats) -> Floats:
     """Value of each row's Chebyshev series, coefficients (N, n), at its own x (N,)."""
     older = np.zeros_like(x)
     newer = np.zeros_like(x)
@@ -101,21 +101,21 @@ class Panels:
     edges: (p + 1,) panel edges; breaks: (b + 1,) those edges where a quantity may jump (first and last included).
     """
 
-    edges: Array
-    breaks: Array
+    edges: Floats
+    breaks: Floats
 
     @property
-    def theta(self) -> Array:
+    def theta(self) -> Floats:
         """Cam angle of the sample points, rad, (p, n)."""
         return np.asarray(self.middle[:, None] + self.half[:, None] * NODES, dtype=np.float64)
 
     @property
-    def half(self) -> Array:
+    def half(self) -> Floats:
         """Half width of each panel, rad, (p,)."""
         return np.asarray(0.5 * np.diff(self.edges), dtype=np.float64)
 
     @property
-    def middle(self) -> Array:
+    def middle(self) -> Floats:
         """Centre of each panel, rad, (p,)."""
         return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]), dtype=np.float64)
 
@@ -129,15 +129,15 @@ class Panels:
         """Index into `edges` of every break, (b + 1,)."""
         return np.asarray(np.searchsorted(self.edges, self.breaks), dtype=np.intp)
 
-    def coefficients(self, values: Array) -> Array:
+    def coefficients(self, values: Floats) -> Floats:
         """Chebyshev coefficients of values (..., p, n) at `theta`."""
         return np.asarray(values @ TO_COEFFICIENTS.T, dtype=np.float64)
 
-    def integral(self, values: Array) -> Array:
+    def integral(self, values: Floats) -> Floats:
         """Integral over the whole range of values (..., p, n) at `theta`: unit of the value times rad, shape (...)."""
         return np.asarray(np.einsum("...pn,p,n->...", values, self.half, WEIGHTS), dtype=np.float64)
 
-    def running(self, values: Array) -> tuple[Array, Array]:
+    def running(self, values: Floats) -> tuple[Floats, Floats]:
         """Integral from the first edge: at the edges, (..., p + 1), and within panels as series, (..., p, n + 1)."""
         inside = np.asarray(self.coefficients(values) @ ANTIDERIVATIVE.T, dtype=np.float64) * self.half[:, None]
         steps = inside.sum(axis=-1)
@@ -145,14 +145,14 @@ class Panels:
         inside[..., 0] += at_edges[..., :-1]
         return at_edges, inside
 
-    def at(self, values: Array, theta: ArrayLike) -> Array:
+    def at(self, values: Floats, theta: ArrayLike) -> Floats:
         """Values (..., p, n) interpolated at cam angles theta (q,): (..., q); the right-hand limit at an edge."""
         angle = np.atleast_1d(np.asarray(theta, dtype=np.float64))
         panel = np.clip(np.searchsorted(self.edges, angle, side="right") - 1, 0, len(self.half) - 1)
         x = np.clip((angle - self.middle[panel]) / self.half[panel], -1.0, 1.0)
         return evaluate(self.coefficients(values)[..., panel, :], np.broadcast_to(x, (*values.shape[:-2], x.size)))
 
-    def tail(self, values: Array) -> Array:
+    def tail(self, values: Floats) -> Floats:
         """Share of the last coefficients in the largest value, per panel (p,): the error of the interpolation."""
         series = np.abs(self.coefficients(values))
         largest = np.abs(values).max(axis=(-1, -2), keepdims=True)
@@ -174,13 +174,13 @@ def panels(breaks: ArrayLike, widest: float = np.radians(10.0)) -> Panels:
     return Panels(_divide(kept, widest), np.asarray(kept))
 
 
-def _divide(edges: Sequence[float], widest: float) -> Array:
+def _divide(edges: Sequence[float], widest: float) -> Floats:
     parts = [np.linspace(lo, hi, int(np.ceil((hi - lo) / widest - 1e-9)) + 1)[:-1]
              if hi - lo > widest else np.array([lo]) for lo, hi in itertools.pairwise(edges)]
     return np.concatenate([*parts, [edges[-1]]])
 
 
-def resolved(sample: Callable[[Array], Array], start: Panels, tolerance: float = 1e-10, rounds: int = 8) -> Panels:
+def resolved(sample: Callable[[Floats], Floats], start: Panels, tolerance: float = 1e-10, rounds: int = 8) -> Panels:
     """Panels split until the interpolation error of sample(theta (p, n)) -> (..., p, n) is below the tolerance.
 
     tolerance: share of the largest value. A kink inside a panel stops at 2^-rounds of the first width, which confines
@@ -195,7 +195,7 @@ def resolved(sample: Callable[[Array], Array], start: Panels, tolerance: float =
     return current
 
 
-def roots(where: Panels, values: Array, zero: float | Array = 0.0, finer: int = 2 * POINTS) -> list[Array]:
+def roots(where: Panels, values: Floats, zero: float | Floats = 0.0, finer: int = 2 * POINTS) -> list[Floats]:
     """Cam angles, rad, where each row of values (r, p, n) crosses zero inside a panel: one sorted array a row.
 
     zero: magnitude (scalar or (r,)) below which a value counts as zero, so that rounding in a dwell gives no crossing.
@@ -221,8 +221,8 @@ def _zero_nodes(sign: NDArray[np.float64]) -> tuple[Ints, Ints, Ints]:
     return row, panel, cell + 1
 
 
-def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: ArrayLike, tolerance: float = 0.0,
-                   steps: int = 120) -> Array:
+def bracketed_root(function: Callable[[Floats], Floats], low: ArrayLike, high: ArrayLike, tolerance: float = 0.0,
+                   steps: int = 120) -> Floats:
     """Roots of a vectorised function, one in each bracket [low, high] with opposite signs, to tolerance or rounding.
 
     Inverse quadratic steps where the three points are monotone enough, bisection elsewhere (Chandrupatla 1997). Where
@@ -255,7 +255,7 @@ def bracketed_root(function: Callable[[Array], Array], low: ArrayLike, high: Arr
     raise NotConverged("a root was bracketed but not found to rounding: is the function finite over the bracket?")
 
 
-def _next_share(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -> Array:
+def _next_share(a: Floats, b: Floats, c: Floats, fa: Floats, fb: Floats, fc: Floats) -> Floats:
     """Where the next trial point lies between a and b: inverse quadratic where that is safe, else the middle."""
     usable = (fc != fb) & (c != b) & (fa != fb) & (fa != fc)
     one = np.where(usable, 1.0, 0.0)
@@ -267,7 +267,7 @@ def _next_share(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: Array) -
     return np.asarray(np.where(usable, quadratic, 0.5), dtype=np.float64)
 
 
-def highest(where: Panels, values: Array) -> tuple[Array, Array]:
+def highest(where: Panels, values: Floats) -> tuple[Floats, Floats]:
     """Largest value of each function (..., p, n), limits at jumps included, and its cam angle in rad: (...)."""
     lead = values.shape[:-2]
     series = where.coefficients(values.reshape(-1, *values.shape[-2:]))

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.maths import Floats
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.panels import DERIVATIVE, POINTS, TURN, Panels, chebyshev, evaluate
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Count = Literal["from-behind", "both"]
 """from-behind: contacts counted from the first on the wall behind, as published; both: with the contact on the wall
@@ -30,7 +30,7 @@ MAX_CONTACTS = 4000
 """Contacts of one roller point in one cam turn up to which they are summed one by one"""
 
 
-def check_strength(pressure: Array, material: Material) -> None:
+def check_strength(pressure: Floats, material: Material) -> None:
     """Raises DesignError where the pressure, MPa, is so far above the contact limit that no damage can be computed."""
     share = float(np.max(pressure, initial=0.0, where=np.isfinite(pressure))) / material.contact_limit
     if share > 1.0 and material.exponent * np.log10(share) > MOST_DAMAGE:
@@ -45,25 +45,25 @@ class Rolling:
     """Path and squared relative stress of V variants as Chebyshev series on P panels."""
 
     panels: Panels
-    radius: Array
-    edges: Array
+    radius: Floats
+    edges: Floats
     """(V, P + 1) path at panel edges, mm"""
-    inside: Array
+    inside: Floats
     """(V, P, n + 1) series of the path"""
-    rates: Array
+    rates: Floats
     """(V, P, n) series of d path / dx"""
-    squares: Array
+    squares: Floats
     """(2, V, P, n) series of (p0 / limit)², signed; wall behind, wall ahead"""
     loaded: NDArray[np.bool_]
     """(2, V, P) whether the wall is loaded anywhere in the panel"""
-    laid: Array
+    laid: Floats
     """(V (P + 1),) the variants' panel edges laid end to end, each scaled to a length of 1 in a space of 2"""
     power: float
     cycles: float
     first: int
 
     @classmethod
-    def of(cls, contact: Contact, material: Material, radius: Array, count: Count) -> Rolling:
+    def of(cls, contact: Contact, material: Material, radius: Floats, count: Count) -> Rolling:
         """The rolling of every variant of a contact, radius (V,) in mm."""
         where = contact.panels
         rate = contact.path_rate.reshape(-1, *contact.path_rate.shape[-2:])
@@ -82,11 +82,11 @@ class Rolling:
                    material.contact_cycles, -1 if count == "both" else 0)
 
     @property
-    def path(self) -> Array:
+    def path(self) -> Floats:
         """Path rolled in one cam turn, mm, (V,)."""
         return np.asarray(self.edges[:, -1])
 
-    def mean(self) -> Array:
+    def mean(self) -> Floats:
         """Damage averaged over the circumference: the damage per path integrated over the path, over 2 pi r."""
         grid, weights = np.polynomial.legendre.leggauss(2 * POINTS)
         basis = chebyshev(grid, POINTS - 1)
@@ -94,7 +94,7 @@ class Rolling:
         each = (damage * (self.rates @ basis)) @ weights
         return np.asarray(each.sum(axis=-1) / (TURN * self.radius))
 
-    def contacts(self, variant: Ints, theta: Array, middle: Array) -> tuple[Array, Ints, Ints]:
+    def contacts(self, variant: Ints, theta: Floats, middle: Floats) -> tuple[Floats, Ints, Ints]:
         """Path, wall and task, (N,) each, of every contact of the tasks; `middle` decides which exist."""
         most = int(np.ceil(np.max(self.path[variant] / self.radius[variant]) / np.pi)) + 1
         step = np.arange(self.first, most)
@@ -105,13 +105,13 @@ class Rolling:
         path = np.clip((theta[:, None] * r + reach)[task, which], 0.0, self.path[variant][task])
         return path, np.asarray(step[which] % 2, dtype=np.intp), np.asarray(task, dtype=np.intp)
 
-    def locate(self, variant: Ints, path: Array) -> Ints:
+    def locate(self, variant: Ints, path: Floats) -> Ints:
         """Panel that holds the path, right-hand one at an edge."""
         wanted = path / self.path[variant] + 2.0 * variant
         panel = np.searchsorted(self.laid, wanted, side="right") - 1 - variant * self.edges.shape[1]
         return np.asarray(np.clip(panel, 0, self.edges.shape[1] - 2), dtype=np.intp)
 
-    def solve(self, variant: Ints, panel: Ints, path: Array) -> Array:
+    def solve(self, variant: Ints, panel: Ints, path: Floats) -> Floats:
         """Position in its panel, x in [-1, 1], at which the path is reached: Newton on a monotone series."""
         series, rate = self.inside[variant, panel], self.rates[variant, panel]
         lo, hi = self.edges[variant, panel], self.edges[variant, panel + 1]
@@ -123,7 +123,7 @@ class Rolling:
                 break
         return x
 
-    def damage(self, variant: Ints, theta: Array, middle: Array) -> tuple[Array, Array]:
+    def damage(self, variant: Ints, theta: Floats, middle: Floats) -> tuple[Floats, Floats]:
         """Damage Q of the tasks and its derivative by the roller angle, (T,) each.
 
         Each contact stays in the piece (range between jumps) in which it is for the roller angle `middle`, so that at
@@ -136,7 +136,7 @@ class Rolling:
         value, slope = zip(*parts) if parts else ((np.zeros(0),), (np.zeros(0),))
         return np.concatenate(value), np.concatenate(slope)
 
-    def _batch(self, variant: Ints, theta: Array, middle: Array) -> tuple[Array, Array]:
+    def _batch(self, variant: Ints, theta: Floats, middle: Floats) -> tuple[Floats, Floats]:
         path, wall, task = self.contacts(variant, theta, middle)
         owner = variant[task]
         path, panel = self._kept(owner, path, path + (middle - theta)[task] * self.radius[owner])
@@ -151,7 +151,7 @@ class Rolling:
         total = np.bincount(task, each, minlength=theta.size) / self.cycles
         return total, np.bincount(task, slope, minlength=theta.size) / self.cycles
 
-    def _kept(self, owner: Ints, path: Array, middle: Array) -> tuple[Array, Ints]:
+    def _kept(self, owner: Ints, path: Floats, middle: Floats) -> tuple[Floats, Ints]:
         """Path and panel held within the piece that contains the path `middle`."""
         ends = self.panels.break_edges
         piece = self.panels.piece[self.locate(owner, np.clip(middle, 0.0, self.path[owner]))]

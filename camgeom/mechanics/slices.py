@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from camgeom.errors import NotConverged
+from camgeom.maths import Floats
 from camgeom.mechanics.hertz import line_flexibility, line_pressure
 from camgeom.mechanics.material import Material
 
-Array = NDArray[np.float64]
 TOLERANCE = 1e-12
 STEPS = 200
 
@@ -28,20 +28,20 @@ class SliceLoads:
     approach: of roller and cam along the force; centre: station at which the resultant acts.
     """
 
-    line_load: Array
-    pressure: Array
-    approach: Array
-    centre: Array
+    line_load: Floats
+    pressure: Floats
+    approach: Floats
+    centre: Floats
 
 
-def uniform_slices(force: ArrayLike, widths: ArrayLike, cosines: ArrayLike = 1.0) -> Array:
+def uniform_slices(force: ArrayLike, widths: ArrayLike, cosines: ArrayLike = 1.0) -> Floats:
     """Line load, N/mm, (..., m), alike in every slice: F / sum(width cos); force N, (...), widths mm, (m,)."""
     w, c = np.broadcast_arrays(np.asarray(widths, dtype=np.float64), np.asarray(cosines, dtype=np.float64))
     total = np.asarray(force, dtype=np.float64)[..., None]
     return np.asarray(total / (w * c).sum(axis=-1, keepdims=True) * np.ones_like(w))
 
 
-def crown_gaps(stations: ArrayLike, arc: ArrayLike, centre: ArrayLike = 0.0) -> Array:
+def crown_gaps(stations: ArrayLike, arc: ArrayLike, centre: ArrayLike = 0.0) -> Floats:
     """Gap, mm, of a roller crowned to the radius `arc` (mm) at each station (mm): arc - sqrt(arc² - (x - centre)²).
 
     Raises ValueError where a station lies beyond the arc.
@@ -89,7 +89,7 @@ def share_load(force: ArrayLike, stations: ArrayLike, widths: ArrayLike, curvatu
     raise NotConverged("the load along the roller did not settle: check crowning and misalignment against the load")
 
 
-def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> tuple[Array, Array]:
+def _approach(total: Floats, stiffness: Floats, cosines: Floats, gap: Floats) -> tuple[Floats, Floats]:
     """Approach d with sum stiffness max(d cos - gap, 0) = total: piecewise linear, solved exactly by sorting.
 
     Given as the approach of the first touch and the rest beyond it, (..., 1) each: their sum would lose a small rest.
@@ -106,7 +106,9 @@ def _approach(total: Array, stiffness: Array, cosines: Array, gap: Array) -> tup
     return base, np.asarray(np.take_along_axis(reach, first, axis=-1))
 
 
-def _result(load: Array, reach: Array, stations: Array, weights: Array, curvature: Array, pair: float) -> SliceLoads:
+def _result(
+    load: Floats, reach: Floats, stations: Floats, weights: Floats, curvature: Floats, pair: float
+) -> SliceLoads:
     carried = load * weights
     total = carried.sum(axis=-1)
     centre = np.divide((carried * stations).sum(axis=-1), total, out=np.zeros_like(total), where=total > 0.0)

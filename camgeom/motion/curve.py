@@ -11,7 +11,7 @@ from typing import Any, Literal, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.motion.kernel import Floats
+from camgeom.maths import Floats
 from camgeom.motion.piece import Piece
 from camgeom.motion.table import JUMP_TOLERANCE, Side, Table
 

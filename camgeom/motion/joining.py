@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
 from camgeom.motion.curve import ParamValue
-from camgeom.motion.kernel import Floats
 from camgeom.motion.law import Ends, LawEntry
 from camgeom.motion.laws import LAWS
 from camgeom.motion.segment import Segment, Span

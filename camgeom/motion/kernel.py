@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.motion.piece import Piece, Wave
 
-Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Row = Floats | float
 

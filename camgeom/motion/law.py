@@ -10,8 +10,8 @@ from typing import Literal, final
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
 from camgeom.motion.curve import Claims, Law, ParamValue, finish
-from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
 from camgeom.spelling import did_you_mean
 

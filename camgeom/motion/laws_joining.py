@@ -13,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
 from camgeom.motion.curve import ParamValue
-from camgeom.motion.kernel import Floats
 from camgeom.motion.law import Ends, Parameter, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import check_rise, fit, read_rows

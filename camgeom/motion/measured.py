@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.kernel import Floats
+from camgeom.maths import Floats
 from camgeom.motion.law import Ends
 from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces

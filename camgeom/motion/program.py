@@ -11,8 +11,8 @@ from typing import NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.motion.curve import ORDER_LIMIT, lowest_jump
-from camgeom.motion.kernel import Floats
 from camgeom.motion.piece import Piece
 from camgeom.motion.resolve import resolve
 from camgeom.motion.segment import TURN, Segment, Span

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camgeom.motion.kernel import Floats
+from camgeom.maths import Floats
 from camgeom.motion.piece import Piece
 
 

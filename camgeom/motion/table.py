@@ -9,7 +9,8 @@ from typing import Literal, NamedTuple, final
 
 import numpy as np
 
-from camgeom.motion.kernel import Block, Floats, Indices, fill, stretched
+from camgeom.maths import Floats
+from camgeom.motion.kernel import Block, Indices, fill, stretched
 from camgeom.motion.piece import Piece
 
 Side = Literal["left", "right"]

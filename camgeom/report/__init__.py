@@ -1,0 +1,1 @@
+"""One page about a model, its pictures and films, and the result that scripts read."""

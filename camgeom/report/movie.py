@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import ExportError
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.report.pictures import moving_bodies, seen_from
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.views import View, stage

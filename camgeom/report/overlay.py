@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.colours import scale
-from camgeom.report.numerals import ticks
+from camgeom.drawing.colours import scale
+from camgeom.drawing.numerals import ticks
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from PIL.Image import Image

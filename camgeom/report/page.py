@@ -6,7 +6,7 @@ from html import escape
 from importlib.resources import files
 from itertools import count, groupby
 
-from camgeom.report.content import (
+from camgeom.drawing.content import (
     Block,
     Cell,
     Chart,
@@ -23,15 +23,15 @@ from camgeom.report.content import (
     Table,
     Text,
 )
-from camgeom.report.drawing import drawing_sheet
-from camgeom.report.frame import NARROW, WIDE
-from camgeom.report.maps import map_sheet
-from camgeom.report.numerals import number
-from camgeom.report.plots import chart_sheet
-from camgeom.report.polar import polar_sheet
+from camgeom.drawing.drawing import drawing_sheet
+from camgeom.drawing.frame import NARROW, WIDE
+from camgeom.drawing.maps import map_sheet
+from camgeom.drawing.numerals import number
+from camgeom.drawing.plots import chart_sheet
+from camgeom.drawing.polar import polar_sheet
+from camgeom.drawing.sheet import Sheet
 from camgeom.report.poster import poster
 from camgeom.report.scene import scene_json
-from camgeom.report.svg import Sheet
 
 Plot = Chart | Map | Polar | Drawing
 

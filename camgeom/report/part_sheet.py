@@ -8,22 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camgeom import __version__
+from camgeom.drawing.content import Chart, Drawing
+from camgeom.drawing.drawing import drawing_sheet, drawing_size
+from camgeom.drawing.numerals import number
+from camgeom.drawing.paper import PX, Paper
+from camgeom.drawing.paper_pdf import pdf
+from camgeom.drawing.plots import chart_sheet
+from camgeom.drawing.sheet import text_width
 from camgeom.errors import CamgeomError, ExportError
-from camgeom.export.atomic import atomic_write
-from camgeom.report.content import Chart, Drawing
-from camgeom.report.drawing import drawing_sheet, drawing_size
-from camgeom.report.numerals import number
-from camgeom.report.paper import PX, Paper
-from camgeom.report.paper_pdf import pdf
-from camgeom.report.plots import chart_sheet
+from camgeom.export.files import atomic_write
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.design import across, axial
 from camgeom.report.sections.motion import diagrams
-from camgeom.report.svg import text_width
 
 if TYPE_CHECKING:
+    from camgeom.keys import Section
     from camgeom.model import Model
-    from camgeom.spec import Section
 
 WIDTH, HEIGHT = 420.0, 297.0
 """mm, A3 lying"""

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from camgeom.errors import ExportError
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 
 CHOICE = "CAMGEOM_BROWSER"
 """environment variable that names the browser"""

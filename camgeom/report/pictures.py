@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from camgeom.drawing.colours import CARRIER, ROLLER
 from camgeom.export import Body
-from camgeom.maths.mesh import Floats, Mesh
-from camgeom.report.colours import CARRIER, ROLLER
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, placed, poses, roller_meshes
 from camgeom.report.sections.faces import face_bodies
 from camgeom.report.sections.mechanism import SHADES, fields

@@ -12,10 +12,11 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.drawing.colours import CARRIER, FLANK, ROLLER, STEEL, png_rgba
+from camgeom.drawing.content import Scene
+from camgeom.maths import Floats
 from camgeom.maths.creases import crease_lines, shade
-from camgeom.maths.mesh import Floats, Mesh
-from camgeom.report.colours import CARRIER, FLANK, ROLLER, STEEL, png_rgba
-from camgeom.report.content import Scene
+from camgeom.maths.mesh import Mesh
 
 Ints = npt.NDArray[np.int64]
 EYE = (1.0, -1.2, 0.8)

@@ -12,10 +12,10 @@ from base64 import b64encode
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.colours import scale, value_range
-from camgeom.report.content import Axis, Body, Scene
-from camgeom.report.numerals import Ticks, ticks
+from camgeom.drawing.colours import scale, value_range
+from camgeom.drawing.content import Axis, Body, Scene
+from camgeom.drawing.numerals import Ticks, ticks
+from camgeom.maths import Floats
 
 _TOP = 65534
 """largest code of a value; 65535 says that a vertex has none"""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths import Floats
 from camgeom.maths.creases import crease_lines, shade
-from camgeom.maths.mesh import Floats, Ints, Mesh
+from camgeom.maths.mesh import Ints, Mesh
 
 _CUT = "cut"
 _HATCHES = 36
@@ -113,7 +114,7 @@ def _lines_below(lines: Floats, plane: Plane) -> Floats:
 
 def _cap(mesh: Mesh, plane: Plane) -> tuple[Floats, Floats]:
     """Corners (3 n, 3) of the triangles that close the cut, and their outline (e, 2, 3)."""
-    from camgeom.engine import subtract
+    from camgeom.solid.engine import subtract
 
     closed = Mesh(mesh.vertices, mesh.faces)
     height = plane.height(mesh.vertices)

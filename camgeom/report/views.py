@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
 from camgeom.errors import ExportError
 from camgeom.export import Body
-from camgeom.export.atomic import atomic_write
-from camgeom.maths.mesh import Floats
-from camgeom.report.colours import CUT, FLANK, STEEL, scale, value_range
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
 from camgeom.report.opengl import need_opengl
 from camgeom.report.overlay import ColourBar, overlay
 from camgeom.report.skin import Plane, Skin, skin

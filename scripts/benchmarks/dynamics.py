@@ -13,15 +13,15 @@ import numpy as np
 from kit import Plot, Row, Table, best, milli, run, short
 from scipy.integrate import solve_ivp
 
-from camgeom.dynamics.indexing import IndexingDrive
-from camgeom.dynamics.indexing_response import output, steady_state
-from camgeom.dynamics.indexing_sweep import sweep
-from camgeom.dynamics.indexing_system import TorsionSystem
-from camgeom.dynamics.integrators import INTEGRATORS
-from camgeom.dynamics.integrators_accuracy import Accuracy
-from camgeom.dynamics.integrators_grid import Grid, aligned_grid
-from camgeom.dynamics.integrators_solution import Solution
-from camgeom.dynamics.integrators_solve import transient
+from camgeom.dynamics.indexing.drive import IndexingDrive
+from camgeom.dynamics.indexing.response import output, steady_state
+from camgeom.dynamics.indexing.sweep import sweep
+from camgeom.dynamics.indexing.system import TorsionSystem
+from camgeom.dynamics.linear.accuracy import Accuracy
+from camgeom.dynamics.linear.method import INTEGRATORS
+from camgeom.dynamics.linear.solution import Solution
+from camgeom.dynamics.linear.solve import transient
+from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged
 from camgeom.motion import Program, Segment
 

@@ -1,8 +1,9 @@
 """Globoidal cams: solids against measured error, beside one boolean and a union of rollers; maps of a flank.
 
-The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle.py (distance to
-the nearest roller position), which shares no code with what it measures. The peer subtracts a union of roller
-cylinders at equal angles; its wall error falls as the square of their number and its time grows faster than that.
+The cam is a rib cam with eight stops, C = 180. Every error is measured by the oracle of tests/oracle/envelope.py
+(distance to the nearest roller position), which shares no code with what it measures. The peer subtracts a union of
+roller cylinders at equal angles; its wall error falls as the square of their number and its time grows faster than
+that.
 """
 
 from __future__ import annotations
@@ -11,15 +12,15 @@ from typing import Any
 
 import numpy as np
 from kit import Plot, Row, Table, best, milli, run, short
-from oracle import roller_distance, swept_distance, triangle_points
 
 from camgeom.cams.globoidal import STARTER
-from camgeom.flank import Flank
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.solid.cut import IndexingCut
 from camgeom.track import Track
-from camgeom.turret_cut import IndexingCut
+from camgeom.track.flank import Flank
+from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 
 CENTRE, RADIUS, HALF = 180.0, 15.0, np.pi / 8.0
 

@@ -1,9 +1,9 @@
 """Groove cam solids: time against measured error for the direct mesh, one boolean, and a union of rollers.
 
-The cam is profiles/pin_insertion.toml without its keyway. Every error is measured by the oracle of tests/oracle.py
-(distance to the nearest roller position), which shares no code with what it measures. The peer subtracts a union of
-roller cylinders at equal angles; its wall error falls as the square of their number and its time grows faster than that
-number. Without --quick it is run up to 360 rollers; 5 um would need 1740.
+The cam is profiles/pin_insertion.toml without its keyway. Every error is measured by the oracle of
+tests/oracle/envelope.py (distance to the nearest roller position), which shares no code with what it measures. The peer
+subtracts a union of roller cylinders at equal angles; its wall error falls as the square of their number and its time
+grows faster than that number. Without --quick it is run up to 360 rollers; 5 um would need 1740.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 from kit import ROOT, Plot, Row, Table, best, milli, run, short
-from oracle import roller_distance, swept_distance, triangle_points
 
 from camgeom.export import Body, write_mesh
-from camgeom.groove import cylinder_level
 from camgeom.maths.mesh import Mesh
 from camgeom.model import read
-from camgeom.solid import CutBlank, GroovedCylinder
+from camgeom.solid.drum import CutBlank, GroovedCylinder
+from camgeom.track.section import cylinder_level
+from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 
 TURN = 2.0 * np.pi
 RADIUS, TIP, OUTER, START = 11.0, 54.0, 67.0, 18.0

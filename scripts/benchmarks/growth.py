@@ -17,7 +17,7 @@ from kit import ROOT, Plot, Row, Table, run, short
 def one(tolerance: float) -> Row:
     """Make the drum once in this process."""
     from camgeom.model import read
-    from camgeom.solid import GroovedCylinder
+    from camgeom.solid.drum import GroovedCylinder
 
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from kit import Row, Table, best, run, short
 
-from camgeom.dynamics.impact import Regime, State
-from camgeom.dynamics.impact_fixed import solve_fixed
-from camgeom.dynamics.impact_rates import Machine
-from camgeom.dynamics.impact_reference import b1_problem
-from camgeom.dynamics.impact_run import solve
-from camgeom.dynamics.impact_solver import LONGEST_STEP
-from camgeom.dynamics.impact_study import clearance_study
+from camgeom.dynamics.impact.problem import Regime, State
+from camgeom.dynamics.impact.rates import Machine
+from camgeom.dynamics.impact.run import solve
+from camgeom.dynamics.impact.solver import LONGEST_STEP
+from camgeom.dynamics.impact.study import clearance_study
 from camgeom.errors import NotConverged
+from tests.reference.impact_fixed import solve_fixed
+from tests.reference.impact_reference import b1_problem
 
 END = math.radians(140.0)
 

@@ -13,7 +13,7 @@ import numpy as np
 from kit import Table, best, milli, run, short
 
 from camgeom.mechanics.contact import groove_contact
-from camgeom.mechanics.fatigue import roller_life
+from camgeom.mechanics.life import roller_life
 from camgeom.mechanics.load import FollowerForce, FollowerLoad
 from camgeom.mechanics.material import STEEL
 from camgeom.motion import Program, Segment

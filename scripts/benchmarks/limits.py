@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 from kit import ROOT, Row, Table, best, milli, run, short
 
-from camgeom.flank import Flank
 from camgeom.model import read
-from camgeom.solid import GroovedCylinder
+from camgeom.solid.drum import GroovedCylinder
+from camgeom.track.flank import Flank
 
 ELLIPTIC, HYPERBOLIC = 1.5 * 3.0**0.5, 2.0 * 5.0**0.5
 

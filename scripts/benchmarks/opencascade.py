@@ -131,7 +131,7 @@ def tables(quick: bool) -> list[Table]:
     from camgeom import write
     from camgeom.maths.mesh import Mesh
     from camgeom.model import read
-    from camgeom.solid import GroovedCylinder
+    from camgeom.solid.drum import GroovedCylinder
 
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})

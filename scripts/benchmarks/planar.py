@@ -3,7 +3,7 @@
 The cam is the reference disc: base circle 30, roller radius 10, cycloidal rise of 20 mm. The peers, `mechanism` (PyPI)
 and the offsetting of `shapely`, are installed into a throwaway environment (or the folder that CAMGEOM_PEERS names,
 which is kept); without a network they are left out and the table says so. Every error is the distance of vertices and
-edge middles from the nearest roller position, by tests/oracle.py, which shares no code with what it measures.
+edge middles from the nearest roller position, by tests/oracle/envelope.py, which shares no code with what it measures.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def run_peers(folder: Path, out: Path) -> str:
 
 def error(points: np.ndarray, most: int = 1200) -> float:
     """Largest deviation of vertices and edge middles (n, 2) from the true profile, mm."""
-    from oracle import roller_distance, swept_distance
+    from tests.oracle.envelope import roller_distance, swept_distance
 
     def pose(phi):
         r, zero = BASE + ROLLER + lift(phi), np.zeros_like(phi)
@@ -120,8 +120,8 @@ def error(points: np.ndarray, most: int = 1200) -> float:
 def own() -> tuple[list[Row], list[Row]]:
     """Rows of camgeom: profiles of equal angles, profiles of equal error, and solids."""
     from camgeom.model import Model
-    from camgeom.prism import outline_grid
     from camgeom.profile import parse
+    from camgeom.solid.prism import outline_grid
 
     model = Model(parse(PROFILE))
     outline = model.planar.outlines["profile"]
@@ -145,8 +145,8 @@ def row(way: str, points: np.ndarray, seconds: float) -> Row:
 
 def base_circles(found) -> list[Row]:
     """Smallest base circle for 25 degrees, this package's and the peer's, judged by the exact pressure angle."""
+    from camgeom.design.planar import smallest_prime_radius
     from camgeom.model import Model
-    from camgeom.planar_design import smallest_prime_radius
     from camgeom.profile import parse
 
     program = Model(parse(PROFILE)).setup.program

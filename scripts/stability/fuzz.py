@@ -31,7 +31,7 @@ from camgeom.cams import cam_class, kinds  # noqa: E402
 from camgeom.errors import CamgeomError, ProfileError  # noqa: E402
 from camgeom.mechanics.expression import FUNCTIONS, VARIABLES, compile_expression  # noqa: E402
 from camgeom.profile import from_data, parse, read  # noqa: E402
-from camgeom.profile_text import load  # noqa: E402
+from camgeom.profile.text import load  # noqa: E402
 
 LIMIT = 10
 """s that one input may take"""

@@ -9,13 +9,13 @@ import warnings
 from typing import Any
 
 import numpy as np
-from oracle_cams import judges_of
 
-from camgeom.cli_model import finite
+from camgeom.cli.model import finite
 from camgeom.errors import CamgeomError, ProfileError
-from camgeom.job import compute
 from camgeom.model import Model
 from camgeom.profile import from_data
+from camgeom.report.job import compute
+from tests.oracle.cams import judges_of
 
 PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue")
 SAMPLES = 80
@@ -219,7 +219,7 @@ def _verify_jump(model: Model) -> None:
 
 def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
     """Where the margin is negative the roller must cut into its own flank beside the worst place."""
-    from camgeom.flank import Flank
+    from camgeom.track.flank import Flank
 
     survey = min(model.flanks, key=lambda s: s.margin.value)
     at = survey.margin

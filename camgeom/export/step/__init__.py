@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.errors import ExportError
 from camgeom.export import writer
-from camgeom.export.atomic import atomic_write
+from camgeom.export.files import atomic_write
 from camgeom.export.step.brep import Assembly, Facets, Solid
 from camgeom.export.step.file import StepOptions, step_text
 

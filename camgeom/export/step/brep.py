@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
+from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 
-Floats = npt.NDArray[np.float64]
 Colour = tuple[float, float, float]
 """Red, green, blue, each 0 to 1."""
 

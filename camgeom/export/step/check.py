@@ -12,12 +12,10 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.export.step.brep import Face, Loop, Solid, Use, gauss, rule
 from camgeom.export.step.geometry import Plane, SplineSurface, Surface, solve_pairs
-
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
 
 
 @final

@@ -13,7 +13,6 @@ from math import pi
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, DesignError
 from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, vertex
@@ -27,13 +26,13 @@ from camgeom.export.step.sheet import Band
 from camgeom.export.step.solids import TOLERANCE
 from camgeom.export.step.tagged import OUTSIDE, blank_mesh, strip_mesh, subtract_tagged
 from camgeom.export.step.tracing import Crossing, fit_curve, iso_curve
-from camgeom.groove import GrooveSection
+from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.solid import CutBlank
+from camgeom.solid.cut import FlooredSection, IndexingCut
+from camgeom.solid.drum import CutBlank
 from camgeom.track import Track
-from camgeom.turret_cut import FlooredSection, IndexingCut
+from camgeom.track.section import GrooveSection
 
-Floats = npt.NDArray[np.float64]
 SAGS = (0.03, 0.008)
 """mm; of the meshes that settle the topology, tried one after another"""
 EDGE_SHARE = 0.1

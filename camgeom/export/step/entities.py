@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.export.step.brep import Colour, Edge, Face, Facets, Loop, Solid, Vertex
 from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
 from camgeom.export.step.spline import Basis
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
-
-Floats = npt.NDArray[np.float64]
 
 
 def placement(out: Instances, frame: Frame) -> int:

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.export.step.spline import Basis
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 SETTLED = 1e-13
 """share of a parameter range below which the search for a nearest point has arrived"""

@@ -11,20 +11,18 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-from camgeom.blank import Bore
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Solid
 from camgeom.export.step.geometry import WORLD, Cone
 from camgeom.export.step.sheet import Band, sheet
 from camgeom.export.step.solids import TOLERANCE, Outline, bore_outline, closed_solid
 from camgeom.export.step.spline import SurfacePoints
-from camgeom.groove import Column, Level, cylinder_level
-from camgeom.solid import GroovedCylinder, RibbedCylinder
+from camgeom.maths import Floats
+from camgeom.solid.blank import Bore
+from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
 from camgeom.track import Track
-
-Floats = npt.NDArray[np.float64]
+from camgeom.track.section import Column, Level, cylinder_level
 
 
 def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Solid:

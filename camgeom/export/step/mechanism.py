@@ -10,20 +10,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Assembly, Colour, Placed, Solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.parts import model_bodies
 from camgeom.export.step.solids import TOLERANCE, revolved_solid
+from camgeom.maths import Floats
+from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody
 from camgeom.track import TURN, Arc, Swing, Track
-from camgeom.turret_body import STUD_SHARE, StackedTurret, TurretBody
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
 Side = tuple[Point, Point, Point | None, str]
 """an edge of a meridian: its ends (r, z), the centre of its arc or None, its name"""

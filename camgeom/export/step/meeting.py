@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.export.step.geometry import Surface
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 STEPS = 25
 ARRIVED = 1e-11
 """mm; a step below which the search has arrived"""

@@ -17,13 +17,13 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.blank import Blank, Bore
 from camgeom.export.step.geometry import WORLD, Cone, Frame, Plane, SplineSurface, Surface, Torus
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.sheet import Band, fitted
 from camgeom.export.step.spline import SurfaceFit
+from camgeom.maths import Floats
+from camgeom.solid.blank import Blank, Bore
 
-Floats = npt.NDArray[np.float64]
 Box = tuple[tuple[float, float], tuple[float, float]]
 SECTORS = 3
 """faces round a surface of revolution"""

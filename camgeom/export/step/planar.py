@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from camgeom.blank import Bore
 from camgeom.errors import DesignError
 from camgeom.export.step.brep import Solid
 from camgeom.export.step.groove import bore_holes
 from camgeom.export.step.solids import TOLERANCE, Outline, flat_end, prism_solid, wall
-from camgeom.prism import FaceGroove, Loop, Prism
+from camgeom.solid.blank import Bore
+from camgeom.solid.prism import FaceGroove, Loop, Prism
 
 
 def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Solid:

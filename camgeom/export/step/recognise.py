@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from math import atan2
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.export.step.geometry import (
     Circle,
@@ -28,8 +27,8 @@ from camgeom.export.step.geometry import (
     vector,
 )
 from camgeom.export.step.spline import Basis
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 EXACT = 1e-9
 """mm"""
 

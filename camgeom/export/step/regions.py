@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.export.step.tagged import Cut
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Loops = tuple[tuple[tuple[tuple[int, bool], ...], ...], ...]
 

@@ -15,15 +15,14 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.export.step.brep import Colour, Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
 from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus, cross
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.spline import FIRST_SPANS, SurfaceFit, SurfacePoints, fit_bands
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 NOTHING = 1e-7
 """mm; a band narrower than this everywhere is left out, at a knot it ends in a point"""
 MEET = 1e-8

@@ -13,13 +13,12 @@ from math import asin, pi, sqrt
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.export.step.brep import Colour, Face, Loop, Solid
 from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.sheet import Band, Sheet, sheet
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-5
 """mm; default deviation of fitted curves and surfaces, a tenth of what a drawing could ask"""
 

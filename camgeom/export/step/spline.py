@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.intp]
 SurfacePoints = Callable[[Floats, Floats], Floats]
 """Exact points of a surface on a grid: (n,) u and (m,) v -> (n, m, 3) mm."""

@@ -14,16 +14,16 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.blank import Blank
-from camgeom.engine import checked
 from camgeom.errors import DesignError
 from camgeom.export.step.geometry import SplineSurface
 from camgeom.export.step.patches import Patch, Strip
 from camgeom.export.step.spline import SurfaceFit
-from camgeom.solid import cell_faces
+from camgeom.maths import Floats
+from camgeom.solid.blank import Blank
+from camgeom.solid.drum import cell_faces
+from camgeom.solid.engine import checked
 from camgeom.track import Track
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 OUTSIDE = -1
 """tag of triangles that lie outside the blank: backs and caps of groove bodies"""

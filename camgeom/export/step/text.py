@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from camgeom.maths import Floats
+
 DECIMALS = 10
 """of coordinates, mm: far below the uncertainty of any file, and short"""
 

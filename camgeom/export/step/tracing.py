@@ -14,8 +14,8 @@ from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surf
 from camgeom.export.step.meeting import along
 from camgeom.export.step.recognise import curve_of
 from camgeom.export.step.spline import DEGREE, Basis, kit, refined
+from camgeom.maths import Floats
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 STEADY = 0.05
 """least evenness (slowest over mean pace) of a parameter that an edge is a function of"""

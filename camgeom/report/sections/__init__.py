@@ -12,8 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
+from camgeom.drawing.content import Block, Page, Section, Text
 from camgeom.errors import CamgeomError, Problem, ProfileError
-from camgeom.report.content import Block, Page, Section, Text
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding
@@ -98,7 +98,7 @@ def write_report(
     judged: tuple[Finding, ...] | None = None,
 ) -> Path:
     """Write the report as one HTML file, whole or not at all, and give its path; arguments as of `report`."""
-    from camgeom.export.atomic import atomic_write
+    from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
     text = render(report(model, only, judged))

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from camgeom.follower import SwingingFollower, TurretFollower
-from camgeom.maths.mesh import Floats, Mesh
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Swing, Track
+from camgeom.track.follower import SwingingFollower, TurretFollower
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Map, Mark, Panel, Series, Table, Text
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Column, Map, Mark, Panel, Series, Table, Text
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 from camgeom.report.sections.lines import extremes, mark, over_turn, pressure_limit
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
-    from camgeom.duty import Duty
     from camgeom.mechanics.panels import Panels
+    from camgeom.mechanics.roller_duty import Duty
     from camgeom.model import Model
 
 

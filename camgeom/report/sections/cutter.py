@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.flank import Flank
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text
 from camgeom.machining.rest import NOISE
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.machining.outcome import Outcome

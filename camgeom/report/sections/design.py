@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from camgeom.errors import DesignError
-from camgeom.flank import Flank
-from camgeom.maths.mesh import Floats, Mesh
-from camgeom.report.content import (
+from camgeom.drawing.content import (
     Axis,
     Block,
     Chart,
@@ -24,10 +21,14 @@ from camgeom.report.content import (
     Series,
     Text,
 )
-from camgeom.report.numerals import number
+from camgeom.drawing.numerals import number
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, placed, poses, roller_meshes
 from camgeom.report.sections.faces import face_bodies
 from camgeom.track import Swing, Track
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model

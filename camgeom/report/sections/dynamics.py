@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from camgeom.report.content import Block
+from camgeom.drawing.content import Block
 
 if TYPE_CHECKING:
     from camgeom.model import Model

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Literal, final
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table, Text
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table, Text
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 from camgeom.report.sections.lines import mark
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
-    from camgeom.dynamics.follower_jump import Flight
-    from camgeom.dynamics.follower_study import FollowerStudy
+    from camgeom.dynamics.follower.jump import Flight
+    from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.motion.program import Program
 
 TURN = 2.0 * pi
@@ -176,7 +176,7 @@ def stretches(program: Program) -> tuple[Stretch, ...]:
 
 def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | None:
     """Amplitude left in the dwell after each rise and return over the cam speed; None without a dwell."""
-    from camgeom.dynamics.follower_residual import residual_spectrum
+    from camgeom.dynamics.follower.residual import residual_spectrum
 
     moves = stretches(program)
     if not moves:

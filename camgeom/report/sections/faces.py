@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats, Mesh
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 from camgeom.track import Track
 
 if TYPE_CHECKING:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.flank import Flank
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 from camgeom.report.sections.motion import zones
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.survey import Extreme, Survey
+    from camgeom.track.survey import Extreme, Survey
 
 ACROSS, ALONG = 361, 21
 """cells of a map"""

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Mark, Panel, Series, Table, Text
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Mark, Panel, Series, Table, Text
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
-    from camgeom.dynamics.impact_run import ImpactRun
+    from camgeom.dynamics.impact.run import ImpactRun
 
 TURN = 2.0 * pi
 MOST_ROWS = 24

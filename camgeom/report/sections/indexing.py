@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
+from camgeom.drawing.numerals import number
 from camgeom.errors import ProfileError
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
-from camgeom.report.numerals import number
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
-    from camgeom.dynamics.indexing_modes import Mode, Modes
-    from camgeom.dynamics.indexing_response import Response
-    from camgeom.dynamics.indexing_study import IndexingStudy
-    from camgeom.dynamics.indexing_sweep import Sweep
+    from camgeom.dynamics.indexing.modes import Mode, Modes
+    from camgeom.dynamics.indexing.response import Response
+    from camgeom.dynamics.indexing.study import IndexingStudy
+    from camgeom.dynamics.indexing.sweep import Sweep
     from camgeom.motion.program import Program
 
 ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
@@ -73,7 +73,7 @@ def _below(k: int) -> str:
 
 def campbell_chart(found: Modes, speed_rpm: float) -> Chart:
     """Bands of natural frequency over all cam angles, and the harmonics of the turn that excite them."""
-    from camgeom.dynamics.indexing_modes import campbell
+    from camgeom.dynamics.indexing.modes import campbell
 
     low = _low(found)
     top = 1.15 * max(float(mode.frequency_hz().max()) for mode in low)
@@ -222,7 +222,7 @@ def modes_table(found: Modes, speed_rpm: float) -> Table:
 
 def peaks(response: Response) -> Table:
     """Extremes of the outputs and what the drive does in the dwell."""
-    from camgeom.dynamics.indexing_response import OUTPUTS
+    from camgeom.dynamics.indexing.response import OUTPUTS
 
     rows: list[tuple[Cell, ...]] = []
     for name, meaning in OUTPUTS.items():

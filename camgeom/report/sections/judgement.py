@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.report.content import Block, Column, Figure, Finding, Page, Section, Table
-from camgeom.report.numerals import number
+from camgeom.drawing.content import Block, Column, Figure, Finding, Page, Section, Table
+from camgeom.drawing.numerals import number
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding as Judged

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.report.content import Axis, Block, Cell, Chart, Column, Mark, Panel, Polar, Series, Table
-from camgeom.report.numerals import number
+from camgeom.drawing.content import Axis, Block, Cell, Chart, Column, Mark, Panel, Polar, Series, Table
+from camgeom.drawing.numerals import number
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -31,7 +31,7 @@ def life(model: Model) -> tuple[Block, ...]:
 
 def hot_spot(model: Model) -> Polar | None:
     """Damage round the roller's circumference in 1000 hours, at the quoted place; None without load."""
-    from camgeom.mechanics.fatigue import damage_profile
+    from camgeom.mechanics.life import damage_profile
 
     duty = model.duty
     life_h = float(duty.roller_life.life_h)

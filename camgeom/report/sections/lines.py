@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import Limit, Mark
-from camgeom.report.numerals import number
+from camgeom.drawing.content import Limit, Mark
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.mechanics.panels import Panels

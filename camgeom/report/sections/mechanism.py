@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.flank import Flank
-from camgeom.maths.mesh import Floats, Mesh
-from camgeom.report.content import Axis, Block, Body, Scene, Shade
+from camgeom.drawing.content import Axis, Block, Body, Scene, Shade
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, kept, poses, roller_meshes
 from camgeom.report.sections.faces import face_bodies
 from camgeom.report.sections.motion import units
 from camgeom.track import TURN, Track
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -160,7 +161,7 @@ def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
 
 def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDArray[np.intp]) -> Floats:
     """Least distance (v,) of points from the roller as it passes, mm."""
-    from camgeom.clearance import roller_distance
+    from camgeom.track.clearance import roller_distance
 
     out = np.full(len(points), np.inf)
     offsets = np.linspace(-WINDOW, WINDOW, STEPS)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Mark, Panel, Series, Table, Text, Zone
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Mark, Panel, Series, Table, Text, Zone
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.model import Model

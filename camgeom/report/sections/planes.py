@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import (
+from camgeom.drawing.content import (
     CAM_ANGLE,
     Axis,
     Block,
@@ -23,17 +22,18 @@ from camgeom.report.content import (
     Text,
     Zone,
 )
-from camgeom.report.numerals import number
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 from camgeom.report.sections.lines import extremes, mark, over_turn, pressure_limit
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.face_duty import PlanarDrive
     from camgeom.model import Model
-    from camgeom.outline_touch import Contacting
-    from camgeom.planar import Planar
-    from camgeom.planar_force import PlanarDrive
-    from camgeom.planar_pair import PairResidual
-    from camgeom.survey import Survey
+    from camgeom.track.pair import PairResidual
+    from camgeom.track.planar import Planar
+    from camgeom.track.survey import Survey
+    from camgeom.track.touch import Contacting
 
 PER_TURN = 720
 STEEPEST = 1e4

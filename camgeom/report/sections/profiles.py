@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats, Mesh
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 
 if TYPE_CHECKING:
     from camgeom.model import Model

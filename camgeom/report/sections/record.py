@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from camgeom.report.content import Block, Cell, Column, Cost, Table
-from camgeom.spec import Section
+from camgeom.drawing.content import Block, Cell, Column, Cost, Table
+from camgeom.keys import Section
 
 if TYPE_CHECKING:
     from camgeom.model import Model

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.maths.mesh import Floats
-from camgeom.report.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Map, Mark, Panel, Series, Table, Text
-from camgeom.report.numerals import number
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Map, Mark, Panel, Series, Table, Text
+from camgeom.drawing.numerals import number
+from camgeom.maths import Floats
 from camgeom.report.sections.lines import mark, pressure_limit
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
-    from camgeom.turret_duty import TurretDuty
 
 FEW = 4
 """rollers that get a line style and a name of their own"""

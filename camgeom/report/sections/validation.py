@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from camgeom.drawing.content import Block, Cell, Column, Table
+from camgeom.drawing.numerals import number
 from camgeom.errors import CamgeomError
-from camgeom.flank import Flank
-from camgeom.report.content import Block, Cell, Column, Table
-from camgeom.report.numerals import number
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.survey import Survey
+    from camgeom.track.survey import Survey
 
 STEP = 1e-5
 """rad, of the difference quotients; their own error is the step squared times the third derivative"""
@@ -135,7 +135,7 @@ def conventions(model: Model) -> tuple[Block, ...]:
     from typing import get_args
 
     from camgeom.mechanics.curvature import Convention
-    from camgeom.mechanics.fatigue import roller_life
+    from camgeom.mechanics.life import roller_life
 
     duty, radius = model.duty, quoted(model.setup)
     rows: list[tuple[Cell, ...]] = []

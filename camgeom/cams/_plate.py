@@ -1,0 +1,130 @@
+"""How planar cams carry their followers: arms, slides, rollers; bores and marks; and what cannot be built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, cos, pi, sin
+
+import numpy as np
+
+from camgeom.errors import Problem
+from camgeom.motion.program import Program
+from camgeom.solid.blank import Bore
+from camgeom.solid.prism import Loop
+from camgeom.track import Joint, Meridian, Slide, Swing, Track, Vector
+from camgeom.track.outline import CircleOutline
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm about a pivot at (centre, 0): way +1 with its contact on the +Y side, where lift turns it clockwise."""
+
+    centre: float
+    way: float
+
+    @property
+    def joint(self) -> Swing:
+        """The turning joint; its coordinate grows with the lift."""
+        return Swing((0.0, 0.0, -self.way), (self.centre, 0.0, 0.0))
+
+    def point(self, arm: float, angle: float) -> Vector:
+        """The end of an arm that stands at `angle` (rad) from the line of centres, towards its own side."""
+        return self.centre - arm * cos(angle), self.way * arm * sin(angle), 0.0
+
+
+def arm_angle(centre: float, arm: float, prime: float) -> float:
+    """Angle at the pivot between the line of centres and an arm whose end is `prime` from the cam axis, rad."""
+    return acos((centre**2 + arm**2 - prime**2) / (2.0 * centre * arm))
+
+
+def roller_track(
+    name: str,
+    program: Program,
+    sense: float,
+    anchor: Vector,
+    joint: Joint,
+    meridian: Meridian,
+    contact: tuple[float, float],
+    shift: float = 0.0,
+    tip_high: bool = False,
+    sides: tuple[float, ...] | None = None,
+) -> Track:
+    """The track of a roller whose axis is parallel to the cam's; contact: heights z; tip_high: its free end is above.
+
+    The roller of an external profile works on the side towards the cam axis.
+    """
+    low, high = contact
+    return Track(
+        meridian=meridian,
+        joint=joint,
+        anchor=anchor,
+        axis=(0.0, 0.0, 1.0),
+        tip=high if tip_high else low,
+        contact=contact,
+        program=program,
+        sense=sense,
+        shift=shift,
+        name=name,
+        sides=(-sense,) if sides is None else sides,
+    )
+
+
+SLIDE = Slide((1.0, 0.0, 0.0))
+
+
+def triangle_problem(key: str, centre: float, arm: float, prime: float, what: str) -> Problem | None:
+    """The problem of an arm, a centre distance and a prime radius that form no triangle, or None."""
+    if abs(centre - arm) < prime < centre + arm:
+        return None
+    limit = f"such that {what} {arm:g}, centre distance {centre:g} and prime radius form a triangle: the prime radius "
+    limit += f"{prime:g} mm must lie between {abs(centre - arm):g} and {centre + arm:g} mm"
+    return problem(key, centre, limit)
+
+
+def swing_problem(start: float, program: Program, key: str = "motion.to") -> Problem | None:
+    """The problem of an arm that starts at `start` (rad) and is swung into line with the line of centres, or None."""
+    low, high = lift_range(program)
+    if start + low > 0.0 and start + high < pi:
+        return None
+    limit = f"{np.degrees(-start):.6g} .. {180.0 - np.degrees(start):.6g} deg, where the arm comes into line"
+    return problem(key, float(np.degrees(high if start + high >= pi else low)), limit)
+
+
+def bore_problems(bore: float, keyway_width: float, keyway_depth: float, radius: float) -> list[Problem]:
+    """What is wrong with a bore and keyway in a disc whose material reaches in to `radius`, mm."""
+    if not bore:
+        return [problem("cam.keyway_width", keyway_width, "0 without a bore")] if keyway_width else []
+    if bool(keyway_width) != bool(keyway_depth) or keyway_width >= bore:
+        return [problem("cam.keyway_width", keyway_width, f"below the bore {bore:g} mm, with a keyway_depth")]
+    reach = Bore(bore, keyway_width, keyway_depth).reach
+    if reach >= radius:
+        return [problem("cam.bore", bore, f"outline (reaches {reach:g} mm) inside the base circle {radius:g} mm")]
+    return []
+
+
+def mark_loops(diameter: float, radius: float, sense: float) -> tuple[Loop, ...]:
+    """A phase mark: a hole through the disc on the side where the follower's line lies a quarter turn later."""
+    if not diameter:
+        return ()
+    return (Loop(CircleOutline(0.5 * diameter, (0.0, -sense * radius)), "mark"),)
+
+
+def mark_problems(diameter: float, radius: float | None, inside: float, bore_reach: float) -> list[Problem]:
+    """What is wrong with a phase mark between the bore and the smallest radius of the profile."""
+    if not diameter:
+        return [] if radius is None else [problem("cam.mark_radius", radius, "none without a mark_diameter")]
+    low, high = bore_reach + 0.5 * diameter, inside - 0.5 * diameter
+    if radius is None or not low < radius < high:
+        return [problem("cam.mark_radius", radius, f"between {low:g} and {high:g} mm, between bore and profile")]
+    return []
+
+
+def lift_range(program: Program) -> tuple[float, float]:
+    """Smallest and largest lift of a program, mm or rad."""
+    least, most = program.extremes(0)
+    return float(least.value), float(most.value)
+
+
+def problem(key: str, value: object, allowed: str) -> Problem:
+    """A value that cannot be built, with its allowed range."""
+    return Problem(key, "cannot be built", value, allowed)

@@ -1,0 +1,263 @@
+"""The `camgeom` command: arguments, exit statuses, messages. The only place that prints or exits.
+
+Exit status: 0 good; 1 the design fails a check (everything asked for is still written); 2 bad input or usage; 3 a
+numerical method or a file failed; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import NoReturn
+
+from camgeom.errors import CamgeomError
+
+EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
+
+
+class UsageError(CamgeomError):
+    """Wrong arguments; the text says which and what is allowed."""
+
+    exit_status = 2
+
+
+@dataclass(frozen=True)
+class Command:
+    """One subcommand: `handler` is "module:function" of (arguments, Console) -> exit status, imported when it runs;
+    `options` names functions of this module that add its arguments."""
+
+    name: str
+    help: str
+    handler: str
+    options: tuple[str, ...] = ()
+
+
+_MODEL = ("profile", "delivery")
+COMMANDS: tuple[Command, ...] = (
+    Command("run", "everything the profile asks for: solid, checks, solvers, exports, report",
+            "camgeom.cli.model:run", _MODEL),
+    Command("build", "the solid and its files", "camgeom.cli.model:run", _MODEL),
+    Command("check", "judge the design; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
+    Command("solve", "contact, life and dynamics; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
+    Command("report", "the report page", "camgeom.cli.model:run", _MODEL),
+    Command("study", "one row per variant of a profile, CSV and plot", "camgeom.cli.study:run", ("profile", "study")),
+    Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("json",)),
+    Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
+    Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
+            "camgeom.cli.design:run", ("design",)),
+    Command("formats", "the file formats with what each is for", "camgeom.cli.tables:formats", ("json",)),
+    Command("inspect", "form deviation of measured points after their best fit to the flanks",
+            "camgeom.cli.inspect:run", ("profile", "inspect")),
+    Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("schema",)),
+)
+"""Every subcommand; one line adds one."""
+
+
+class Console:
+    """Where a command writes: results to stdout, everything else to stderr."""
+
+    @property
+    def lively(self) -> bool:
+        """True where stderr is a terminal, so that progress may be shown."""
+        return sys.stderr.isatty()
+
+    def out(self, text: str) -> None:
+        """A line of the result."""
+        print(text)
+
+    def err(self, text: str) -> None:
+        """A message for the user."""
+        print(text, file=sys.stderr)
+
+    def progress(self, text: str) -> None:
+        """A passing line on the terminal that the next one replaces; an empty text clears it."""
+        if self.lively:
+            width = max(20, min(200, _terminal_width())) - 1
+            print(f"\r\x1b[K{text[:width]}", end="", file=sys.stderr, flush=True)
+
+
+def _terminal_width() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns
+    except (OSError, ValueError):
+        return 80
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse that raises instead of exiting, with the nearest spelling of what it does not know."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{_plainer(message)}; see {self.prog} --help")
+
+
+def _plainer(message: str) -> str:
+    import re
+
+    from camgeom.spelling import did_you_mean
+
+    unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose", message, re.DOTALL)
+    if unknown:
+        names = [command.name for command in COMMANDS]
+        hint = did_you_mean(unknown[1], names)
+        return f"unknown command {unknown[1][:60]!r}; {hint or 'known: ' + ', '.join(names)}"
+    return message.replace("the following arguments are required:", "missing:")
+
+
+def parser(chosen: str | None = None) -> argparse.ArgumentParser:
+    """The argument parser; with a chosen command only that one is fully built."""
+    from camgeom import __version__
+
+    top = _Parser(prog="camgeom", description="Exact cam geometry from one profile.", epilog=EPILOG, allow_abbrev=False)
+    top.add_argument("--version", action="version", version=f"camgeom {__version__}")
+    below = top.add_subparsers(metavar="COMMAND", dest="command", required=True, parser_class=_Parser)
+    for command in COMMANDS:
+        sub = below.add_parser(
+            command.name, help=command.help, description=command.help, epilog=EPILOG, allow_abbrev=False
+        )
+        if chosen in (None, command.name):
+            for option in command.options:
+                _OPTIONS[option](sub)
+    return top
+
+
+def _add_profile(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("profile", metavar="PROFILE", help="the TOML profile")
+
+
+def _add_json(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--json", action="store_true", help="print the result as JSON and nothing else")
+
+
+def _add_delivery(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
+    sub.add_argument("--tolerance", metavar="MM", help="chord error of the mesh, mm, instead of the profile's")
+    sub.add_argument("--formats", metavar="LIST",
+                     help="file formats, for example stl,step, instead of the profile's; `list` prints them all")
+    sub.add_argument("--only", metavar="NAME,...",
+                     help="only these products (solid, checks, contact, ...); report: these sections")
+    sub.add_argument("--explain", action="store_true", help="say what was computed, what it cost, what was skipped")
+    _add_json(sub)
+
+
+def _add_study(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
+                     help="a profile key and its values: N from A to B (A:B:N:log in equal ratios), or a list "
+                          "KEY=a,b,c; repeat for a grid")
+    sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
+    sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
+    sub.add_argument("--jobs", metavar="N", help="worker processes, default one per core")
+    _add_json(sub)
+
+
+def _add_new(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("kind", metavar="KIND", help="the cam kind")
+    sub.add_argument("file", metavar="FILE", nargs="?", help="where to write it; default stdout")
+
+
+def _add_schema(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
+
+
+def _add_inspect(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("points", metavar="POINTS", help="CSV with columns x, y, z or angle, radius, z; mm, deg")
+    sub.add_argument("--probe-radius", metavar="MM", help="where the points are centres of the probe's ball; default 0")
+    sub.add_argument("--fit", metavar="WHAT", default="axial",
+                     help="none, angle (about the axis), axial (angle and shift along it; default), rigid (all six)")
+    sub.add_argument("--limit", metavar="MM", help="largest deviation allowed; beyond it the exit status is 1")
+    sub.add_argument("--out", metavar="DIR", help="write inspection.json and inspection.csv there")
+    _add_json(sub)
+
+
+def _add_design(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal, disc, conjugate or constant-width")
+    sub.add_argument("file", metavar="FILE", nargs="?", help="where to write the profile; default stdout")
+    sub.add_argument("--stops", metavar="N", help="globoidal: stops in one turn of the turret")
+    sub.add_argument("--motion-angle", metavar="DEG", help="cam angle of the motion")
+    sub.add_argument("--ratio", metavar="KD", help="time of motion over time of dwell, instead of the angle")
+    sub.add_argument("--center-distance", metavar="MM", help="cam axis to turret axis")
+    sub.add_argument("--envelope", metavar="MM", help="length that cam and turret may take, instead of the distance")
+    sub.add_argument("--speed", metavar="RPM", help="cam speed, default 60 r/min")
+    sub.add_argument("--inertia", metavar="KGM2", help="turret and load, default 0.1 kg m2")
+    sub.add_argument("--torque", metavar="NM", help="load on the turret against the motion, default 0")
+    sub.add_argument("--life", metavar="H", help="life of rollers, bearings and cam, default 20000 h")
+    sub.add_argument("--name", metavar="TEXT", help="the profile's name")
+    sub.add_argument("--profile", metavar="FILE", help="planar cams: motion and follower to design for; or the starter")
+    sub.add_argument("--pressure-angle", metavar="DEG", help="planar cams: largest pressure angle")
+    sub.add_argument("--convex-radius", metavar="MM", help="planar cams: smallest convex radius, default no undercut")
+    sub.add_argument("--contact-pressure", metavar="MPA", help="planar cams: largest contact pressure")
+    sub.add_argument("--best-offset", action="store_true", help="planar cams: choose the slide's offset as well")
+    _add_json(sub)
+
+
+_OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
+    "profile": _add_profile,
+    "delivery": _add_delivery,
+    "json": _add_json,
+    "study": _add_study,
+    "new": _add_new,
+    "schema": _add_schema,
+    "design": _add_design,
+    "inspect": _add_inspect,
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit status; every error is one message on stderr."""
+    console = Console()
+    words = list(sys.argv[1:] if argv is None else argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A name in letters that the terminal lacks must not end the command.
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        status = _run(words, console)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return status
+    except CamgeomError as error:
+        return _failed(console, f"camgeom: {error}", error.exit_status)
+    except KeyboardInterrupt:
+        return _failed(console, "camgeom: interrupted", 130)
+    except BrokenPipeError:
+        _discard_output()
+        return 0
+    except MemoryError:
+        return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
+    except OSError as error:
+        _discard_output()
+        where = f"{error.filename}: " if error.filename else ""
+        return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
+    except Exception as error:
+        if os.environ.get("CAMGEOM_DEBUG") == "1":
+            raise
+        reason = " ".join(str(error).split())[:200]
+        hint = "set CAMGEOM_DEBUG=1 to see where"
+        return _failed(console, f"camgeom: {type(error).__name__}: {reason}; this is a bug ({hint})", 3)
+
+
+def _discard_output() -> None:
+    """Point stdout, which nobody reads or which cannot be written, elsewhere: the interpreter flushes it once more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _failed(console: Console, text: str, status: int) -> int:
+    console.progress("")
+    console.err(text)
+    return status
+
+
+def _run(words: list[str], console: Console) -> int:
+    chosen = next((word for word in words if not word.startswith("-")), None)
+    try:
+        arguments = parser(chosen).parse_args(words)
+    except SystemExit as leaving:  # --help and --version
+        return int(leaving.code or 0)
+    command = next(command for command in COMMANDS if command.name == arguments.command)
+    module, _, function = command.handler.partition(":")
+    status: int = getattr(import_module(module), function)(arguments, console)
+    return status

@@ -1,0 +1,257 @@
+"""`camgeom run`, `build`, `check`, `solve`, `report`: read a profile, compute what is asked, write and print it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from camgeom.cli import Console, UsageError
+from camgeom.errors import DesignError, ExportError, Problem, ProfileError
+from camgeom.profile.sections import TOLERANCE_RANGE
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.report.job import Result
+
+QUIET_FOR = 1.0
+"""s; progress is shown on a terminal after this"""
+
+
+def run(arguments: argparse.Namespace, console: Console) -> int:
+    """Carry out one of the commands on a model; returns the exit status."""
+    from camgeom.model import Model
+    from camgeom.profile import read
+    from camgeom.report.job import chosen, compute, explain, with_costs, write_result
+
+    if arguments.formats == "list":
+        from camgeom.cli.text import format_lines
+
+        for line in format_lines(arguments.json):
+            console.out(line)
+        return 0
+    tolerance = _tolerance(arguments.tolerance)
+    only = names(arguments.only, "--only")
+    sections = _sections(only) if arguments.command == "report" and only else None
+    products, checks = (_shown(sections), None) if sections else chosen(arguments.command, only)
+    refuse_nameless(arguments.out)
+    profile = read(arguments.profile)
+    formats = _formats(arguments, profile.output.formats, products)
+    # A command that only judges or solves leaves no trace unless a folder is named.
+    writes = arguments.out is not None or bool({"exports", "report"} & set(products))
+    folder = output_folder(arguments.out, profile.name)
+    if writes:
+        refuse_unwritable(folder)
+    model = Model(profile, tolerance, progress(console))
+    result = compute(model, products, checks)
+    files, complete = _export(model, result, formats, folder, console) if "exports" in products else ([], True)
+    page = _report(model, folder, sections, result if "checks" in products else None) if "report" in products else None
+    files += [page] if page is not None else []
+    files += _extras(model, folder, formats, page, result, console)
+    result.data["files"] = [str(file) for file in files]
+    result.data.update(model.ledger.notes)
+    result = with_costs(result, model)
+    if arguments.explain:
+        result.data["explain"] = explain(model, products)
+    result = replace(result, data=finite(result.data))
+    if writes:
+        files.append(write_result(result, folder))
+    console.progress("")
+    _print(result, arguments, console, files)
+    return 0 if result.passed and complete else 1
+
+
+def finite(value: Any) -> Any:
+    """Plain data with null for every number that JSON cannot say (an endless life, a curvature at a cusp)."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def _print(result: Result, arguments: argparse.Namespace, console: Console, files: list[Path]) -> None:
+    if arguments.json:
+        console.out(json.dumps(result.data, indent=2, allow_nan=False))
+        return
+    from camgeom.cli.text import summary
+
+    for line in summary(result, files):
+        console.out(line)
+    for line in result.data.get("explain", ()):
+        console.out(line)
+
+
+def progress(console: Console) -> ProgressObserver | None:
+    """An observer of computed facts that shows the one under way; None where nobody looks."""
+    return ProgressObserver(console) if console.lively else None
+
+
+class ProgressObserver:
+    """Shows the fact that is being computed, once a command takes longer than QUIET_FOR."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._began = perf_counter()
+
+    def __call__(self, event: str, name: str, seconds: float) -> None:
+        """Called by the model at the start and the end of every fact."""
+        elapsed = perf_counter() - self._began
+        if elapsed > QUIET_FOR:
+            done = f"done in {seconds:.1f} s" if event == "done" else "..."
+            self._console.progress(f"{elapsed:6.1f} s  {name.replace('_', ' ')} {done}")
+
+
+def _tolerance(text: str | None) -> float | None:
+    """The --tolerance in mm. Raises UsageError where it is no number in range."""
+    if text is None:
+        return None
+    low, high = TOLERANCE_RANGE
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not (isfinite(value) and low <= value <= high):
+        raise UsageError(f"--tolerance: needs a number of mm (found {text[:60]!r}); allowed: {low:g} to {high:g} mm")
+    return value
+
+
+def names(text: str | None, option: str) -> tuple[str, ...] | None:
+    """The names in a comma-separated option. Raises UsageError where it is empty."""
+    if text is None:
+        return None
+    found = tuple(word.strip() for word in text.split(",") if word.strip())
+    if not found:
+        raise UsageError(f"{option}: needs at least one name")
+    return found
+
+
+def _formats(
+    arguments: argparse.Namespace, profiled: tuple[str, ...], products: tuple[str, ...]
+) -> tuple[str, ...]:
+    """The formats asked for, each known to a writer. Raises ProfileError naming all that are not.
+
+    A command that exports nothing but reports brings pictures and pages along where --formats names them.
+    """
+    given = names(arguments.formats, "--formats")
+    exporting = "exports" in products
+    if not exporting and "report" not in products:
+        return ()
+    from camgeom.report.extras import EXTRAS
+    from camgeom.report.files import format_of
+
+    wanted = given if given is not None else profiled if exporting else ()
+    problems = []
+    for i, name in enumerate(wanted):
+        plain = name.lower().lstrip(".")
+        if plain in EXTRAS:
+            continue
+        try:
+            if not exporting:
+                raise ExportError(f"a report brings along {', '.join(EXTRAS)}; the others come from build and run")
+            format_of(name.lower())
+        except ExportError as error:
+            key = f"output.formats[{i}]" if given is None else "--formats"
+            problems.append(Problem(key, f"unknown format ({error})" if exporting else str(error), name))
+    if problems:
+        raise ProfileError(problems, arguments.profile if given is None else "")
+    return tuple(dict.fromkeys(name.lower().lstrip(".") for name in wanted))
+
+
+def slug(name: str) -> str:
+    """A name as a safe folder or file name: lower-case ASCII letters, digits and hyphens, at most 80."""
+    import re
+    import unicodedata
+
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    word = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:80].rstrip("-")
+    # Names of devices on Windows are no file names there.
+    reserved = re.fullmatch(r"con|prn|aux|nul|com\d|lpt\d", word)
+    return f"{word}-cam" if reserved else word or "cam"
+
+
+def output_folder(given: str | None, name: str) -> Path:
+    """The output folder: the one given, else exports/<name>."""
+    return Path("exports") / slug(name) if given is None else Path(given)
+
+
+def refuse_nameless(folder: str | None) -> None:
+    """Raise UsageError for an --out that names no folder."""
+    if folder is not None and (not folder.strip() or "\x00" in folder):
+        raise UsageError("--out: needs the name of a folder")
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Raise ExportError before anything is computed where the folder cannot be made or written in."""
+    try:
+        there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+        problem = "is a file, not a folder" if not there.is_dir() else ""
+        problem = problem or ("" if os.access(there, os.W_OK | os.X_OK) else "may not be written in (no permission)")
+    except OSError as error:
+        there, problem = folder, error.strerror or str(error)
+    if problem:
+        raise ExportError(f"{there}: {problem}; choose another folder with --out")
+
+
+def _export(
+    model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
+) -> tuple[list[Path], bool]:
+    """Write the formats, and whether all could be; what the design does not admit is told and left out."""
+    from camgeom.report.extras import EXTRAS
+    from camgeom.report.files import format_of, write
+
+    stem, complete = slug(model.profile.name), True
+    written: list[Path] = []
+    for name in formats:
+        if name in EXTRAS:
+            continue
+        form = format_of(name)
+        if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
+            continue
+        if form.takes == "machining" and "cutter" in dict(result.unanswered):
+            complete = False  # the summary says why, once for all these formats
+            continue
+        path = folder / f"{stem}{form.extension}"
+        try:
+            write(model, path)
+            written.append(path)
+        except DesignError as error:
+            console.err(f"camgeom: {error}")
+            complete = False
+    return written, complete
+
+
+def _extras(
+    model: Model, folder: Path, formats: tuple[str, ...], page: Path | None, result: Result, console: Console
+) -> list[Path]:
+    """Stills, movies and the printed page; where this machine cannot make one, a message says why, the rest goes on."""
+    from camgeom.report.extras import EXTRAS, write_extras
+
+    kinds = tuple(name for name in formats if name in EXTRAS)
+    if not kinds:
+        return []
+    return write_extras(model, folder, slug(model.profile.name), kinds, page, bool(result.refused), console.err)
+
+
+def _sections(only: tuple[str, ...]) -> tuple[str, ...]:
+    """The sections of a report that holds nothing else. Raises ProfileError for an unknown one."""
+    from camgeom.report.sections import chosen
+
+    return chosen(only)
+
+
+def _shown(sections: tuple[str, ...]) -> tuple[str, ...]:
+    """Products of a report of some sections: the page computes what it shows, and only the checks are judged too."""
+    return ("checks", "report") if "checks" in sections else ("report",)
+
+
+def _report(model: Model, folder: Path, sections: tuple[str, ...] | None, judged: Result | None) -> Path:
+    """Write the report page, of all sections or some, with the findings where they are known."""
+    from camgeom.report.sections import write_report
+
+    return write_report(model, folder / "report.html", sections, judged.findings if judged else None)

@@ -1,0 +1,168 @@
+"""`camgeom study`: a table of variants as CSV, a plot, and a short summary."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camgeom.cli import Console, UsageError
+from camgeom.cli.model import finite, names, output_folder, refuse_nameless, refuse_unwritable
+from camgeom.cli.text import aligned, number
+from camgeom.design.study import Figures, Row, Study, axis
+from camgeom.report.job import PRODUCTS, chosen, compute
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+STUDIED = ("motion", "flank", "checks", "contact", "fatigue")
+"""Products of a study where none are named: everything that needs no solid."""
+MOVING = ("dynamics", "impact", "operation")
+"""tables of a profile whose keys, when they are varied, ask for the dynamics too"""
+SHOWN = 20
+"""rows shown on the terminal; the CSV file has all"""
+
+
+FIGURES = (
+    "flank.max_pressure_angle_deg",
+    "flank.undercut_margin",
+    "contact.peak_pressure_mpa",
+    "fatigue.roller_life_h",
+    "cutter.most_rest_mm",
+    "cutter.least_rest_mm",
+    "dynamics.amplification",
+    "dynamics.impact.over_turns.peak_acceleration_rad_s2.mean",
+    "dynamics.impact.over_turns.peak_acceleration_m_s2.mean",
+)
+"""columns shown on the terminal"""
+
+
+def run(arguments: argparse.Namespace, console: Console) -> int:
+    """Carry out a study; returns 0 once every variant is a row."""
+    from camgeom.profile import read_data
+
+    refuse_nameless(arguments.out)
+    only = names(arguments.only, "--only")
+    products, checks = (STUDIED, _light_checks()) if only is None else chosen("run", only)
+    if left := {"exports", "report"} & set(products):
+        allowed = ", ".join(name for name in PRODUCTS if name not in left)
+        raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
+    data = read_data(arguments.profile)
+    axes = tuple(axis(text) for text in arguments.vary)
+    if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
+        products = (*products, "dynamics")
+    if only is None and any(one.path[0] == "cutter" for one in axes):
+        products = (*products, "cutter")
+    study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
+    name = str(data.get("name", Path(arguments.profile).stem))
+    folder = output_folder(arguments.out, name)
+    refuse_unwritable(folder)
+    rows = []
+    for row in study.rows(_jobs(arguments.jobs)):
+        rows.append(row)
+        console.progress(f"{len(rows)} of {len(study)} variants")
+    console.progress("")
+    table = as_table(study, rows)
+    files = [write_csv(table, folder / "study.csv"), write_page(study, rows, name, folder / "study.html")]
+    if arguments.json:
+        varied = {one.key: list(one.values) for one in axes}
+        result = {"name": name, "varied": varied, "rows": table, "files": [str(file) for file in files]}
+        console.out(json.dumps(finite(result), indent=2, allow_nan=False))
+        return 0
+    for line in summary(study, rows, table):
+        console.out(line)
+    for file in files:
+        console.out(f"  wrote {file}")
+    return 0
+
+
+def _jobs(text: str | None) -> int | None:
+    if text is None:
+        return None
+    if not text.isdecimal() or not 1 <= int(text[:6]) <= 256:
+        raise UsageError(f"--jobs: needs a whole number of processes (found {text[:60]!r}); allowed: 1 to 256")
+    return int(text)
+
+
+def _light_checks() -> tuple[str, ...]:
+    """The checks that need no solid."""
+    from camgeom.checks import checks
+
+    return tuple(name for name, one in checks().items() if "solid" not in one.needs)
+
+
+def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None) -> tuple[Figures, str, str]:
+    """The figures of one variant, its status and the reason of that."""
+    result = compute(model, products, checks)
+    figures: Figures = {}
+    for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
+        figures |= _flat(result.data.get(section, {}), section)
+    for finding in result.findings:
+        name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
+        figures[name] = finite(finding.value)
+    failed = [finding.check for finding in result.findings if not finding.passed]
+    reason = result.refused or "; ".join([*(why for _, why in result.unanswered), *dict.fromkeys(failed)])
+    return figures, "good" if result.passed else "fails", reason
+
+
+def _flat(data: dict[str, Any], name: str) -> Figures:
+    """The numbers of a table and of the tables in it, by dotted names."""
+    found: Figures = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{name}.{key}")
+        elif value is None or isinstance(value, bool | int | float):
+            found[f"{name}.{key}"] = finite(value)
+    return found
+
+
+def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
+    """The rows as records that all have the same columns."""
+    figures = dict.fromkeys(key for row in rows for key in row.figures)
+    keys = [one.key for one in study.axes]
+
+    def record(row: Row) -> dict[str, Any]:
+        measured = {key: row.figures.get(key) for key in figures}
+        return {**dict(zip(keys, row.values)), "status": row.status, **measured, "reason": row.reason}
+
+    return [record(row) for row in rows]
+
+
+def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
+    """The records as CSV, numbers with all their digits; the file appears whole or not at all."""
+    from camgeom.export.files import atomic_write
+
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(table[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: "" if value is None else value for key, value in record.items()} for record in table)
+    with atomic_write(path) as stream:
+        stream.write(text.getvalue().encode())
+    return path
+
+
+def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
+    """The page with the plot; the file appears whole or not at all."""
+    from camgeom.cli.study_page import page
+    from camgeom.export.files import atomic_write
+    from camgeom.report.page import render
+
+    text = render(page(study, rows, name))
+    with atomic_write(path) as stream:
+        stream.write(text.encode())
+    return path
+
+
+def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[str]:
+    """How many variants there are of each status, and the first of them."""
+    counts = {status: sum(row.status == status for row in rows) for status in dict.fromkeys(row.status for row in rows)}
+    lines = [f"{len(rows)} variants: " + ", ".join(f"{count} {status}" for status, count in counts.items())]
+    columns = [one.key for one in study.axes] + ["status"]
+    columns += [key for key in FIGURES if key in table[0]] + ["reason"]
+    cells = [[number(record[key])[:60] for key in columns] for record in table[:SHOWN]]
+    lines += [f"  {line}" for line in aligned([columns, *cells])]
+    return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the CSV file"]

@@ -1,0 +1,1 @@
+"""Many models: studies, and the choice of sizes from a requirement."""

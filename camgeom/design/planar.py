@@ -1,0 +1,221 @@
+"""Design helpers of planar cams: the smallest cam for given limits, tool paths, balance of the disc.
+
+Smallest radii with a closed form are exact maxima over the motion; the others are roots of the worst margin over the
+turn, whose extremes are refined, so that they are good to rounding as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import atan2, degrees, hypot, inf, pi, sqrt, tan
+from typing import Any, final
+
+import numpy as np
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.mechanics.panels import bracketed_root
+from camgeom.model import Model
+from camgeom.motion.program import Program
+from camgeom.profile import Profile
+from camgeom.solid.prism import Prism
+from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
+
+PER_TURN = 720
+SCANNED = 33
+UNBUILDABLE = -1.0
+
+
+def _greatest(program: Program, f: Callable[[Floats], Floats]) -> float:
+    phi, owner = piece_grid(program.knots, PER_TURN)
+    return refined_maximum(f, phi, owner, f(phi))[0]
+
+
+def smallest_prime_radius(
+    program: Program, pressure_angle: float, offset: float = 0.0, sense: float = 1.0, back: float | None = None
+) -> float:
+    """Smallest prime radius, mm, of a translating roller follower whose pressure angle stays within a limit.
+
+    pressure_angle  rad, where the cam drives (rise); `back` the limit in the return, default the same
+    offset          mm, towards +Y; sense +1 where the cam turns counter-clockwise
+    tan(alpha) = (s' + sense offset) / (s0 + s) with s0² = prime² - offset², so s0 is the largest of
+    |s' + sense offset| / tan(limit) - s over the turn.
+    """
+    up, down = tan(pressure_angle), tan(pressure_angle if back is None else back)
+
+    def needed(phi: Floats) -> Floats:
+        s, ds = program.jet(phi, 1)
+        return np.asarray(np.abs(ds + sense * offset) / np.where(ds < 0.0, down, up) - s)
+
+    return hypot(max(0.0, _greatest(program, needed)), offset)
+
+
+def smallest_flat_base(program: Program, radius: float = 0.0) -> float:
+    """Smallest base radius, mm, of a translating flat face whose profile keeps a radius of curvature (mm).
+
+    rho = base + s + s'', so base is the largest of radius - s - s'' over the turn.
+    """
+
+    def needed(phi: Floats) -> Floats:
+        s, _, dds = program.jet(phi, 2)
+        return np.asarray(radius - s - dds)
+
+    return max(0.0, _greatest(program, needed))
+
+
+@final
+@dataclass(frozen=True)
+class Wanted:
+    """Limits that a cam must keep; None: not asked for.
+
+    pressure_angle_deg    largest pressure angle
+    convex_radius_mm      smallest convex radius of curvature of the profile; 0 asks for no undercut only
+    contact_pressure_mpa  largest peak contact pressure (needs an [operation])
+    """
+
+    pressure_angle_deg: float | None = None
+    convex_radius_mm: float | None = 0.0
+    contact_pressure_mpa: float | None = None
+
+
+def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, high: float = 1000.0) -> float:
+    """Smallest base radius, mm, from which on a planar cam keeps the limits, up to `high`.
+
+    Any follower: the radii are scanned geometrically, and the root of the worst margin between the last bad and the
+    first good one is found to rounding. Returns `low` where it is good already; raises DesignError where `high` is not
+    good (with the margin that fails), so that other keys must change.
+    """
+
+    def margin(radius: float) -> float:
+        return min(margins(profile, float(radius), wanted).values())
+
+    radii = np.geomspace(low, high, SCANNED)
+    found = np.array([margin(radius) for radius in radii])
+    if found[-1] < 0.0:
+        worst = min(margins(profile, high, wanted).items(), key=lambda item: item[1])
+        raise DesignError(
+            f"no base radius up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} there; "
+            "give the motion more cam angle, or change arm, centre distance or roller with the radius"
+        )
+    bad = np.flatnonzero(found < 0.0)
+    if not bad.size:
+        return low
+    below, above = radii[bad[-1]], radii[bad[-1] + 1]
+    root = bracketed_root(lambda r: np.array([margin(x) for x in r]), np.array([below]), np.array([above]))
+    return float(root[0])
+
+
+def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
+    """How far each limit is kept, as a share of it; negative where it is not."""
+    cam: Any = profile.cam.model_copy(update={"base_radius": radius})
+    model = Model(profile.model_copy(update={"cam": cam}))
+    if cam.problems(model.setup):
+        return {"what can be built": UNBUILDABLE}
+    planar = model.planar
+    if planar is None:
+        raise DesignError("only planar cams have a base radius to solve for")
+    found: dict[str, float] = {}
+    if wanted.pressure_angle_deg is not None:
+        found["pressure angle"] = 1.0 - degrees(planar.pressure_angle.value) / wanted.pressure_angle_deg
+    if wanted.convex_radius_mm is not None:
+        if planar.face_radius is not None:
+            found["convex radius"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
+        for track in model.tracks:
+            reach = wanted.convex_radius_mm + 0.5 * (model.setup.roller.diameter if model.setup.roller else 0.0)
+            found[f"convex radius, {track.name}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
+    if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
+        peak = model.drive.peak_pressure
+        found["contact pressure"] = 1.0 - (peak[0] if peak else inf) / wanted.contact_pressure_mpa
+    return found
+
+
+def _sharpest(outline: Outline) -> float:
+    """Largest convex curvature of an outline, 1/mm."""
+    phi, owner = piece_grid(outline.knots(), PER_TURN)
+
+    def f(x: Floats) -> Floats:
+        return outline.curve(x).curvature
+
+    return refined_maximum(f, phi, owner, f(phi))[0]
+
+
+def tool_path(outline: Outline, radius: float) -> Outline:
+    """Path of the centre of a cutter or grinding wheel of any radius (mm) that leaves the outline: its parallel curve.
+
+    The tool reaches every place of the outline where `radius` is below its hollow radius (`Planar.radii`).
+    """
+    return ParallelOutline(outline, radius)
+
+
+@final
+@dataclass(frozen=True)
+class Balance:
+    """A disc as a rotor: area mm², mass kg, centroid mm, polar inertia about the shaft kg m², unbalance and correction.
+
+    unbalance   mass times distance of the centroid from the shaft, g mm
+    correction  cam-frame angle, rad, at which balancing mass belongs (opposite the centroid)
+    """
+
+    area: float
+    mass: float
+    centroid: tuple[float, float]
+    inertia: float
+    unbalance: float
+    correction: float
+
+    def counterweight(self, radius: float) -> float:
+        """Mass, kg, that balances the disc at this radius, mm."""
+        return self.unbalance * 1e-3 / radius
+
+
+def balance(prism: Prism, density: float) -> Balance:
+    """The balance of a disc with its bore, keyway and holes, from the exact curves; density kg/m³."""
+    outlines = [prism.outer.outline, *(hole.outline for hole in prism.holes)]
+    if prism.bore is not None and prism.bore.keyway_width:
+        # A fine polygon on the exact bore: its area is good to the square of a micrometre's sag.
+        outlines.append(PolygonOutline(prism.bore.outline(1e-7)[0]))
+    elif prism.bore is not None:
+        outlines.append(CircleOutline(0.5 * prism.bore.diameter))
+    area, moment, polar = 0.0, np.zeros(2), 0.0
+    for sign, outline in zip([1.0, *([-1.0] * (len(outlines) - 1))], outlines):
+        found = Measured(outline).properties
+        area += sign * found.area
+        moment += sign * found.area * np.array(found.centroid)
+        polar += sign * (found.moments[0] + found.moments[1])
+    mass = density * 1e-9 * area * (prism.z1 - prism.z0)
+    centre = moment / area
+    offset = float(np.hypot(*centre))
+    correction = (atan2(float(centre[1]), float(centre[0])) + pi) % (2.0 * pi)
+    inertia = polar * (prism.z1 - prism.z0) * density * 1e-15
+    return Balance(area, mass, (float(centre[0]), float(centre[1])), inertia, mass * 1e3 * offset, correction)
+
+
+def best_offset(program: Program, pressure_angle: float, sense: float = 1.0, back: float | None = None) -> float:
+    """Offset towards +Y, mm, that gives a translating roller follower the smallest prime radius for its limits.
+
+    The needed s0 is convex in the offset (a maximum of straight lines); its prime radius has one minimum, found by
+    golden section to the square root of rounding.
+    """
+    reach = abs(program.peak(1).value) + 1.0
+    low, high = -reach, reach
+    share = 0.5 * (sqrt(5.0) - 1.0)
+    for _ in range(80):
+        one, two = high - share * (high - low), low + share * (high - low)
+        first, second = (smallest_prime_radius(program, pressure_angle, e, sense, back) for e in (one, two))
+        low, high = (low, two) if first < second else (one, high)
+    return 0.5 * (low + high)
+
+
+__all__ = [
+    "Balance",
+    "Wanted",
+    "balance",
+    "best_offset",
+    "margins",
+    "smallest_base_radius",
+    "smallest_flat_base",
+    "smallest_prime_radius",
+    "tool_path",
+]

@@ -1,0 +1,177 @@
+"""Heat maps as SVG: an embedded picture, lines of equal value with their numbers, and a colour bar."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.drawing.colours import picture, scale, value_range
+from camgeom.drawing.content import Axis, Map
+from camgeom.drawing.frame import NARROW, WIDE, Frame, axis_title, draw_x_texts, linked, place_label, x_ticks, y_ticks
+from camgeom.drawing.numerals import Ticks, ticks
+from camgeom.drawing.sheet import FONT, Sheet, outside, px, text_box, text_width
+from camgeom.maths import Floats
+
+_SMOOTH = 160
+"""pixels along the longer side a coarse picture is refined to before it is shown"""
+
+
+def map_sheet(chart: Map, width: float) -> Sheet:
+    """The map set at a width, px."""
+    narrow = width < 0.5 * (NARROW + WIDE)
+    low, high = value_range(chart.values, chart.diverging)
+    bar = ticks(low, high, 6, unit=chart.value.unit, tight=True)
+    top = 2.7 * FONT + 14.0
+    height = 150.0 if narrow else 180.0
+    y = y_ticks(_tight(chart), [], height)
+    left = max(map(text_width, y.texts)) + 10.0
+    x = x_ticks(chart.x, [_ends(chart.x_at)], width - left - 14.0)
+    frame = Frame((left, top + 1.9 * FONT, width - 14.0, top + 1.9 * FONT + height), x, y)
+    sheet = Sheet(width, frame.box[3] + 3.2 * FONT)
+    _draw_bar(sheet, chart, bar, width, narrow)
+    sheet.text(0.0, top + 1.1 * FONT, axis_title(chart.y, y), "start", "axis")
+    _draw_cells(sheet, chart, frame, low, high)
+    _draw_isolines(sheet, chart, frame, bar)
+    for yv, text in zip(y.at.tolist(), y.texts):
+        sheet.text(left - 6.0, frame.one(x.low, yv)[1] + 0.34 * FONT, text, "end", "tick")
+    sheet.rect(frame.box, "frame")
+    draw_x_texts(sheet, frame)
+    for mark in chart.marks:
+        sheet.dot(*frame.one(mark.x, mark.y), 3.5, "dot")
+    for mark in chart.marks:
+        place_label(sheet, frame.box, *frame.one(mark.x, mark.y), mark.text, np.empty((0, 2)), "on-map")
+    title = axis_title(chart.x, x)
+    sheet.text(0.5 * (left + width - 10.0), frame.box[3] + 2.75 * FONT, title, "middle", "axis")
+    sheet.add(linked(chart.x, frame, [(frame.box[1], frame.box[3])]))
+    return sheet
+
+
+def _ends(at: Floats) -> Floats:
+    """Outer edges of evenly spaced cells."""
+    half = 0.5 * (at[-1] - at[0]) / (len(at) - 1)
+    return np.array([at[0] - half, at[-1] + half])
+
+
+def _tight(chart: Map) -> Axis:
+    low, high = _ends(chart.y_at).tolist()
+    return Axis(chart.y.label, chart.y.unit, low, high)
+
+
+def _draw_bar(sheet: Sheet, chart: Map, bar: Ticks, width: float, narrow: bool) -> None:
+    """Value title, then the colour bar with its numbers under it."""
+    title = axis_title(chart.value, bar)
+    sheet.text(0.0, 1.1 * FONT, title, "start", "axis")
+    x0 = text_width(title) + 24.0
+    if narrow or width - x0 < 260.0:
+        x0 = max(x0, width - 10.0 - 200.0)
+    x1 = min(width - 14.0, x0 + 360.0)
+    table = scale(chart.diverging, 32)
+    step = (x1 - x0) / len(table)
+    for i, (r, g, b) in enumerate(table.tolist()):
+        sheet.add(
+            f'<rect x="{px(x0 + i * step)}" y="4" width="{px(step + 0.5)}" height="11" fill="#{r:02x}{g:02x}{b:02x}"/>'
+        )
+    end = -1e9
+    for value, text in zip(bar.at.tolist(), bar.texts):
+        x = x0 + (value - bar.low) / (bar.high - bar.low) * (x1 - x0)
+        sheet.line(x, 4.0, x, 18.0, "tick-line")
+        if x - 0.5 * text_width(text) > end + 6.0:
+            end = sheet.text(x, 18.0 + FONT, text, "middle", "tick")[2]
+
+
+def _draw_cells(sheet: Sheet, chart: Map, frame: Frame, low: float, high: float) -> None:
+    x0, y0 = frame.one(*(float(e[0]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
+    x1, y1 = frame.one(*(float(e[1]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
+    href = picture(_refined(chart.values), low, high, chart.diverging)
+    left, top, right, bottom = frame.box
+    view = f"{px(left)} {px(top)} {px(right - left)} {px(bottom - top)}"
+    x, y, wide, high_px = view.split()
+    sheet.add(
+        f'<svg x="{x}" y="{y}" width="{wide}" height="{high_px}" viewBox="{view}">'
+        f'<image x="{px(x0)}" y="{px(y1)}" width="{px(x1 - x0)}" height="{px(y0 - y1)}" '
+        f'preserveAspectRatio="none" href="{href}"/></svg>'
+    )
+
+
+def _refined(values: Floats) -> Floats:
+    """Cells divided by linear interpolation so that a coarse map shows no steps; blank cells stay blank."""
+    for axis in (0, 1):
+        n = values.shape[axis]
+        split = max(1, _SMOOTH // n)
+        at = np.clip((np.arange(n * split) + 0.5) / split - 0.5, 0.0, n - 1.0)
+        first = np.minimum(at.astype(np.int64), n - 2)
+        share = at - first
+        share = share[:, None] if axis == 0 else share[None, :]
+        a, b = values.take(first, axis), values.take(first + 1, axis)
+        values = np.where(share == 0.0, a, np.where(share == 1.0, b, a + share * (b - a)))
+    return values
+
+
+def _draw_isolines(sheet: Sheet, chart: Map, frame: Frame, bar: Ticks) -> None:
+    """Lines at the colour bar's values, dashed below zero, each numbered where there is room."""
+    levels = [(v, t) for v, t in zip(bar.at.tolist(), bar.texts) if bar.low < v < bar.high]
+    found = [(value, text, isolines(chart.x_at, chart.y_at, chart.values, value)) for value, text in levels]
+    for value, _, segments in found:
+        if len(segments):
+            ends = frame.at(segments[..., 0], segments[..., 1])
+            data = "".join(f"M{px(a)} {px(b)}L{px(c)} {px(d)}" for a, b, c, d in ends.reshape(-1, 4).tolist())
+            sheet.add(f'<path class="{"iso below" if value < 0.0 else "iso"}" d="{data}"/>')
+    x0, y0, x1, y1 = frame.box
+    inner = (x0 + 12.0, y0 + 4.0, x1 - 12.0, y1 - 4.0)
+    for _, text, segments in found:
+        if not len(segments):
+            continue
+        spots = frame.at(*segments.mean(axis=1).T)
+        fitting = [spot for spot in spots.tolist() if _fits(sheet, inner, spot, text)]
+        if fitting:
+            middle = 0.5 * (x0 + x1)
+            x, y = min(fitting, key=lambda spot: abs(spot[0] - middle))
+            sheet.text(x, y + 0.3 * FONT, text, "middle", "on-map", FONT - 1.0)
+
+
+def _fits(sheet: Sheet, inner: tuple[float, float, float, float], spot: list[float], text: str) -> bool:
+    box = text_box(spot[0], spot[1] + 0.3 * FONT, text, "middle")
+    return sheet.clash(box, 8.0) == 0.0 and outside(box, inner) == 0.0
+
+
+def isolines(x: Floats, y: Floats, values: Floats, level: float) -> Floats:
+    """Segments (k, 2, 2) of the line `values` = level over the grid y (m,), x (n,): marching squares with linear edges.
+
+    A cell with a blank corner has no line; a saddle is cut by the sign of its mean.
+    """
+    xx, yy = np.meshgrid(x, y)
+    corners = [[_corner(array, k) for k in range(4)] for array in (xx, yy, values)]
+    case = np.zeros(corners[2][0].shape, dtype=np.int64)
+    for k in range(4):
+        case += (corners[2][k] > level).astype(np.int64) << k
+    total = sum(corners[2])
+    case[~np.isfinite(total)] = 0
+    high = np.where(np.isfinite(total), total, 0.0) > 4.0 * level
+    case = np.where(((case == 5) | (case == 10)) & high, 15 - case, case)
+    segments = [
+        np.stack([_crossing(corners, edge, level, case == code) for edge in pair], axis=1)
+        for code, pairs in _CASES.items()
+        for pair in pairs
+    ]
+    return np.concatenate(segments)
+
+
+def _corner(array: Floats, k: int) -> Floats:
+    """Values at corner k of every cell: 0 lower left, then counter-clockwise."""
+    i, j = ((0, 0), (0, 1), (1, 1), (1, 0))[k]
+    m, n = array.shape
+    return array[i : m - 1 + i, j : n - 1 + j]
+
+
+def _crossing(corners: list[list[Floats]], edge: int, level: float, cells: npt.NDArray[np.bool_]) -> Floats:
+    """Points (k, 2) where an edge of the chosen cells meets the level."""
+    (xa, xb), (ya, yb), (va, vb) = ((q[edge][cells], q[(edge + 1) % 4][cells]) for q in corners)
+    share = (level - va) / (vb - va)
+    return np.stack([xa + share * (xb - xa), ya + share * (yb - ya)], axis=-1)
+
+
+_CASES: dict[int, tuple[tuple[int, int], ...]] = {
+    1: ((3, 0),), 2: ((0, 1),), 3: ((3, 1),), 4: ((1, 2),), 5: ((3, 0), (1, 2)), 6: ((0, 2),), 7: ((3, 2),),
+    8: ((2, 3),), 9: ((2, 0),), 10: ((0, 1), (2, 3)), 11: ((2, 1),), 12: ((1, 3),), 13: ((1, 0),), 14: ((0, 3),),
+}  # fmt: skip
+"""cell edges (0 bottom, 1 right, 2 top, 3 left) that a line joins, by the corners above the level (bits 0 to 3)"""

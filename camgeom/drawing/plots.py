@@ -1,0 +1,245 @@
+"""Line charts as SVG: stacked panels over one x axis, with legends, limits, dwell zones and characteristic values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+from typing import final
+
+import numpy as np
+
+from camgeom.drawing.content import Band, Chart, Panel, Series
+from camgeom.drawing.frame import (
+    NARROW,
+    WIDE,
+    Frame,
+    axis_title,
+    dense,
+    draw_grid,
+    linked,
+    place_label,
+    x_range,
+    x_ticks,
+    y_ticks,
+)
+from camgeom.drawing.numerals import Ticks
+from camgeom.drawing.sheet import FONT, Sheet, outside, path_data, px, text_box, text_width, thin_line
+from camgeom.maths import Floats
+
+STYLES = 6
+"""line styles in report.css, told apart by colour and by dash"""
+_LINE = 1.5 * FONT
+_SWATCH = 24.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """Where one panel stands: its header rows start at `top`, its frame runs from `y0` to `y1`."""
+
+    panel: Panel
+    scale: Ticks
+    rows: tuple[tuple[tuple[str, str], ...], ...]
+    top: float
+    y0: float
+    y1: float
+
+
+def chart_sheet(chart: Chart, width: float) -> Sheet:
+    """The chart set at a width, px; every label inside the sheet, none over another."""
+    narrow = width < 0.5 * (NARROW + WIDE)
+    slots, bottom = _stack(chart, width, narrow)
+    left = max(text_width(text) for slot in slots for text in slot.scale.texts) + 10.0
+    right = max((_direct_room(slot, width) for slot in slots), default=0.0) or 10.0
+    scale = x_ticks(chart.x, _all_x(chart), width - left - right)
+    right = max(right, 0.5 * text_width(scale.texts[-1]) if len(scale.at) and scale.at[-1] == scale.high else 0.0)
+    sheet = Sheet(width, bottom + 3.2 * FONT)
+    for slot in slots:
+        frame = Frame((left, slot.y0, width - right, slot.y1), scale, slot.scale)
+        _draw_panel(sheet, frame, slot, chart, last=slot is slots[-1])
+    title = axis_title(chart.x, scale)
+    middle = min(max(0.5 * (left + width - right), 0.5 * text_width(title)), width - 0.5 * text_width(title))
+    sheet.text(middle, bottom + 2.75 * FONT, title, "middle", "axis")
+    span = Frame((left, slots[0].y0, width - right, bottom), scale, slots[0].scale)
+    sheet.add(linked(chart.x, span, [(slot.y0, slot.y1) for slot in slots]))
+    return sheet
+
+
+def _stack(chart: Chart, width: float, narrow: bool) -> tuple[list[_Slot], float]:
+    slots: list[_Slot] = []
+    y = 0.0
+    normal = (190.0 if narrow else 215.0) if len(chart.panels) == 1 else (105.0 if narrow else 118.0)
+    for panel in chart.panels:
+        height = normal * panel.height
+        values = [s.y for s in panel.series] + [v for b in panel.bands for v in (b.low, b.high)]
+        values += [np.array([limit.value * 1.04]) for limit in panel.limits if not limit.vertical]
+        scale = y_ticks(panel.y, values, height)
+        rows = _legend_rows(panel, axis_title(panel.y, scale), width)
+        y0 = y + _LINE * len(rows) + 6.0
+        if panel is chart.panels[0] and _named_zones(chart, width):
+            y0 += _LINE - 3.0
+        slots.append(_Slot(panel, scale, rows, y, y0, y0 + height))
+        y = y0 + height + 10.0
+    return slots, slots[-1].y1
+
+
+def _named_zones(chart: Chart, width: float) -> bool:
+    """Whether some zone is wide enough for its word, by the plot's least width."""
+    low, high = x_range(chart.x, _all_x(chart))
+    share = 0.8 * width / (high - low) if high > low else 0.0
+    return any(zone.label and text_width(zone.label) + 6.0 < share * (zone.high - zone.low) for zone in chart.zones)
+
+
+def _entries(panel: Panel) -> list[tuple[str, str]]:
+    """(style, name) of every line and band, styles counted up where not given."""
+    number = count()
+    named: list[tuple[Series | Band, str]] = [(s, "s") for s in panel.series]
+    named += [(b, "b") for b in panel.bands]
+    return [(f"{letter}{(next(number) if item.style is None else item.style) % STYLES}", item.name)
+            for item, letter in named]  # fmt: skip
+
+
+def _legend_rows(panel: Panel, title: str, width: float) -> tuple[tuple[tuple[str, str], ...], ...]:
+    """Header rows: the axis title first, then legend entries as they fit."""
+    rows: list[list[tuple[str, str]]] = [[("axis", title)]]
+    entries = list(dict.fromkeys(_entries(panel)))  # lines of one name and style share an entry
+    if len(entries) > 1 and not _direct_labels(panel, width):
+        used = text_width(title) + 28.0
+        for entry in entries:
+            need = _SWATCH + 6.0 + text_width(entry[1]) + 14.0
+            if used + need > width:
+                rows.append([])
+                used = 0.0
+            rows[-1].append(entry)
+            used += need
+    return tuple(map(tuple, rows))
+
+
+def _direct_labels(panel: Panel, width: float) -> bool:
+    names = [name for _, name in _entries(panel)]
+    return panel.direct and bool(names) and max(map(text_width, names)) < 0.3 * width
+
+
+def _direct_room(slot: _Slot, width: float) -> float:
+    if not _direct_labels(slot.panel, width):
+        return 0.0
+    return max(text_width(name) for _, name in _entries(slot.panel)) + 14.0
+
+
+def _all_x(chart: Chart) -> list[Floats]:
+    return [s.x for panel in chart.panels for s in panel.series] + [b.x for panel in chart.panels for b in panel.bands]
+
+
+def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: bool) -> None:
+    x0, y0, x1, y1 = frame.box
+    named = slot.panel is chart.panels[0] and _named_zones(chart, sheet.width)
+    for zone in chart.zones:
+        low, high = (float(np.clip(frame.one(v, 0.0)[0], x0, x1)) for v in (zone.low, zone.high))
+        sheet.rect((low, y0, high, y1), "zone")
+        fits = text_width(zone.label) + 6.0 < high - low  # a zone too narrow for its word is shaded only
+        if named and zone.label and fits:
+            sheet.text(0.5 * (low + high), y0 - 5.0, zone.label, "middle", "faint")
+    _draw_header(sheet, slot, frame)
+    draw_grid(sheet, frame, bottom=last)
+    lines = _draw_lines(sheet, frame, slot.panel)
+    for limit in slot.panel.limits:
+        _draw_limit(sheet, frame, limit.value, limit.label, limit.vertical, lines)
+    for mark in slot.panel.marks:
+        x, y = frame.one(mark.x, mark.y)
+        sheet.dot(x, y, 3.0, "dot")
+    for mark in slot.panel.marks:
+        x, y = frame.one(mark.x, mark.y)
+        place_label(sheet, frame.box, x, y, mark.text, lines)
+    if _direct_labels(slot.panel, sheet.width):
+        _draw_direct(sheet, frame, slot.panel)
+
+
+def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
+    for number, row in enumerate(slot.rows):
+        base = slot.top + _LINE * number + 1.1 * FONT
+        x = 0.0
+        if row and row[0][0] == "axis":
+            sheet.text(0.0, base, row[0][1], "start", "axis")
+            x = text_width(row[0][1]) + 28.0
+        entries = [entry for entry in row if entry[0] != "axis"]
+        need = sum(_SWATCH + 20.0 + text_width(name) for _, name in entries)
+        x = max(x, frame.box[2] - need + 14.0) if number == 0 else x
+        for style, name in entries:
+            if style.startswith("b"):
+                sheet.rect((x, base - 9.0, x + _SWATCH, base), style)
+            else:
+                sheet.line(x, base - 4.5, x + _SWATCH, base - 4.5, f"line {style}")
+            sheet.text(x + _SWATCH + 6.0, base, name, "start", "tick")
+            x += _SWATCH + 20.0 + text_width(name)
+
+
+def _draw_lines(sheet: Sheet, frame: Frame, panel: Panel) -> Floats:
+    """Bands, then lines, clipped to the frame; returns points along all of them (k, 2), px."""
+    entries = _entries(panel)
+    points: list[Floats] = []
+    body: list[str] = []
+    for (style, _), band in zip(entries[len(panel.series) :], panel.bands):
+        low, high = (frame.at(band.x, v) for v in (band.low, band.high))
+        body.append(f'<path class="{style}" d="{path_data(np.vstack([low, high[::-1]]), closed=True)}"/>')
+        points += [dense(low), dense(high)]
+    for (style, _), series in zip(entries, panel.series):
+        xy = frame.at(series.x, series.y)
+        rising = bool(np.all(np.diff(series.x) >= 0.0))
+        drawn = thin_line(xy[:, 0], xy[:, 1]) if rising else xy
+        body.append(f'<path class="line {style}" d="{path_data(drawn)}"/>')
+        points.append(dense(drawn))
+    x0, y0, x1, y1 = frame.box
+    view = f"{px(x0 - 1)} {px(y0 - 1)} {px(x1 - x0 + 2)} {px(y1 - y0 + 2)}"
+    left, top, wide, tall = view.split()
+    sheet.add(f'<svg x="{left}" y="{top}" width="{wide}" height="{tall}" viewBox="{view}">{"".join(body)}</svg>')
+    return np.vstack(points) if points else np.empty((0, 2))
+
+
+def _draw_limit(sheet: Sheet, frame: Frame, value: float, label: str, vertical: bool, lines: Floats) -> None:
+    x0, y0, x1, y1 = frame.box
+    at = frame.one(value, value)[0 if vertical else 1]
+    sheet.line(*((at, y0, at, y1) if vertical else (x0, at, x1, at)), "at" if vertical else "limit")
+    if not label:
+        return
+    width = text_width(label)
+    spots = [(x, at + dy) for dy in (-5.0, 1.05 * FONT) for x in np.linspace(x1 - width - 5.0, x0 + 5.0, 9)]
+    if vertical:
+        spots = [(at + dx, y) for y in np.linspace(y0 + 1.2 * FONT, y1 - 6.0, 7) for dx in (5.0, -width - 5.0)]
+
+    def cost(spot: tuple[float, float]) -> float:
+        box = text_box(*spot, label)
+        inside = (lines[:, 0] > box[0]) & (lines[:, 0] < box[2]) & (lines[:, 1] > box[1]) & (lines[:, 1] < box[3])
+        return 1e3 * sheet.clash(box) + 1e4 * outside(box, frame.box) + float(np.count_nonzero(inside))
+
+    sheet.text(*min(spots, key=cost), label, "start", "note" if vertical else "limit-text")
+
+
+def _draw_direct(sheet: Sheet, frame: Frame, panel: Panel) -> None:
+    """Names at the right ends of the lines, pushed apart to a line's height."""
+    items: list[Series | Band] = [*panel.series, *panel.bands]
+    _, y0, x1, y1 = frame.box
+    ends = []
+    for (style, name), item in zip(_entries(panel), items):
+        y = item.y[-1] if isinstance(item, Series) else 0.5 * (item.low[-1] + item.high[-1])
+        ends.append((float(np.clip(frame.one(0.0, float(y))[1], y0, y1)), style, name))
+    ends.sort(key=lambda end: end[0])
+    at = spread(np.array([end[0] for end in ends]), 1.12 * FONT, y0 + 4.0, y1 - 2.0)
+    for (y, style, name), spot in zip(ends, at.tolist()):
+        if abs(y - spot) > 2.0:
+            sheet.line(x1, y, x1 + 7.0, spot, "leader")
+        sheet.text(x1 + 9.0, spot + 0.34 * FONT, name, "start", f"name {style}")
+
+
+def spread(at: Floats, gap: float, low: float, high: float) -> Floats:
+    """Sorted positions moved as little as their order and a least distance `gap` allow, in low..high if they fit."""
+    if len(at) * gap > high - low + gap:
+        return np.linspace(low, high, len(at))
+    step = gap * np.arange(len(at))
+    blocks: list[list[float]] = []  # [sum, count] of positions less their rank offset: pool adjacent violators
+    for value in (at - step).tolist():
+        blocks.append([value, 1.0])
+        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
+            last = blocks.pop()
+            blocks[-1] = [blocks[-1][0] + last[0], blocks[-1][1] + last[1]]
+    pooled = np.concatenate([np.full(int(n), total / n) for total, n in blocks])
+    return np.asarray(np.clip(pooled, low, high - step[-1]) + step)

@@ -1,0 +1,1 @@
+"""An elastic follower behind its cam: response, jump, residual vibration, polydyne lift."""

@@ -1,0 +1,167 @@
+"""One call for the vibration of an elastic follower: steady state, jump, preload, windup, as frozen facts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees, pi
+
+import numpy as np
+
+from camgeom.dynamics.follower.jump import Flight, Jump, flight, jump, jump_speed
+from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
+from camgeom.dynamics.follower.response import FollowerResponse, from_rest, steady_state
+from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerTrain, Load, Motion
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.spec import DynamicsSpec
+from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+from camgeom.motion.program import Program
+
+RPM = pi / 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class FollowerStudy:
+    """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles)."""
+
+    train: FollowerTrain
+    motion: Motion
+    speed: float
+    scale: float = 1e-3
+    accuracy: Accuracy = STANDARD
+    shaft: CamShaft | None = None
+    load: Load | None = None
+    sweep_speeds: Floats | None = None
+    polydyne: bool = False
+
+    @cached_property
+    def steady(self) -> FollowerResponse:
+        """Periodic steady state, contact held."""
+        return steady_state(self.train, self.motion, self.speed, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def start(self) -> FollowerResponse:
+        """First turn from static equilibrium."""
+        return from_rest(self.train, self.motion, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def sweep(self) -> FollowerResponse:
+        """Steady states over the sweep, or at the operating speed alone where none was asked for."""
+        speeds = np.array([self.speed]) if self.sweep_speeds is None else self.sweep_speeds
+        return steady_state(self.train, self.motion, speeds, self.accuracy, self.scale, self.shaft, self.load)
+
+    @cached_property
+    def jump(self) -> Jump | None:
+        """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
+        return jump(self.steady) if self.train.closure == "force" else None
+
+    @cached_property
+    def flight(self) -> Flight:
+        """Motion with loss of contact over three turns."""
+        return flight(self.train, self.motion, self.speed, 3, self.scale, self.load)
+
+    @cached_property
+    def corrected(self) -> PolydyneMotion:
+        """The cam motion for which the follower mass does the wanted one at this speed (polydyne).
+
+        Raises ProfileError for a motion that is not smooth enough, and for damping in linkage or contact.
+        """
+        if not isinstance(self.motion, Program):
+            raise ProfileError([Problem("motion", "only a motion program knows how smooth it is")])
+        return polydyne_motion(self.motion, self.motion.continuity.order, self.train, self.speed)
+
+    @cached_property
+    def corrected_start(self) -> FollowerResponse:
+        """First turn on the corrected cam from static equilibrium."""
+        return from_rest(self.train, self.corrected, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
+
+    def _miss(self, response: FollowerResponse) -> float:
+        """How far the follower mass strays from the wanted motion, a share of its stroke."""
+        wanted = self.motion.jet(response.theta, 0)[0] * self.scale
+        gap = response.output("position")[0] - wanted
+        return float(np.ptp(gap) / np.ptp(wanted))
+
+    def _polydyne_figures(self, length: str) -> dict[str, object]:
+        """Both cams against the wanted motion."""
+        lift = self.corrected.jet(self.corrected_start.theta, 0)[0] * self.scale
+        return {
+            "polydyne": {
+                "coefficients": list(self.corrected.coefficients),
+                f"cam_stroke_{length}": float(np.ptp(lift)),
+                "follower_miss": self._miss(self.corrected_start),
+                "follower_miss_uncorrected": self._miss(self.start),
+            }
+        }
+
+    def jump_speed_rpm(self, lowest_rpm: float, highest_rpm: float) -> float:
+        """Lowest speed in r/min between two at which contact is lost; raises as `follower_jump.jump_speed`."""
+        found = jump_speed(
+            self.train, self.motion, lowest_rpm * RPM, highest_rpm * RPM, self.accuracy, self.scale, self.load
+        )
+        return found / RPM
+
+    def summary(self, rotating: bool = False) -> dict[str, object]:
+        """The figures of the follower for a result file, units in the names (rad, N m for a rotating follower)."""
+        steady = self.steady
+        length, force = ("rad", "n_m") if rotating else ("m", "n")
+        acceleration, contact = steady.peak("acceleration"), steady.peak("contact_force")
+        out: dict[str, object] = {
+            "model": "elastic follower, two masses" if self.train.two_masses else "elastic follower, one mass",
+            "frequencies_hz": [float(w) / (2.0 * pi) for w in self.train.natural_frequency()],
+            f"peak_acceleration_{length}_s2": float(acceleration.magnitude[0]),
+            f"peak_deviation_{length}": float(steady.peak("deviation").magnitude[0]),
+            f"peak_contact_force_{force}": float(contact.maximum[0]),
+            f"least_contact_force_{force}": float(contact.minimum[0]),
+            "least_contact_force_cam_angle_deg": degrees(float(contact.minimum_at[0])),
+            "peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0]),
+            "spectral_radius": float(steady.solution.spectral_radius[0]),
+            "error": float(steady.solution.error[0]) if np.isfinite(steady.solution.error[0]) else None,
+            "integrator": steady.solution.choice
+            or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
+            "cautions": list(steady.solution.cautions),
+        }
+        if self.jump is not None:
+            out["contact_lost"] = bool(self.jump.lost[0])
+            out[f"required_preload_{force}"] = float(self.jump.required_preload[0])
+        if self.shaft is not None:
+            out["peak_windup_deg"] = degrees(float(steady.peak("windup").magnitude[0]))
+            out["peak_shaft_torque_n_m"] = float(steady.peak("shaft_torque").magnitude[0])
+        if self.polydyne:
+            out |= self._polydyne_figures(length)
+        if self.sweep_speeds is not None:
+            out["sweep"] = self._sweep_figures(length, force)
+        return out
+
+    def _sweep_figures(self, length: str, force: str) -> dict[str, object]:
+        """Lists over the speeds of the sweep."""
+        found = self.sweep
+        columns = {
+            f"peak_acceleration_{length}_s2": found.peak("acceleration").magnitude,
+            f"least_contact_force_{force}": found.peak("contact_force").minimum,
+            f"peak_contact_force_{force}": found.peak("contact_force").maximum,
+        }
+        speeds = {"speed_rpm": [float(speed / RPM) for speed in found.system.speed]}
+        return {**speeds, **{key: [float(value) for value in values] for key, values in columns.items()}}
+
+
+def follower_study(
+    spec: DynamicsSpec,
+    motion: Motion,
+    speed_rpm: float,
+    rotating: bool = False,
+    closure: Closure = "force",
+    mass: float = 0.0,
+    return_stiffness: float = 0.0,
+    preload: float = 0.0,
+    load: Load | None = None,
+) -> FollowerStudy:
+    """The study a profile's [dynamics] table asks for, at the cam speed in r/min.
+
+    mass (kg or kg m2), return_stiffness (N/m or N m/rad) and preload (N or N m) serve where the table gives none;
+    lifts are mm, or rad for a rotating follower.
+    """
+    train = spec.train(rotating, closure, mass, return_stiffness, preload)
+    scale = 1.0 if rotating else 1e-3
+    speed, accuracy = speed_rpm * RPM, spec.accuracy()
+    return FollowerStudy(train, motion, speed, scale, accuracy, spec.shaft(), load, spec.speeds(), spec.polydyne)

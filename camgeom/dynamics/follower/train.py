@@ -1,0 +1,272 @@
+"""The elastic follower: one or two masses on a linkage with damping, return spring and preload, driven over the cam
+angle. SI.
+
+A force-closed or form-closed follower of moving mass m hangs on the cam through the stiffness of its linkage; a
+spring of its own and its preload press it back. With a contact stiffness the tappet at the cam end is a second mass;
+without, it follows the cam exactly and only adds its inertia to the contact force. An elastic cam shaft adds the
+cam's windup, with the motion taken at the true cam angle.
+
+Lifts of a program in mm are brought to metres by `scale` = 1e-3; for a swinging follower scale = 1 and masses are
+inertias (kg m2), stiffnesses N m/rad and forces N m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.dynamics.linear.method import Coefficients, Side
+from camgeom.dynamics.linear.split import Split
+from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+
+Closure = Literal["force", "form"]
+Load = Callable[[Floats], Floats]
+"""Applied force (., n) in N against the lift over cam angles (., n)."""
+JUMP = 1e-9
+"""share of the largest velocity above which a step in velocity at a knot is a knock"""
+
+
+class Motion(Protocol):
+    """The motion program: lift over the cam angle in rad."""
+
+    @property
+    def knots(self) -> npt.NDArray[np.float64]: ...
+
+    def jet(self, theta: npt.NDArray[np.float64], order: int = 3, side: Side = "right") -> npt.NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowerTrain:
+    """Moving masses (kg), linkage, contact and return spring (N/m), their dampings (N s/m), preload (N) at zero lift.
+
+    mass is the mass at the far end of the linkage, tappet_mass that at the cam; contact_stiffness 0 means a rigid
+    contact.
+    """
+
+    mass: float
+    stiffness: float
+    damping: float = 0.0
+    return_stiffness: float = 0.0
+    return_damping: float = 0.0
+    preload: float = 0.0
+    tappet_mass: float = 0.0
+    contact_stiffness: float = 0.0
+    contact_damping: float = 0.0
+    closure: Closure = "force"
+
+    def __post_init__(self) -> None:
+        problems = []
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, str):
+                continue
+            if not np.isfinite(value) or value < 0.0:
+                problems.append(Problem(f"dynamics.{item.name}", "must be finite and not negative", value, ">= 0"))
+        for name in ("mass", "stiffness"):
+            if getattr(self, name) == 0.0:
+                problems.append(Problem(f"dynamics.{name}", "must be positive", 0.0, "> 0"))
+        if self.contact_stiffness > 0.0 and self.tappet_mass == 0.0:
+            problems.append(Problem("dynamics.tappet_mass", "an elastic contact needs a tappet mass", 0.0, "> 0"))
+        if problems:
+            raise ProfileError(problems)
+
+    @property
+    def two_masses(self) -> bool:
+        """Whether the tappet is a mass of its own on an elastic contact."""
+        return self.contact_stiffness > 0.0
+
+    @property
+    def first(self) -> tuple[float, float]:
+        """Stiffness and damping of the spring at the cam: the contact, or the linkage where the contact is rigid."""
+        return (self.contact_stiffness, self.contact_damping) if self.two_masses else (self.stiffness, self.damping)
+
+    def natural_frequency(self) -> Floats:
+        """Undamped natural frequencies in rad/s, ascending, of the follower on a fixed cam."""
+        if not self.two_masses:
+            return np.array([np.sqrt((self.stiffness + self.return_stiffness) / self.mass)])
+        k = np.array([[self.contact_stiffness + self.stiffness, -self.stiffness], [-self.stiffness, self.stiffness]])
+        k[1, 1] += self.return_stiffness
+        scale = 1.0 / np.sqrt([self.tappet_mass, self.mass])
+        return np.asarray(np.sqrt(np.linalg.eigvalsh(k * scale[:, None] * scale)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CamShaft:
+    """Elastic cam shaft: cam inertia kg m2, torsional stiffness N m/rad, damping N m s/rad."""
+
+    inertia: float
+    stiffness: float
+    damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.inertia > 0.0 and self.stiffness > 0.0 and self.damping >= 0.0):
+            text = "needs positive inertia and stiffness and no negative damping"
+            raise ProfileError([Problem("dynamics.shaft", text, (self.inertia, self.stiffness, self.damping))])
+
+
+@dataclass(frozen=True, eq=False)
+class FollowerSystem:
+    """Equation of motion at speeds (b,) in rad/s; coordinates are deviations from the rigid motion.
+
+    Order: windup of the cam (rad, with a shaft), tappet (m, with two masses), follower mass (m). In flight the spring
+    at the cam carries nothing (see `follower_jump`).
+    """
+
+    train: FollowerTrain
+    motion: Motion
+    speed: Floats
+    scale: float = 1e-3
+    shaft: CamShaft | None = None
+    load: Load | None = None
+    flight: bool = False
+    mass: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        speed = np.atleast_1d(np.asarray(self.speed, dtype=float))
+        if not (np.isfinite(speed).all() and (speed > 0.0).all()):
+            raise ProfileError([Problem("operation.speed", "must be positive and finite", speed.tolist(), "> 0")])
+        object.__setattr__(self, "speed", speed)
+        t = self.train
+        masses = ([self.shaft.inertia] if self.shaft else []) + ([t.tappet_mass] if t.two_masses else []) + [t.mass]
+        object.__setattr__(self, "mass", np.array(masses))
+        if self.shaft and t.tappet_mass > 0.0 and not t.two_masses:
+            text = "with an elastic shaft the tappet needs a contact stiffness"
+            raise ProfileError([Problem("dynamics.contact_stiffness", text, 0.0, "> 0")])
+        _refuse_knocks(self.motion)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, 1 to 3."""
+        return len(self.mass)
+
+    @property
+    def batch(self) -> int:
+        """Number of speeds."""
+        return len(self.speed)
+
+    def split(self, theta: Floats, side: Side = "right") -> Split | None:
+        """None: nothing that is worth splitting."""
+        return None
+
+    @property
+    def smooth(self) -> bool:
+        """Coefficients vary with the motion alone."""
+        return True
+
+    @property
+    def linear(self) -> bool:
+        """Whether the motion is taken at the nominal cam angle (no elastic shaft)."""
+        return self.shaft is None
+
+    def lift(self, theta: Floats, order: int, side: Side = "right") -> Floats:
+        """Lift in m and its derivatives per rad (order + 1, ., n) at cam angles theta (., n)."""
+        return self.scale * self.motion.jet(theta.ravel(), order, side).reshape(order + 1, *theta.shape)
+
+    def rigid_force(self, theta: Floats, side: Side = "right") -> Floats:
+        """Force (b, n) in N that the rigid follower mass needs from the linkage."""
+        t, w = self.train, self.speed[:, None]
+        s = self.lift(theta, 2, side)
+        force = t.mass * s[2] * w * w + t.return_damping * s[1] * w + t.return_stiffness * s[0] + t.preload
+        return np.asarray(force + (self.load(theta) if self.load is not None else 0.0))
+
+    def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
+        """D, S, F per rad of cam angle at cam angles theta (1 or b, n)."""
+        w = self.speed[:, None]
+        s = self.lift(theta, 2, side)
+        stiffness, damping = self._matrices(s, w)
+        if self.shaft is not None and not self.flight:
+            # the torque of the rigid force turns with the windup
+            stiffness[..., 0, 0] += self.rigid_force(theta, side) * s[2]
+        force = np.zeros((self.batch, theta.shape[1], self.size))
+        force[..., -1] = -self.rigid_force(theta, side)
+        if self.train.two_masses:
+            force[..., -2] = -self.train.tappet_mass * s[2] * w * w
+        inverse, rate = 1.0 / self.mass, w[..., None]
+        return Coefficients(
+            damping * inverse[:, None] / rate[..., None],
+            stiffness * inverse[:, None] / rate[..., None] ** 2,
+            force * inverse / rate**2,
+        )
+
+    def _matrices(self, s: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """Stiffness and damping (b, n, m, m), or with one entry of n where they are constant."""
+        t, m = self.train, self.size
+        base = 0 if self.shaft is None else 1
+        count = 1 if self.shaft is None else s.shape[-1]
+        stiffness, damping = np.zeros((self.batch, count, m, m)), np.zeros((self.batch, count, m, m))
+        if self.shaft is not None:
+            stiffness[..., 0, 0], damping[..., 0, 0] = self.shaft.stiffness, self.shaft.damping
+        if t.two_masses:
+            pair = np.zeros(m)
+            pair[base], pair[base + 1] = -1.0, 1.0
+            stiffness += t.stiffness * np.outer(pair, pair)
+            damping += t.damping * np.outer(pair, pair)
+        stiffness[..., -1, -1] += t.return_stiffness
+        damping[..., -1, -1] += t.return_damping
+        if not self.flight:
+            self._add_first(stiffness, damping, s, w, base)
+        return stiffness, damping
+
+    def _add_first(self, stiffness: Floats, damping: Floats, s: Floats, w: Floats, base: int) -> None:
+        """Add the spring at the cam, elongation g = q - s' windup with its rate -s'' omega in the windup."""
+        k, c = self.train.first
+        stiffness[..., base, base] += k
+        damping[..., base, base] += c
+        if self.shaft is None:
+            return
+        rate = c * s[2] * w
+        stiffness[..., 0, 0] += k * s[1] ** 2 + s[1] * rate
+        stiffness[..., 0, 1] -= k * s[1]
+        stiffness[..., 1, 0] -= k * s[1] + rate
+        damping[..., 0, 0] += c * s[1] ** 2
+        damping[..., 0, 1] -= c * s[1]
+        damping[..., 1, 0] -= c * s[1]
+
+    def contact(self, theta: Floats, q: Floats, u: Floats, side: Side = "right") -> tuple[Floats, Floats]:
+        """Contact force (b, n) in N, positive when it presses, and ds/dtheta (m/rad) at the cam's true angle."""
+        t, w = self.train, self.speed[:, None]
+        k, c = t.first
+        if self.shaft is None:
+            s = self.lift(theta, 2, side)
+            carried = 0.0 if t.two_masses else t.tappet_mass * s[2] * w * w
+            return np.asarray(carried - k * q[..., 0] - c * w * u[..., 0]), s[1]
+        s = self.lift(theta, 1, side)
+        true = self.lift(theta + q[..., 0], 1, side)
+        squeeze = true[0] - s[0] - q[..., 1]
+        rate = w * (true[1] * (1.0 + u[..., 0]) - s[1] - u[..., 1])
+        return np.asarray(k * squeeze + c * rate), true[1]
+
+    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+        """Exact less linear q'' (b, n, m) per rad^2: the cam profile at the true cam angle."""
+        out = np.zeros_like(position)
+        if self.shaft is None or self.flight:
+            return out
+        k, c = self.train.first
+        w = self.speed[:, None]
+        s = self.lift(theta, 2, side)
+        q, u = position, rate
+        straight = k * (s[1] * q[..., 0] - q[..., 1])
+        straight = straight + c * w * (s[1] * u[..., 0] + s[2] * q[..., 0] - u[..., 1])
+        force, slope = self.contact(theta, q, u, side)
+        linear = s[1] * straight + self.rigid_force(theta, side) * s[2] * q[..., 0]
+        out[..., 0] = (linear - slope * force) / (self.mass[0] * w * w)
+        out[..., 1] = (force - straight) / (self.mass[1] * w * w)
+        return out
+
+
+def _refuse_knocks(motion: Motion) -> None:
+    """ProfileError when the velocity jumps at a knot: an elastic follower would be hit by an infinite force."""
+    knots = np.asarray(motion.knots, dtype=float)
+    left, right = motion.jet(knots, 1, "left")[1], motion.jet(knots, 1, "right")[1]
+    step = np.abs(right - left)
+    # Between dwells every velocity at a knot is rounding: the scale is that of the velocities on the way.
+    inside = motion.jet(np.linspace(knots[0], knots[-1], 721), 1)[1]
+    if float(step.max()) > JUMP * max(float(np.abs(part).max()) for part in (left, right, inside)):
+        angle = float(np.degrees(knots[int(step.argmax())]))
+        text = f"the velocity jumps at {angle:.6g} degrees: the response needs a continuous velocity"
+        raise ProfileError([Problem("motion", text, None, "", "use a law such as cycloidal, modified-sine or 3-4-5")])

@@ -1,0 +1,1 @@
+"""A follower in its clearance: contact, free flight and impact between two opposing flanks."""

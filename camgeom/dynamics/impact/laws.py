@@ -1,0 +1,280 @@
+"""Contact laws of cam against roller in SI units: normal force over penetration, damping, friction, line pressure.
+
+Every law is a frozen set of numbers with `force` for one penetration (plain floats, the hot path of the solver),
+`force_many` for arrays and `energy`, the work stored. A negative penetration gives the odd continuation of the law: an
+integrator may look a little beyond the end of a contact before it finds the end, and a kink there would cost steps; the
+solver never lets a negative force act.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.maths import Floats
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+
+
+def contact_modulus(elastic_1: float, poisson_1: float, elastic_2: float, poisson_2: float) -> float:
+    """The contact modulus E*, in the unit of the moduli: 1/E* is the sum of (1 - nu^2)/E.
+
+    >>> f"{contact_modulus(207e9, 0.28, 207e9, 0.28):.10g}"
+    '1.123046875e+11'
+    """
+    return 1.0 / ((1.0 - poisson_1**2) / elastic_1 + (1.0 - poisson_2**2) / elastic_2)
+
+
+class ContactLaw(ABC):
+    """A normal force [N] over the penetration [m]; `curvature` is that of the cam [1/m], convex positive."""
+
+    name: str
+
+    @abstractmethod
+    def force(self, delta: float, curvature: float) -> float:
+        """Elastic force [N] at one penetration [m]."""
+
+    @abstractmethod
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        """Elastic force [N] at an array of penetrations [m]."""
+
+    @property
+    def uses_curvature(self) -> bool:
+        """Whether the force depends on the curvature at the contact point."""
+        return False
+
+    def energy(self, delta: float) -> float:
+        """Work [J] stored at a penetration [m]; 0 without contact. The integral of `force` at the reference curvature.
+
+        Gauss quadrature in the square root of the penetration, where every law here is smooth.
+        """
+        if delta <= 0.0:
+            return 0.0
+        root = 0.5 * math.sqrt(delta) * (_NODES + 1.0)
+        force = self.force_many(root**2, np.zeros_like(root))
+        return float(0.5 * math.sqrt(delta) * (_WEIGHTS @ (2.0 * root * force)))
+
+
+@final
+@dataclass(frozen=True)
+class HertzLine(ContactLaw):
+    """Line contact of two elastic cylinders: delta = f (ln(d1/b) + ln(d2/b) - 1), f = F/(pi E* L), b^2 = 4 f Re.
+
+    The depths d1, d2 to which the approach is measured are 4 R of each body (its centre); a flat or hollow body has no
+    centre on its own side, so its depth must be given. With X = d1 d2/(4 Re) the law reads delta = f (ln(X/f) - 1), for
+    two convex cylinders X = 4 (Rb + R). Source: Johnson, Contact Mechanics, section 5.6 (equal materials).
+
+    `modulus` E* [Pa], `length` of the contact [m], `roller_radius` [m] (inf: flat face), `cam_radius` [m] signed
+    reference radius of the cam (inf: flat), `true_curvature`: follow the curvature of the cam at the contact point in
+    Re instead of the reference.
+    """
+
+    modulus: float
+    length: float
+    roller_radius: float
+    cam_radius: float
+    cam_depth: float | None = None
+    roller_depth: float | None = None
+    true_curvature: bool = False
+    name: str = "hertz"
+
+    def __post_init__(self) -> None:
+        _positive(self, "modulus", "length", "roller_radius")
+        for who in ("cam", "roller"):
+            radius, depth = getattr(self, f"{who}_radius"), getattr(self, f"{who}_depth")
+            if depth is None and not 0.0 < radius < math.inf:
+                message = "a flat or hollow body has no centre to measure the approach from"
+                raise ProfileError([Problem(f"{who}_depth", message, depth, "> 0 m", "give the depth of the body")])
+        if 1.0 / self.cam_radius + 1.0 / self.roller_radius <= 0.0:
+            message = "the hollow of the cam is tighter than the roller"
+            raise ProfileError([Problem("cam_radius", message, self.cam_radius, f"|r| > {self.roller_radius:g} m")])
+
+    @property
+    def uses_curvature(self) -> bool:
+        return self.true_curvature
+
+    @cached_property
+    def _depths(self) -> float:
+        d1 = 4.0 * self.cam_radius if self.cam_depth is None else self.cam_depth
+        d2 = 4.0 * self.roller_radius if self.roller_depth is None else self.roller_depth
+        return 0.25 * d1 * d2
+
+    @cached_property
+    def _reach(self) -> float:
+        return self._depths * (1.0 / self.cam_radius + 1.0 / self.roller_radius)
+
+    @cached_property
+    def _line(self) -> float:
+        return math.pi * self.modulus * self.length
+
+    def force(self, delta: float, curvature: float) -> float:
+        depth = delta if delta >= 0.0 else -delta
+        if depth == 0.0:
+            return 0.0
+        reach = self._depths * (curvature + 1.0 / self.roller_radius) if self.true_curvature else self._reach
+        m = _log_root(math.log(reach / depth) if reach > 0.0 else 0.0)
+        return self._line * delta / m
+
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        size = np.abs(delta)
+        if self.true_curvature:
+            reach = np.where(curvature == 0.0, self._reach, self._depths * (curvature + 1.0 / self.roller_radius))
+        else:
+            reach = np.full_like(delta, self._reach)
+        level = np.log(np.maximum(reach, 1e-300) / np.maximum(size, 1e-300))
+        if np.any(level < _LEAST_LEVEL):
+            raise NotConverged(_TOO_DEEP)
+        m = level + np.log(level) - 1.0
+        for _ in range(3):
+            m -= (m - np.log(m) - level + 1.0) / (1.0 - 1.0 / m)
+        force: Floats = self._line * delta / m
+        return force
+
+    def energy(self, delta: float) -> float:
+        """Work [J] stored at the reference curvature: pi E* L f^2/2 (ln(X/f) - 3/2)."""
+        if delta <= 0.0:
+            return 0.0
+        m = _log_root(math.log(self._reach / delta))
+        f = delta / m
+        return self._line * 0.5 * f * f * (m - 0.5)
+
+
+_LEAST_LEVEL = 3.0
+_TOO_DEEP = (
+    "the penetration has left the range of the Hertz line law (a twentieth of the bodies' size); "
+    "the contact is far too soft or the speed far too high for the data"
+)
+
+
+def _log_root(level: float) -> float:
+    """The root m of m - ln(m) = level - 1 by Newton from an asymptotic start; three steps reach rounding."""
+    if level < _LEAST_LEVEL:
+        raise NotConverged(_TOO_DEEP)
+    log = math.log
+    m = level + log(level) - 1.0
+    m -= (m - log(m) - level + 1.0) / (1.0 - 1.0 / m)
+    m -= (m - log(m) - level + 1.0) / (1.0 - 1.0 / m)
+    return m - (m - log(m) - level + 1.0) / (1.0 - 1.0 / m)
+
+
+@final
+@dataclass(frozen=True)
+class LiuCylinder(ContactLaw):
+    """The cylinder-joint law F = 1/2 pi E* L delta sqrt(delta/(2 (S + delta))), S the radius difference or sum [m].
+
+    Made for a conformal joint, S = R1 - R2. Between cam and roller S = Rb + R has been used in its place; the force
+    then vanishes for a flat cam, which is wrong: `HertzLine` is the law to design with, this one is for comparison.
+    """
+
+    modulus: float
+    length: float
+    radius_sum: float
+    name: str = "liu"
+
+    def __post_init__(self) -> None:
+        _positive(self, "modulus", "length", "radius_sum")
+
+    def force(self, delta: float, curvature: float) -> float:
+        depth = abs(delta)
+        return 0.5 * math.pi * self.modulus * self.length * delta * math.sqrt(depth / (2.0 * (self.radius_sum + depth)))
+
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        depth = np.abs(delta)
+        force: Floats = (
+            0.5 * math.pi * self.modulus * self.length * delta * np.sqrt(depth / (2.0 * (self.radius_sum + depth)))
+        )
+        return force
+
+    def stiffness(self, delta: float) -> float:
+        """Tangent stiffness dF/ddelta [N/m]: 1/8 pi E* L sqrt(2 delta (3 S + 2 delta)^2/(S + delta)^3)."""
+        s = self.radius_sum
+        inside = 2.0 * delta * (3.0 * s + 2.0 * delta) ** 2 / (s + delta) ** 3
+        return 0.125 * math.pi * self.modulus * self.length * math.sqrt(inside)
+
+
+@final
+@dataclass(frozen=True)
+class PowerLaw(ContactLaw):
+    """F = K delta^n with K [N/m^n] and n given; n = 3/2 point contact, 10/9 Palmgren's fit of rollers."""
+
+    stiffness: float
+    exponent: float = 1.5
+    name: str = "power"
+
+    def __post_init__(self) -> None:
+        _positive(self, "stiffness")
+        if not 1.0 <= self.exponent <= 3.0:
+            raise ProfileError([Problem("exponent", "outside the range of contact laws", self.exponent, "1 to 3")])
+
+    def force(self, delta: float, curvature: float) -> float:
+        if delta >= 0.0:
+            return self.stiffness * math.pow(delta, self.exponent)
+        return -self.stiffness * math.pow(-delta, self.exponent)
+
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        force: Floats = self.stiffness * np.sign(delta) * np.abs(delta) ** self.exponent
+        return force
+
+    def energy(self, delta: float) -> float:
+        """Work [J] stored: K delta^(n+1)/(n+1)."""
+        return self.stiffness * math.pow(max(delta, 0.0), self.exponent + 1.0) / (self.exponent + 1.0)
+
+
+@final
+@dataclass(frozen=True)
+class PrintedStiffness(ContactLaw):
+    """The stiffness printed as (9) in doi 10.3969/j.issn.1671-024x.2025.05.013, used as F = K(delta) delta^n.
+
+    ERR: K(delta) is the tangent stiffness of the cylinder-joint law with the cube in the denominator and the contact
+    length lost, multiplied by delta^n once more; with n = 1.5 the unit is not that of a force. For comparison only.
+    """
+
+    modulus: float
+    radius_sum: float
+    exponent: float = 1.0
+    name: str = "printed"
+
+    def __post_init__(self) -> None:
+        _positive(self, "modulus", "radius_sum", "exponent")
+
+    def force(self, delta: float, curvature: float) -> float:
+        depth, s = abs(delta), self.radius_sum
+        stiff = math.sqrt(2.0 * depth / (s + depth)) * (3.0 * s + 2.0 * depth)
+        return math.copysign(0.125 * math.pi * self.modulus * stiff * depth**self.exponent, delta)
+
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        depth, s = np.abs(delta), self.radius_sum
+        stiff = np.sqrt(2.0 * depth / (s + depth)) * (3.0 * s + 2.0 * depth)
+        force: Floats = np.sign(delta) * (0.125 * math.pi * self.modulus) * stiff * depth**self.exponent
+        return force
+
+
+@final
+@dataclass(frozen=True)
+class LinePatch:
+    """The body data behind a line pressure: contact modulus [Pa], length [m], roller radius [m] (inf: flat face)."""
+
+    modulus: float
+    length: float
+    roller_radius: float
+
+    def pressure(self, force: Floats, curvature: Floats) -> Floats:
+        """Peak Hertz pressure [Pa] sqrt(F E* k/(pi L)), k relative curvature [1/m], of forces and cam curvatures."""
+        relative = np.maximum(curvature + 1.0 / self.roller_radius, 0.0)
+        inside = np.maximum(force, 0.0) * self.modulus * relative / (math.pi * self.length)
+        pressure: Floats = np.sqrt(inside)
+        return pressure
+
+
+def _positive(law: object, *names: str) -> None:
+    problems = [
+        Problem(name, "must be positive", getattr(law, name), "> 0") for name in names if not getattr(law, name) > 0.0
+    ]
+    if problems:
+        raise ProfileError(problems)

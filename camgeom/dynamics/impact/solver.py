@@ -1,0 +1,261 @@
+"""The stepping of the contact solver: accepted steps, events placed to rounding, restarts (SI units)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from camgeom.dynamics.impact.events import Trial, illinois, subpoints
+from camgeom.dynamics.impact.lift import TURN
+from camgeom.dynamics.impact.losses import ImpactDamping
+from camgeom.dynamics.impact.problem import Event, ImpactProblem, Recorded, Regime, State, StepRecord
+from camgeom.dynamics.impact.rates import Machine
+from camgeom.dynamics.impact.stepper import Rate, Stepped, error_norm, next_step, step
+from camgeom.errors import NotConverged, Problem, ProfileError
+
+FIRST_STEP = 1e-6
+"""of a turn, after every restart: an automatic first step would be judged at zero force"""
+AFTER_KNOT = 0.1
+"""of the step before: the force is continuous across a knot of the motion, but the foot passes it a little later"""
+LONGEST_STEP = math.radians(1.0)
+"""of the cam: in free flight the error says nothing and the step would grow past contacts"""
+_MOST_EVENTS = 20_000
+_MOST_STEPS = 30_000
+"""a turn; an ordinary one takes a thousand, so that this is a stiffness no explicit step should follow"""
+
+
+@final
+@dataclass
+class _Walk:
+    """The walk through time. Mutable: it is the one place that accumulates."""
+
+    machine: Machine
+    rtol: float
+    end: float
+
+    def run(self, angle: float, start: Any) -> Recorded:
+        """From a cam angle [rad] (time 0) and a state to the end time."""
+        machine, w = self.machine, self.machine.speed
+        lift = machine.lift
+        inside = angle % TURN
+        arc = lift.arc_at(inside)
+        begin = (lift.starts[arc] - inside) / w
+        regime = self._first_regime(Regime(State.FREE, arc, begin, 1.0, False), start)
+        self.steps: list[StepRecord] = []
+        self.work: list[complex] = [0j]
+        self.regimes: list[Regime] = []
+        self.events: list[Event] = []
+        self.calls = 0
+        self.most = int(_MOST_STEPS * max(1.0, self.end / machine.problem.period))
+        self.next = 0.0
+        t, y = 0.0, start
+        while t < self.end:
+            knot = regime.begin + machine.jets.spans[regime.arc] / w
+            t, y, regime = self._until(t, y, regime, min(knot, self.end))
+            if t == knot and t < self.end:
+                following = regime.arc + 1 if regime.arc + 1 < len(lift.arcs) else 0
+                regime = regime._replace(arc=following, begin=knot)
+            else:
+                self.next = 0.0
+            if len(self.events) > _MOST_EVENTS:
+                raise NotConverged(
+                    f"{len(self.events)} contact events by {t:.6g} s: the contact chatters; a softer law, more "
+                    "damping, or a larger speed_floor would settle it"
+                )
+        return Recorded(self.steps, t, y, self.work, self.regimes, self.events, self.calls)
+
+    def _first_regime(self, regime: Regime, y: Any) -> Regime:
+        """Start in contact where the state is past a limit, or on it and moving in."""
+        for which in (0, 1):
+            depth, rate = self.machine.depth(which, regime, 0.0, y)
+            if depth > 0.0 or (depth == 0.0 and rate > 0.0):
+                return self._entered(regime, which, 0.0, y)
+        return regime
+
+    def _entered(self, regime: Regime, which: int, t: float, y: Any) -> Regime:
+        speed = self.machine.approach(which, regime, t, y)[1]
+        damping = self.machine.problem.damping
+        floor = damping.speed_floor if isinstance(damping, ImpactDamping) else 0.0
+        return regime._replace(state=State(which + 1), approach=max(speed, floor), clipped=False)
+
+    def _until(self, t: float, y: Any, regime: Regime, stop: float) -> tuple[float, Any, Regime]:
+        """Step within one regime until it changes or `stop` is reached."""
+        machine = self.machine
+        rate = machine.rate(regime)
+        number = len(self.regimes)
+        self.regimes.append(regime)
+        k, p = rate(t, y)
+        self.calls += 1
+        h = AFTER_KNOT * self.next or FIRST_STEP * machine.problem.period
+        moving = abs(y.imag if isinstance(y, complex) else complex(y[0]).imag)
+        if moving > 0.0 and not self.next:
+            h = min(h, 0.01 * machine.eta_scale / moving)
+        while t < stop:
+            wanted = h
+            trial, h = self._step(rate, t, y, k, p, h, stop)
+            # A step cut short by the end of the stretch says little about the length to go on with.
+            self.next = max(h, wanted) if trial.time == stop and trial.length < wanted else h
+            record = StepRecord(t, trial.length, y, k, p, number)
+            found = self._event(regime, rate, record, trial)
+            if found is not None:
+                tau, made, which = found
+                self._accept(record._replace(length=tau), made.work)
+                t, y = t + tau, made.state
+                return t, y, self._changed(regime, which, t, y)
+            self._accept(record, trial.work)
+            t, y, k, p = trial.time, trial.state, trial.rate, trial.powers
+        return t, y, regime
+
+    def _accept(self, record: StepRecord, work: complex) -> None:
+        if record.length > 0.0:
+            self.steps.append(record)
+            if len(self.steps) > self.most:
+                raise NotConverged(
+                    f"{len(self.steps)} steps by {record.time:.6g} s: the contact, its damping (tied to the speed of "
+                    "the last touch) or the friction is too stiff against the length of a turn; a larger speed_floor, "
+                    "a restitution nearer 1, a softer law, less friction or a higher speed would do"
+                )
+            self.work.append(self.work[-1] + work)
+
+    def _step(self, rate: Rate, t: float, y: Any, k: Any, p: complex, h: float, stop: float) -> tuple[Trial, float]:
+        """One step that meets the tolerance, and the length to try next."""
+        longest = LONGEST_STEP / self.machine.speed
+        shortest = 1e-15 * (self.machine.problem.period + abs(t))
+        while True:
+            h = min(h, longest)
+            last = t + 1.01 * h >= stop
+            if last:
+                h = stop - t
+            self.calls += 11
+            try:
+                made = step(rate, t, y, k, p, h)
+                error = self._error(made, h)
+            except NotConverged as beyond:
+                # A trial that is far too long may look outside the range of a law; only a short one may not.
+                if h < shortest:
+                    raise NotConverged(f"at {t:.9g} s: {beyond}") from beyond
+                h *= 0.1
+                continue
+            if error <= 1.0:
+                t1 = stop if last else t + h
+                k1, p1 = rate(t1, made.state)
+                self.calls += 1
+                return Trial(t1, h, made.state, k1, p1, made.work), next_step(h, error)
+            if not error < math.inf or h < shortest:
+                raise NotConverged(
+                    f"the step fell to {h:.3g} s at {t:.9g} s without meeting rtol {self.rtol:g}; "
+                    "use a tolerance not below 1e-12, or check the contact data"
+                )
+            h = next_step(h, error)
+
+    def _error(self, made: Stepped, h: float) -> float:
+        machine, rtol = self.machine, self.rtol
+        if isinstance(made.state, complex):
+            scale = complex(rtol * machine.eta_scale, rtol * max(machine.rate_scale, abs(made.state.imag)))
+            return error_norm(made, h, scale)
+        first = Stepped(complex(made.state[0]), complex(made.fifth[0]), complex(made.third[0]), 0j)
+        spin = rtol * max(float(np.abs(made.state[1])), machine.speed)
+        turned = Stepped(complex(made.state[1]), complex(made.fifth[1]), complex(made.third[1]), 0j)
+        scale = complex(rtol * machine.eta_scale, rtol * max(machine.rate_scale, abs(first.state.imag)))
+        return max(error_norm(first, h, scale), error_norm(turned, h, complex(spin, spin)))
+
+    def _event(
+        self, regime: Regime, rate: Rate, record: StepRecord, trial: Trial
+    ) -> tuple[float, Stepped, int] | None:
+        """The first event inside a step: (time past its start, the step up to it, event number), or None.
+
+        Events: 0, 1 contact with main, return side; 2 contact lost; 3 force clipped or released.
+        """
+        watched: list[int]
+        if regime.state == State.FREE:
+            watched = [0, 1]
+        else:
+            watched = [2, 3] if regime.clipped or self._may_clip(regime, record, trial) else [2]
+        points = subpoints(record, trial)
+        for j, (share, state) in enumerate(points):
+            t = record.time + share * trial.length if share < 1.0 else trial.time
+            for which in watched:
+                if self._crossed(regime, which, t, state) > 0.0:
+                    low = points[j - 1][0] if j else 0.0
+                    return self._placed(regime, rate, record, which, low * trial.length, share * trial.length)
+        return None
+
+    def _may_clip(self, regime: Regime, record: StepRecord, trial: Trial) -> bool:
+        """Whether the separating speed can come near the one at which damping cancels the elastic force."""
+        if not isinstance(self.machine.problem.damping, ImpactDamping):
+            return self.machine.problem.damping.coefficient > 0.0
+        first, second = record.state, trial.state
+        if not isinstance(first, complex):
+            first, second = complex(first[0]), complex(second[0])
+        fastest = max(abs(first.imag), abs(second.imag)) * self.machine.levers[regime.state - 1]
+        return bool(2.0 * fastest * self.machine.factor > regime.approach)
+
+    def _crossed(self, regime: Regime, which: int, t: float, y: Any) -> float:
+        """Positive once the event has happened."""
+        if which < 2:
+            return self.machine.depth(which, regime, t, y)[0]
+        side = regime.state - 1
+        if which == 2:
+            return -self.machine.depth(side, regime, t, y)[0]
+        share = self.machine.approach(side, regime, t, y)[2]
+        return share if regime.clipped else -share
+
+    def _placed(
+        self, regime: Regime, rate: Rate, record: StepRecord, which: int, low: float, high: float
+    ) -> tuple[float, Stepped, int] | None:
+        """The event between two times past the start of the step, by repeating the step to ever better guesses."""
+
+        def at(tau: float) -> tuple[float, Stepped]:
+            made = step(rate, record.time, record.state, record.rate, record.powers, tau)
+            self.calls += 11
+            return self._crossed(regime, which, record.time + tau, made.state), made
+
+        value_high, made = at(high)
+        if value_high <= 0.0:
+            return None
+        if low == 0.0:
+            value_low = min(self._crossed(regime, which, record.time, record.state), 0.0)
+        else:
+            value_low = at(low)[0]
+            if value_low > 0.0:
+                return self._placed(regime, rate, record, which, 0.0, low)
+        return (*illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
+
+    def _changed(self, regime: Regime, which: int, t: float, y: Any) -> Regime:
+        """The regime after an event, which is noted."""
+        if which < 2:
+            after = self._entered(regime, which, t, y)
+            kind = "on"
+        elif which == 2:
+            after = regime._replace(state=State.FREE, clipped=False)
+            kind = "off"
+        else:
+            after = regime._replace(clipped=not regime.clipped)
+            kind = "release" if regime.clipped else "clip"
+        side = max(after.state, regime.state) - 1
+        speed = self.machine.approach(side, regime, t, y)[1]
+        self.events.append(Event(t, kind, State(side + 1), speed))
+        return after
+
+
+def walk(
+    problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float
+) -> tuple[Machine, Recorded]:
+    """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default the middle of the play with the
+    follower (not the deviation) at rest. Raises NotConverged.
+    """
+    if not 1e-13 <= rtol <= 1e-2:
+        raise ProfileError([Problem("tolerance", "outside its range", rtol, "1e-13 to 1e-2")])
+    if not end_angle > angle:
+        raise ProfileError([Problem("end_angle", "must lie beyond the start", end_angle, f"> {angle:g} rad")])
+    machine = Machine(problem)
+    slope = float(machine.lift.many(angle, 1)[1, 0])
+    begin = start or (problem.pair.middle(angle), -slope * problem.speed)
+    state: Any = complex(*begin)
+    if problem.spin is not None:
+        state = np.array([state, 0j])
+    runner = _Walk(machine, rtol, (end_angle - angle) / problem.speed)
+    return machine, runner.run(angle, state)

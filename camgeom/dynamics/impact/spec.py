@@ -1,0 +1,156 @@
+"""The `[impact]` table of a profile: contact with clearance (units at the edge: mm, N, MPa, degrees)."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self, final
+
+from pydantic import Field, model_validator
+
+from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, LiuCylinder, PowerLaw, PrintedStiffness
+from camgeom.dynamics.impact.losses import Coulomb, Damping, ImpactDamping, RampedDamping
+from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin
+from camgeom.dynamics.impact.side import Pair
+from camgeom.keys import Length, Section
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+@final
+class ImpactSpec(Section):
+    """Contact of the follower with free play: contact law, damping, friction, what to compute."""
+
+    clearance: Annotated[
+        Length | None, Field(description="mm; free play between the two contacts; default: that of [follower]")
+    ] = None
+    clearance_kind: Annotated[
+        Literal["chord", "normal"],
+        Field(description="chord: between the limiting positions of the roller centre; normal: gap along the normal"),
+    ] = "chord"
+    law: Annotated[
+        Literal["hertz", "liu", "power", "printed"],
+        Field(
+            description="contact law: hertz line (default), liu cylinder joint, power K x^n, printed (comparison only)"
+        ),
+    ] = "hertz"
+    contact_length: Annotated[Length | None, Field(description="mm; default: the roller's contact length")] = None
+    reference_radius: Annotated[
+        Length | None, Field(description="mm; cam radius in the contact law; default: base radius")
+    ] = None
+    true_curvature: Annotated[
+        bool, Field(description="follow the cam's curvature at the contact point in the hertz law")
+    ] = False
+    stiffness: Annotated[Positive | None, Field(description="N/mm^n; K of the power law")] = None
+    exponent: Annotated[
+        float | None, Field(ge=1.0, le=3.0, description="n of the power law (1.5) and of the printed one (1)")
+    ] = None
+    restitution: Annotated[float, Field(gt=0.0, le=1.0, description="nominal coefficient of restitution")] = 0.9
+    exact_restitution: Annotated[
+        bool, Field(description="make the restitution exactly the nominal one; false: the hybrid model as published")
+    ] = False
+    damping: Annotated[
+        NotNegative | None, Field(description="N s/mm; viscous damping that ramps in, in place of the restitution")
+    ] = None
+    damping_depth: Annotated[Length, Field(description="mm; penetration at which that damping is full")] = 0.1
+    speed_floor: Annotated[Positive, Field(description="m/s; least approach speed that the damping refers to")] = 1e-3
+    static_friction: Annotated[NotNegative, Field(description="static friction of cam and roller; 0: none")] = 0.0
+    dynamic_friction: Annotated[NotNegative, Field(description="dynamic friction of cam and roller")] = 0.0
+    stick_speed: Annotated[Positive, Field(description="m/s; sliding speed of the static friction")] = 0.001
+    slip_speed: Annotated[Positive, Field(description="m/s; sliding speed from which friction is dynamic")] = 0.002
+    roller_inertia: Annotated[
+        Positive | None, Field(description="kg mm²; the rollers turn; default: they do not, and rub on the cam")
+    ] = None
+    inertia: Annotated[
+        Positive | None, Field(description="kg m² (swinging) or kg; default: the follower's inertia or mass")
+    ] = None
+    turns: Annotated[int, Field(ge=2, le=200, description="turns that are solved")] = 6
+    settle: Annotated[int, Field(ge=0, le=199, description="turns at the start that are not counted")] = 1
+    tolerance: Annotated[float, Field(ge=1e-12, le=1e-4, description="relative tolerance of the solver")] = 1e-9
+    study: Annotated[
+        tuple[Length, ...], Field(max_length=1000, strict=False, description="mm; clearances of a study; empty: none")
+    ] = ()
+    laws: Annotated[
+        tuple[Annotated[str, Field(max_length=60)], ...],
+        Field(max_length=50, strict=False, description="motion laws compared in place of the profile's own"),
+    ] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.law == "power" and self.stiffness is None:
+            raise ValueError("law = 'power' needs stiffness, N/mm^n")
+        if self.dynamic_friction > self.static_friction:
+            raise ValueError("dynamic_friction must not exceed static_friction")
+        if self.slip_speed <= self.stick_speed:
+            raise ValueError("slip_speed must exceed stick_speed")
+        if self.settle >= self.turns:
+            raise ValueError("settle must be less than turns")
+        if self.roller_inertia is not None and self.static_friction == 0.0:
+            raise ValueError("roller_inertia needs friction: a roller is turned by nothing else")
+        return self
+
+    def contact_law(
+        self, modulus_mpa: float, length_mm: float, roller_radius_mm: float, cam_radius_mm: float
+    ) -> ContactLaw:
+        """The contact law in SI units, from contact modulus, length and radii at the edge; own keys go first."""
+        modulus, roller = 1e6 * modulus_mpa, 1e-3 * roller_radius_mm
+        length = 1e-3 * (self.contact_length or length_mm)
+        cam = 1e-3 * (self.reference_radius or cam_radius_mm)
+        if self.law == "hertz":
+            # A flat face has no centre to measure from; the depth of the other body stands for its own.
+            depth = None if math.isfinite(roller) else 4.0 * cam
+            return HertzLine(modulus, length, roller, cam, roller_depth=depth, true_curvature=self.true_curvature)
+        if self.law == "liu":
+            return LiuCylinder(modulus, length, cam + roller)
+        if self.law == "printed":
+            return PrintedStiffness(modulus, cam + roller, 1.0 if self.exponent is None else self.exponent)
+        exponent = 1.5 if self.exponent is None else self.exponent
+        return PowerLaw((self.stiffness or 0.0) * 10.0 ** (3.0 * exponent), exponent)
+
+    def problem(
+        self,
+        pair: Pair,
+        *,
+        inertia: float,
+        speed_rpm: float,
+        modulus_mpa: float,
+        length_mm: float,
+        roller_radius_mm: float,
+        cam_radius_mm: float,
+        load: Load | None = None,
+    ) -> ImpactProblem:
+        """The problem in SI units; `inertia` (kg or kg m²) is the follower's unless the section gives its own.
+
+        `modulus_mpa` is the contact modulus E*, `cam_radius_mm` the cam radius of the contact law unless given here.
+        """
+        return ImpactProblem(
+            pair,
+            self.inertia or inertia,
+            speed_rpm * math.pi / 30.0,
+            self.contact_law(modulus_mpa, length_mm, roller_radius_mm, cam_radius_mm),
+            self.damping_law(),
+            self.friction_law(),
+            self.spin(),
+            load or Load(),
+            self.patch(modulus_mpa, length_mm, roller_radius_mm),
+        )
+
+    def patch(self, modulus_mpa: float, length_mm: float, roller_radius_mm: float) -> LinePatch:
+        """The data of the line pressure in SI units."""
+        return LinePatch(1e6 * modulus_mpa, 1e-3 * (self.contact_length or length_mm), 1e-3 * roller_radius_mm)
+
+    def damping_law(self) -> Damping:
+        """The damping in SI units."""
+        if self.damping is not None:
+            return RampedDamping(1e3 * self.damping, 1e-3 * self.damping_depth)
+        return ImpactDamping(self.restitution, self.exact_restitution, self.speed_floor)
+
+    def friction_law(self) -> Coulomb | None:
+        """The friction, or None."""
+        if self.static_friction == 0.0:
+            return None
+        return Coulomb(self.static_friction, self.dynamic_friction, self.stick_speed, self.slip_speed)
+
+    def spin(self) -> RollerSpin | None:
+        """The roller spin in SI units, or None."""
+        return None if self.roller_inertia is None else RollerSpin(1e-6 * self.roller_inertia)

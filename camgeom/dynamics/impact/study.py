@@ -1,0 +1,305 @@
+"""Many contact problems at once: statistics over turns, clearance studies, comparison of profiles (SI units).
+
+A motion with impacts need not be periodic; its peaks are then reported as mean, least and largest over turns, and the
+only convergence that can be shown is that of the first turn, against a run with a ten times tighter tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from multiprocessing import get_context
+from time import perf_counter
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from camgeom.dynamics.impact.lift import Lift
+from camgeom.dynamics.impact.pair import TablePair
+from camgeom.dynamics.impact.problem import ImpactProblem, State
+from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.program import Program
+
+WORTH_SPAWNING = 1.0
+"""s of work left that pays for starting processes, which takes about half of that"""
+Job = tuple[str, ImpactProblem, int, int, float, bool]
+PERIODIC_SPREAD = 1e-3
+"""relative spread of the peaks of the turns below which the motion is called periodic"""
+
+
+class Statistic(NamedTuple):
+    """Mean, least and largest of a quantity over turns."""
+
+    mean: float
+    least: float
+    largest: float
+
+    @property
+    def spread(self) -> float:
+        """(largest - least) over the mean, 1."""
+        return (self.largest - self.least) / self.mean if self.mean else 0.0
+
+
+@final
+@dataclass(frozen=True)
+class StudyRow:
+    """One variant: peaks over turns in SI units, and how far they can be trusted."""
+
+    label: str
+    clearance: float
+    turns: int
+    acceleration: Statistic
+    force_main: Statistic
+    force_return: Statistic
+    pressure: Statistic
+    approach_speed: Statistic
+    impacts: Statistic
+    conversions: Statistic
+    peak_torque: float
+    """largest magnitude of the torque that the cam needs [N m]"""
+    mean_power: float
+    """mean power that the cam supplies [W]"""
+    lost_energy: float
+    """mean per turn [J]"""
+    impulse: tuple[float, float]
+    """mean contact impulse per turn, main and return side [N s]"""
+    sliding_work: tuple[float, float]
+    """mean sliding work per turn and unit of friction coefficient, main and return side [J]: a measure of wear"""
+    rms_jerk: float
+    ideal_acceleration: float
+    """peak of the motion without free play"""
+    periodic: bool
+    tighter_change: float | None
+    """relative change of the first turn's peak acceleration against a ten times tighter run"""
+    energy_residual: float
+    """of the power balance, over the largest energy that flowed"""
+
+    @property
+    def amplification(self) -> float:
+        """Mean peak acceleration over that of the ideal motion, 1."""
+        return self.acceleration.mean / self.ideal_acceleration
+
+    def as_dict(self, angular: bool) -> dict[str, object]:
+        """The row with units in its keys, at the edge: mm, N, MPa, J; accelerations rad/s^2 (`angular`) or m/s^2."""
+        unit = "rad_s" if angular else "m_s"
+
+        def triple(statistic: Statistic, factor: float = 1.0) -> dict[str, float]:
+            return {name: factor * value for name, value in statistic._asdict().items()}
+
+        return {
+            "label": self.label,
+            "clearance_mm": 1e3 * self.clearance,
+            "turns": self.turns,
+            "periodic": self.periodic,
+            f"peak_acceleration_{unit}2": triple(self.acceleration),
+            f"ideal_acceleration_{unit}2": self.ideal_acceleration,
+            "amplification": self.amplification,
+            "peak_force_main_n": triple(self.force_main),
+            "peak_force_return_n": triple(self.force_return),
+            "peak_pressure_mpa": triple(self.pressure, 1e-6),
+            "approach_speed_m_s": triple(self.approach_speed),
+            "impacts_per_turn": triple(self.impacts),
+            "drive_conversions_per_turn": triple(self.conversions),
+            "peak_cam_torque_nm": self.peak_torque,
+            "mean_power_w": self.mean_power,
+            "lost_energy_j_per_turn": self.lost_energy,
+            "impulse_ns_per_turn": list(self.impulse),
+            "sliding_work_j_per_turn": list(self.sliding_work),
+            f"rms_jerk_{unit}3": self.rms_jerk,
+            "tighter_change": self.tighter_change,
+            "energy_residual": self.energy_residual,
+        }
+
+
+def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | None = None) -> StudyRow:
+    """The peaks of every whole turn of a run but the first `skip`. Raises ProfileError where no turn is left."""
+    turns = run.turn_times()[skip:]
+    if not turns:
+        raise ProfileError([Problem("cycles", "no whole turn is left after the settling turns", skip, "fewer to skip")])
+
+    def over(quantity: Quantity) -> Statistic:
+        return _statistic([run.peak(quantity, low, high).value for low, high in turns])
+
+    hits = [[hit for hit in run.impacts if low <= hit.time < high] for low, high in turns]
+    main, back = over("force_main"), over("force_return")
+    pressures = [
+        max(run.peak("pressure_main", *turn).value, run.peak("pressure_return", *turn).value)
+        if run.problem.patch
+        else 0.0
+        for turn in turns
+    ]
+    acceleration = over("acceleration")
+    ideal = run.machine.lift.peaks[2] * run.problem.speed**2
+    return StudyRow(
+        label,
+        _clearance(run.problem),
+        len(turns),
+        acceleration,
+        main,
+        back,
+        _statistic(pressures),
+        _statistic([max((hit.approach_speed for hit in turn), default=0.0) for turn in hits]),
+        _statistic([float(len(turn)) for turn in hits]),
+        _statistic([float(sum(hit.converts for hit in turn)) for turn in hits]),
+        float(np.abs(run.trace.cam_torque).max()),
+        *_powers(run, turns),
+        _per_turn(run, [side.impulse for side in run.wear]),
+        _per_turn(run, [side.sliding for side in run.wear]),
+        run.jerk[1],
+        ideal,
+        acceleration.spread < PERIODIC_SPREAD,
+        tighter,
+        run.energy.relative_residual,
+    )
+
+
+def study(
+    problems: Mapping[str, ImpactProblem],
+    *,
+    turns: int = 6,
+    skip: int = 1,
+    rtol: float = 1e-9,
+    tighter: bool = True,
+    workers: int | None = None,
+) -> list[StudyRow]:
+    """One row a problem, in order, on all processors (or `workers` of them; 1: in this process).
+
+    `tighter` repeats the first turn with a tenth of the tolerance. Processes are used, not threads: a run is plain
+    Python and threads would take turns. They are spawned where the first run says that it pays, so a script must guard
+    its entry by `if __name__ == "__main__"`. Raises what the runs raise.
+    """
+    jobs = [(label, problem, turns, skip, rtol, tighter) for label, problem in problems.items()]
+    # Long runs first: the work grows with the clearance, and one long run must not be the last to start.
+    order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
+    rows: dict[int, StudyRow] = {}
+    count = min(workers or cores(), len(jobs))
+    if workers is None and count > 1:
+        began = perf_counter()
+        rows[order[0]] = _row(jobs[order[0]])
+        order = order[1:]
+        if (perf_counter() - began) * len(order) < WORTH_SPAWNING:
+            count = 1
+    rows |= {i: _row(jobs[i]) for i in order} if count <= 1 else _shared(jobs, order, count - 1)
+    return [rows[i] for i in range(len(jobs))]
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow]:
+    """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
+    rows = {}
+    with ProcessPoolExecutor(helpers, mp_context=get_context("spawn")) as pool:
+        given = {i: pool.submit(_row, jobs[i]) for i in order}
+        for i in order:
+            # a job that no helper has taken yet is done here
+            if given[i].cancel():
+                rows[i] = _row(jobs[i])
+        rows |= {i: future.result() for i, future in given.items() if not future.cancelled()}
+    return rows
+
+
+def clearance_study(
+    problem: ImpactProblem,
+    clearances: Sequence[float] | None = None,
+    *,
+    count: int = 13,
+    **options: int | float | bool | None,
+) -> list[StudyRow]:
+    """Rows over the clearance [m]; by default `count` of them from 1e-6 to 1e-3 m in equal ratios."""
+    values = list(np.geomspace(1e-6, 1e-3, count)) if clearances is None else list(clearances)
+    problems = {f"{1e3 * c:.4g} mm": replace(problem, pair=problem.pair.with_clearance(float(c))) for c in values}
+    return study(problems, **options)  # type: ignore[arg-type]
+
+
+def compare_profiles(
+    problem: ImpactProblem, program: Program, laws: Sequence[str], unit: float, **options: int | float | bool | None
+) -> list[StudyRow]:
+    """Rows over motion laws: the program with the law of every moving segment replaced, everything else kept.
+
+    `unit` is m (or rad) per unit of the program's lift; the options are those of `study`.
+    """
+    if isinstance(problem.pair, TablePair):
+        text = "the levers of a groove belong to its motion: name the laws in [impact] instead"
+        raise ProfileError([Problem("impact.laws", text)])
+    problems = {}
+    for law in laws:
+        segments = [s if s.dwells else replace(s, law=law, params=()) for s in program.segments]
+        other = Program.from_segments(segments, program.spans[0].before)
+        pair: Any = problem.pair
+        problems[law] = replace(problem, pair=replace(pair, lift=Lift.from_program(other, unit)))
+    return study(problems, **options)  # type: ignore[arg-type]
+
+
+def decade_growth(rows: Sequence[StudyRow]) -> list[float]:
+    """Local exponent of the growth of the mean peak acceleration with the clearance, between neighbouring rows."""
+    return [
+        math.log(b.acceleration.mean / a.acceleration.mean) / math.log(b.clearance / a.clearance)
+        for a, b in pairwise(rows)
+    ]
+
+
+def _row(job: Job) -> StudyRow:
+    label, problem, turns, skip, rtol, tighter = job
+    run = solve(problem, turns=turns, rtol=rtol)
+    return statistics(run, skip, label, tighter_change(run) if tighter else None)
+
+
+def tighter_change(run: ImpactRun) -> float:
+    """Relative change (1) of the first turn's peak acceleration when it is solved with a tenth of the tolerance."""
+    problem = run.problem
+    first = run.peak("acceleration", 0.0, problem.period).value
+    close = solve(
+        problem, start_angle=run.start_angle, turns=1.0, rtol=max(0.1 * run.rtol, 1e-13)
+    ).peak("acceleration").value
+    return abs(first - close) / close if close > 0.0 else abs(first - close)
+
+
+def _statistic(values: Sequence[float]) -> Statistic:
+    return Statistic(sum(values) / len(values), min(values), max(values))
+
+
+def _clearance(problem: ImpactProblem) -> float:
+    return float(getattr(problem.pair, "clearance", problem.pair.play))
+
+
+def _powers(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Mean power supplied [W] and mean energy lost per turn [J], between the steps nearest to the turns' ends."""
+    times = [step.time for step in run.recorded.steps] + [run.recorded.time]
+    low, high = turns[0][0], turns[-1][1]
+    given = np.interp([low, high], times, [work.real for work in run.recorded.work])
+    lost = np.interp([low, high], times, [work.imag for work in run.recorded.work])
+    return float(given[1] - given[0]) / (high - low), float(lost[1] - lost[0]) / len(turns)
+
+
+def _per_turn(run: ImpactRun, values: Sequence[float]) -> tuple[float, float]:
+    turns = run.recorded.time / run.problem.period
+    return values[0] / turns, values[1] / turns
+
+
+def free_flight(problem: ImpactProblem) -> tuple[float, float, float]:
+    """Estimate of the drive conversion: flight time [s], speed gained in the coordinate, approach speed [m/s].
+
+    The follower leaves one side where the acceleration changes sign with the jerk j and crosses the play phi_m freely:
+    t = (6 phi_m/|j|)^(1/3), eta' = 1/2 |j| t^2, growing with the clearance to the power 2/3.
+    """
+    pair, w = problem.pair, problem.speed
+    lift = pair.lift
+    angle = np.linspace(0.0, 2.0 * math.pi, 7201)
+    second, third = lift.many(angle, 3)[2:]
+    turning = 1 + np.flatnonzero((second[:-2] > 0.0) & (second[1:-1] <= 0.0) & (second[2:] < 0.0))
+    if not turning.size:
+        return 0.0, 0.0, 0.0
+    place = int(turning[np.argmax(np.abs(third[turning]))])
+    jerk = abs(float(third[place])) * w**3
+    time = math.cbrt(6.0 * pair.play / jerk) if jerk > 0.0 else 0.0
+    speed = 0.5 * jerk * time * time
+    lever = float(pair.sides[State.RETURN - 1].many(lift, angle[place : place + 1], np.zeros(1))[1][0])
+    return time, speed, abs(lever) * speed

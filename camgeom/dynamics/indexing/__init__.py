@@ -1,0 +1,1 @@
+"""The elastic indexing drive from motor to load: modes, response, energy."""

@@ -1,0 +1,238 @@
+"""The indexing drive: inertias, stiffnesses and dampings of its 11 degrees of freedom, and its matrices. SI throughout.
+
+Coordinates: torsion theta1 (cam), theta2 (turret), theta3 (load plate), taken as deviations q1 = theta1 - theta,
+q2 = theta2 - tau(theta), q3 = theta3 - tau(theta) from the rigid motion; cam displacements x1, y1, z1; turret x2, y2
+and load plate x3, y3 on one output shaft; its axial displacement z23. The matrices are assembled from the energies,
+so the contact keeps the terms tau'^2 K12 and C12 tau'' omega that published row-by-row forms lose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.dynamics.indexing.energy import Indefinite, Term, along, assemble, between, decoupled, definiteness
+from camgeom.dynamics.linear.method import Side
+from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+
+NAMES = ("theta1", "theta2", "theta3", "x1", "y1", "z1", "x2", "y2", "x3", "y3", "z23")
+TORSION = NAMES[:3]
+LABELS: Mapping[tuple[str, ...], tuple[str, ...]] = {
+    ("x1",): ("cam_bending_x",),
+    ("y1",): ("cam_axial_y",),
+    ("z1",): ("cam_bending_z",),
+    ("x2", "x3"): ("turret_bending", "load_bending", "cross_bending"),
+    ("y2", "y3"): ("turret_bending", "load_bending", "cross_bending"),
+    ("z23",): ("output_axial",),
+}
+
+
+class Motion(Protocol):
+    """The motion program: turret angle in rad over the cam angle in rad."""
+
+    @property
+    def knots(self) -> npt.NDArray[np.float64]: ...
+
+    def jet(self, theta: npt.NDArray[np.float64], order: int = 3, side: Side = "right") -> npt.NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class IndexingDrive:
+    """Masses (kg), inertias (kg m2), stiffnesses (N m/rad torsional, N/m else), dampings (N m s/rad, N s/m) of the
+    drive.
+
+    contact_stiffness is N m/rad at the turret (a linear contact stiffness k in N/m gives k rp^2); where it varies
+    over the cam angle give `contact_table`, equal steps over a turn, and leave it at the mean. cam_friction,
+    turret_friction are viscous.
+    """
+
+    cam_inertia: float
+    turret_inertia: float
+    load_inertia: float
+    input_stiffness: float
+    output_stiffness: float
+    contact_stiffness: float
+    input_damping: float = 0.0
+    output_damping: float = 0.0
+    contact_damping: float = 0.0
+    cam_friction: float = 0.0
+    turret_friction: float = 0.0
+    contact_table: tuple[float, ...] = ()
+    cam_mass: float = 0.0
+    turret_mass: float = 0.0
+    load_mass: float = 0.0
+    cam_bending_x: float = 0.0
+    cam_axial_y: float = 0.0
+    cam_bending_z: float = 0.0
+    turret_bending: float = 0.0
+    load_bending: float = 0.0
+    cross_bending: float = 0.0
+    output_axial: float = 0.0
+    cam_damping_x: float = 0.0
+    cam_damping_y: float = 0.0
+    cam_damping_z: float = 0.0
+    output_axial_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        problems = []
+        for item in fields(self):
+            value = getattr(self, item.name)
+            values = np.asarray(value, dtype=float)
+            if not np.isfinite(values).all():
+                problems.append(Problem(f"dynamics.{item.name}", "must be finite", value))
+            elif item.name != "cross_bending" and (values < 0.0).any():
+                problems.append(Problem(f"dynamics.{item.name}", "must not be negative", value, ">= 0"))
+        for name in (
+            "cam_inertia",
+            "turret_inertia",
+            "load_inertia",
+            "input_stiffness",
+            "output_stiffness",
+            "contact_stiffness",
+        ):
+            if getattr(self, name) == 0.0:
+                problems.append(Problem(f"dynamics.{name}", "must be positive", 0.0, "> 0"))
+        if self.contact_table and (len(self.contact_table) < 4 or min(self.contact_table) <= 0.0):
+            problems.append(
+                Problem("dynamics.contact_table", "needs four positive values or more", len(self.contact_table))
+            )
+        if problems:
+            raise ProfileError(problems)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The coordinates of the model: the torsion, and of the lateral ones those that have a mass."""
+        mass = {"1": self.cam_mass, "2": self.turret_mass, "3": self.load_mass}
+        out = [name for name in NAMES[3:10] if mass[name[-1]] > 0.0]
+        if self.turret_mass + self.load_mass > 0.0:
+            out.append("z23")
+        return (*TORSION, *out)
+
+    def inertia_terms(self) -> tuple[Term, ...]:
+        """Kinetic energy."""
+        return (
+            Term(self.cam_inertia, along("theta1")),
+            Term(self.turret_inertia, along("theta2")),
+            Term(self.load_inertia, along("theta3")),
+            *(Term(self.cam_mass, along(name)) for name in ("x1", "y1", "z1")),
+            *(Term(self.turret_mass, along(name)) for name in ("x2", "y2")),
+            *(Term(self.load_mass, along(name)) for name in ("x3", "y3")),
+            Term(self.turret_mass + self.load_mass, along("z23")),
+        )
+
+    def spring_terms(self) -> tuple[Term, ...]:
+        """Potential energy without the contact."""
+        lateral = [
+            term
+            for a, b in (("x2", "x3"), ("y2", "y3"))
+            for term in (
+                Term(self.turret_bending, along(a)),
+                Term(self.cross_bending, along(a), along(b)),
+                Term(self.load_bending, along(b)),
+            )
+        ]
+        return (
+            Term(self.input_stiffness, along("theta1")),
+            Term(self.output_stiffness, between("theta3", "theta2")),
+            Term(self.cam_bending_x, along("x1")),
+            Term(self.cam_axial_y, along("y1")),
+            Term(self.cam_bending_z, along("z1")),
+            *lateral,
+            Term(self.output_axial, along("z23")),
+        )
+
+    def damping_terms(self) -> tuple[Term, ...]:
+        """Dissipation without the contact."""
+        return (
+            Term(self.input_damping, along("theta1")),
+            Term(self.cam_friction, along("theta1")),
+            Term(self.turret_friction, along("theta2")),
+            Term(self.output_damping, between("theta3", "theta2")),
+            Term(self.cam_damping_x, along("x1")),
+            Term(self.cam_damping_y, along("y1")),
+            Term(self.cam_damping_z, along("z1")),
+            Term(self.output_axial_damping, along("z23")),
+        )
+
+    def matrix(self, terms: tuple[Term, ...], names: tuple[str, ...]) -> Floats:
+        """Matrix (m, m) of an energy on the chosen coordinates."""
+        kept = [term for term in terms if all(name in names for name, _ in (*term.g, *term.h))]
+        return assemble(kept, names)
+
+    def contact_stiffness_at(self, theta: Floats) -> Floats:
+        """K12 in N m/rad at cam angles theta (rad): the constant, or the periodic cubic spline through the table."""
+        if not self.contact_table:
+            return np.full(np.shape(theta), self.contact_stiffness)
+        return periodic_spline(np.array(self.contact_table), theta)
+
+    def stiffness(
+        self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None, paper_form: bool = False
+    ) -> Floats:
+        """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms).
+
+        paper_form leaves out tau'^2 K12 as the printed row of the source does: for comparison only.
+        """
+        names = names or self.coordinates
+        fixed = self.matrix(self.spring_terms(), names)
+        slope = motion.jet(theta, 1)[1]
+        return fixed + self.contact_stiffness_at(theta)[:, None, None] * contact_dyad(slope, names, paper_form)
+
+    def blocks(self) -> tuple[tuple[str, ...], ...]:
+        """The coordinates in blocks that no energy couples."""
+        names = self.coordinates
+        coupled = contact_dyad(np.array([1.0]), names)[0]
+        spring = self.matrix(self.spring_terms(), names)
+        return decoupled(
+            names, self.matrix(self.inertia_terms(), names), spring + coupled, self.matrix(self.damping_terms(), names)
+        )
+
+    def indefinite(self, motion: Motion, theta: Floats | None = None) -> tuple[Indefinite, ...]:
+        """The blocks whose stiffness is not positive definite, at the worst of the cam angles theta (rad)."""
+        angles = np.linspace(0.0, 2.0 * np.pi, 361) if theta is None else theta
+        out = []
+        for block in self.blocks():
+            mass = self.matrix(self.inertia_terms(), block)
+            if block == TORSION:
+                slope = motion.jet(angles, 1)[1]
+                angle = angles[[int(np.abs(slope).argmax())]]
+            else:
+                angle = angles[:1]
+            found = definiteness(block, mass, self.stiffness(angle, motion, block)[0], LABELS.get(block, ()))
+            if found is not None:
+                out.append(found)
+        return tuple(out)
+
+
+def contact_dyad(slope: Floats, names: tuple[str, ...], paper_form: bool = False) -> Floats:
+    """g g^T (n, m, m) of the contact elongation g = theta2 - tau' theta1, for slopes tau' (n,)."""
+    direction = np.zeros((len(slope), len(names)))
+    if "theta1" in names:
+        direction[:, names.index("theta1")] = -slope
+        direction[:, names.index("theta2")] = 1.0
+    out = direction[:, :, None] * direction[:, None, :]
+    if paper_form and "theta1" in names:
+        out[:, names.index("theta1"), names.index("theta1")] = 0.0
+    return out
+
+
+def periodic_spline(values: Floats, theta: Floats) -> Floats:
+    """Periodic cubic spline through values (k,) at equal steps over one turn, at cam angles theta (rad).
+
+    The second derivatives solve a circulant system, so a Fourier transform inverts it exactly.
+    """
+    count = len(values)
+    h = 2.0 * np.pi / count
+    wave = np.cos(2.0 * np.pi * np.arange(count) / count)
+    curve = np.fft.ifft(np.fft.fft(values) * (2.0 * wave - 2.0) / (h * h) * 6.0 / (4.0 + 2.0 * wave)).real
+    place = np.mod(theta, 2.0 * np.pi) / h
+    left = np.minimum(place.astype(int), count - 1)
+    u = place - left
+    w = 1.0 - u
+    right = (left + 1) % count
+    bend = ((w**3 - w) * curve[left] + (u**3 - u) * curve[right]) * h * h / 6.0
+    return np.asarray(w * values[left] + u * values[right] + bend)

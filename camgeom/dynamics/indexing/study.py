@@ -1,0 +1,237 @@
+"""One call for the whole of an indexing drive: modes, critical speeds, steady state, transient, sweep, as frozen facts.
+
+Every fact is computed when it is first asked for and only once; `summary` gives the numbers with their units in the
+names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import degrees
+from types import MappingProxyType
+
+import numpy as np
+
+from camgeom.dynamics.indexing.drive import IndexingDrive, Motion
+from camgeom.dynamics.indexing.measures import EnergyBalance, Residual, energy_balance, residual_vibration
+from camgeom.dynamics.indexing.modes import (
+    Campbell,
+    CriticalSpeed,
+    Modes,
+    SpeedClasses,
+    campbell,
+    critical_speeds,
+    natural_modes,
+    speed_classes,
+)
+from camgeom.dynamics.indexing.response import CONSTANT, Response, from_rest, steady_state
+from camgeom.dynamics.indexing.sweep import Sweep, sweep
+from camgeom.dynamics.indexing.system import Fluctuation
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.spec import NOTHING, DynamicsSpec
+from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+
+RPM = np.pi / 30.0
+NEAR = 0.05
+"""share of the operating speed within which a critical speed is named"""
+MOST_HARMONICS = 40
+GIVEN: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class IndexingStudy:
+    """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
+
+    sources: where contact stiffness and inertias that the [dynamics] table does not give come from.
+    """
+
+    drive: IndexingDrive
+    motion: Motion
+    speed: float
+    accuracy: Accuracy = STANDARD
+    fluctuation: Fluctuation = CONSTANT
+    exact: bool = False
+    band: float = 1e-4
+    sweep_speeds: Floats | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Natural frequencies and shapes over the cam angle."""
+        return natural_modes(self.drive, self.motion)
+
+    @cached_property
+    def classes(self) -> SpeedClasses:
+        """First critical speed and speed classes, r/min."""
+        return speed_classes(self.modes.lowest_hz()[0])
+
+    @cached_property
+    def critical(self) -> tuple[CriticalSpeed, ...]:
+        """Critical speeds of every mode and harmonic, r/min."""
+        return critical_speeds(self.modes)
+
+    @cached_property
+    def steady(self) -> Response:
+        """Periodic steady state."""
+        return steady_state(self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, exact=self.exact)
+
+    @cached_property
+    def start(self) -> Response:
+        """First turn from rest."""
+        return from_rest(self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, exact=self.exact)
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """Steady states over the sweep; ProfileError when no sweep was asked for."""
+        if self.sweep_speeds is None:
+            raise ProfileError([Problem("dynamics.sweep", "is missing", None, "two speeds in r/min")])
+        return sweep(self.drive, self.motion, self.sweep_speeds, self.accuracy, self.fluctuation, self.exact)
+
+    @cached_property
+    def residual(self) -> Residual:
+        """Vibration left in the dwell of the steady state."""
+        return residual_vibration(self.steady, self.band)
+
+    @cached_property
+    def energy(self) -> EnergyBalance:
+        """Mean powers of the steady state."""
+        return energy_balance(self.steady)
+
+    def campbell(self, highest_rpm: float | None = None) -> Campbell:
+        """Campbell diagram up to a speed in r/min, by default the first critical speed."""
+        top = highest_rpm if highest_rpm is not None else self.classes.first_critical_rpm
+        return campbell(self.modes, np.linspace(0.0, top, 101))
+
+    def summary(self) -> dict[str, object]:
+        """The figures of the drive for a result file, units in the names."""
+        steady, modes = self.steady, self.modes
+        load, contact = steady.peak("load_acceleration"), steady.peak("contact_torque")
+        lowest, where = modes.lowest_hz()
+        speed_rpm = self.speed / RPM
+        return {
+            "model": "indexing drive, 11 degrees of freedom",
+            "first_frequency_hz": lowest,
+            "first_frequency_cam_angle_deg": degrees(where),
+            "frequencies_hz": [
+                {"block": mode.label, "lowest": float(hz.min()), "highest": float(hz.max())}
+                for mode, hz in ((one, one.frequency_hz()) for one in modes.modes if one.oscillates)
+            ],
+            "indefinite_blocks": [str(item) for item in modes.indefinite],
+            "first_critical_speed_rpm": self.classes.first_critical_rpm,
+            "low_speed_limit_rpm": self.classes.low_rpm,
+            "medium_speed_limit_rpm": self.classes.medium_rpm,
+            "speed_class": self.classes.of(speed_rpm),
+            "peak_load_acceleration_rad_s2": float(load.magnitude[0]),
+            "peak_load_acceleration_cam_angle_deg": degrees(
+                _where(load.maximum, load.maximum_at, load.minimum, load.minimum_at)
+            ),
+            "amplification": float(load.magnitude[0] / steady.rigid_peak()[0]),
+            "peak_contact_torque_n_m": float(contact.magnitude[0]),
+            "peak_output_torque_n_m": float(steady.peak("output_torque").magnitude[0]),
+            "peak_input_torque_n_m": float(steady.peak("input_torque").magnitude[0]),
+            "spectral_radius": float(steady.solution.spectral_radius[0]),
+            "input_power_w": float(self.energy.input[0]),
+            "error": float(steady.solution.error[0]) if np.isfinite(steady.solution.error[0]) else None,
+            "integrator": steady.solution.choice
+            or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
+            "cautions": list(steady.solution.cautions),
+            "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
+            "critical_speeds": self._near_critical(speed_rpm),
+            **self._data_figures(),
+            **self._dwell_figures(),
+            **self._sweep_figures(),
+        }
+
+    def _near_critical(self, speed_rpm: float) -> list[dict[str, object]]:
+        """Critical speeds whose range comes within NEAR of the operating speed."""
+        return [
+            {
+                "block": one.label,
+                "mode": one.mode,
+                "harmonic": one.order,
+                "lowest_rpm": one.lowest_rpm,
+                "highest_rpm": one.highest_rpm,
+            }
+            for one in critical_speeds(self.modes, MOST_HARMONICS)
+            if one.lowest_rpm <= (1.0 + NEAR) * speed_rpm and one.highest_rpm >= (1.0 - NEAR) * speed_rpm
+        ]
+
+    def _sweep_figures(self) -> dict[str, object]:
+        """The sweep, where one was asked for: lists over its speeds, null at a speed without a steady state."""
+        if self.sweep_speeds is None:
+            return {}
+        found = self.sweep
+
+        def listed(values: Floats) -> list[float | None]:
+            return [float(v) if good else None for v, good in zip(values, found.answered, strict=True)]
+
+        return {
+            "sweep": {
+                "speed_rpm": [float(v) for v in found.speed_rpm],
+                "peak_load_acceleration_rad_s2": listed(found.peak),
+                "amplification": listed(found.amplification),
+                "spectral_radius": listed(found.spectral_radius),
+                "refused": [{"speed_rpm": float(found.speed_rpm[k]), "reason": why} for k, why in found.refused],
+            }
+        }
+
+    def _data_figures(self) -> dict[str, object]:
+        """Contact stiffness and inertias that the figures rest on, and where they come from."""
+        drive = self.drive
+        table = drive.contact_table or (drive.contact_stiffness,)
+        names = ("contact_stiffness", "cam_inertia", "turret_inertia", "load_inertia")
+        return {
+            "lowest_contact_stiffness_n_m_per_rad": min(table),
+            "mean_contact_stiffness_n_m_per_rad": float(np.mean(table)),
+            "highest_contact_stiffness_n_m_per_rad": max(table),
+            "cam_inertia_kg_m2": drive.cam_inertia,
+            "turret_inertia_kg_m2": drive.turret_inertia,
+            "load_inertia_kg_m2": drive.load_inertia,
+            "data_from": {name: self.sources.get(name, "given") for name in names},
+        }
+
+    def _dwell_figures(self) -> dict[str, object]:
+        """Residual vibration, or nothing where the motion has no dwell."""
+        try:
+            found = self.residual
+        except ProfileError:
+            return {}
+        return {
+            "residual_deviation_deg": degrees(float(found.deviation[0])),
+            "residual_acceleration_rad_s2": float(found.acceleration[0]),
+            "settling_time_s": float(found.settling_s[0]) if found.settled[0] else None,
+        }
+
+
+def _where(top: Floats, top_at: Floats, bottom: Floats, bottom_at: Floats) -> float:
+    """Cam angle in rad of the larger of both extremes."""
+    return float(top_at[0] if abs(top[0]) >= abs(bottom[0]) else bottom_at[0])
+
+
+def indexing_study(
+    spec: DynamicsSpec,
+    motion: Motion,
+    speed_rpm: float,
+    contact_table: tuple[float, ...] = (),
+    inertias: Mapping[str, float] = NOTHING,
+    sources: Mapping[str, str] = GIVEN,
+) -> IndexingStudy:
+    """The study a profile's [dynamics] table asks for, at the operating speed in r/min.
+
+    contact_table: K12 in N m/rad at equal steps of a turn (see `indexing_contact`), inertias in kg m2 by key: used
+    where the table gives none. sources says where they come from.
+    """
+    return IndexingStudy(
+        spec.drive(contact_table, inertias),
+        motion,
+        speed_rpm * RPM,
+        spec.accuracy(),
+        spec.speed_fluctuation(),
+        spec.exact_contact,
+        float(np.radians(spec.settling_band)),
+        spec.speeds(),
+        sources,
+    )

@@ -1,0 +1,1 @@
+"""Linear systems with periodic coefficients: one-step methods, steady states, peaks."""

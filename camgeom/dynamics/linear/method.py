@@ -1,0 +1,287 @@
+"""Integrators as data: linear, periodic equations of motion in the cam angle, and one-step maps of every method.
+
+An equation of motion is written in the cam angle theta instead of the time, a dash meaning d/dtheta:
+
+    q'' = F(theta) - D(theta) q' - S(theta) q          D = M^-1 C, S = M^-1 K, F = M^-1 f, all per cam angle
+
+so that one grid of cam angles serves every speed of a sweep. Arrays carry the speeds on the first axis (b), the cam
+angles on the second (n) and the m coordinates last. A method is a frozen record of its coefficients; its *one-step
+map* is the affine map [P | r] with y(theta + h) = P y(theta) + r, y = (q, q') or (q, q', q'') stacked. Maps are
+formed for all steps and all speeds at once; who needs a steady state composes them, who needs a transient walks along
+them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import factorial, inf, sqrt
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.maths import Floats
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.linear.split import Split
+
+Side = Literal["left", "right"]
+
+WILSON_BOUND = (1.0 + sqrt(3.0)) / 2.0
+"""1.3660254: below it Wilson-theta is only conditionally stable (papers round it to 1.37)."""
+WORK_SET = 2048
+"""steps x speeds x stages / 4 whose matrices are formed together; about 4 MB for three coordinates and four stages"""
+
+
+class StepTooLong(NotConverged):
+    """The step exceeds what the method bears; shorter ones will do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """The equation of motion q'' = F - D q' - S q at given cam angles, per radian of cam angle.
+
+    damping D (b, n, m, m), stiffness S (b, n, m, m), force F (b, n, m); an axis of length 1 stands for all.
+    """
+
+    damping: Floats
+    stiffness: Floats
+    force: Floats
+
+
+class System(Protocol):
+    """An equation of motion with coefficients of period one turn; `size` coordinates, `batch` speeds.
+
+    It may carry a small non-linear correction on top of the linear terms; `linear` says that there is none.
+    """
+
+    @property
+    def size(self) -> int: ...
+
+    @property
+    def batch(self) -> int: ...
+
+    @property
+    def linear(self) -> bool: ...
+
+    @property
+    def smooth(self) -> bool:
+        """Whether D and S vary no faster than the motion, as the predicted errors of the Magnus methods take it."""
+        ...
+
+    def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
+        """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
+        ...
+
+    def split(self, theta: Floats, side: Side = "right") -> Split | None:
+        """The same as `coefficients` at cam angles theta (1, n), where all but one direction is constant; else None."""
+        ...
+
+    def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+        """What the exact q'' has beyond the linear one, (b, n, m) for q and q' (b, n, m)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Collocated:
+    """A method of the Newmark family, second order: equilibrium demanded at one weighted instant of the step.
+
+    theta stretches the step (Wilson), alpha_m and alpha_f weigh inertia and forces between its ends (generalized-
+    alpha), beta and gamma are Newmark's; dispersion is the period elongation divided by (omega h)^2.
+    """
+
+    name: str
+    beta: float
+    gamma: float
+    theta: float = 1.0
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+    dispersion: float = 1.0 / 12.0
+    cost_us: float = 5.5
+    caution: str = ""
+    order: int = 2
+    rows: int = 3
+    stability: float = inf
+
+
+@dataclass(frozen=True)
+class RungeKutta:
+    """A Runge-Kutta method given by its tableau a (s, s), b (s,), c (s,).
+
+    stability is the largest omega h of an undamped oscillation; dispersion the phase error per radian over (omega
+    h)^order.
+    """
+
+    name: str
+    a: tuple[tuple[float, ...], ...]
+    b: tuple[float, ...]
+    c: tuple[float, ...]
+    order: int
+    dispersion: float
+    cost_us: float
+    stability: float = inf
+    caution: str = ""
+    rows: int = 2
+
+    @property
+    def explicit(self) -> bool:
+        """Whether every stage needs only the stages before it."""
+        return all(value == 0.0 for i, row in enumerate(self.a) for value in row[i:])
+
+
+@dataclass(frozen=True)
+class Magnus:
+    """Matrix exponential of the averaged system: order 2 (midpoint) or 4 (two Gauss points and their commutator).
+
+    Exact for constant coefficients and force, so dispersion only measures how fast they vary (calibrated, see
+    `bench_dynamics`).
+    """
+
+    name: str
+    order: int
+    dispersion: float
+    cost_us: float
+    stability: float = inf
+    caution: str = ""
+    rows: int = 2
+
+
+Method = Collocated | RungeKutta | Magnus
+
+
+def wilson(theta: float = 1.40) -> Collocated:
+    """Wilson-theta with stretch theta (no unit); carries a caution below 1.3660254, where large steps grow.
+
+    Period elongation (omega h)^2 (1/24 + theta (theta - 1)/4). Raises ProfileError below 1.
+    """
+    if not 1.0 <= theta <= 10.0:
+        raise ProfileError([Problem("dynamics.wilson_theta", "is outside the range of the method", theta, "1 to 10")])
+    caution = ""
+    if theta < WILSON_BOUND:
+        caution = f"Wilson theta = {theta:g} is below (1 + sqrt 3)/2 = 1.3660: stable only for small steps; use 1.40"
+    return Collocated(
+        "wilson", 1.0 / 6.0, 0.5, theta=theta, dispersion=1.0 / 24.0 + theta * (theta - 1.0) / 4.0, caution=caution
+    )
+
+
+def newmark(beta: float = 0.25, gamma: float = 0.5) -> Collocated:
+    """Newmark's method (no unit), by default the average acceleration (beta 1/4, gamma 1/2: no amplitude loss)."""
+    if not (gamma >= 0.5 and beta >= 0.25 * (gamma + 0.5) ** 2):
+        raise ProfileError(
+            [
+                Problem(
+                    "dynamics.newmark",
+                    "is not unconditionally stable",
+                    (beta, gamma),
+                    "gamma >= 1/2, beta >= (gamma + 1/2)^2/4",
+                )
+            ]
+        )
+    order = 2 if gamma == 0.5 else 1
+    return Collocated("newmark", beta, gamma, dispersion=beta / 2.0 - 1.0 / 24.0 or 1e-9, order=order)
+
+
+def generalized_alpha(rho: float = 0.8) -> Collocated:
+    """Generalized-alpha (Chung and Hulbert 1993) with spectral radius rho (no unit, 0..1) at infinite frequency."""
+    if not 0.0 <= rho <= 1.0:
+        raise ProfileError([Problem("dynamics.spectral_radius", "is outside its range", rho, "0 to 1")])
+    alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    gamma = 0.5 - alpha_m + alpha_f
+    beta = 0.25 * (1.0 - alpha_m + alpha_f) ** 2
+    return Collocated("generalized-alpha", beta, gamma, alpha_m=alpha_m, alpha_f=alpha_f, dispersion=0.088)
+
+
+def gauss_legendre(stages: int) -> RungeKutta:
+    """Gauss-Legendre collocation with 1 to 10 stages: order twice the stages, stable at every step, symplectic.
+
+    Phase error of the diagonal Pade approximation: s!^2 / ((2s)! (2s+1)!).
+    """
+    _vet_stages(stages, 1)
+    c = (np.polynomial.legendre.leggauss(stages)[0] + 1.0) / 2.0
+    a, b = _collocation(c)
+    pade = factorial(stages) ** 2 / (factorial(2 * stages) * factorial(2 * stages + 1))
+    return RungeKutta(f"gauss{stages}", a, b, _row(c), 2 * stages, pade, cost_us=2.4 + 1.6 * stages + 0.27 * stages**2)
+
+
+def radau(stages: int) -> RungeKutta:
+    """Radau IIA collocation with 2 to 10 stages: order 2 s - 1, damps what the step cannot resolve (L-stable).
+
+    Error of the subdiagonal Pade approximation: s! (s-1)! / ((2s-1)! (2s)!).
+    """
+    _vet_stages(stages, 2)
+    roots = np.polynomial.legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
+    c = (np.sort(roots.real) + 1.0) / 2.0
+    c[-1] = 1.0
+    a, _ = _collocation(c)
+    pade = factorial(stages) * factorial(stages - 1) / (factorial(2 * stages - 1) * factorial(2 * stages))
+    # stiffly accurate: the end of the step is the last stage
+    return RungeKutta(f"radau{stages}", a, a[-1], _row(c), 2 * stages - 1, pade, 3.4 + 1.6 * stages + 0.27 * stages**2)
+
+
+def _vet_stages(stages: int, least: int) -> None:
+    if not least <= stages <= 10:
+        raise ProfileError(
+            [Problem("dynamics.method", "stages of a collocation out of range", stages, f"{least} to 10")]
+        )
+
+
+def _row(values: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _collocation(c: Floats) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
+    """Tableau a, b of the collocation at nodes c: a_ij integrates the j-th Lagrange polynomial from 0 to c_i, b_j to 1.
+
+    Quadrature of the polynomials is exact and needs no ill-conditioned Vandermonde matrix (Hairer, Lubich and Wanner,
+    Geometric Numerical Integration, II.1.2).
+    """
+    stages = len(c)
+    nodes, weights = np.polynomial.legendre.leggauss(stages)
+    ends = np.append(c, 1.0)
+    points = ends[:, None] * (nodes + 1.0) / 2.0
+    lagrange = np.ones((stages + 1, stages, stages))
+    for j in range(stages):
+        for k in range(stages):
+            if k != j:
+                lagrange[:, :, j] *= (points - c[k]) / (c[j] - c[k])
+    table = ends[:, None] * np.einsum("p,ipj->ij", weights / 2.0, lagrange)
+    return tuple(_row(row) for row in table[:-1]), _row(table[-1])
+
+
+RK4 = RungeKutta(
+    "rk4",
+    ((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0), (0.0, 0.5, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
+    (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0),
+    (0.0, 0.5, 0.5, 1.0),
+    order=4,
+    dispersion=1.0 / 120.0,
+    cost_us=6.0,
+    stability=2.0 * sqrt(2.0),
+)
+
+_ALL: tuple[Method, ...] = (
+    wilson(),
+    newmark(),
+    generalized_alpha(),
+    RK4,
+    Magnus("magnus2", 2, 2.0e-4, 7.0),
+    Magnus("magnus4", 4, 6.0e-5, 9.0),
+    *(gauss_legendre(stages) for stages in range(1, 9)),
+    *(radau(stages) for stages in (2, 3, 5)),
+)
+INTEGRATORS: Mapping[str, Method] = MappingProxyType({method.name: method for method in _ALL})
+"""Every integrator by name: wilson, newmark, generalized-alpha, rk4, magnus2, magnus4, gauss1 .. gauss8, radau2, 3,
+5.
+"""
+
+
+def find(method: str | Method) -> Method:
+    """The method (no unit) of that name, or the method itself; ProfileError names the allowed names."""
+    if not isinstance(method, str):
+        return method
+    if method not in INTEGRATORS:
+        allowed = "auto, " + ", ".join(INTEGRATORS)
+        raise ProfileError([Problem("dynamics.method", "no such integrator", method, allowed)])
+    return INTEGRATORS[method]

@@ -1,0 +1,169 @@
+"""Extremes of an output between the nodes of a solution, to the accuracy of the solution itself.
+
+Candidates come from quintic Hermite interpolation (position, rate, acceleration at both ends of each step); the few
+best intervals are then looked at with true partial steps of a high-order method, which never straddle a knot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from camgeom.dynamics.linear.exact import advance
+from camgeom.dynamics.linear.method import Side, System
+from camgeom.dynamics.linear.solution import Solution
+from camgeom.maths import Floats
+
+Output = Callable[[Floats, Floats, Floats, Side], Floats]
+"""Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
+
+CANDIDATES = 3
+TRUST = 0.01
+"""share of the range by which interpolated samples may exceed the true extreme"""
+INSIDE = np.array([1.0, 2.0, 3.0, 4.0, 5.0]) / 6.0
+SWEEP = np.linspace(0.0, 1.0, 9)
+QUARTIC = np.linspace(-1.0, 1.0, 5)
+FIT = np.linalg.inv(np.vander(QUARTIC, increasing=True))
+END = 1.0 - 1e-12
+"""share of a step that still lies before its end, where a knot may be"""
+
+
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """The largest and the smallest value (b,) of an output and the cam angles (b,) in rad where they occur."""
+
+    maximum: Floats
+    maximum_at: Floats
+    minimum: Floats
+    minimum_at: Floats
+
+    @property
+    def magnitude(self) -> Floats:
+        """The larger of both in magnitude (b,)."""
+        return np.maximum(np.abs(self.maximum), np.abs(self.minimum))
+
+
+def peak(solution: Solution, output: Output) -> Peak:
+    """Extremes of an output over a solution, between its nodes too.
+
+    Where interpolation promises more than true steps find (a force through a spring much stiffer than the step
+    resolves), every interval is sampled with true steps instead.
+    """
+    samples = sampled(solution, output)
+    found = _best(solution, output, samples)
+    promised = np.maximum(samples.max((1, 2)) - found.maximum, found.minimum - samples.min((1, 2)))
+    if np.any(promised > TRUST * (found.maximum - found.minimum)):
+        found = _best(solution, output, truly_sampled(solution, output))
+    return found
+
+
+def _best(solution: Solution, output: Output, samples: Floats) -> Peak:
+    """Extremes in the intervals whose samples (b, steps, k) are largest and smallest."""
+    upper = np.argsort(-samples.max(-1), axis=1)[:, :CANDIDATES]
+    lower = np.argsort(samples.min(-1), axis=1)[:, :CANDIDATES]
+    best = np.concatenate([upper, lower], 1)
+    sign = np.repeat([1.0, -1.0], [upper.shape[1], lower.shape[1]])
+    begin, width = solution.theta[:-1][best], np.diff(solution.theta)[best]
+    state = np.concatenate([solution.position, solution.rate], -1)[np.arange(len(samples))[:, None], best]
+    values, share = _refined(solution.system, output, sign[:, None], begin, width, state)
+    values, places, half = values * sign, begin + share * width, upper.shape[1]
+    row = np.arange(len(samples))
+    top, bottom = values[:, :half].argmax(1), half + values[:, half:].argmin(1)
+    return Peak(values[row, top], places[row, top], values[row, bottom], places[row, bottom])
+
+
+def _refined(
+    system: System, output: Output, sign: Floats, begin: Floats, width: Floats, state: Floats
+) -> tuple[Floats, Floats]:
+    """Maximum (b, j) of sign x output in intervals (b, j) and where, a share of the interval."""
+
+    def at(share: Floats) -> Floats:
+        return sign * _inside(system, output, begin, width, state, share)
+
+    share = np.broadcast_to(SWEEP, (*begin.shape, len(SWEEP)))
+    values = at(share)
+    best, place = _pick(values, share)
+    reach = 1.0 / (len(SWEEP) - 1)
+    for _ in range(2):
+        centre = np.clip(place, reach, 1.0 - reach)
+        window = centre[..., None] + reach * QUARTIC
+        values = at(window)
+        direct, where = _pick(values, window)
+        fitted, offset = _quartic_top(values)
+        closer = fitted > direct
+        place = np.where(closer, centre + reach * offset, where)
+        best = np.maximum(best, direct)
+        reach /= 8.0
+    return best, place
+
+
+def _quartic_top(values: Floats) -> tuple[Floats, Floats]:
+    """Maximum of the quartic through five equally spaced values (..., 5), and where in -1 .. 1."""
+    c = values @ FIT.T
+    fine = np.linspace(-1.0, 1.0, 33)
+    basis = np.vander(fine, 5, increasing=True)
+    x = fine[(c @ basis.T).argmax(-1)]
+    for _ in range(4):
+        slope = c[..., 1] + x * (2.0 * c[..., 2] + x * (3.0 * c[..., 3] + x * 4.0 * c[..., 4]))
+        bend = 2.0 * c[..., 2] + x * (6.0 * c[..., 3] + x * 12.0 * c[..., 4])
+        x = np.clip(x - np.divide(slope, bend, out=np.zeros_like(slope), where=bend < 0.0), -1.0, 1.0)
+    top = c[..., 0] + x * (c[..., 1] + x * (c[..., 2] + x * (c[..., 3] + x * c[..., 4])))
+    return top, x
+
+
+def _pick(values: Floats, share: Floats) -> tuple[Floats, Floats]:
+    """Largest of the values (..., k) and its share."""
+    index = values.argmax(-1)[..., None]
+    return np.take_along_axis(values, index, -1)[..., 0], np.take_along_axis(share, index, -1)[..., 0]
+
+
+def _inside(system: System, output: Output, begin: Floats, width: Floats, state: Floats, share: Floats) -> Floats:
+    """The output (b, j, k) at shares (b, j, k) of intervals (b, j), by true steps from their first node."""
+    b, j, k = share.shape
+    start = np.broadcast_to(begin[..., None], share.shape).reshape(b, j * k)
+    length = (width[..., None] * np.minimum(share, END)).reshape(b, j * k)
+    y = np.broadcast_to(state[:, :, None, :], (b, j, k, state.shape[-1])).reshape(b, j * k, -1)
+    y = advance(system, start, length, y)
+    return output(start + length, y[..., : system.size], y[..., system.size :], "right").reshape(share.shape)
+
+
+def truly_sampled(solution: Solution, output: Output) -> Floats:
+    """The output (b, steps, k) inside and at the ends of every step, by true steps from its first node."""
+    theta = solution.theta
+    begin = np.broadcast_to(theta[:-1], (solution.system.batch, len(theta) - 1))
+    width = np.broadcast_to(np.diff(theta), begin.shape)
+    state = np.concatenate([solution.position, solution.rate], -1)[:, :-1]
+    share = np.broadcast_to(INSIDE, (*begin.shape, len(INSIDE)))
+    return np.concatenate([_inside(solution.system, output, begin, width, state, share), _ends(solution, output)], -1)
+
+
+def _ends(solution: Solution, output: Output) -> Floats:
+    """The output (b, steps, 2) at the start and at the end of every step."""
+    theta, q, v = solution.theta[None], solution.position, solution.rate
+    return np.stack([output(theta, q, v, "right")[:, :-1], output(theta, q, v, "left")[:, 1:]], -1)
+
+
+def sampled(solution: Solution, output: Output) -> Floats:
+    """The output (b, steps, k) inside and at the ends of every step, by quintic Hermite interpolation."""
+    theta = solution.theta
+    h = np.diff(theta)[None, :, None, None]
+    q, v = solution.position, solution.rate
+    right, left = solution.acceleration("right"), solution.acceleration("left")
+    x = INSIDE[None, None, :, None]
+    q0, v0, a0 = q[:, :-1, None], v[:, :-1, None] * h, right[:, :-1, None] * h * h
+    gap = q[:, 1:, None] - q0 - v0 - a0 / 2.0
+    slope = v[:, 1:, None] * h - v0 - a0
+    bend = left[:, 1:, None] * h * h - a0
+    c3, c4, c5 = (
+        10.0 * gap - 4.0 * slope + bend / 2.0,
+        -15.0 * gap + 7.0 * slope - bend,
+        6.0 * gap - 3.0 * slope + bend / 2.0,
+    )
+    place = q0 + x * (v0 + x * (a0 / 2.0 + x * (c3 + x * (c4 + x * c5))))
+    speed = (v0 + x * (a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h
+    b, n, k, m = place.shape
+    angles = (theta[:-1, None] + np.diff(theta)[:, None] * INSIDE).reshape(1, n * k)
+    middle = output(angles, place.reshape(b, n * k, m), speed.reshape(b, n * k, m), "right").reshape(b, n, k)
+    return np.concatenate([middle, _ends(solution, output)], -1)

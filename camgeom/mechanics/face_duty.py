@@ -1,0 +1,227 @@
+"""Force, torque and contact stress of a planar cam round the turn; contact lost, the spring that keeps it, its speed.
+
+A force-closed cam only pushes: where the follower would have to be pulled the contact is lost, and from there on the
+follower does not run as the motion says. A form-closed cam has a second touch that takes over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import degrees, inf, isfinite, pi
+from typing import Any, final
+
+import numpy as np
+
+from camgeom.errors import NotConverged
+from camgeom.maths import Floats
+from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, guided_force
+from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.mechanics.panels import highest, panels, roots
+from camgeom.track.touch import Touch
+
+ROUNDS = 60
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A range of cam angle (rad, end may pass the turn) without contact, with the largest missing force N and where."""
+
+    begin: float
+    end: float
+    missing: float
+    cam_angle: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PlanarDrive:
+    """A planar cam under load over one turn: its touches, what acts on the follower, and the two materials."""
+
+    touches: tuple[Touch, ...]
+    load: FollowerLoad
+    follower: Material
+    cam: Material
+
+    @property
+    def form_closed(self) -> bool:
+        """True where a second touch drives the follower back."""
+        return {touch.way for touch in self.touches} == {1.0, -1.0}
+
+    @cached_property
+    def force(self) -> FollowerForce:
+        """Motion and force (N, or N mm about the pivot) that the follower needs, with a panel edge at every zero."""
+        full = self.load.sampled()
+        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
+        if not zeros.size:
+            return full
+        return self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), inf))
+
+    @cached_property
+    def _levers(self) -> list[Floats]:
+        """Signed lever of every touch on the panels, (p, n)."""
+        theta = self.force.panels.theta
+        return [touch.at(theta.ravel()).lever.reshape(theta.shape) for touch in self.touches]
+
+    @cached_property
+    def normals(self) -> dict[str, Floats]:
+        """Normal force of every touch, N, (p, n): zero where it does not carry."""
+        levers = zip(self.touches, self._levers)
+        return {touch.name: np.abs(self._given(touch, lever) / lever) for touch, lever in levers}
+
+    def _given(self, touch: Touch, lever: Floats) -> Floats:
+        """Force along the motion that a touch gives, N (N mm), (p, n), with the friction of a slide's guides.
+
+        A slide's lever is the cosine of its pressure angle: the guides take the thrust across the motion.
+        """
+        force = np.maximum(touch.way * self.force.force, 0.0) * touch.way
+        cosine = np.minimum(np.abs(lever), 1.0)
+        return guided_force(force, cosine, self.load.guide_friction, self.force.direction)
+
+    @cached_property
+    def torque(self) -> Floats:
+        """Torque that the cam takes from its shaft, N mm, (p, n); a lost contact takes none."""
+        given = sum(self._given(touch, lever) for touch, lever in zip(self.touches, self._levers))
+        return np.asarray(given * self.force.ds)
+
+    @cached_property
+    def least(self) -> tuple[float, float]:
+        """Least normal force that contact needs, N, and its cam angle, rad: negative where the follower must be pulled.
+
+        Of a force-closed cam; a form-closed one has no such limit.
+        """
+        value, angle = highest(self.force.panels, -self.force.force / self._levers[0])
+        return -float(value), float(angle)
+
+    @cached_property
+    def lost(self) -> tuple[Lost, ...]:
+        """Ranges of cam angle where a force-closed cam loses its follower."""
+        if self.form_closed or self.least[0] >= 0.0:
+            return ()
+        where, force = self.force.panels, self.force.force
+        bad = force.mean(axis=-1) < 0.0
+        if bad.all():
+            return (Lost(0.0, 2.0 * pi, -self.least[0], self.least[1]),)
+        found = []
+        begins = np.flatnonzero(bad & ~np.roll(bad, 1))
+        for first in begins:
+            count = int(np.argmin(np.roll(bad, -first)))
+            index = (first + np.arange(count)) % len(bad)
+            pull = np.where(np.isin(np.arange(len(bad)), index)[:, None], -force / self._levers[0], -inf)[index]
+            part = np.unravel_index(int(np.argmax(pull)), pull.shape)
+            last = int(index[-1])
+            end = float(where.edges[last + 1]) + (2.0 * pi if last < first else 0.0)
+            at = float(where.theta[index][part])
+            found.append(Lost(float(where.edges[first]), end, float(pull[part]), at))
+        return tuple(found)
+
+    @cached_property
+    def contacts(self) -> dict[str, Contact]:
+        """Hertz line contact of every touch; a knife edge has none."""
+        pair = pair_compliance(self.follower, self.cam)
+        theta, found = self.force.panels.theta, {}
+        for touch in self.touches:
+            if touch.kind == "knife":
+                continue
+            at = touch.at(theta.ravel())
+            k = np.clip(at.relative, -1e12, 1e12).reshape(theta.shape)
+            zero = np.zeros(theta.shape)
+            normal = self.normals[touch.name]
+            slip = at.sliding.reshape(theta.shape)
+            found[touch.name] = line_contacts(self.force.panels, normal, k, zero, slip, touch.length, pair)
+        return found
+
+    @cached_property
+    def peak_pressure(self) -> tuple[float, float, str] | None:
+        """Largest peak pressure, MPa, its cam angle, rad, and the touch; None for a knife edge."""
+        peaks = [(name, contact.peak()) for name, contact in self.contacts.items()]
+        if not peaks:
+            return None
+        name, worst = max(peaks, key=lambda item: float(item[1].pressure))
+        return float(worst.pressure), float(worst.theta), name
+
+    def peak_of(self, values: Floats) -> tuple[float, float]:
+        """Largest value of a panel quantity (p, n) and its cam angle, rad."""
+        value, angle = highest(self.force.panels, values)
+        return float(value), float(angle)
+
+    @cached_property
+    def preload_needed(self) -> float:
+        """Least spring force at zero lift that keeps contact at the given rate and speed, N (N mm)."""
+        rest = float(np.asarray(self.load.preload))
+        value, _ = highest(self.force.panels, rest - self.force.force)
+        return max(0.0, float(value))
+
+    @cached_property
+    def rate_needed(self) -> float:
+        """Least spring rate that keeps contact at the given preload, N/mm (N mm/rad); inf where none does.
+
+        At zero lift the spring has its preload whatever its rate, so a force that is missing there asks for preload.
+        """
+        where, lift = self.force.panels, self.force.lift
+        rate = float(np.asarray(self.load.rate))
+        without = self.force.force - rate * lift
+        small = 1e-9 * float(np.abs(lift).max(initial=0.0))
+        if np.any((without < 0.0) & (lift <= small)):
+            return inf
+        if not np.any(without < 0.0):
+            return 0.0
+        # The ratio is smooth where the force is missing; elsewhere only its sign matters.
+        safe = np.where(lift > small, lift, 1.0)
+        value, _ = highest(where, np.where(without < 0.0, -without / safe, 0.0))
+        return float(value)
+
+    @cached_property
+    def leaving_speed(self) -> float:
+        """Cam speed, rad/s, from which the follower leaves a force-closed cam; inf where it never does.
+
+        Contact needs static + omega² m s'' >= 0, so omega² = 1 / max(-m s'' / static). Forces that hang on the speed
+        are followed by repeating. 0 where contact fails at standstill. Raises NotConverged where that does not settle.
+        """
+        if self.form_closed:
+            return inf
+        speed = float(np.asarray(self.load.speed))
+        for _ in range(ROUNDS):
+            new = self._leaving(replace(self.load, speed=speed))
+            if not isfinite(new) or new == 0.0 or abs(new - speed) <= 1e-12 * new:
+                return new
+            speed = new
+        raise NotConverged("the speed at which contact is lost did not settle: the applied forces hang on the speed")
+
+    @staticmethod
+    def _leaving(load: FollowerLoad) -> float:
+        found = load.sampled()
+        speed = float(np.asarray(load.speed))
+        static = found.force - found.inertia
+        if static.min() <= 0.0:
+            return 0.0
+        share, _ = highest(found.panels, -found.inertia / static)
+        return speed / float(np.sqrt(share)) if share > 0.0 else inf
+
+    def totals(self) -> dict[str, Any]:
+        """Torque of the camshaft over all touches as plain data."""
+        torque, torque_at = self.peak_of(self.torque)
+        turn = self.force.panels.integral(self.torque)
+        return {
+            "peak_torque_n_m": torque * 1e-3,
+            "peak_torque_at_deg": degrees(torque_at),
+            "mean_torque_n_m": float(turn) / (2.0 * pi) * 1e-3,
+        }
+
+    def data(self) -> dict[str, Any]:
+        """The facts as plain data for result.json."""
+        force, _ = self.peak_of(np.max(list(self.normals.values()), axis=0))
+        peak = self.peak_pressure
+        data: dict[str, Any] = {"peak_force_n": force, **self.totals()}
+        if peak is not None:
+            data |= {"peak_pressure_mpa": peak[0], "cam_angle_deg": degrees(peak[1]) % 360.0, "peak_at": peak[2]}
+        if self.form_closed:
+            return data
+        return data | {
+            "least_force_n": self.least[0],
+            "least_force_at_deg": degrees(self.least[1]) % 360.0,
+            "lost_contact_deg": [[degrees(one.begin), degrees(one.end)] for one in self.lost],
+            "leaving_speed_rpm": self.leaving_speed * 30.0 / pi,
+            "preload_needed": self.preload_needed,
+        }

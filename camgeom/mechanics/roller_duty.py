@@ -1,0 +1,242 @@
+"""What the cam has to do: force, contact stress, life and torque, computed on the flank's own geometry.
+
+One roller on one track (two walls, behind and ahead of it). Everything lives on panels of the cam angle on which it is
+smooth, so peaks, reversals and the hot spot are found to rounding, not to a sampling step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.maths.surface import dot
+from camgeom.mechanics import curvature
+from camgeom.mechanics.bearing import BearingLife, bearing_life
+from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.hertz import LineContact, line_contact
+from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
+from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.mechanics.panels import highest, panels, roots
+from camgeom.mechanics.slices import share_load
+from camgeom.track import Track
+from camgeom.track.flank import Flank
+
+SLICES = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
+
+    behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
+    lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
+    cosine         of the pressure angle
+    path_rate      path of the roller centre relative to the cam across its axis, mm/rad
+    """
+
+    behind: Floats
+    ahead: Floats
+    lever: Floats
+    cosine: Floats
+    path_rate: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Duty:
+    """One roller under load over one turn.
+
+    track   the roller's track; `station` its meridian parameter where the classical figures are quoted
+    load    what acts on the follower; speed rad/s
+    crown   radius of the meridian, mm, of a crowned roller on a straight flank (planar cams); None: the flank is the
+            roller's own envelope
+    """
+
+    track: Track
+    station: float
+    length: float
+    load: FollowerLoad
+    roller: Material
+    cam: Material
+    speed: float
+    crown: float | None = None
+
+    @cached_property
+    def force(self) -> FollowerForce:
+        """Motion and force of the follower on panels; what this track's walls can give.
+
+        A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
+        clipped at zero, on panels that have an edge where it changes sign.
+        """
+        full = self.load.sampled()
+        if len(self.track.sides) > 1:
+            return full
+        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
+        if zeros.size:
+            full = self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), np.inf))
+        sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
+                              .lever().mean()))
+        return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def walls(self, t: float) -> Walls:
+        """The flank at one meridian parameter t."""
+        shape = self.force.panels.theta.shape
+        theta = self.force.panels.theta.ravel()
+        flanks = {side: Flank(self.track, theta, np.array([t]), side) for side in self.track.sides}
+        behind = next((s for s, f in flanks.items() if float(f.lever().mean()) < 0.0), None)
+        ahead = next((s for s in flanks if s != behind), None)
+        some = next(iter(flanks.values()))
+        zero = np.zeros(shape)
+        pose = some.pose
+        delta = float(self.track.meridian.jet(np.array([t]))[0][0])
+        v, u = pose.a[1] + delta * pose.u[1], pose.u[0]
+        across = v - dot(v, u) * u
+        return Walls(
+            flanks[behind].k_rel.reshape(shape) if behind is not None else zero,
+            flanks[ahead].k_rel.reshape(shape) if ahead is not None else zero,
+            np.abs(some.lever()).reshape(shape),
+            np.cos(some.pressure_angle()).reshape(shape),
+            np.sqrt(dot(across, across)).reshape(shape),
+        )
+
+    @cached_property
+    def reference(self) -> Walls:
+        """The flank at the quoted station."""
+        return self.walls(self.station)
+
+    @cached_property
+    def radius(self) -> float:
+        """Roller radius at the quoted station, mm."""
+        return float(self.track.meridian.jet(np.array([self.station]))[3][0])
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Signed normal force on the roller, N, (p, n); positive on the wall behind."""
+        w = self.reference
+        return normal_force(self.pushed, w.cosine, w.lever / w.cosine)
+
+    @cached_property
+    def pushed(self) -> Floats:
+        """Force along the motion with the friction that the side thrust makes in a slide's guides, N (N mm), (p, n)."""
+        force = self.force
+        return guided_force(force.force, self.reference.cosine, self.load.guide_friction, force.direction)
+
+    @cached_property
+    def contact(self) -> Contact:
+        """Contact at the quoted station with the exact relative curvature."""
+        w = self.reference
+        pair = pair_compliance(self.roller, self.cam)
+        return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, w.path_rate, self.length, pair)
+
+    def convention(self, name: curvature.Convention, pitch_radius: float) -> Contact:
+        """Contact under a named curvature convention of the literature (translating follower, cylindrical groove)."""
+        ds, dds = self.force.ds, self.force.dds
+        cosine = curvature.cos_pressure_angle(pitch_radius, ds)
+        k = [curvature.relative_curvature(name, w, self.radius, pitch_radius, ds, dds) for w in ("behind", "ahead")]
+        pair = pair_compliance(self.roller, self.cam)
+        rate = curvature.path_rate(pitch_radius, ds)
+        normal = self.force.normal(cosine, guide_friction=self.load.guide_friction)
+        return line_contacts(self.force.panels, normal, k[0], k[1], rate, self.length, pair)
+
+    @cached_property
+    def slices(self) -> Contact:
+        """Contact of SLICES equal slices along the roller that approach alike; a leading axis (m,)."""
+        stations, widths, walls = self._slices
+        force = self.pushed
+        behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
+        lever = np.stack([w.lever for w in walls], axis=-1)
+        k = np.where(force[..., None] >= 0.0, behind, ahead)
+        shared = share_load(
+            np.abs(force),
+            stations - stations.mean(),
+            widths,
+            np.maximum(k, 1e-12),
+            self.roller,
+            self.cam,
+            self.radius,
+            2.0 * self.radius,
+            self._gaps(stations),
+            cosines=lever,
+        )
+        line = np.moveaxis(shared.line_load, -1, 0) * np.sign(force)
+        pair = pair_compliance(self.roller, self.cam)
+        return line_contacts(
+            self.force.panels,
+            line,
+            np.moveaxis(behind, -1, 0),
+            np.moveaxis(ahead, -1, 0),
+            np.broadcast_to(self.reference.path_rate, line.shape),
+            1.0,
+            pair,
+        )
+
+    @cached_property
+    def slice_stations(self) -> Floats:
+        """Place of each slice's middle along the roller axis (delta), mm."""
+        return self._slices[0]
+
+    @cached_property
+    def _slices(self) -> tuple[Floats, Floats, list[Walls]]:
+        low, high = sorted(self.track.contact)
+        edges = np.linspace(low, high, SLICES + 1)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        walls = [self.walls(self.track.meridian.parameter(float(d))) for d in middle]
+        return middle, np.diff(edges), walls
+
+    def _gaps(self, stations: Floats) -> Floats:
+        """Gap between roller and flank along the slices, mm: none where the flank is the roller's own envelope."""
+        if self.crown is None:
+            return np.zeros_like(stations)
+        half = np.minimum(np.abs(stations - 0.5 * sum(self.track.contact)), self.crown)
+        return np.asarray(self.crown - np.sqrt(self.crown**2 - half**2))
+
+    @cached_property
+    def peak_contact(self) -> LineContact:
+        """Half-width, approach and subsurface shear of the hardest contact at the quoted station."""
+        square = np.maximum(self.contact.behind, self.contact.ahead)
+        at = np.unravel_index(int(np.argmax(square)), square.shape)
+        w = self.reference
+        k = w.behind[at] if self.normal[at] >= 0.0 else w.ahead[at]
+        load = abs(float(self.normal[at])) / self.length
+        return line_contact(load, k, self.roller, self.cam, self.radius)
+
+    @cached_property
+    def roller_life(self) -> RollerLife:
+        """Fatigue life of the roller's circumference at the quoted station."""
+        return roller_life(self.contact, self.roller, self.radius, self.speed)
+
+    @cached_property
+    def slice_life(self) -> RollerLife:
+        """Fatigue life of every slice of the roller, (m,); its spin is that of the quoted station."""
+        return roller_life(self.slices, self.roller, self.radius, self.speed)
+
+    @cached_property
+    def cam_life(self) -> CamLife:
+        """Fatigue life of the cam's walls at the quoted station."""
+        return cam_life(self.contact, self.cam, self.speed)
+
+    def bearing(self, rating: float, static_rating: float | None) -> BearingLife:
+        """Life of the roller as a bearing."""
+        return bearing_life(
+            self.force.panels,
+            self.normal,
+            self.reference.path_rate,
+            self.radius,
+            self.speed,
+            rating,
+            static_rating if static_rating is not None else np.inf,
+        )
+
+    @cached_property
+    def torque(self) -> Floats:
+        """Torque the cam takes from its shaft, N mm, (p, n)."""
+        guides = (self.pushed - self.force.force) * self.force.ds
+        return drive_torque(self.force, self.normal, self.reference.path_rate, self.radius) + guides
+
+    def peak_of(self, values: Floats) -> tuple[float, float]:
+        """Largest value of a panel quantity (p, n) and its cam angle, rad."""
+        value, angle = highest(self.force.panels, values)
+        return float(value), float(angle)

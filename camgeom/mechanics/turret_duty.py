@@ -1,0 +1,321 @@
+"""A loaded turret: torque shared among the rollers that bear, contact pressure, lives, what shaft and studs see.
+
+All rollers whose walls can push the needed way turn with the turret by the same small angle, so that every slice
+approaches by that angle times its own lever; the line contacts' stiffness then shares the torque. Units N, mm, MPa,
+rad, s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees, pi
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.mechanics.bearing import ROLLER_EXPONENT, rated_hours, shaft_stress, span_moment, stud_stress
+from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, allowable_load, line_flexibility, line_pressure
+from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque
+from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.mechanics.slices import share_load
+from camgeom.track import TURN, Track
+from camgeom.track.turret_ribs import Engagement, Inside
+
+FAR = 1e6
+"""mm; gap of a slice with nothing to bear on"""
+STUD_SHARE = 0.5
+"""Stud over roller diameter of a usual cam follower, where nothing better is known"""
+SPAN_SHARE = 1.6
+"""Bearing distance of the camshaft over the cam's width, where nothing better is known"""
+
+
+@dataclass(frozen=True, eq=False)
+class TurretDuty:
+    """The turret under load over one cam turn.
+
+    load     torque on the turret; speed rad/s of the cam
+    preload  normal interference in the dwell, mm
+    width, bore   of the cam, mm, for its shaft (no shaft stress without a bore)
+    """
+
+    tracks: tuple[Track, ...]
+    inside: Inside
+    load: FollowerLoad
+    roller: Material
+    cam: Material
+    speed: float
+    preload: float = 0.0
+    width: float = 0.0
+    bore: float = 0.0
+
+    @cached_property
+    def force(self) -> FollowerForce:
+        """Motion and torque (N mm) of the turret on panels."""
+        return self.load.sampled()
+
+    @cached_property
+    def theta(self) -> Floats:
+        """Cam angles of the sample points, rad, (n,)."""
+        return self.force.panels.theta.ravel()
+
+    @cached_property
+    def torque(self) -> Floats:
+        """Torque that the cam gives the turret, N mm, (n,)."""
+        return self.force.force.ravel()
+
+    @cached_property
+    def engagement(self) -> Engagement:
+        """The rollers beside the cam at every sample point."""
+        return Engagement(self.tracks, self.inside, self.theta)
+
+    @cached_property
+    def loaded(self) -> npt.NDArray[np.intp]:
+        """Sample points with a torque worth the name."""
+        size = np.abs(self.torque)
+        return np.asarray(np.nonzero(size > QUIET * size.max(initial=0.0))[0])
+
+    def _picked(self, values: npt.NDArray[Any]) -> Floats:
+        """Values (2, n, ...) of the direction that the torque needs, at the loaded points."""
+        way = np.where(self.torque[self.loaded] >= 0.0, 0, 1)
+        return np.asarray(values[way, self.loaded])
+
+    @cached_property
+    def line_load(self) -> Floats:
+        """Load per length on the wall that bears, N/mm, (n, k, m). Raises DesignError where nothing can bear."""
+        if self.preload > 0.0:
+            return np.asarray(self._preloaded.sum(axis=0))
+        e = self.engagement
+        out = np.zeros(e.on.shape[1:])
+        if not len(self.loaded):
+            return out
+        on = self._picked(e.on)
+        flat = on.reshape(len(self.loaded), -1)
+        if not flat.any(axis=1).all():
+            at = degrees(float(self.theta[self.loaded[int(np.argmin(flat.any(axis=1)))]]))
+            raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
+        r = self.tracks[0].meridian.jet(e.stations)[3]
+        radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
+        shared = share_load(
+            np.abs(self.torque[self.loaded]),
+            np.zeros(flat.shape[1]),
+            np.where(flat, e.width, 0.0),
+            np.where(flat, np.maximum(self._picked(e.curvature).reshape(flat.shape), 1e-12), 1.0),
+            self.roller,
+            self.cam,
+            radius,
+            2.0 * radius,
+            np.where(flat, 0.0, FAR),
+            cosines=np.where(flat, self._picked(e.lever).reshape(flat.shape), 1.0),
+        )
+        out[self.loaded] = np.where(flat, shared.line_load, 0.0).reshape(on.shape)
+        return out
+
+    @cached_property
+    def _preloaded(self) -> Floats:
+        """Load per length on both walls of a preloaded turret, N/mm, (2, n, k, m): a slice presses one of them."""
+        from camgeom.mechanics.turret_stiffness import bearing_of, equilibrium
+
+        held = equilibrium(bearing_of(self, self.engagement), self.torque, self)
+        n, k, m = len(self.theta), len(self.engagement.places), len(self.engagement.stations)
+        return np.moveaxis(held.line_load.reshape(n, 2, k, m), 0, 1)
+
+    @cached_property
+    def pressure(self) -> Floats:
+        """Peak contact pressure of every slice, MPa, (n, k, m)."""
+        pair = pair_compliance(self.roller, self.cam)
+        k = np.maximum(self._walls(self.engagement.curvature), 1e-12)
+        return line_pressure(self.line_load, k, pair)
+
+    def _walls(self, values: Floats) -> Floats:
+        """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
+        chosen = np.where(self.torque >= 0.0, 0, 1)
+        picked = np.asarray(values[chosen, np.arange(len(self.theta))])
+        if self.preload <= 0.0:
+            return picked
+        more = (1,) * (values.ndim - 4)
+        for wall in (0, 1):
+            pressed = self._preloaded[wall] > 0.0
+            picked = np.where(pressed.reshape(*pressed.shape, *more), values[wall], picked)
+        return picked
+
+    @cached_property
+    def roller_load(self) -> Floats:
+        """Normal force on every roller, N, (n, k)."""
+        return np.asarray(self.line_load.sum(axis=2) * self.engagement.width)
+
+    @cached_property
+    def shaft_force(self) -> Floats:
+        """Resultant of the rollers on the cam across its axis, N, (n,)."""
+        normal = self._walls(self.engagement.normal)
+        total = (normal * self.line_load[..., None]).sum(axis=(1, 2)) * self.engagement.width
+        return np.asarray(np.hypot(total[:, 0], total[:, 1]))
+
+    @cached_property
+    def input_torque(self) -> Floats:
+        """Torque that the camshaft needs, N mm, (n,)."""
+        zero = np.zeros(self.force.force.shape)
+        return np.asarray(drive_torque(self.force, zero, zero, 1.0)).ravel()
+
+    @cached_property
+    def passes_per_hour(self) -> float:
+        """How often a roller runs through the cam in an hour: once in a turret turn, or in each cam turn to and fro."""
+        turns = self.speed / TURN * 3600.0
+        advance = abs(self.tracks[0].program.advance)
+        return turns * advance / TURN if advance else turns
+
+    def _passage(self, weight: Floats) -> Floats:
+        """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each roller's path, mm.
+
+        Tracks of one name are walls that one roller meets.
+        """
+        where = self.force.panels
+        rate = self.engagement.path_rate
+        scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
+        shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
+        whole = where.integral(shaped)
+        names = [self.tracks[t].name for t, _ in self.engagement.places]
+        rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
+        return np.stack([whole[r].sum(axis=0) for r in rows])
+
+    @cached_property
+    def _path(self) -> Floats:
+        """Path rolled by a roller in one passage while it touches a wall, mm, one for each track."""
+        return self._passage(self.engagement.on.any(axis=(0, 3)).astype(float))
+
+    def bearing(self, rating: float, static_rating: float | None) -> tuple[float, float, float]:
+        """Rated life, h, equivalent load, N, and static safety of the worst roller's bearing (equation 37, ISO 281)."""
+        largest = float(self.roller_load.max(initial=0.0))
+        safety = np.inf if static_rating is None or largest == 0.0 else static_rating / largest
+        if largest == 0.0:
+            return np.inf, 0.0, safety
+        mean = largest * (self._passage((self.roller_load / largest) ** ROLLER_EXPONENT) / self._path) ** (
+            1.0 / ROLLER_EXPONENT
+        )
+        omega = self._path / self._radius * self.passes_per_hour / 3600.0
+        life = np.asarray(rated_hours(rating, mean, omega))
+        return float(life.min()), float(mean.max()), float(safety)
+
+    @cached_property
+    def _radius(self) -> float:
+        """Roller radius at the middle of the contact, mm."""
+        return float(self.tracks[0].meridian.jet(self.engagement.stations)[3][len(self.engagement.stations) // 2])
+
+    @cached_property
+    def slice_life(self) -> Floats:
+        """Fatigue life of the roller surface at every slice, h, (m,), of the hardest used roller.
+
+        Miner's sum of a passage, shared by all points round the roller: it comes to each passage at another angle of
+        its own, so that its points take turns.
+        """
+        limit, m = self.roller.contact_limit, self.roller
+        damage = self._passage((self.pressure / limit) ** m.exponent).max(axis=0)
+        damage = damage / (TURN * self._radius * m.contact_cycles) * self.passes_per_hour
+        return np.where(damage > 0.0, 1.0 / np.where(damage > 0.0, damage, 1.0), np.inf)
+
+    @property
+    def roller_life(self) -> float:
+        """Fatigue life of the roller surface, h: of its hardest pressed slice."""
+        return float(self.slice_life.min())
+
+    @cached_property
+    def cam_life(self) -> float:
+        """Fatigue life of the cam's walls, h: each point is met once in a cam turn."""
+        m = self.cam
+        damage = (self.peak_pressure / m.contact_limit) ** m.exponent / m.contact_cycles
+        return float(1.0 / (damage * self.speed / TURN * 3600.0)) if damage > 0.0 else float("inf")
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest contact pressure of all slices, MPa."""
+        return float(self.pressure.max(initial=0.0))
+
+    @property
+    def preload_pressure(self) -> float:
+        """Contact pressure that the preload alone gives in the dwell, MPa."""
+        if self.preload <= 0.0:
+            return 0.0
+        e = self.engagement
+        k = float(e.curvature[:, 0][e.on[:, 0]].max())
+        load = 1.0
+        for _ in range(60):
+            soft = float(line_flexibility(load, k, self.roller, self.cam, self._radius, 2.0 * self._radius))
+            load = self.preload / soft
+        return float(line_pressure(load, k, pair_compliance(self.roller, self.cam)))
+
+    def worst(self) -> tuple[float, float]:
+        """Cam angle (rad) and place along the roller (delta, mm) of the largest pressure."""
+        n, _, m = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
+        return float(self.theta[n]), float(self.tracks[0].meridian.jet(self.engagement.stations)[0][m])
+
+    def contact_data(self) -> dict[str, Any]:
+        """What result.json says of the contact."""
+        angle, delta = self.worst()
+        middle = self.pressure[:, :, self.pressure.shape[2] // 2]
+        n = int(np.argmax(middle.max(axis=1)))
+        pair = pair_compliance(self.roller, self.cam)
+        n3, k3, m3 = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
+        k_rel = float(self._walls(self.engagement.curvature)[n3, k3, m3])
+        half = 2.0 * self.peak_pressure * pair / max(k_rel, 1e-12)
+        length = self.engagement.width * self.pressure.shape[2]
+        carrying = self.roller_load[self.loaded] > 0.0
+        at = int(np.argmax(np.abs(self.input_torque)))
+        limit = min(self.roller.contact_limit, self.cam.contact_limit)
+        return {
+            "peak_pressure_mpa": float(middle.max()),
+            "cam_angle_deg": degrees(float(self.theta[n])),
+            "peak_force_n": float(self.roller_load.max()),
+            "peak_slice_pressure_mpa": self.peak_pressure,
+            "peak_slice_delta_mm": delta,
+            "peak_slice_cam_angle_deg": degrees(angle),
+            "half_width_mm": half,
+            "peak_shear_mpa": self.peak_pressure * SHEAR_SHARE,
+            "shear_depth_mm": half * SHEAR_DEPTH,
+            "allowable_force_n": float(allowable_load(limit, max(k_rel, 1e-12), length, pair)),
+            "preload_pressure_mpa": self.preload_pressure,
+            "rollers_sharing_least": int(carrying.sum(axis=1).min()) if len(carrying) else 0,
+            "rollers_sharing_most": int(carrying.sum(axis=1).max()) if len(carrying) else 0,
+            "peak_turret_torque_n_m": float(np.abs(self.torque).max()) * 1e-3,
+            "peak_torque_n_m": float(np.abs(self.input_torque).max()) * 1e-3,
+            "peak_torque_at_deg": degrees(float(self.theta[at])),
+            "mean_torque_n_m": float(self.force.work()) / (2.0 * pi) * 1e-3,
+            **self._supports(length),
+        }
+
+    def _supports(self, length: float) -> dict[str, Any]:
+        """Stresses of stud and shaft, with the dimensions they are taken at."""
+        force = float(self.roller_load.max())
+        stud = STUD_SHARE * 2.0 * self._radius
+        data: dict[str, Any] = {
+            "stud_diameter_mm": stud,
+            "stud_stress_mpa": float(stud_stress(force, 0.5 * length, stud).mises),
+        }
+        if self.bore > 0.0:
+            moment = span_moment(self.shaft_force.max(), *(0.5 * SPAN_SHARE * self.width,) * 2)
+            data["shaft_bearing_distance_mm"] = SPAN_SHARE * self.width
+            data["shaft_stress_mpa"] = float(
+                shaft_stress(moment, np.abs(self.input_torque).max(), self.bore).mises
+            )
+        return data
+
+    def fatigue_data(self, rating: float | None, static_rating: float | None) -> dict[str, Any]:
+        """What result.json says of the lives."""
+        data: dict[str, Any] = {
+            "roller_life_h": _finite(self.roller_life),
+            "hot_spot_deg": degrees(self.worst()[0]),
+            "cam_life_h": _finite(self.cam_life),
+            "path_per_turn_m": float(self._path.max()) * self.passes_per_hour / (self.speed / TURN * 3600.0) * 1e-3,
+        }
+        if rating is not None:
+            life, mean, safety = self.bearing(rating, static_rating)
+            data |= {"bearing_life_h": _finite(life), "bearing_mean_load_n": mean}
+            if static_rating is not None:
+                data["bearing_static_safety"] = _finite(safety)
+        return data
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

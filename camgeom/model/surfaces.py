@@ -1,0 +1,174 @@
+"""Every machined flank of a cam as one surface over two parameters, for measuring and for comparing.
+
+phi is the cam angle (rad); t the meridian parameter along the roller, or the height z (mm) of a planar cam. Normals
+point out of the material. Flanks are those the tool leaves: running clearances are in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.solid.prism import FaceGroove, Prism
+from camgeom.track import TURN, Track
+from camgeom.track.flank import Flank
+from camgeom.track.outline import Outline, RollerOutline
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A flank at parameters (n,): points x, outward unit normals n, derivatives by phi and t, (3, n).
+
+    second  n times the second derivatives, (n,) each: by phi twice, by phi and t, by t twice
+    """
+
+    x: Floats
+    n: Floats
+    by_phi: Floats
+    by_t: Floats
+    second: tuple[Floats, Floats, Floats]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RolledFlank:
+    """The flank that a roller or cutter leaves on one of its sides; stations over the stretch the roller touches."""
+
+    name: str
+    track: Track
+    side: float
+    wall: tuple[float, float]
+    touched: tuple[float, float]
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Cam angles it exists over, rad."""
+        return self.track.span
+
+    @property
+    def closed(self) -> bool:
+        """True where the span's end is its beginning."""
+        return self.track.closed
+
+    def knots(self) -> Floats:
+        """Cam angles where second derivatives may jump."""
+        return self.track.knots()
+
+    def at(self, phi: Floats, t: Floats) -> Patch:
+        """The flank at (phi, t), (n,) each. Raises DesignError where there is no contact."""
+        flank = Flank(self.track, phi, t[:, None], self.side)
+        one, two = flank.tangents
+        forms = flank.forms
+        second = tuple(-form[:, 0] for form in (forms.L, forms.M, forms.N))
+        return Patch(flank.x[:, :, 0], -flank.n[:, :, 0], one[:, :, 0], two[:, :, 0], second)  # type: ignore[arg-type]
+
+    def pitch(self, phi: Floats, t: Floats) -> Floats | None:
+        """Points of the roller's axis beside the contact, (3, n)."""
+        pose = self.track.pose(phi, 0)
+        return np.asarray(pose.a[0] + self.track.meridian.jet(t)[0] * pose.u[0])
+
+    def station(self, t: Floats) -> Floats:
+        """Place along the roller, mm."""
+        return self.track.meridian.jet(t)[0]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PrismFlank:
+    """The wall of a planar cam: its outline between two heights; material +1 inside the outline, -1 outside."""
+
+    name: str
+    outline: Outline
+    wall: tuple[float, float]
+    material: float = 1.0
+
+    @property
+    def touched(self) -> tuple[float, float]:
+        """Heights that are measured, mm."""
+        return self.wall
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """One turn, rad."""
+        return 0.0, TURN
+
+    @property
+    def closed(self) -> bool:
+        """An outline is closed."""
+        return True
+
+    def knots(self) -> Floats:
+        """Cam angles where second derivatives may jump."""
+        return self.outline.knots()
+
+    def at(self, phi: Floats, t: Floats) -> Patch:
+        """The wall at (phi, t), (n,) each."""
+        curve = self.outline.curve(phi)
+        zero = np.zeros_like(phi)
+        n = np.stack([*curve.normals, zero])
+        along = np.stack([-curve.normals[1] * curve.speed, curve.normals[0] * curve.speed, zero])
+        bend = -self.material * curve.curvature * curve.speed**2
+        up = np.stack([zero, zero, np.ones_like(phi)])
+        return Patch(np.stack([*curve.points, t]), self.material * n, along, up, (bend, zero, zero))
+
+    def pitch(self, phi: Floats, t: Floats) -> Floats | None:
+        """Points of the roller's axis at that height, (3, n); None for a follower without a roller."""
+        if not isinstance(self.outline, RollerOutline):
+            return None
+        return np.stack([*self.outline.track.pose(phi, 0).a[0][:2], t])
+
+    def station(self, t: Floats) -> Floats:
+        """The height z, mm."""
+        return t
+
+
+FlankSurface = RolledFlank | PrismFlank
+
+
+def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
+    """The flanks of a cam of any kind. Raises DesignError where the cam has none (or folds back on itself)."""
+    model.refuse_folded()
+    found: list[FlankSurface] = []
+    if model.planar is not None:
+        for part in model.parts:
+            if isinstance(part, Prism):
+                name = "profile" if len(model.parts) == 1 else part.name
+                found.append(PrismFlank(name, part.outer.outline, (part.z0, part.z1)))
+            elif isinstance(part, FaceGroove):
+                walls = ("inner flank", part.inner, 1.0), ("outer flank", part.outer, -1.0)
+                found += [PrismFlank(name, loop.outline, (part.floor, part.z1), sign) for name, loop, sign in walls]
+    else:
+        for survey in model.flanks:
+            cutter = survey.cutter
+            touched = sorted(cutter.meridian.parameter(d) for d in survey.track.contact)
+            ends = float(survey.wall[0]), float(survey.wall[-1])
+            touched = [min(max(t, ends[0]), ends[1]) for t in touched]
+            for side in cutter.sides:
+                word = f"{cutter.name} flank {'+' if side > 0.0 else '-'}" if len(cutter.sides) > 1 else cutter.name
+                found.append(RolledFlank(word, cutter, side, ends, (touched[0], touched[1])))
+    if not found:
+        raise DesignError(f"a cam of kind {model.profile.kind} has no flank to measure")
+    return tuple(found)
+
+
+def within(model: Model) -> Callable[[Floats], Mask]:
+    """Whether points (3, n) of the flanks lie within the blank: tracks run beyond the cam's ends and outside."""
+    cam: Any = model.cam
+    if hasattr(cam, "inside"):
+        return lambda x: np.asarray(cam.inside(x), dtype=bool)
+    if model.planar is None and hasattr(cam, "radius") and hasattr(cam, "length"):
+        return lambda x: np.asarray(
+            (np.hypot(x[0], x[1]) <= cam.radius + 1e-9) & (x[2] >= -1e-9) & (x[2] <= cam.length + 1e-9)
+        )
+    return lambda x: np.ones(x.shape[1], dtype=bool)

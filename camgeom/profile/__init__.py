@@ -1,0 +1,156 @@
+"""A profile: everything that describes one cam, its drive and what is wanted, as frozen types read from TOML.
+
+`read` and `parse` report every problem of a profile at once. Sections keep the edge units (mm, degrees, r/min);
+`Profile.setup` is the door at which angles become radians.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, final
+
+from pydantic import Field, SerializeAsAny, model_validator
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.keys import Section
+from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, span_of
+from camgeom.profile.reader import Reader, first_of
+from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.text import MAX_BYTES, Path_, decode, load, read_bytes
+from camgeom.track.follower import AnyFollower, AnyRoller, Setup, SwingingFollower, TurretFollower
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.impact.spec import ImpactSpec
+    from camgeom.dynamics.spec import DynamicsSpec
+    from camgeom.machining.spec import CutterSpec
+
+
+@final
+class Profile(Section):
+    """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
+
+    name: Annotated[str, Field(min_length=1, max_length=120)] = Field("cam", description="shown in reports")
+    cam: SerializeAsAny[Section] = Field(description="the cam, by kind")
+    follower: AnyFollower = Field(description="the follower, by kind")
+    roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")
+    motion: Annotated[tuple[MotionSegment, ...], Field(min_length=1, max_length=MAX_SEGMENTS)] = Field(
+        description="segments of the motion round the cam, in order"
+    )
+    operation: Operation | None = Field(None, description="speed and forces; needed for contact, life and dynamics")
+    material: Materials = Field(Materials(), description="the two bodies in contact")
+    output: Output = Field(Output(), description="what is written")
+    limits: Limits = Field(Limits(), description="what the checks judge against")
+    dynamics: SerializeAsAny[Section] | None = Field(None, description="indexing dynamics")
+    impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
+    cutter: SerializeAsAny[Section] | None = Field(None, description="the tool that makes the flanks")
+    source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete_limits(cls, data: Any) -> Any:
+        """Limits that depend on the follower, filled in before the profile freezes."""
+        if isinstance(data, dict) and isinstance(data.get("follower"), AnyFollower):
+            limits = data.get("limits", Limits())
+            if isinstance(limits, Limits):
+                return {**data, "limits": limits.for_follower(data["follower"])}
+        return data
+
+    @property
+    def kind(self) -> str:
+        """The cam kind as it is written in the profile."""
+        return type(self.cam).__module__.rpartition(".")[2].replace("_", "-")
+
+    @property
+    def rotating(self) -> bool:
+        """True where positions of the motion are degrees: swinging followers and turrets."""
+        return isinstance(self.follower, SwingingFollower | TurretFollower)
+
+    @property
+    def dynamics_spec(self) -> DynamicsSpec | None:
+        """The [dynamics] section with its own type."""
+        if self.dynamics is None:
+            return None
+        from camgeom.dynamics.spec import DynamicsSpec
+
+        return self.dynamics if isinstance(self.dynamics, DynamicsSpec) else None
+
+    @property
+    def impact_spec(self) -> ImpactSpec | None:
+        """The [impact] section with its own type."""
+        if self.impact is None:
+            return None
+        from camgeom.dynamics.impact.spec import ImpactSpec
+
+        return self.impact if isinstance(self.impact, ImpactSpec) else None
+
+    @property
+    def cutter_spec(self) -> CutterSpec | None:
+        """The [cutter] section with its own type."""
+        if self.cutter is None:
+            return None
+        from camgeom.machining.spec import CutterSpec
+
+        return self.cutter if isinstance(self.cutter, CutterSpec) else None
+
+    def setup(self) -> Setup:
+        """Follower, roller and the motion program (mm or rad over rad).
+
+        Raises ProfileError where the motion cannot be made or does not close.
+        """
+        problems = motion_problems(self.motion, self.follower, span_of(type(self.cam)))
+        if problems:
+            raise ProfileError(problems, self.source)
+        program = program_of(self.motion, self.follower, span_of(type(self.cam)), _folder_name(self.source))
+        return Setup(self.follower, self.roller, program)
+
+
+def read(path: str | Path) -> Profile:
+    """The profile in a TOML file. Raises ProfileError with every problem found."""
+    return parse(_text(path), str(path))
+
+
+def read_data(path: str | Path) -> dict[str, Any]:
+    """The plain data of a profile file, for `from_data`; tables as dict, arrays as tuple. Raises ProfileError."""
+    data, problems, _ = load(_text(path), str(path))
+    if problems:
+        raise ProfileError(first_of(problems), str(path))
+    return data
+
+
+def _text(path: str | Path) -> str:
+    return decode(read_bytes(Path(path), MAX_BYTES, str(path)), str(path))
+
+
+def parse(text: str, file: str = "") -> Profile:
+    """The profile in a TOML text; `file` is named in messages, and data files are looked for beside it."""
+    data, problems, dropped = load(text, file)
+    return from_data(data, file, problems, dropped)
+
+
+def from_data(
+    data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None
+) -> Profile:
+    """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
+    reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
+    profile = Profile(**reader.parts(), source=file)
+    if found := _cross_checks(profile):
+        raise ProfileError(first_of(found), file)
+    return profile
+
+
+def _cross_checks(profile: Profile) -> list[Problem]:
+    """What no single section can know: the motion as a whole, and what the cam type cannot build."""
+    try:
+        setup = profile.setup()
+    except ProfileError as error:
+        return error.problems
+    cam: Any = profile.cam
+    idle = profile.operation.idle(profile.rotating) if profile.operation is not None else []
+    found = [*idle, *cam.problems(setup)]
+    if not found and profile.cutter_spec is not None:
+        found += profile.cutter_spec.problems(cam, setup)
+    return found
+
+
+def _folder_name(file: str) -> str:
+    return str(Path(file).parent) if file else ""

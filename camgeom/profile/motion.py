@@ -1,0 +1,166 @@
+"""The [[motion]] tables: law parameters, what a sequence of segments must fulfil, and the program they make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import pi, radians
+from pathlib import Path
+from typing import Any
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.motion.law import LAWS, Ends, LawEntry
+from camgeom.motion.laws import entry
+from camgeom.motion.program import Program, Segment
+from camgeom.profile.errors import UNKNOWN, Sections, choice_problem, keys_of, plain
+from camgeom.profile.sections import MotionSegment
+from camgeom.profile.text import beside
+from camgeom.spelling import did_you_mean
+from camgeom.track.follower import AnyFollower, SwingingFollower, TurretFollower
+
+MAX_SEGMENTS = 10_000
+SLIP = 1e-6
+"""deg; digits lost by writing 360 / 7 in decimal"""
+RATES = ("velocity", "acceleration", "jerk")
+
+
+def split_segment(
+    segment: dict[str, Any], at: str, folder: Path | None, sections: Sections
+) -> tuple[dict[str, Any], list[Problem]]:
+    """A [[motion]] table with the law's own keys gathered under `parameters`, and what is wrong with them."""
+    known = keys_of(MotionSegment)
+    own = {key: value for key, value in segment.items() if key in known}
+    extra = {key: value for key, value in segment.items() if key not in known}
+    law = own.get("law")
+    if law is None:
+        return own, [_stray(key, value, at, None, sections) for key, value in extra.items()]
+    if law not in LAWS if isinstance(law, str) else True:
+        return own, [choice_problem(f"{at}.law", plain(law), tuple(sorted(LAWS)), "a motion law")]
+    found: list[Problem] = []
+    law_entry = entry(law)
+    for key, value in list(extra.items()):
+        if key not in law_entry.parameters:
+            found.append(_stray(key, value, at, law_entry, sections))
+            del extra[key]
+    found += law_entry.problems(extra, f"{at}.")
+    found += [p for key, value in extra.items() if key == "file" and (p := _file_problem(value, folder, f"{at}.{key}"))]
+    return {**own, "parameters": tuple(extra.items())}, found
+
+
+def _file_problem(name: object, folder: Path | None, key: str) -> Problem | None:
+    if not isinstance(name, str) or not name:
+        return None
+    place = beside(name, folder, key)
+    return place if isinstance(place, Problem) else None
+
+
+def _stray(key: str, value: object, at: str, law: LawEntry | None, sections: Sections) -> Problem:
+    """The problem of a key that is neither a segment's nor the law's."""
+    hint = did_you_mean(key, [*keys_of(MotionSegment), *(law.parameters if law else ())])
+    places = [name for name, models in sections.items() if any(key in keys_of(model) for model in models)]
+    if not hint and places:
+        hint = f"did you mean [{places[0]}] {key}?"
+    takes = f"parameters of {law.name}: {', '.join(law.parameters) or 'none'}" if law else "a dwell has no parameters"
+    return Problem(f"{at}.{key}", UNKNOWN, plain(value), "", hint or takes)
+
+
+def span_of(cam: type[Any]) -> float:
+    """The range of cam angle that the profile states, deg: 180 where the second half turn follows from the first."""
+    return float(getattr(cam, "MOTION_SPAN", 360.0))
+
+
+def motion_problems(motion: Sequence[MotionSegment], follower: AnyFollower, span: float) -> list[Problem]:
+    """What a program cannot know of its segments: half turns, whole turret indexes; span is the stated range, deg."""
+    problems = [
+        Problem(f"motion[{i}].{key}", "a dwell has none", getattr(segment, key), "", "give it a `to` and a law")
+        for i, segment in enumerate(motion)
+        if segment.to is None
+        for key in RATES
+        if getattr(segment, key) is not None
+    ]
+    last = len(motion) - 1
+    if span < 360.0 and abs(motion[last].until - span) > SLIP:
+        message = "the last segment must end the stated half turn"
+        problems.append(Problem(f"motion[{last}].until", message, motion[last].until, f"{span:g} deg"))
+    if isinstance(follower, TurretFollower):
+        problems += _index_problems(motion, 360.0 / follower.stops, follower.stops)
+    return problems
+
+
+def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -> list[Problem]:
+    moves = [(i, segment.to) for i, segment in enumerate(motion) if segment.to is not None]
+    if not moves:
+        return [Problem("motion", "a turret needs a segment that turns it on", None, f"`to` = {index:.12g} deg")]
+    i, end = moves[-1]
+    steps = round(end / index)
+    if abs(end) <= SLIP and any(abs(to) > SLIP for _, to in moves):
+        return []  # a drive to and fro
+    if steps == 0 or abs(end - steps * index) > SLIP:
+        allowed = f"a whole multiple of 360 / {stops} = {index:.12g} deg"
+        return [Problem(f"motion[{i}].to", "the motion must step by whole indexes of the turret", end, allowed)]
+    return []
+
+
+def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: float, folder: str) -> Program:
+    """The motion program, mm or rad over rad of cam angle.
+
+    Where the profile states half a turn the other half mirrors it: s(theta + pi) = lift - s(theta). Raises
+    ProfileError with every problem of the segments.
+    """
+    turning = isinstance(follower, SwingingFollower | TurretFollower)
+    unit = radians(1.0) if turning else 1.0
+    segments = [_segment(segment, unit) for segment in motion]
+    if span == 180.0:
+        lift = next((segment.to for segment in reversed(segments) if segment.to is not None), 0.0)
+        segments += [_mirrored(segment, lift) for segment in segments]
+    turret = isinstance(follower, TurretFollower)
+    if turret:
+        segments = _on_whole_indexes(segments, 2.0 * pi / follower.stops)  # type: ignore[union-attr]
+    try:
+        return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
+    except ArithmeticError as error:
+        # Parameters within their ranges can still be too extreme together (a share of 1e-300).
+        message = f"the parameters of the law give no finite motion ({error})"
+        raise ProfileError([Problem(at, message) for at in _extreme(segments)]) from None
+
+
+def _extreme(segments: Sequence[Segment]) -> list[str]:
+    """The keys of the segments whose law has no finite motion of its own; all of the motion where each alone has."""
+    found = []
+    for i, segment in enumerate(segments):
+        if segment.law is not None:
+            try:
+                entry(segment.law).pieces(dict(segment.params), Ends(lift=1.0))
+            except ArithmeticError:
+                found.append(f"motion[{i}]")
+            except ProfileError:
+                continue  # a law that needs its neighbours or its file
+    return found or ["motion"]
+
+
+def _segment(segment: MotionSegment, unit: float) -> Segment:
+    """A segment in radians and inner units of lift; derivatives per degree become derivatives per radian."""
+    degree = radians(1.0)
+    rates = [getattr(segment, key) for key in RATES]
+    velocity, acceleration, jerk = (
+        None if rate is None else rate * unit / degree**order for order, rate in enumerate(rates, 1)
+    )
+    until = 2.0 * pi if segment.until == 360.0 else radians(segment.until)
+    to = None if segment.to is None else segment.to * unit
+    return Segment(until, to, segment.law, segment.parameters, velocity, acceleration, jerk)
+
+
+def _mirrored(segment: Segment, lift: float) -> Segment:
+    """The segment half a turn later, s(theta + pi) = lift - s(theta)."""
+    to = None if segment.to is None else lift - segment.to
+    rates = {key: -rate for key in RATES if (rate := getattr(segment, key)) is not None}
+    return replace(segment, until=segment.until + pi, to=to, **rates)
+
+
+def _on_whole_indexes(segments: list[Segment], index: float) -> list[Segment]:
+    """The last position set on the exact multiple of the index, so that the error does not add up turn by turn."""
+    i = max((i for i, segment in enumerate(segments) if segment.to is not None), default=-1)
+    if i < 0:
+        return segments  # no index at all, which `motion_problems` says
+    end = segments[i].to or 0.0
+    return [*segments[:i], replace(segments[i], to=round(end / index) * index), *segments[i + 1 :]]

@@ -1,0 +1,261 @@
+"""From plain data to the typed sections of a profile, with every problem found on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from camgeom.cams import cam_class, kinds
+from camgeom.errors import Problem, ProfileError
+from camgeom.keys import Section
+from camgeom.profile.errors import (
+    MOST_PROBLEMS,
+    UNKNOWN,
+    Model,
+    choice_problem,
+    keys_of,
+    models_in,
+    plain,
+    translate,
+    without_guessed,
+)
+from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, span_of, split_segment
+from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.text import Path_, beside, dotted, number_table
+from camgeom.track.follower import (
+    AnyFollower,
+    ConeRoller,
+    CrownedRoller,
+    CylinderRoller,
+    FrameFollower,
+    SphereRoller,
+    SwingingFollower,
+    TranslatingFollower,
+    TurretFollower,
+)
+
+FOLLOWERS: dict[str, Model] = {
+    "translating": TranslatingFollower,
+    "swinging": SwingingFollower,
+    "turret": TurretFollower,
+    "frame": FrameFollower,
+}
+ROLLERS: dict[str, Model] = {
+    "cylinder": CylinderRoller,
+    "cone": ConeRoller,
+    "crowned": CrownedRoller,
+    "sphere": SphereRoller,
+}
+PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Materials, "output": Output, "limits": Limits}
+OPTIONAL_SECTIONS = {
+    "impact": ("camgeom.dynamics.impact.spec", "ImpactSpec"),
+    "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
+    "cutter": ("camgeom.machining.spec", "CutterSpec"),
+}
+"""Sections whose module is imported only when a profile has them."""
+
+
+@dataclass
+class Reader:
+    """Builds the typed sections of a profile (class `top`) one by one and gathers what is wrong with any."""
+
+    top: Model
+    data: dict[str, Any]
+    file: str
+    problems: list[Problem] = field(default_factory=list)
+    dropped: set[Path_] = field(default_factory=set)
+    sections: dict[str, list[Model]] = field(default_factory=dict)
+
+    def parts(self) -> dict[str, Any]:
+        """The typed sections by name. Raises ProfileError with every problem found."""
+        parts: dict[str, Any] = {}
+        models = self._models()
+        self._refuse_unknown_sections()
+        for name, model in models.items():
+            if model is not None:
+                parts[name] = self._section(name, model)
+        parts["motion"] = self._motion()
+        parts["name"] = self._name()
+        if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
+            # The motion as a whole is judged even where another section is wrong.
+            self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], models["cam"], self.file)
+        if self.problems:
+            raise ProfileError(first_of(without_guessed(self.problems)), self.file)
+        return {name: part for name, part in parts.items() if part is not None}
+
+    def _models(self) -> dict[str, Model | None]:
+        """The model of every section that is given or needed; None where the choice itself is wrong."""
+        cam = self._choice("cam", "kind", kinds(), "a cam kind", None)
+        cam_model: Any = cam_class(cam) if cam else None
+        accepted: tuple[str, ...] = getattr(cam_model, "FOLLOWERS", tuple(FOLLOWERS))
+        follower = self._choice("follower", "kind", tuple(FOLLOWERS), "a follower kind", accepted[0])
+        if cam and follower and follower not in accepted:
+            message = f"a {cam} cam has no such follower"
+            self.problems.append(Problem("follower.kind", message, follower, ", ".join(accepted)))
+        models: dict[str, Model | None] = {"cam": cam_model, "follower": FOLLOWERS.get(follower or "")}
+        if "roller" in self.data:
+            shape = self._choice("roller", "shape", tuple(ROLLERS), "a roller shape", "cylinder")
+            models["roller"] = ROLLERS.get(shape or "")
+        models |= {name: model for name, model in PLAIN_SECTIONS.items() if name in self.data}
+        for name, (module, attribute) in OPTIONAL_SECTIONS.items():
+            if name in self.data:
+                models[name] = getattr(import_module(module), attribute)
+        self._index(models)
+        return models
+
+    def _index(self, models: dict[str, Model | None]) -> None:
+        """Where every key of a profile belongs, for hints on misplaced keys."""
+        self.sections = {"profile": [self.top], "motion": [MotionSegment]}
+        for name, model in {"roller": CylinderRoller, **PLAIN_SECTIONS, **models}.items():
+            if model is not None:
+                self.sections[name] = [model]
+                inner = {key: list(models_in(entry.annotation)) for key, entry in keys_of(model).items()}
+                self.sections |= {f"{name}.{key}": found for key, found in inner.items() if found}
+
+    def _choice(self, section: str, key: str, known: tuple[str, ...], what: str, default: str | None) -> str | None:
+        """The value of a choosing key; None where it is wrong, which is then among the problems."""
+        table = self.data.get(section)
+        if table is None and default is not None:
+            return default
+        if not isinstance(table, dict):
+            message = "wrong type" if section in self.data else "is missing"
+            self.problems.append(Problem(section, message, plain(table), f"a table [{section}]"))
+            return None
+        if key not in table:
+            if default is None and (section, key) not in self.dropped:
+                self.problems.append(Problem(f"{section}.{key}", "is missing", None, ", ".join(known)))
+            return default
+        word = table[key]
+        if isinstance(word, str) and word in known:
+            return word
+        self.problems.append(choice_problem(f"{section}.{key}", word, known, what))
+        return None
+
+    def _refuse_unknown_sections(self) -> None:
+        """Top-level keys that are no section, with the section that they may belong to."""
+        known = {"name", "cam", "follower", "roller", "motion", *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
+        stray = dict([(key, value) for key, value in self.data.items() if key not in known][:MOST_PROBLEMS])
+        if not stray:
+            return
+        try:
+            self.top.model_validate(stray)
+        except ValidationError as error:
+            found = translate(error, self.top, stray, (), self.sections)
+            self.problems += [problem for problem in found if problem.message == UNKNOWN]
+
+    def _section(self, name: str, model: Model) -> Section | None:
+        """A typed section; None where it is wrong."""
+        table = self.data.get(name, {})
+        if not isinstance(table, dict):
+            self.problems.append(Problem(name, "wrong type", plain(table), f"a table [{name}]"))
+            return None
+        table = dict(table)
+        if name == "cam" and "kind" not in model.model_fields:
+            table.pop("kind", None)
+        if name == "operation":
+            table = self._with_tables(table)
+        section: Section | None = self._typed(model, table, (name,))
+        return section
+
+    def _typed(self, model: Model, table: dict[str, Any], at: Path_) -> Any:
+        try:
+            return model.model_validate(table)
+        except ValidationError as error:
+            hidden = {dotted(path) for path in self.dropped}
+            found = translate(error, model, table, at, self.sections)
+            self.problems += [p for p in found if not any(_within(p.key, key) for key in hidden)]
+        except ProfileError as error:
+            self.problems += error.problems
+        return None
+
+    def _with_tables(self, operation: dict[str, Any]) -> dict[str, Any]:
+        """The [operation] table with the data files of its forces read into tables."""
+        forces = operation.get("force")
+        if not isinstance(forces, tuple):
+            return operation
+        return {**operation, "force": tuple(self._force(force, i) for i, force in enumerate(forces))}
+
+    def _force(self, force: Any, index: int) -> Any:
+        if not isinstance(force, dict) or not isinstance(force.get("file"), str):
+            return force
+        key = dotted(("operation", "force", index, "file"))
+        rest = {name: value for name, value in force.items() if name != "file"}
+        place = beside(force["file"], self._folder(), key)
+        table = place if isinstance(place, Problem) else number_table(place, 2, key, force["file"])
+        if isinstance(table, Problem):
+            self.problems.append(table)
+            self.dropped.add(("operation", "force", index))
+            return rest
+        if "table" in rest:
+            self.problems.append(Problem(key, "a force has either a file or a table, not both"))
+        return {**rest, "table": table}
+
+    def _folder(self) -> Path | None:
+        return Path(self.file).parent if self.file else None
+
+    def _motion(self) -> tuple[MotionSegment, ...] | None:
+        """The typed segments of the motion."""
+        segments = self.data.get("motion")
+        if segments is None or segments == ():
+            if ("motion",) not in self.dropped:
+                self.problems.append(Problem("motion", "is missing", None, "one [[motion]] table for each segment"))
+            return None
+        if not isinstance(segments, tuple):
+            hint = "write [[motion]] in double brackets" if isinstance(segments, dict) else ""
+            self.problems.append(Problem("motion", "needs an array of tables [[motion]]", plain(segments), "", hint))
+            return None
+        if len(segments) > MAX_SEGMENTS:
+            self.problems.append(Problem("motion", "too many segments", len(segments), f"at most {MAX_SEGMENTS}"))
+            return None
+        typed = []
+        before = len(self.problems)
+        for i, segment in enumerate(segments):
+            typed.append(self._segment(segment, i))
+            if len(self.problems) - before > MOST_PROBLEMS:
+                return None
+        return tuple(segment for segment in typed if segment) if all(typed) else None
+
+    def _segment(self, segment: Any, index: int) -> MotionSegment | None:
+        at: Path_ = ("motion", index)
+        if not isinstance(segment, dict):
+            self.problems.append(Problem(dotted(at), "needs a table [[motion]]", plain(segment)))
+            return None
+        own, found = split_segment(segment, dotted(at), self._folder(), self.sections)
+        self.problems += found
+        typed: MotionSegment | None = self._typed(MotionSegment, own, at)
+        return None if found else typed
+
+    def _name(self) -> str | None:
+        """The profile's name; by default that of its file."""
+        name = self.data.get("name")
+        if name is None:
+            return Path(self.file).stem[:120] or None if self.file else None
+        if isinstance(name, str) and name.strip() and len(name) <= 120 and "\n" not in name:
+            return name
+        self.problems.append(Problem("name", "needs a text of 1 to 120 characters on one line", plain(name)))
+        return None
+
+
+def first_of(problems: list[Problem]) -> list[Problem]:
+    """The problems, cut to a number that can be read."""
+    more = len(problems) - MOST_PROBLEMS
+    if more <= 0:
+        return problems
+    return [*problems[:MOST_PROBLEMS], Problem("profile", f"and {more} problems more, of those looked at")]
+
+
+def _motion_as_a_whole(motion: Any, follower: AnyFollower, cam: type[Any], file: str) -> list[Problem]:
+    found = motion_problems(motion, follower, span_of(cam))
+    try:
+        program_of(motion, follower, span_of(cam), str(Path(file).parent) if file else "")
+    except ProfileError as error:
+        found += error.problems
+    return found
+
+
+def _within(key: str, top: str) -> bool:
+    return key == top or key.startswith((f"{top}.", f"{top}["))

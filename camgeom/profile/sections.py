@@ -1,0 +1,126 @@
+"""The sections of a profile that belong to no single part: motion segments, operation, materials, output, limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, final
+
+from pydantic import Field
+
+from camgeom.errors import Problem
+from camgeom.keys import Degrees, Gap, Section, Share
+from camgeom.mechanics.applied import Force
+from camgeom.mechanics.material import Material
+from camgeom.track.follower import AnyFollower, Inertia, Mass
+
+TOLERANCE_RANGE = (1e-7, 1.0)
+"""mm; finer than a tenth of a nanometre is below the rounding of a part's coordinates"""
+
+NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+Number = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
+
+INTERNAL: dict[str, Any] = {"internal": True}
+"""Marks a field that is no key of the profile."""
+
+
+@final
+class MotionSegment(Section):
+    """One segment of the motion; every other key of it is a parameter of its law."""
+
+    until: Annotated[float, Field(gt=0.0, le=360.0)] = Field(description="deg, cam angle at the segment's end")
+    to: Degrees | None = Field(
+        None, description="position at the segment's end, mm (degrees for swinging followers and turrets); none: dwell"
+    )
+    law: Annotated[str, Field(max_length=60)] | None = Field(None, description="motion law, see `camgeom laws`")
+    velocity: Number | None = Field(
+        None, description="mm (or deg) per degree of cam angle at the segment's end, for laws that join neighbours"
+    )
+    acceleration: Number | None = Field(None, description="mm (or deg) per square degree at the segment's end")
+    jerk: Number | None = Field(None, description="mm (or deg) per cubic degree at the segment's end")
+    parameters: tuple[tuple[str, Any], ...] = Field((), description="the law's own keys", json_schema_extra=INTERNAL)
+
+
+@final
+class Operation(Section):
+    """How the cam runs and what it drives."""
+
+    speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="r/min, cam speed")
+    friction: NonNegative = Field(0.0, description="N, against the motion (N mm for swinging followers and turrets)")
+    guide_friction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        0.0, description="1, friction of a slide's guides under its side thrust, times overhang over bearing distance"
+    )
+    load_mass: Mass = Field(0.0, description="kg, moved together with the follower")
+    load_inertia: Inertia = Field(0.0, description="kg m2, turns together with a swinging follower or turret")
+    spring_rate: NonNegative = Field(0.0, description="N/mm (N mm/deg), spring that pushes the follower back")
+    spring_preload: NonNegative = Field(0.0, description="N (N mm), spring force at zero lift")
+    gravity: Annotated[float, Field(ge=-1000.0, le=1000.0)] = Field(
+        0.0, description="m/s2, share of gravity along the motion; positive pulls the follower back"
+    )
+    force: Annotated[tuple[Force, ...], Field(max_length=1000)] = Field((), description="applied forces")
+
+    def idle(self, rotating: bool) -> list[Problem]:
+        """The keys that say something about the other kind of follower: translating or rotating."""
+        none = {"load_mass": 0.0, "gravity": 0.0, "guide_friction": 0.0} if rotating else {"load_inertia": 0.0}
+        kind, instead = ("rotating", "load_inertia, or a force") if rotating else ("translating", "load_mass")
+        message = f"means nothing for a {kind} follower"
+        return [
+            Problem(f"operation.{key}", message, getattr(self, key), "", f"use {instead}")
+            for key, default in none.items()
+            if getattr(self, key) != default
+        ]
+
+
+@final
+class Materials(Section):
+    """The two bodies in contact."""
+
+    cam: Material = Field(Material(), description="the cam; default hardened steel")
+    roller: Material = Field(Material(), description="the roller; default hardened steel")
+
+
+@final
+class Output(Section):
+    """What is written."""
+
+    tolerance: Annotated[float, Field(ge=TOLERANCE_RANGE[0], le=TOLERANCE_RANGE[1])] = Field(
+        0.005, description="mm, guaranteed chord error of the mesh"
+    )
+    formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=12)], ...], Field(max_length=40)] = Field(
+        ("3mf", "stl"), description="file formats of the solid and its drawings"
+    )
+    table_points: Annotated[int, Field(ge=3, le=100_000)] | None = Field(
+        None, description="points of the electronic cam, evenly spaced with both ends; default 361"
+    )
+    table_tolerance: Annotated[float, Field(ge=1e-9, le=10.0)] | None = Field(
+        None, description="mm (deg), error of the electronic cam between its points; chooses their number and places"
+    )
+    undercut_solid: bool = Field(
+        False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
+    )
+
+
+PRESSURE_ANGLES = {"translating": 30.0, "swinging": 45.0, "turret": 50.0, "frame": 45.0}
+"""deg; customary limits by follower kind (T/WLJC 15-2018 for the turret)"""
+
+
+@final
+class Limits(Section):
+    """What the checks judge against; a limit that is not given is not judged, or has the default named here."""
+
+    pressure_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = Field(
+        None, description="deg, largest pressure angle; default 30 translating, 45 swinging and frame, 50 turret"
+    )
+    min_wall_mm: Gap = Field(1.0, description="mm, thinnest wall of the cam body")
+    undercut_margin: Share = Field(0.0, description="1, smallest margin 1 - r k against undercut")
+    clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
+    contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="MPa, largest peak contact pressure; default the smaller contact limit of the two materials"
+    )
+    life_h: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="h, life that roller, bearing and cam surface must reach"
+    )
+
+    def for_follower(self, follower: AnyFollower) -> Limits:
+        """The limits with the defaults that depend on the follower filled in."""
+        if self.pressure_angle_deg is not None:
+            return self
+        return self.model_copy(update={"pressure_angle_deg": PRESSURE_ANGLES[follower.kind]})

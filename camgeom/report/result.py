@@ -1,0 +1,261 @@
+"""The pieces of result.json, each from the model's facts: motion, flank, solid, contact, fatigue, dynamics."""
+
+from __future__ import annotations
+
+from math import degrees, isfinite, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+
+def motion_data(model: Model) -> dict[str, Any]:
+    """Characteristic values of the program, per radian of cam angle and, with a speed, in time."""
+    program = model.setup.program
+    rotating = model.profile.rotating
+    unit, name = (180.0 / pi, "deg") if rotating else (1.0, "mm")
+    peaks = [program.peak(order) for order in (1, 2, 3)]
+    data: dict[str, Any] = {
+        f"stroke_{name}": unit * _stroke(model),
+        f"peak_velocity_{name}_per_rad": unit * abs(peaks[0].value),
+        f"peak_acceleration_{name}_per_rad2": unit * abs(peaks[1].value),
+        f"peak_jerk_{name}_per_rad3": unit * abs(peaks[2].value),
+        "peak_velocity_at_deg": degrees(peaks[0].at),
+        "peak_acceleration_at_deg": degrees(peaks[1].at),
+        "continuity": program.continuity.order,
+        "jumps": [
+            {"cam_angle_deg": degrees(j.angle), "order": j.order, "size": unit * j.size}
+            for j in program.continuity.jumps
+        ],
+    }
+    operation = model.profile.operation
+    if operation is not None:
+        omega = operation.speed * pi / 30.0
+        for order, word in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+            key = f"peak_{word}_{name}_per_s{'' if order == 1 else order}"
+            data[key] = unit * abs(peaks[order - 1].value) * omega**order
+    return data
+
+
+def _stroke(model: Model) -> float:
+    lifts = [lift for span in model.setup.program.spans for lift in (span.before, span.after)]
+    return max(lifts) - min(lifts)
+
+
+def flank_data(model: Model) -> dict[str, Any]:
+    """Extremes over all tracks and flanks."""
+    surveys = model.flanks
+    sharp = max((s.largest_relative_curvature for s in surveys), key=lambda e: e.value)
+    margin = min((s.margin for s in surveys), key=lambda e: e.value)
+    return {
+        **_angles(model),
+        "min_relative_radius_mm": 1.0 / sharp.value if sharp.value > 0.0 else 0.0,
+        "min_relative_radius_at_deg": degrees(sharp.cam_angle) % 360.0,
+        "undercut_margin": margin.value,
+        "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,
+        **_quoted(model),
+    }
+
+
+def _angles(model: Model) -> dict[str, Any]:
+    """Largest pressure angles; where rollers take turns, of the best placed one."""
+    if model.drive_angle is not None:
+        value, at = model.drive_angle
+        return {"max_pressure_angle_deg": degrees(value), "max_pressure_angle_at_deg": degrees(at) % 360.0}
+    angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
+    axis = max((s.axis_pressure_angle for s in model.flanks), key=lambda e: e.value)
+    return {
+        "max_pressure_angle_deg": degrees(angle.value),
+        "max_pressure_angle_at_deg": degrees(angle.cam_angle) % 360.0,
+        "max_pressure_angle_delta_mm": angle.delta,
+        "max_axis_pressure_angle_deg": degrees(axis.value),
+    }
+
+
+def _quoted(model: Model) -> dict[str, Any]:
+    quoted = getattr(model.cam, "quoted_radius", None)
+    if quoted is None or model.planar is not None:
+        return {}
+    radius = quoted(model.setup)
+    at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
+    return {"pitch_radius_mm": radius, "pitch_pressure_angle_deg": degrees(at.value)}
+
+
+def solid_data(model: Model) -> dict[str, Any]:
+    """The body (for several, sums and the list of them)."""
+    bodies = []
+    for solid, mass in zip(model.solids, model.mass):
+        mesh = solid.mesh
+        bodies.append(
+            {
+                "name": solid.name,
+                "watertight": mesh.watertight,
+                "volume_mm3": mass.volume,
+                "area_mm2": mesh.area,
+                "triangles": len(mesh.faces),
+                "chord_error_mm": solid.chord_error,
+                "genus": mesh.genus,
+                "mass_kg": mass.mass,
+                "method": solid.method,
+                "centroid_mm": list(mass.centroid),
+                "inertia_kg_m2": [list(row) for row in mass.inertia],
+                "size_mm": (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).tolist(),
+            }
+        )
+    first = dict(bodies[0])
+    if len(bodies) > 1:
+        first["bodies"] = bodies
+    return first
+
+
+def contact_data(model: Model) -> dict[str, Any]:
+    """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear."""
+    duty = model.duty
+    peak, slices = duty.contact.peak(), duty.slices.peak()
+    worst = int(np.argmax(slices.pressure))
+    hardest = duty.peak_contact
+    force, _ = duty.peak_of(np.abs(duty.normal))
+    torque, torque_at = duty.peak_of(duty.torque)
+    return {
+        "peak_pressure_mpa": _finite(peak.pressure),
+        "cam_angle_deg": degrees(float(peak.theta)),
+        "peak_force_n": force,
+        "peak_slice_pressure_mpa": _finite(slices.pressure[worst]),
+        "peak_slice_delta_mm": float(duty.slice_stations[worst]),
+        "peak_slice_cam_angle_deg": degrees(float(slices.theta[worst])),
+        "half_width_mm": float(hardest.half_width),
+        "peak_shear_mpa": float(hardest.shear),
+        "shear_depth_mm": float(hardest.shear_depth),
+        "peak_torque_n_m": torque * 1e-3,
+        "peak_torque_at_deg": degrees(torque_at),
+        "mean_torque_n_m": float(duty.force.work()) / (2.0 * pi) * 1e-3,
+        "wall_reversals_deg": [degrees(r.taken) for r in duty.force.reversals()[0]],
+    }
+
+
+def fatigue_data(model: Model) -> dict[str, Any]:
+    """Lives of roller, cam and bearing."""
+    duty = model.duty
+    life, slices = duty.roller_life, duty.slice_life
+    data: dict[str, Any] = {
+        "roller_life_h": _finite(life.life_h),
+        "roller_slice_life_h": _finite(np.min(slices.life_h)),
+        "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,
+        "cam_life_h": _finite(duty.cam_life.life_h),
+        "path_per_turn_m": float(life.path) * 1e-3,
+    }
+    if len(model.duties) > 1:
+        data["roller_lives_h"] = [_finite(one.roller_life.life_h) for one in model.duties]
+    if model.classical:
+        data["conventions"] = conventions(model)
+    roller = model.setup.roller
+    if roller is not None and roller.dynamic_rating is not None:
+        bearing = duty.bearing(roller.dynamic_rating, roller.static_rating)
+        data["bearing_life_h"] = _finite(bearing.life_h)
+        data["bearing_mean_load_n"] = float(bearing.mean_load)
+        if roller.static_rating is not None:
+            data["bearing_static_safety"] = _finite(bearing.static_safety)
+    return data
+
+
+def dynamics_data(model: Model) -> dict[str, Any]:
+    """What the profile's [dynamics] and [impact] tables ask for; empty without them."""
+    data: dict[str, Any] = {}
+    if model.profile.dynamics_spec is not None:
+        if model.indexing is not None:
+            data |= model.indexing.summary()
+        if model.elastic_follower is not None:
+            data |= model.elastic_follower.summary(model.profile.rotating)
+    if model.profile.impact_spec is not None:
+        data["impact"] = impact_data(model)
+    return data
+
+
+MOST_IMPACTS = 100
+"""impacts that are listed one by one"""
+
+
+def impact_data(model: Model) -> dict[str, Any]:
+    """What the profile's [impact] table asks for: impacts one by one, statistics over turns, studies."""
+    from camgeom.dynamics.impact.study import clearance_study, statistics, study, tighter_change
+    from camgeom.model.vibration import impact_laws
+
+    spec, run, rotating = model.profile.impact_spec, model.impact, model.profile.rotating
+    assert spec is not None
+    assert run is not None
+    data: dict[str, Any] = {
+        "clearance": run.problem.pair.clearance_text,
+        "conversions_deg": [degrees(hit.angle) for hit in run.conversions],
+        "over_turns": statistics(run, spec.settle, "", tighter_change(run)).as_dict(rotating),
+        f"peak_jerk_{'rad' if rotating else 'm'}_s3": run.jerk[0],
+        "friction_work_j": [side.friction for side in run.wear],
+        "impacts": [
+            {
+                "cam_angle_deg": degrees(hit.angle),
+                "side": hit.side.name.lower(),
+                "approach_speed_m_s": hit.approach_speed,
+                "energy_j": hit.energy,
+                "duration_s": hit.duration,
+                "peak_force_n": hit.peak_force,
+                "peak_pressure_mpa": 1e-6 * hit.peak_pressure,
+                "converts": hit.converts,
+            }
+            for hit in run.impacts[:MOST_IMPACTS]
+        ],
+    }
+    moving = run.trace.time >= spec.settle * run.problem.period
+    data[f"peak_speed_{'rad' if rotating else 'm'}_s"] = float(np.abs(run.trace.speed[moving]).max())
+    options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
+    if spec.study:
+        rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], **options)
+        data["study"] = [row.as_dict(rotating) for row in rows]
+    if spec.laws:
+        rows = study(impact_laws(model.profile), **options)
+        data["laws"] = [row.as_dict(rotating) for row in rows]
+    return data
+
+
+def cutter_data(model: Model) -> dict[str, Any]:
+    """The tool's passes and what they leave. Raises DesignError where the tool cannot make the cam."""
+    return model.machined.data()
+
+
+def conventions(model: Model) -> list[dict[str, Any]]:
+    """Peak pressure and roller life under the curvature conventions of the literature, beside the exact surface.
+
+    All at the quoted pitch radius; the last row is the exact surface integrated over slices along the roller.
+    """
+    from camgeom.mechanics.life import roller_life
+
+    duty, radius = model.duty, model.cam.quoted_radius(model.setup)
+    rows = []
+    for name in ("developed", "published", "flat", "developed-wall", "exact"):
+        contact = duty.convention(name, radius)
+        peak, life = contact.peak(), roller_life(contact, duty.roller, duty.radius, duty.speed)
+        rows.append(
+            {
+                "convention": name,
+                "peak_pressure_mpa": _finite(peak.pressure),
+                "cam_angle_deg": degrees(float(peak.theta)),
+                "roller_life_h": _finite(life.life_h),
+            }
+        )
+    peak = duty.slices.peak()
+    worst = int(np.argmax(peak.pressure))
+    rows.append(
+        {
+            "convention": "exact, slices",
+            "peak_pressure_mpa": _finite(peak.pressure[worst]),
+            "cam_angle_deg": degrees(float(peak.theta[worst])),
+            "roller_life_h": _finite(np.min(duty.slice_life.life_h)),
+        }
+    )
+    return rows
+
+
+def _finite(value: Any) -> float | None:
+    """A number for JSON; null where there is no end (an unloaded contact lives for ever)."""
+    number = float(value)
+    return number if isfinite(number) else None

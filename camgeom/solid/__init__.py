@@ -1,0 +1,1 @@
+"""What the cam is made of: blanks, recipes of bodies, and closed meshes with a stated error."""

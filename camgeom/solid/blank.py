@@ -1,0 +1,272 @@
+"""The stock a cam is cut from: a body of revolution about Z with a bore and a keyway."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import asin, ceil, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Bore:
+    """A round bore with an optional parallel keyway (flat bottom) centred on the +X side.
+
+    diameter mm; keyway_width mm; keyway_depth mm measured from the bore wall on the keyway's centre line.
+    """
+
+    diameter: float
+    keyway_width: float = 0.0
+    keyway_depth: float = 0.0
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of the bore outline from the axis, mm."""
+        r = 0.5 * self.diameter
+        return hypot(r + self.keyway_depth, 0.5 * self.keyway_width) if self.keyway_width else r
+
+    @property
+    def area(self) -> float:
+        """Area of the opening, mm² (closed form)."""
+        r, h = 0.5 * self.diameter, 0.5 * self.keyway_width
+        if not h:
+            return pi * r * r
+        chord = sqrt(r * r - h * h)
+        segment = r * r * asin(h / r) - h * chord
+        return pi * r * r + 2.0 * h * (r + self.keyway_depth - chord) - segment
+
+    def outline(self, tolerance: float) -> tuple[Floats, list[str]]:
+        """Closed polygon (n, 2) counter-clockwise, vertices on the outline, and the name of each edge."""
+        r, h = 0.5 * self.diameter, 0.5 * self.keyway_width
+        start = asin(h / r) if h else 0.0
+        span = 2.0 * pi - 2.0 * start
+        parts = max(12, ceil(span / chord_step(r, tolerance)))
+        angle = start + span * np.arange(parts + (1 if h else 0)) / parts
+        points = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
+        names = ["bore"] * parts
+        if h:
+            top = r + self.keyway_depth
+            points = np.concatenate([points, [[top, -h], [top, h]]])
+            names += ["keyway"] * 3
+        return points, names
+
+
+def chord_step(radius: float, tolerance: float) -> float:
+    """Largest angle step (rad) whose chord stays within tolerance of a circle: sag = R (1 - cos(step / 2))."""
+    return 2.0 * float(np.arccos(max(0.0, 1.0 - min(1.0, tolerance / radius)))) if radius > 0.0 else pi
+
+
+@dataclass(frozen=True)
+class Blank:
+    """A body of revolution: outline points (r, z) from the lower end to the upper end, joined by lines or arcs.
+
+    outline  ((r, z), ...) in order of increasing z, r > 0
+    arcs     for each outline edge None (a line) or (centre r, centre z): an arc of revolution about that centre
+    names    face-group name of each outline edge
+    """
+
+    outline: tuple[tuple[float, float], ...]
+    bore: Bore | None = None
+    arcs: tuple[tuple[float, float] | None, ...] = ()
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def cylinder(cls, radius: float, length: float, bore: Bore | None = None) -> Blank:
+        """A plain cylinder 0 <= z <= length."""
+        return cls(((radius, 0.0), (radius, length)), bore, (None,), ("land",))
+
+    @property
+    def share(self) -> float:
+        """Share of a tolerance that each of the two directions may take.
+
+        Sags of a surface bent outward both ways add up inside a triangle; on a saddle (a globoid, whose arc is about a
+        centre outside) or a surface straight one way they have opposite signs or are alone.
+        """
+        saddle = all(
+            arc is None or arc[0] > max(start[0], stop[0])
+            for start, stop, arc in zip(self.outline[:-1], self.outline[1:], self.arcs)
+        )
+        return 0.98 if saddle else 0.5
+
+    def sections(self, tolerance: float) -> tuple[Floats, list[str]]:
+        """Outline polyline (k, 2) of (r, z) within tolerance, and the name of each of its edges."""
+        points, names = [np.array(self.outline[0])], []
+        arcs = self.arcs or (None,) * (len(self.outline) - 1)
+        labels = self.names or ("land",) * (len(self.outline) - 1)
+        for start, stop, arc, name in zip(self.outline[:-1], self.outline[1:], arcs, labels):
+            if arc is None:
+                points.append(np.array(stop))
+                names.append(name)
+                continue
+            centre = np.array(arc)
+            low, high = np.array(start) - centre, np.array(stop) - centre
+            radius = float(np.hypot(*low))
+            a0, a1 = float(np.arctan2(low[1], low[0])), float(np.arctan2(high[1], high[0]))
+            sweep = (a1 - a0 + pi) % (2.0 * pi) - pi
+            parts = max(1, ceil(abs(sweep) / chord_step(radius, tolerance)))
+            angle = a0 + sweep * np.arange(1, parts + 1) / parts
+            points.extend(centre + radius * np.array([cos(t), sin(t)]) for t in angle[:-1])
+            points.append(np.array(stop))
+            names.extend([name] * parts)
+        return np.array(points), names
+
+    def mesh(self, tolerance: float) -> Mesh:
+        """Watertight mesh of the blank within tolerance, groups named by face."""
+        share = self.share * tolerance
+        rz, names = self.sections(share)
+        largest = float(rz[:, 0].max())
+        parts = max(12, ceil(2.0 * pi / chord_step(largest, share)))
+        angle = 2.0 * pi * np.arange(parts) / parts
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        builder = Builder()
+        rows = [builder.add(np.column_stack([r * ring, np.full(parts, z)])) for r, z in rz]
+        for low, high, name in zip(rows[:-1], rows[1:], names):
+            builder.band(low, high, name)
+        close_ends(builder, rows[0], rows[-1], float(rz[0, 1]), float(rz[-1, 1]), self.bore, tolerance)
+        return builder.mesh()
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A wall of the finished body: its name, thickness (mm), the cam angle (rad) where it is thinnest, and advice."""
+
+    name: str
+    thickness: float
+    cam_angle: float | None
+    advice: str
+
+
+class Builder:
+    """Collects vertices and named triangles into one mesh."""
+
+    def __init__(self) -> None:
+        self._vertices: list[Floats] = []
+        self._faces: list[npt.NDArray[np.int64]] = []
+        self._labels: list[npt.NDArray[np.uint8]] = []
+        self._names: list[str] = []
+        self._count = 0
+
+    def add(self, points: Floats) -> npt.NDArray[np.int64]:
+        """Append points (n, 3); returns their indices."""
+        self._vertices.append(points)
+        index = np.arange(self._count, self._count + len(points))
+        self._count += len(points)
+        return index
+
+    def points(self, index: npt.NDArray[np.int64]) -> Floats:
+        """Coordinates of the given vertices."""
+        return np.asarray(np.concatenate(self._vertices)[index])
+
+    def faces(self, triangles: npt.NDArray[np.int64], name: str) -> None:
+        """Append triangles (f, 3) to the named group; triangles with a repeated vertex are dropped."""
+        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+        keep = (a != b) & (b != c) & (c != a)
+        if name not in self._names:
+            self._names.append(name)
+        self._faces.append(triangles[keep])
+        self._labels.append(np.full(int(keep.sum()), self._names.index(name), dtype=np.uint8))
+
+    def band(self, low: npt.NDArray[np.int64], high: npt.NDArray[np.int64], name: str) -> None:
+        """Join two closed rings of equal length; outward where both run counter-clockwise and `high` is above."""
+        low2, high2 = np.roll(low, -1), np.roll(high, -1)
+        self.faces(np.stack([low, low2, high2], axis=1), name)
+        self.faces(np.stack([low, high2, high], axis=1), name)
+
+    def mesh(self) -> Mesh:
+        """The finished mesh with unused vertices removed."""
+        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
+        used = np.zeros(len(vertices), dtype=bool)
+        used[faces] = True
+        group, names = np.concatenate(self._labels), tuple(self._names)
+        if used.all():
+            return Mesh(vertices, faces.astype(np.int32), names, group)
+        number = (np.cumsum(used) - 1).astype(np.int32)
+        return Mesh(vertices[used], number[faces], names, group)
+
+
+def close_ends(
+    builder: Builder,
+    bottom: npt.NDArray[np.int64],
+    top: npt.NDArray[np.int64],
+    z0: float,
+    z1: float,
+    bore: Bore | None,
+    tolerance: float,
+) -> None:
+    """Add both flat ends and the bore of a body whose outer end rings (counter-clockwise) are given."""
+    if bore is None:
+        for ring, z, flip in ((bottom, z0, True), (top, z1, False)):
+            hub = builder.add(np.array([[0.0, 0.0, z]]))
+            nxt = np.roll(ring, -1)
+            fan = np.stack([np.broadcast_to(hub, ring.shape), ring, nxt], axis=1)
+            builder.faces(fan[:, ::-1] if flip else fan, "end")
+        return
+    low, high, outline = bore_walls(builder, bore, z0, z1, tolerance)
+    for ring, hole, z, flip in ((bottom, low, z0, True), (top, high, z1, False)):
+        _annulus(builder, ring, hole, outline, bore, z, flip)
+
+
+def bore_walls(
+    builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
+    """Add the walls of a bore; returns its lower and upper ring (counter-clockwise) and its outline (n, 2)."""
+    outline, names = bore.outline(tolerance)
+    low, high = (builder.add(np.column_stack([outline, np.full(len(outline), z)])) for z in (z0, z1))
+    low2, high2 = np.roll(low, -1), np.roll(high, -1)
+    for name in dict.fromkeys(names):
+        mask = np.array([n == name for n in names])
+        quads = np.concatenate(
+            [np.stack([low, high, high2], axis=1)[mask], np.stack([low, high2, low2], axis=1)[mask]]
+        )
+        builder.faces(quads, name)
+    return low, high, outline
+
+
+def _annulus(
+    builder: Builder,
+    ring: npt.NDArray[np.int64],
+    hole: npt.NDArray[np.int64],
+    outline: Floats,
+    bore: Bore,
+    z: float,
+    flip: bool,
+) -> None:
+    """Triangulate the flat annulus between an outer ring and the bore outline.
+
+    Both are star-shaped about the axis. A circle between them, with the angles of the bore outline, takes up the
+    keyway by radial quads; circle and outer ring are then zipped by angle.
+    """
+    outer = builder.points(ring)
+    if bore.keyway_width:
+        nearest = float(np.sqrt((outer[:, :2] ** 2).sum(axis=1)).min())
+        radius = 0.5 * (bore.reach + nearest)
+        circle = outline * (radius / np.hypot(outline[:, 0], outline[:, 1]))[:, None]
+        middle = builder.add(np.column_stack([circle, np.full(len(circle), z)]))
+        inner2, middle2 = np.roll(hole, -1), np.roll(middle, -1)
+        quads = np.concatenate([np.stack([hole, middle, middle2], axis=1), np.stack([hole, middle2, inner2], axis=1)])
+        builder.faces(quads[:, ::-1] if flip else quads, "end")
+        hole, outline = middle, circle
+    fan = zipper(ring, np.arctan2(outer[:, 1], outer[:, 0]), hole, np.arctan2(outline[:, 1], outline[:, 0]))
+    builder.faces(fan[:, ::-1] if flip else fan, "end")
+
+
+def zipper(
+    outer: npt.NDArray[np.int64], outer_angle: Floats, inner: npt.NDArray[np.int64], inner_angle: Floats
+) -> npt.NDArray[np.int64]:
+    """Triangles between two counter-clockwise closed loops by merging their angles, counter-clockwise seen from +Z."""
+    a = (outer_angle - inner_angle[0]) % (2.0 * pi)
+    b = (inner_angle - inner_angle[0]) % (2.0 * pi)
+    first = int(np.argmin(a))
+    outer, a = np.roll(outer, -first), np.roll(a, -first)
+    n, m = len(outer), len(inner)
+    next_a, next_b = np.append(a[1:], a[0] + 2.0 * pi), np.append(b[1:], 2.0 * pi)
+    order = np.argsort(np.concatenate([next_a, next_b]), kind="stable")
+    is_outer = order < n
+    i = np.asarray(np.cumsum(is_outer) - is_outer, dtype=np.int64)
+    j = np.asarray(np.cumsum(~is_outer) - ~is_outer, dtype=np.int64)
+    tip = np.where(is_outer, outer[(i + 1) % n], inner[(j + 1) % m])
+    return np.stack([inner[j % m], outer[i % n], tip], axis=1)

@@ -1,0 +1,181 @@
+"""Solids of planar cams: an outline with holes between two planes, meshed directly with a guaranteed chord error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.maths.sampling import Grid, sample
+from camgeom.solid.blank import Bore, Builder, zipper
+from camgeom.solid.drum import Solid
+from camgeom.track.outline import Outline
+
+Index = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One closed boundary of a prism: an outline and the name of the faces it makes."""
+
+    outline: Outline
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Prism:
+    """A planar cam: a disc between z0 and z1 with an outer outline, further holes, and a bore with keyway."""
+
+    name: str
+    outer: Loop
+    z0: float
+    z1: float
+    holes: tuple[Loop, ...] = ()
+    bore: Bore | None = None
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where the outline crosses itself or a hole."""
+        builder = Builder()
+        walls = [wall(builder, self.outer, self.z0, self.z1, tolerance, inside=False)]
+        walls += [wall(builder, hole, self.z0, self.z1, tolerance, inside=True) for hole in self.holes]
+        if self.bore is not None:
+            walls.append(bore_wall(builder, self.bore, self.z0, self.z1, tolerance))
+        triangles = bounded([w.plane for w in walls])
+        builder.faces(np.concatenate([w.high for w in walls])[triangles], "end")
+        builder.faces(np.concatenate([w.low for w in walls])[triangles][:, ::-1], "end")
+        return Solid(self.name, builder.mesh(), max(w.error for w in walls), "direct", len(walls) - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class FaceGroove:
+    """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank."""
+
+    name: str
+    rim: Loop
+    inner: Loop
+    outer: Loop
+    z0: float
+    floor: float
+    z1: float
+    bore: Bore | None = None
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where outlines cross."""
+        builder = Builder()
+        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
+        outer = wall(builder, self.outer, self.floor, self.z1, tolerance, inside=True)
+        inner = wall(builder, self.inner, self.floor, self.z1, tolerance, inside=False)
+        walls = [rim, outer, inner]
+        cap(builder, [rim.high, outer.high], [rim.plane, outer.plane], "end", up=True)
+        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
+        top = [inner, *hole]
+        cap(builder, [w.high for w in top], [w.plane for w in top], "end", up=True)
+        # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
+        feet = [outer.low[::-1], inner.low[::-1]]
+        cap(builder, feet, [outer.plane[::-1], inner.plane[::-1]], "floor", up=True)
+        bottom = [rim, *hole]
+        cap(builder, [w.low for w in bottom], [w.plane for w in bottom], "end", up=False)
+        return Solid(self.name, builder.mesh(), max(w.error for w in (*walls, *hole)), "direct", len(hole))
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
+    upper ring of vertices, and its chord error, mm."""
+
+    plane: Floats
+    low: Index
+    high: Index
+    error: float
+
+
+def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> Wall:
+    """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
+    grid = outline_grid(loop.outline, tolerance)
+    plane = grid.points[:2, :-1, 0].T
+    return _raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
+
+
+def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> Wall:
+    """Add the wall of a bore with its keyway."""
+    plane, names = bore.outline(tolerance)
+    return _raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
+
+
+def _raised(
+    builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: float
+) -> Wall:
+    x, y = plane.T
+    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    if (area < 0.0) != inside:
+        plane, names = plane[::-1].copy(), [*names[::-1][1:], names[-1]]
+    low = builder.add(np.column_stack([plane, np.full(len(plane), z0)]))
+    high = builder.add(np.column_stack([plane, np.full(len(plane), z1)]))
+    low2, high2 = np.roll(low, -1), np.roll(high, -1)
+    for name in dict.fromkeys(names):
+        mask = np.array([n == name for n in names])
+        builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
+        builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
+    return Wall(plane, low, high, error)
+
+
+def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
+    """Add the flat face between an outer ring and holes, facing up or down; see `bounded`."""
+    faces = np.concatenate(rings)[bounded(planes)]
+    builder.faces(faces if up else faces[:, ::-1], name)
+
+
+def bounded(planes: list[Floats]) -> Index:
+    """Triangles (t, 3) of the area between an outer polygon (n, 2), counter-clockwise, and holes, clockwise.
+
+    Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
+    """
+    polygons = [np.ascontiguousarray(plane) for plane in planes]
+    if len(polygons) == 2 and (ring := _star_ring(*polygons)) is not None:
+        return ring
+    import manifold3d
+
+    triangles = np.asarray(manifold3d.triangulate(polygons)).astype(np.int64)
+    wanted = sum(len(p) for p in polygons) + 2 * (len(polygons) - 1) - 2
+    covered = _signed_area(np.concatenate(polygons), triangles)
+    if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum():
+        raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
+    return np.asarray(triangles)
+
+
+def _star_ring(outer: Floats, hole: Floats) -> Index | None:
+    """Triangles between two loops that are both star-shaped about the origin, in a time proportional to their number.
+
+    None where they are not, or where a triangle would lie the wrong way round: then the loops need a general method.
+    """
+    n, inner = len(outer), hole[::-1]
+    angles = [np.arctan2(loop[:, 1], loop[:, 0]) for loop in (outer, inner)]
+    for angle in angles:
+        step = (np.roll(angle, -1) - angle) % (2.0 * np.pi)
+        if np.any(step <= 0.0) or np.any(step >= np.pi) or step.sum() > 3.0 * np.pi:
+            return None
+    numbers = np.arange(n), np.arange(n + len(hole) - 1, n - 1, -1)
+    triangles = zipper(numbers[0], angles[0], numbers[1], angles[1])
+    covered = _signed_area(np.concatenate([outer, hole]), triangles)
+    return triangles if covered.min() > 0.0 else None
+
+
+def _signed_area(points: Floats, triangles: Index) -> Floats:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.asarray(0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])))
+
+
+def outline_grid(outline: Outline, tolerance: float) -> Grid:
+    """The outline sampled so that every chord is within tolerance: a grid of one band over a unit height."""
+
+    def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+        points = outline.curve(phi).points
+        height = np.linspace(0.0, 1.0, counts[0] + 1)
+        n = points.shape[1]
+        flat = np.broadcast_to(points[:, :, None], (2, n, len(height)))
+        return np.concatenate([flat, np.broadcast_to(height, (1, n, len(height)))])
+
+    return sample(rows, outline.knots(), tolerance, (1,))

@@ -1,0 +1,263 @@
+"""The waist: a roller, the joint that carries it, and the motion program that drives it.
+
+Every cam is the envelope of its follower, seen from the cam; a `Track` is all that the envelope needs to know.
+Cam types only produce tracks (and a blank); flanks, checks, solids, contact and exports only consume them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import asin, cos, pi, sqrt, tan
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
+from camgeom.motion.program import Program
+from camgeom.motion.table import Side
+
+Vector = tuple[float, float, float]
+
+TURN = 2.0 * pi
+
+
+@dataclass(frozen=True)
+class Straight:
+    """Meridian of a cylinder or cone: radius + slope * (delta - centre). The parameter t is delta, mm."""
+
+    radius: float
+    centre: float
+    slope: float = 0.0
+
+    def jet(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+        """delta, r and their first and second derivatives by t: (delta, delta', delta'', r, r', r'')."""
+        one, zero = np.ones_like(t), np.zeros_like(t)
+        return t, one, zero, self.radius + self.slope * (t - self.centre), self.slope * one, zero
+
+    def parameter(self, delta: float) -> float:
+        """The t at the axial coordinate delta."""
+        return delta
+
+    def grown(self, gap: float) -> Straight:
+        """The parallel meridian at the normal distance gap, mm."""
+        return replace(self, radius=self.radius + gap * sqrt(1.0 + self.slope**2))
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Meridian of a crowned roller or a sphere: an arc of radius `arc` whose crest (radius) is at `centre`.
+
+    delta = centre + arc sin t, r = radius - arc (1 - cos t); a sphere has arc = radius. The parameter t is an angle.
+    """
+
+    radius: float
+    centre: float
+    arc: float
+
+    def jet(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+        """(delta, delta', delta'', r, r', r'') at t."""
+        c, s = np.cos(t), np.sin(t)
+        a = self.arc
+        return self.centre + a * s, a * c, -a * s, self.radius - a + a * c, -a * s, -a * c
+
+    def parameter(self, delta: float) -> float:
+        """The t at the axial coordinate delta; beyond the arc its end (a quarter turn)."""
+        return asin(min(1.0, max(-1.0, (delta - self.centre) / self.arc)))
+
+    def grown(self, gap: float) -> Arc:
+        """The parallel meridian at the normal distance gap, mm."""
+        return replace(self, radius=self.radius + gap, arc=self.arc + gap)
+
+
+Meridian = Straight | Arc
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A translating joint: the coordinate (mm) moves the follower along the unit `direction`, machine frame."""
+
+    direction: Vector
+
+    def carried(self, point: Vector, axis: Vector, coordinate: Floats) -> tuple[Floats, Floats]:
+        """Machine-frame jets of a point and an axis direction on the follower, each (order + 1, 3, n)."""
+        order, n = len(coordinate) - 1, coordinate.shape[1]
+        return slide_jet(np.array(point), np.array(self.direction), coordinate), constant_jet(np.array(axis), order, n)
+
+    def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+        """Velocity of follower points per unit of the coordinate, cam frame: (3, n, ...) for x (3, n, ...)."""
+        e = _turned(np.array(self.direction), turn)
+        return np.broadcast_to(e.reshape(3, -1, *([1] * (x.ndim - 2))), x.shape)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A turning joint: the coordinate (rad) turns the follower about the unit machine-frame `axis` at `centre`."""
+
+    axis: Vector
+    centre: Vector
+
+    def carried(self, point: Vector, axis: Vector, coordinate: Floats) -> tuple[Floats, Floats]:
+        """Machine-frame jets of a point and an axis direction on the follower, each (order + 1, 3, n)."""
+        circle = unit_circle_jet(coordinate)
+        spin, centre = np.array(self.axis), np.array(self.centre)
+        points = swing_jet(np.array(point) - centre, spin, circle)
+        points[0] += centre[:, None]
+        return points, swing_jet(np.array(axis), spin, circle)
+
+    def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+        """Velocity of follower points per radian of the coordinate, cam frame: axis x (x - centre)."""
+        shape = (3, -1, *([1] * (x.ndim - 2)))
+        w = _turned(np.array(self.axis), turn).reshape(shape)
+        d = x - _turned(np.array(self.centre), turn).reshape(shape)
+        return np.stack([w[1] * d[2] - w[2] * d[1], w[2] * d[0] - w[0] * d[2], w[0] * d[1] - w[1] * d[0]])
+
+
+Joint = Slide | Swing
+
+
+@dataclass(frozen=True)
+class Relief:
+    """A lead-in relief: how far (joint coordinate) a tool turns aside near some cam angles, so that its flank recedes.
+
+    height (1 - x²)^4, x = (phi - end) / width, at every one of `ends`: three derivatives fade with it.
+
+    ends    cam angles in [0, 2 pi), rad; width: rad, on either side
+    height  of the joint coordinate, for the flank on the side +1; the other flank recedes the other way
+    """
+
+    ends: tuple[float, ...]
+    width: float
+    height: float
+
+    def jet(self, phi: Floats, order: int) -> Floats:
+        """The deviation and its derivatives by the cam angle, (order + 1, n), order up to 3."""
+        off = phi[None, :] - np.array(self.ends)[:, None]
+        x = (off - TURN * np.round(off / TURN)) / self.width
+        q = np.maximum(1.0 - x * x, 0.0)
+        shapes = (
+            lambda: q**4,
+            lambda: -8.0 * x * q**3,
+            lambda: q * q * (56.0 * x * x - 8.0),
+            lambda: q * x * (144.0 - 336.0 * x * x),
+        )
+        return np.array([self.height * shapes[k]().sum(axis=0) / self.width**k for k in range(order + 1)])
+
+    def knots(self) -> Floats:
+        """Cam angles in [0, 2 pi) where the deviation begins, peaks and ends, rad."""
+        ends = np.array(self.ends)
+        return np.asarray(np.concatenate([ends - self.width, ends, ends + self.width]) % TURN)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Jets of the roller axis in the cam frame: fixed point a and unit direction u, each (order + 1, 3, n).
+
+    turn (n,) is exp(-i sense phi), the rotation that brought them here.
+    """
+
+    a: Floats
+    u: Floats
+    turn: npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One roller driven round the cam.
+
+    meridian   the roller's shape; delta is measured from the anchor along the axis
+    anchor     machine-frame point of the roller axis (delta = 0) at joint coordinate zero, mm
+    axis       machine-frame unit direction of increasing delta at joint coordinate zero
+    tip        delta of the roller's free end (its flat end face), mm
+    contact    (delta, delta): the stretch of the roller that touches the flank, mm
+    sense      +1 where the cam turns counter-clockwise about Z, -1 clockwise
+    shift      added to the program's lift (turret rollers, second roller of a yoke)
+    factor     multiplies the program's lift (-1 turns a hand)
+    span       cam angles over which the roller cuts, rad; one turn for a closed track
+    sides      the flanks it works on: +1 and -1, or one of them (a rib's roller, a disc cam's)
+    relief     by which a tool's flanks recede, or None; ease: the side whose relief the poses have, 0 for none
+    """
+
+    meridian: Meridian
+    joint: Joint
+    anchor: Vector
+    axis: Vector
+    tip: float
+    contact: tuple[float, float]
+    program: Program
+    sense: float = 1.0
+    shift: float = 0.0
+    factor: float = 1.0
+    span: tuple[float, float] = (0.0, TURN)
+    name: str = "groove"
+    sides: tuple[float, ...] = (1.0, -1.0)
+    relief: Relief | None = None
+    ease: float = 0.0
+
+    @property
+    def closed(self) -> bool:
+        """True where the pose repeats after the span, so that the groove closes on itself."""
+        turns = (self.span[1] - self.span[0]) / TURN
+        return abs(turns - 1.0) < 1e-12 and self.program.closed
+
+    @property
+    def tip_sign(self) -> float:
+        """+1 where the tip is at the high end of delta, -1 at the low end."""
+        return 1.0 if self.tip > 0.5 * (self.contact[0] + self.contact[1]) else -1.0
+
+    def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:
+        """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""
+        jet = self.factor * self.program.jet(np.asarray(phi, dtype=float), order, side=side)
+        jet[0] += self.shift
+        if self.relief is not None and self.ease:
+            jet += self.ease * self.relief.jet(np.asarray(phi, dtype=float), order)
+        return np.asarray(jet)
+
+    def eased(self, side: float) -> Track:
+        """The track whose poses cut one flank: with its relief, where there is one."""
+        return self if self.relief is None or self.ease else replace(self, ease=side)
+
+    def pose(self, phi: Floats, order: int = 2, side: Side = "right") -> Pose:
+        """Jets of the roller axis in the cam frame at cam angles phi (n,), up to the given order (<= 3)."""
+        phi = np.asarray(phi, dtype=float)
+        point, direction = self.joint.carried(self.anchor, self.axis, self.coordinate(phi, order, side))
+        turn = np.exp(-1j * self.sense * phi)
+        if abs(self.axis[2]) == 1.0 and (isinstance(self.joint, Slide) or abs(self.joint.axis[2]) == 1.0):
+            # An axis along Z stays along Z: nothing turns it.
+            return Pose(seen_from_turning(point, turn, self.sense), direction, turn)
+        return Pose(seen_from_turning(point, turn, self.sense), seen_from_turning(direction, turn, self.sense), turn)
+
+    def knots(self) -> Floats:
+        """Cam angles in the span where a derivative of the motion may jump, with both ends of the span, rad."""
+        low, high = self.span
+        first, last = int(np.floor(low / TURN)) - 1, int(np.ceil(high / TURN)) + 1
+        base = np.asarray(self.program.knots)
+        if self.relief is not None:
+            base = np.concatenate([base, self.relief.knots()])
+        every = np.unique(np.concatenate([base + TURN * k for k in range(first, last + 1)]))
+        width = 1e-12 * max(1.0, high - low)
+        inside = every[(every > low + width) & (every < high - width)]
+        merged = np.concatenate([[low], inside, [high]])
+        keep = np.concatenate([[True], np.diff(merged) > width])
+        keep[-1] = True
+        return np.asarray(merged[keep])
+
+    def grown(self, gap: float) -> Track:
+        """The same track with a roller (cutter) larger by the normal distance gap, mm."""
+        return self if gap == 0.0 else replace(self, meridian=self.meridian.grown(gap))
+
+
+def _turned(vector: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+    """A fixed machine-frame vector in the cam frame, (3, n)."""
+    z = (vector[0] + 1j * vector[1]) * turn
+    return np.stack([z.real, z.imag, np.full(len(turn), vector[2])])
+
+
+def cone_slope(half_angle: float, tip_sign: float) -> float:
+    """dr/ddelta of a cone of the given half angle (rad) that narrows towards the tip."""
+    return -tip_sign * tan(half_angle)
+
+
+def crown_drop(arc: float, half_length: float) -> float:
+    """How much a crowned roller of crown radius `arc` falls off at half_length from its middle, mm."""
+    return arc * (1.0 - cos(asin(min(1.0, half_length / arc))))

@@ -1,0 +1,269 @@
+"""Clearance between a finished mesh and the roller over the whole turn: a second look without the envelope.
+
+Each vertex of the mesh is measured against the roller body (meridian and flat end) at the cam angles at which the
+roller can be near it, and the least signed distance is refined. Vertices lie on the true surface, so a facet between
+them can stand in the roller's way by no more than the chord error besides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.mesh import Mesh
+from camgeom.track import TURN, Arc, Meridian, Straight, Track
+
+SAMPLES = 15
+SECANTS = 5
+ROUNDS = 6
+STAGES = 6
+"""stages of ROUNDS golden sections; after each, points that cannot hold the least distance are dropped"""
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Least signed distance between roller and mesh, mm (negative: penetration), with the cam angle and the point."""
+
+    value: float
+    cam_angle: float
+    point: tuple[float, float, float]
+
+
+def least_clearance(track: Track, points: Floats, slack: Floats | None = None, grow: float = 0.0) -> Clearance:
+    """Least distance of the points (v, 3) from the roller (enlarged by `grow` mm, normal) over its whole motion.
+
+    slack  (v,) by how much a point may stand proud of the true surface, mm; it is added to the point's distance
+
+    Points farther from the roller than its radius do not count; where all are, the distance is infinite at angle 0.
+    """
+    track = track.grown(grow)
+    radius = _largest_radius(track)
+    for share in NEARNESS:
+        found = _least_within(track, points, slack, (1.0 + share) * radius)
+        # What lies outside the window is farther away than its excess over the roller.
+        if found.value <= share * radius:
+            break
+    return found
+
+
+NEARNESS = (0.02, 0.2, 1.0)
+"""shares of the roller's radius within which points are looked at, until the nearest one is sure to be among them"""
+
+
+def _least_within(track: Track, points: Floats, slack: Floats | None, reach: float) -> Clearance:
+    """The least distance of the points that come within `reach` of the roller's axis."""
+    turns = _turns(track)
+    window = _Window.of(track, reach)
+    best = Clearance(float("inf"), 0.0, (0.0, 0.0, 0.0))
+    for turn in turns:
+        # What a roller passes in one turn of several is a part of the cam.
+        over = TURN * turn - window.half, TURN * (turn + 1) + window.half
+        part = window if len(turns) == 1 else _Window.of(replace(track, span=over), reach)
+        near = part.near(points)
+        if not np.any(near):
+            continue
+        extra = np.zeros(int(near.sum())) if slack is None else slack[near]
+        found = _search(track, points[near], extra, window, turn)
+        if found.value < best.value:
+            best = found
+    return best
+
+
+def wall_points(mesh: Mesh, height: float) -> Floats:
+    """Vertices (v, 3) of a planar cam, those of its flank moved along Z to `height` as far as the wall reaches, mm.
+
+    Such a wall has vertices at its two ends alone; a roller shorter than the wall touches between them.
+    """
+    points = mesh.vertices.copy()
+    flank = np.unique(mesh.faces[mesh.group_faces("flank")])
+    if len(flank):
+        z = points[flank, 2]
+        points[flank, 2] = np.clip(height, z.min(), z.max())
+    return points
+
+
+def floor_points(mesh: Mesh) -> Floats:
+    """Middles (e, 3) of the edges of floor faces: a floor is straight from foot to foot, with no vertex between."""
+    faces = mesh.faces[mesh.group_faces("floor")]
+    if not len(faces):
+        return np.zeros((0, 3))
+    edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
+    return np.asarray(mesh.vertices[edges].mean(axis=1))
+
+
+def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
+    """Signed distance (…) of points x (3, ...) to the roller body standing at cam angles phi (...), mm."""
+    pose = track.pose(phi.ravel(), 0)
+    shape = (3, *phi.shape)
+    d = x - pose.a[0].reshape(shape)
+    u = pose.u[0].reshape(shape)
+    axial = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
+    across = np.sqrt(np.maximum(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - axial**2, 0.0))
+    return body_distance(track.meridian, track.tip, track.contact, axial, across)
+
+
+def body_distance(
+    meridian: Meridian, tip: float, contact: tuple[float, float], axial: Floats, across: Floats
+) -> Floats:
+    """Signed distance in the meridian half plane to a roller between its tip and the far end of its contact stretch.
+
+    Exact inside and beside the roller; beyond its flat ends the distance to the end plane or rim.
+    """
+    if isinstance(meridian, Straight):
+        slope = meridian.slope
+        level = across - meridian.radius - slope * (axial - meridian.centre)
+        wall = np.asarray(level / np.sqrt(1.0 + slope * slope))
+    else:
+        wall = _arc_wall(meridian, axial, across)
+    if isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) < 1e-12 * meridian.arc:
+        return wall
+    low, high = min(tip, *contact), max(tip, *contact)
+    end = np.maximum(low - axial, axial - high)
+    outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
+    return np.asarray(np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end)))
+
+
+def _arc_wall(meridian: Arc, axial: Floats, across: Floats) -> Floats:
+    return np.asarray(
+        np.hypot(across - (meridian.radius - meridian.arc), axial - meridian.centre) - meridian.arc
+    )
+
+
+def _largest_radius(track: Track) -> float:
+    ends = np.array([track.meridian.parameter(d) for d in (track.tip, *track.contact)])
+    grid = np.linspace(ends.min(), ends.max(), 33)
+    return float(track.meridian.jet(grid)[3].max())
+
+
+def _turns(track: Track) -> range:
+    return range(int(np.floor(track.span[0] / TURN + 1e-9)), int(np.ceil(track.span[1] / TURN - 1e-9)))
+
+
+@dataclass(frozen=True)
+class _Window:
+    """Where the roller can be in the machine frame: a sector of azimuth, and a radial and an axial stretch."""
+
+    middle: float
+    half: float
+    low: float
+    high: float
+    below: float
+    above: float
+    sense: float
+
+    @classmethod
+    def of(cls, track: Track, reach: float) -> _Window:
+        phi = np.linspace(*track.span, 721)
+        pose = track.pose(phi, 0)
+        axial = np.linspace(min(track.tip, *track.contact), max(track.tip, *track.contact), 9)
+        p = pose.a[0][:, :, None] + axial * pose.u[0][:, :, None]
+        z = (p[0] + 1j * p[1]) * np.conj(pose.turn)[:, None]
+        radius, angle = np.abs(z), np.angle(z * np.conj(z.mean() / abs(z.mean()))) if abs(z.mean()) > 0 else np.angle(z)
+        spread = np.where(radius > reach, np.arcsin(np.minimum(1.0, reach / np.maximum(radius, 1e-300))), np.pi)
+        low, high = float((angle - spread).min()), float((angle + spread).max())
+        half = min(np.pi, 0.5 * (high - low) + 1e-6)
+        middle = 0.5 * (low + high) + float(np.angle(z.mean()))
+        ends = float(radius.min()), float(radius.max()), float(p[2].min()), float(p[2].max())
+        return cls(middle, half, ends[0] - reach, ends[1] + reach, ends[2] - reach, ends[3] + reach, track.sense)
+
+    def near(self, points: Floats) -> npt.NDArray[np.bool_]:
+        """Points within the radial and the axial stretch."""
+        radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        return np.asarray((radius > self.low) & (radius < self.high) & (z > self.below) & (z < self.above))
+
+    def angles(self, points: Floats) -> Floats:
+        """Cam angle (v,) at which the middle of the sector faces each point: azimuth = middle - sense phi."""
+        azimuth = np.arctan2(points[:, 1], points[:, 0])
+        return np.asarray((self.sense * (self.middle - azimuth)) % TURN)
+
+
+def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
+    """Best of coarse samples in each point's window, refined: on the roller's side by the stationary distance to its
+    axis, elsewhere (ends, rims) by golden section where the point can still undercut the best."""
+    share = np.linspace(-1.0, 1.0, SAMPLES)
+    step = window.half * (share[1] - share[0])
+    xt = np.ascontiguousarray(x.T)
+    phi = window.angles(x)[:, None] + TURN * turn + window.half * share
+    value = roller_distance(track, xt[:, :, None], phi) + extra[:, None]
+    rows = np.arange(len(x))
+    best = np.argmin(value, axis=1)
+    centre, coarse = phi[rows, best], value[rows, best]
+    refined = _stationary(track, xt, centre, step)
+    fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
+    refined = np.where(fine < coarse, refined, centre)
+    least = float(fine.min())
+    unsure = (coarse - 0.5 * _lipschitz(track, step) < least) & (fine > least + 1e-9) & (fine == coarse)
+    index, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
+    for _ in range(STAGES):
+        if not len(index):
+            break
+        found, where, low, high = _golden_minimum(track, xt[:, index], low, high)
+        found = found + extra[index]
+        better = found < fine[index]
+        fine[index] = np.where(better, found, fine[index])
+        refined[index] = np.where(better, where, refined[index])
+        # A point whose distance cannot fall below the least within its bracket is done with.
+        keep = found - _lipschitz(track, 1.0) * (high - low) < float(fine.min())
+        index, low, high = index[keep], low[keep], high[keep]
+    i = int(np.argmin(fine))
+    return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
+
+
+def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
+    """Cam angles (v,) where the distance of points (3, v) to the roller is stationary, by secant from phi."""
+    low, high = phi - step, phi + step
+
+    def slope(at: Floats) -> Floats:
+        pose = track.pose(at, 1)
+        a, u, da, du = pose.a[0], pose.u[0], pose.a[1], pose.u[1]
+        d = x - a
+        axial = (d * u).sum(axis=0)
+        radius = track.meridian.jet(_parameter(track, axial))
+        across = d - axial * u
+        length = np.sqrt((across * across).sum(axis=0))
+        moved = (across * (da + axial * du)).sum(axis=0) / np.where(length > 0.0, length, 1.0)
+        along = ((da * u).sum(axis=0) - (d * du).sum(axis=0)) * radius[4] / np.where(radius[1] != 0.0, radius[1], 1.0)
+        return np.asarray(-moved + along)
+
+    p, q = phi - 0.25 * step, phi + 0.25 * step
+    fp, fq = slope(p), slope(q)
+    for _ in range(SECANTS):
+        change = fq - fp
+        move = np.where(change != 0.0, fq * (q - p) / np.where(change != 0.0, change, 1.0), 0.0)
+        p, fp, q = q, fq, np.clip(q - move, low, high)
+        fq = slope(q)
+    return q
+
+
+def _parameter(track: Track, axial: Floats) -> Floats:
+    """Meridian parameter at axial coordinates."""
+    meridian = track.meridian
+    if isinstance(meridian, Straight):
+        return axial
+    return np.asarray(np.arcsin(np.clip((axial - meridian.centre) / meridian.arc, -1.0, 1.0)))
+
+
+def _lipschitz(track: Track, step: float) -> float:
+    """How much the distance can fall within one coarse step, mm: the roller's largest speed per radian times it."""
+    phi = np.linspace(*track.span, 361)
+    pose = track.pose(phi, 1)
+    speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
+    return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds)) * step
+
+
+def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """A stage of golden section on every bracket: least distances, their places, and the brackets left."""
+    p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    fp, fq = roller_distance(track, x, p), roller_distance(track, x, q)
+    for _ in range(ROUNDS):
+        lower = fp < fq
+        high, low = np.where(lower, q, high), np.where(lower, low, p)
+        p_next, q_next = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        fresh = roller_distance(track, x, np.where(lower, p_next, q_next))
+        fp, fq = np.where(lower, fresh, fq), np.where(lower, fp, fresh)
+        p, q = p_next, q_next
+    return np.where(fp < fq, fp, fq), np.where(fp < fq, p, q), low, high

@@ -1,0 +1,159 @@
+"""Follower and roller as profile sections, and `Setup`: what a cam type is given to place its tracks.
+
+A cam type receives angles already in radians inside the program; sections keep the degrees and mm of the profile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import radians
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from camgeom.keys import Degrees, Gap, Length, Section, SignedLength
+from camgeom.motion.program import Program
+from camgeom.track import Arc, Meridian, Straight, cone_slope
+
+Mass = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
+Inertia = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+Face = Literal["roller", "flat", "knife", "curved"]
+Load = Annotated[float, Field(gt=0.0, le=1e9, allow_inf_nan=False)]
+
+
+class _Bearing(Section):
+    """Keys every roller has: its own bearing."""
+
+    dynamic_rating: Load | None = Field(None, description="N, basic dynamic load rating C of the roller's bearing")
+    static_rating: Load | None = Field(None, description="N, basic static load rating C0 of the roller's bearing")
+
+
+class CylinderRoller(_Bearing):
+    """A cylindrical roller."""
+
+    shape: Literal["cylinder"] = "cylinder"
+    diameter: Length = Field(description="mm")
+    length: Length = Field(description="mm, contact length with the flank")
+
+    def meridian(self, centre: float, tip_sign: float) -> Meridian:
+        """The meridian with its middle at delta = centre."""
+        del tip_sign
+        return Straight(0.5 * self.diameter, centre)
+
+
+class ConeRoller(_Bearing):
+    """A conical roller, narrower at its free end."""
+
+    shape: Literal["cone"]
+    diameter: Length = Field(description="mm, at the middle of the contact length")
+    length: Length = Field(description="mm, contact length with the flank, along the axis")
+    half_angle: Annotated[float, Field(gt=-80.0, lt=80.0)] = Field(
+        description="deg, half the cone angle; positive narrows towards the free end"
+    )
+
+    def meridian(self, centre: float, tip_sign: float) -> Meridian:
+        """The meridian with its middle at delta = centre."""
+        return Straight(0.5 * self.diameter, centre, cone_slope(radians(self.half_angle), tip_sign))
+
+
+class CrownedRoller(_Bearing):
+    """A roller whose meridian is an arc, thickest in the middle of the contact length."""
+
+    shape: Literal["crowned"]
+    diameter: Length = Field(description="mm, at the crest")
+    length: Length = Field(description="mm, contact length with the flank")
+    crown_radius: Length = Field(description="mm, radius of the meridian arc, at least half the diameter")
+
+    def meridian(self, centre: float, tip_sign: float) -> Meridian:
+        """The meridian with its crest at delta = centre."""
+        del tip_sign
+        return Arc(0.5 * self.diameter, centre, self.crown_radius)
+
+
+class SphereRoller(_Bearing):
+    """A ball; `length` is the height of flank it touches, measured from the tip side of the equator."""
+
+    shape: Literal["sphere"]
+    diameter: Length = Field(description="mm")
+    length: Length | None = Field(None, description="mm, contact height below the equator; default 0.35 diameters")
+
+    def meridian(self, centre: float, tip_sign: float) -> Meridian:
+        """The meridian with the ball's centre at delta = centre."""
+        del tip_sign
+        return Arc(0.5 * self.diameter, centre, 0.5 * self.diameter)
+
+
+RollerSpec = Annotated[CylinderRoller | ConeRoller | CrownedRoller | SphereRoller, Field(discriminator="shape")]
+AnyRoller = CylinderRoller | ConeRoller | CrownedRoller | SphereRoller
+
+
+class TranslatingFollower(Section):
+    """A follower that slides."""
+
+    kind: Literal["translating"] = "translating"
+    mass: Mass = Field(0.0, description="kg, all that moves with the follower")
+    offset: SignedLength = Field(0.0, description="mm, disc cams: offset of the follower's line towards +Y")
+    face: Face = Field("roller", description="disc cams: what touches the cam")
+    face_radius: Length | None = Field(None, description="mm, face = curved: radius of the mushroom's face")
+    face_width: Length | None = Field(None, description="mm, face = flat: width of the face, centred on its line")
+    clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the slide between the two cams")
+
+
+class SwingingFollower(Section):
+    """A follower that swings about a fixed pivot."""
+
+    kind: Literal["swinging"]
+    arm: Length = Field(description="mm, pivot to roller centre")
+    inertia: Inertia = Field(0.0, description="kg m2 about the pivot")
+    mass: Mass = Field(0.0, description="kg, for gravity")
+    pivot_distance: Length | None = Field(
+        None, description="mm, cylindrical cams: distance of the pivot axis from the cam axis; default centres the arc"
+    )
+    start_angle: Degrees = Field(0.0, description="deg, cylindrical cams: arm angle from the tangent at zero lift")
+    clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the roller between the two cams")
+    side: Literal["left", "right"] = Field(
+        "left", description="disc cams: the arm's contact on the +Y side (left, seen from the cam) or the -Y side"
+    )
+    face: Face = Field("roller", description="disc cams: what touches the cam")
+    face_radius: Length | None = Field(None, description="mm, face = curved: radius of the face")
+    face_offset: SignedLength = Field(0.0, description="mm, face = flat: from the pivot back to the face's line")
+    face_width: Length | None = Field(None, description="mm, face = flat: length of the face, from the pivot on")
+
+
+class TurretFollower(Section):
+    """An indexing turret with rollers on a circle."""
+
+    kind: Literal["turret"]
+    stops: Annotated[int, Field(ge=2, le=48)] = Field(description="stops in one turn of the turret, 2 to 48")
+    rollers: Annotated[int, Field(ge=2, le=192)] | None = Field(None, description="rollers; default: one per stop")
+    pitch_radius: Length = Field(description="mm, turret axis to the middle of the roller's contact length")
+    inertia: Inertia = Field(0.0, description="kg m2 of the turret and its load")
+
+    @property
+    def count(self) -> int:
+        """Number of rollers on the turret."""
+        return self.rollers or self.stops
+
+
+class FrameFollower(Section):
+    """A frame with two parallel flat faces (or two rollers) about a constant-width cam."""
+
+    kind: Literal["frame"]
+    mass: Mass = Field(0.0, description="kg")
+    clearance: Gap = Field(0.0, description="mm, total play between frame and cam")
+    face_width: Length | None = Field(None, description="mm, width of each face, centred on the cam axis")
+
+
+FollowerSpec = Annotated[
+    TranslatingFollower | SwingingFollower | TurretFollower | FrameFollower, Field(discriminator="kind")
+]
+AnyFollower = TranslatingFollower | SwingingFollower | TurretFollower | FrameFollower
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What drives a cam: follower, roller (None for flat and knife followers) and the motion round the cam."""
+
+    follower: AnyFollower
+    roller: AnyRoller | None
+    program: Program

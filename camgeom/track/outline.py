@@ -1,0 +1,244 @@
+"""Closed plane curves of planar cams: exact points, outward normals and signed curvature over the cam angle.
+
+A planar cam's outline is the envelope of its follower: the parallel curve of the pitch curve (roller, mushroom), the
+envelope of a line (flat face: support function), or the pitch curve itself (knife edge). Curvature is positive where
+the outline is convex.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import acos
+from typing import Protocol
+
+import numpy as np
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.motion.program import Program
+from camgeom.track import TURN, Track
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """An outline at cam angles phi (n,): points and unit outward normals (2, n), curvature (n,) 1/mm, convex positive.
+
+    speed  signed length per radian (n,): its sign is that of the outline's sense of travel, and where it vanishes or
+           changes the outline has a cusp
+    """
+
+    points: Floats
+    normals: Floats
+    curvature: Floats
+    speed: Floats
+
+
+class Outline(Protocol):
+    """A closed plane curve over one turn of the cam angle."""
+
+    def knots(self) -> Floats:
+        """Cam angles from 0 to 2 pi where a derivative may jump, rad."""
+
+    def curve(self, phi: Floats) -> Curve:
+        """Exact points, normals and curvature at cam angles (n,)."""
+
+
+def _left(v: Floats) -> Floats:
+    return np.stack([-v[1], v[0]])
+
+
+@dataclass(frozen=True, eq=False)
+class RollerOutline:
+    """The outline that a roller (axis along Z) envelops: its pitch curve moved by `distance` along the normal.
+
+    distance  mm, along the pitch curve's outward normal: -r for a cam inside the roller, +r for the outer flank of a
+              face groove, 0 for the pitch curve itself, any other value for a cutter or grinding wheel's centre
+    """
+
+    track: Track
+    distance: float
+
+    def knots(self) -> Floats:
+        """Cam angles where the motion's derivatives may jump."""
+        return self.track.knots()
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, outward normals, curvature. Raises DesignError where the pitch curve itself stands still."""
+        pose = self.track.pose(phi, 2)
+        c, d, dd = (pose.a[k][:2] for k in range(3))
+        pace = np.sqrt(d[0] ** 2 + d[1] ** 2)
+        if np.any(pace <= 1e-12 * np.abs(c).max()):
+            raise DesignError("the roller centre stands still in the cam frame: the pitch curve has no direction there")
+        # The follower travels round the cam against its turning, which says on which hand the outside lies.
+        sense = -self.track.sense
+        tangent = d / pace
+        outward = -sense * _left(tangent)
+        bend = (d[0] * dd[1] - d[1] * dd[0]) / pace**3 * sense
+        growth = 1.0 + self.distance * bend
+        safe = np.where(np.abs(growth) > 1e-300, growth, 1e-300)
+        return Curve(c + self.distance * outward, outward, bend / safe, sense * pace * growth)
+
+
+@dataclass(frozen=True, eq=False)
+class FaceOutline:
+    """The envelope of a flat face: the line n(psi) . x = support, with its normal turning as the cam does.
+
+    line(phi) gives psi, psi', psi'' (the normal's azimuth in the cam frame) and the support h, h', h'' over the cam
+    angle; x = h n + (h' / psi') n_left. With psi = const -+ phi this is the support function of the theory.
+    """
+
+    line: FlatFace
+
+    def knots(self) -> Floats:
+        """Cam angles where the motion's derivatives may jump."""
+        return self.line.knots()
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, outward normals, curvature. Raises DesignError where the face turns with the cam."""
+        psi, h = self.line.jets(phi)
+        if np.any(psi[1] == 0.0):
+            raise DesignError("the flat face turns with the cam: it envelops no profile there")
+        n = np.stack([np.cos(psi[0]), np.sin(psi[0])])
+        left = _left(n)
+        along = h[1] / psi[1]
+        points = h[0] * n + along * left
+        radius = h[0] + (h[2] - h[1] * psi[2] / psi[1]) / psi[1] ** 2
+        safe = np.where(np.abs(radius) > 1e-300, radius, 1e-300)
+        return Curve(points, n, 1.0 / safe, radius * psi[1])
+
+
+@dataclass(frozen=True, eq=False)
+class FlatFace:
+    """A flat face carried by a slide along X (pivot None) or by an arm pivoted at (pivot, 0).
+
+    Translating: support base + s, normal azimuth -sense phi. Swinging: the normal stands at way * (beta0 - lift) in the
+    machine, cos(beta0) = (base + offset) / pivot, and the support is pivot cos(beta) - offset.
+    """
+
+    program: Program
+    sense: float
+    base: float
+    pivot: float | None = None
+    offset: float = 0.0
+    way: float = 1.0
+
+    def knots(self) -> Floats:
+        """Cam angles where the motion's derivatives may jump."""
+        return np.asarray(self.program.knots)
+
+    def jets(self, phi: Floats) -> tuple[Floats, Floats]:
+        """Azimuth of the normal and support, each (3, n)."""
+        s = self.program.jet(phi, 2)
+        psi, h = np.zeros_like(s), s.copy()
+        psi[0], psi[1] = -self.sense * phi, -self.sense
+        if self.pivot is None:
+            h[0] += self.base
+            return psi, h
+        beta = -s
+        beta[0] += acos((self.base + self.offset) / self.pivot)
+        c, sn = np.cos(beta[0]), np.sin(beta[0])
+        h[0] = self.pivot * c - self.offset
+        h[1] = -self.pivot * sn * beta[1]
+        h[2] = -self.pivot * (c * beta[1] ** 2 + sn * beta[2])
+        return psi + self.way * beta, h
+
+
+@dataclass(frozen=True, eq=False)
+class CircleOutline:
+    """A circle of the given radius about a centre, counter-clockwise."""
+
+    radius: float
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    def knots(self) -> Floats:
+        """A circle has none but the turn's ends."""
+        return np.array([0.0, 0.5 * TURN, TURN])
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, normals, curvature."""
+        n = np.stack([np.cos(phi), np.sin(phi)])
+        centre = np.array(self.centre)[:, None]
+        one = np.ones_like(phi)
+        return Curve(centre + self.radius * n, n, one / self.radius, self.radius * one)
+
+
+@dataclass(frozen=True, eq=False)
+class ParallelOutline:
+    """The curve at a normal distance (mm, outwards) from an outline: the path of a round tool's centre."""
+
+    outline: Outline
+    distance: float
+
+    def knots(self) -> Floats:
+        """Cam angles where a derivative may jump."""
+        return self.outline.knots()
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, normals, curvature."""
+        at = self.outline.curve(phi)
+        growth = 1.0 + self.distance * at.curvature
+        safe = np.where(np.abs(growth) > 1e-300, growth, 1e-300)
+        return Curve(at.points + self.distance * at.normals, at.normals, at.curvature / safe, at.speed * growth)
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonOutline:
+    """A closed polygon (n, 2), counter-clockwise, travelled edge by edge over the turn; flat between its corners."""
+
+    corners: Floats
+
+    def knots(self) -> Floats:
+        """One cam angle a corner."""
+        return np.linspace(0.0, TURN, len(self.corners) + 1)
+
+    def curve(self, phi: Floats) -> Curve:
+        """Points, normals, curvature (zero)."""
+        place = np.asarray(phi) / TURN * len(self.corners)
+        edge = np.minimum(place.astype(int), len(self.corners) - 1)
+        step = (np.roll(self.corners, -1, axis=0) - self.corners)[edge].T
+        length = np.sqrt((step**2).sum(axis=0))
+        points = self.corners[edge].T + (place - edge) * step
+        normals = np.stack([step[1], -step[0]]) / length
+        return Curve(points, normals, np.zeros_like(length), length * len(self.corners) / TURN)
+
+
+@dataclass(frozen=True)
+class AreaProperties:
+    """Area mm², perimeter mm, centroid mm and second moments about the origin mm⁴ (xx, yy, xy) of an outline."""
+
+    area: float
+    perimeter: float
+    centroid: tuple[float, float]
+    moments: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Integrals of an outline by Gauss-Legendre quadrature between its knots."""
+
+    outline: Outline
+    parts: int = 8
+
+    @cached_property
+    def _nodes(self) -> tuple[Floats, Floats]:
+        knots = self.outline.knots()
+        x, w = np.polynomial.legendre.leggauss(16)
+        share = np.arange(self.parts) / self.parts
+        low = (knots[:-1, None] + np.diff(knots)[:, None] * share).ravel()
+        half = np.repeat(np.diff(knots) / self.parts, self.parts) * 0.5
+        return ((low + half)[:, None] + half[:, None] * x).ravel(), (half[:, None] * w).ravel()
+
+    @cached_property
+    def properties(self) -> AreaProperties:
+        """Area, perimeter, centroid and second moments (Green's theorem on the exact curve)."""
+        phi, w = self._nodes
+        curve = self.outline.curve(phi)
+        # dx = speed * left(normal) dphi, so x dy - y dx = speed (x . n) dphi for a counter-clockwise outline.
+        x, y = curve.points
+        support = (curve.points * curve.normals).sum(axis=0) * curve.speed * w
+        sign = 1.0 if float(support.sum()) >= 0.0 else -1.0
+        area = 0.5 * sign * float(support.sum())
+        cx, cy = (sign * float((c * support).sum()) / (3.0 * area) for c in (x, y))
+        xx, yy, xy = (0.25 * sign * float((q * support).sum()) for q in (x * x, y * y, x * y))
+        return AreaProperties(area, float((np.abs(curve.speed) * w).sum()), (cx, cy), (xx, yy, xy))

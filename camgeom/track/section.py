@@ -1,0 +1,295 @@
+"""The cross-section of a groove cut by a roller, as rows of exact points: flank, edge sweep, floor, edge sweep, flank.
+
+A roller with a flat end has an edge; its end circle sweeps a third surface between flank and floor. At each cam angle
+the end circle touches that surface along the arc from the flank's foot (where the side of the roller touches) to the
+end of the floor's chord (where the flat end touches): in between both the side and the end of the roller are moving
+into the material. The floor is the envelope of the flat end itself: the chord of the end disc along which the velocity
+has no component along the roller axis. A ball has no flat end: both flanks meet at the bottom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import numpy as np
+
+from camgeom.errors import DesignError, NotConverged
+from camgeom.maths import Floats
+from camgeom.maths.surface import cross, dot
+from camgeom.track import Arc, Pose, Slide, Straight, Track
+from camgeom.track.flank import Flank
+
+Level = Callable[[Floats], Floats]
+"""Scalar field on points (3, ...): zero on the blank's surface, positive outside."""
+
+
+@dataclass(frozen=True)
+class CylinderLevel:
+    """Field of a cylinder about Z: (x² + y² - R²) / 2R, about the radial distance in mm."""
+
+    radius: float
+
+    def __call__(self, x: Floats) -> Floats:
+        return np.asarray((x[0] * x[0] + x[1] * x[1] - self.radius**2) / (2.0 * self.radius))
+
+
+def cylinder_level(radius: float) -> CylinderLevel:
+    """Level field of a cylinder of the given radius about Z."""
+    return CylinderLevel(radius)
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Everything about a groove that is asked at one set of cam angles (n,), computed once."""
+
+    track: Track
+    phi: Floats
+
+    @cached_property
+    def pose(self) -> Pose:
+        """Pose jets (order 1)."""
+        return self.track.pose(self.phi, 1)
+
+    @cached_property
+    def _eased(self) -> dict[float, Column]:
+        return {side: Column(self.track.eased(side), self.phi) for side in (1.0, -1.0)}
+
+    @property
+    def _relieved(self) -> bool:
+        """True where the two flanks are cut from poses of their own."""
+        return self.track.relief is not None and not self.track.ease
+
+    def wall(self, side: float, t: Floats) -> Floats:
+        """Flank points (3, n, m) at stations t (m,) or (n, m)."""
+        if self._relieved:
+            return self._eased[side].wall(side, t)
+        meridian = self.track.meridian
+        if isinstance(meridian, Straight) and meridian.slope == 0.0:
+            return self._cylinder_wall(side * meridian.radius, t if t.ndim == 2 else t[None, :])
+        return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
+
+    def _cylinder_wall(self, radius: float, t: Floats) -> Floats:
+        """Flank points (3, n, m) of a cylinder: the axis point and `radius` along u x v, which is linear in delta."""
+        a, u = self.pose.a, self.pose.u
+        first, slope = self._crossed
+        n = [first[k][:, None] + t * slope[k][:, None] for k in range(3)]
+        length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        if not float(length.min()) > 1e-9:
+            # Near zero the flank itself judges, and refuses by name.
+            return Flank(self.track, self.phi, t, float(np.sign(radius)), given_pose=self.pose).x
+        share = radius / length
+        x = np.empty((3, *length.shape))
+        for k in range(3):
+            np.multiply(share, n[k], out=x[k])
+            x[k] += t * u[0][k][:, None]
+            x[k] += a[0][k][:, None]
+        return x
+
+    @cached_property
+    def _crossed(self) -> tuple[Floats, Floats]:
+        """u x a' and u x u', (3, n) each: u x v is the first plus delta times the second."""
+        a, u = self.pose.a, self.pose.u
+        return cross(u[0], a[1]), cross(u[0], u[1])
+
+    @cached_property
+    def tip_t(self) -> float:
+        """Meridian parameter of the roller's free end."""
+        return self.track.meridian.parameter(self.track.tip)
+
+    @property
+    def ball_ended(self) -> bool:
+        """True where the roller's end is the pole of a ball, so that there is no flat end."""
+        # Where the tip is a rounding away from the pole its parameter, an arc sine, is 1e-8 away.
+        return isinstance(self.track.meridian, Arc) and abs(abs(self.tip_t) - 0.5 * pi) < 1e-6
+
+    def bottom_t(self) -> Floats:
+        """Meridian parameter (n, 1) where the flanks end at the bottom.
+
+        The flat end's edge; for a ball the point where the contact circle, which lies across the velocity of the
+        ball's centre, comes nearest to the pole: asin(|v.u| / |v|) from it.
+        """
+        n = len(self.phi)
+        if not self.ball_ended:
+            return np.full((n, 1), self.tip_t)
+        v = self._ball_velocity()
+        sine = np.clip(dot(v, self.pose.u[0]) / np.sqrt(dot(v, v)), -1.0, 1.0)
+        return np.asarray(np.sign(self.tip_t) * (0.5 * pi - np.abs(np.arcsin(sine)))[:, None])
+
+    def ball_bottom(self) -> Floats:
+        """The point (3, n) where both flanks of a ball's groove meet: on the contact circle, nearest to the pole."""
+        u, v = self.pose.u[0], self._ball_velocity()
+        meridian = self.track.meridian
+        down = np.sign(self.tip_t) * (u - (dot(u, v) / dot(v, v)) * v)
+        down /= np.sqrt(dot(down, down))
+        return np.asarray(self.pose.a[0] + meridian.centre * u + meridian.radius * down)
+
+    def _ball_velocity(self) -> Floats:
+        return np.asarray(self.pose.a[1] + self.track.meridian.centre * self.pose.u[1])
+
+    def reach(self, side: float, level: Level, guess: float) -> Floats:
+        """Meridian parameter (n, 1) where the flank crosses level(x) = 0, by a vectorised secant from delta = guess.
+
+        Raises NotConverged where the flank does not meet the surface.
+        """
+        n = len(self.phi)
+        meridian = self.track.meridian
+        if isinstance(level, CylinderLevel) and self._radial_cylinder:
+            return self._closed_reach(level.radius)
+        t0 = np.full((n, 1), meridian.parameter(guess))
+        step = 1e-4 * abs(self.track.contact[1] - self.track.contact[0])
+        t1 = np.full((n, 1), meridian.parameter(guess - step * np.sign(guess - self.track.tip)))
+        f0, f1 = level(self.wall(side, t0)), level(self.wall(side, t1))
+        scale = float(np.abs(self.track.contact).max()) + abs(guess)
+        for _ in range(30):
+            if np.abs(f1).max() < 1e-14 * scale:
+                return t1
+            slope = np.where(f1 != f0, f1 - f0, 1.0)
+            move = np.where(f1 != f0, f1 * (t1 - t0) / slope, 0.0)
+            try:
+                after = level(self.wall(side, t1 - move))
+            except DesignError:
+                # Sought beyond the stretch on which the roller touches anything: the flank ends before the surface.
+                break
+            t0, f0, t1, f1 = t1, f1, t1 - move, after
+        if float(np.abs(f1).max()) < 1e-11 * scale:
+            return t1
+        worst = int(np.argmax(np.abs(f1)))
+        raise NotConverged(
+            f"the flank of track {self.track.name!r} does not meet the blank's surface at cam angle "
+            f"{np.degrees(self.phi[worst]):.6g} deg; check roller, groove depth and blank"
+        )
+
+    @property
+    def _radial_cylinder(self) -> bool:
+        """True for a cylindrical roller whose axis stays radial while it slides along Z."""
+        track = self.track
+        plain = isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
+        slides = isinstance(track.joint, Slide) and track.joint.direction == (0.0, 0.0, 1.0)
+        return plain and slides and track.anchor[:2] == (0.0, 0.0) and track.axis == (1.0, 0.0, 0.0)
+
+    def _closed_reach(self, radius: float) -> Floats:
+        """delta (n, 1) where the wall of a radial cylinder meets a cylinder of `radius`, in closed form.
+
+        The contact point lies at the tangential distance r |s'| / sqrt(delta² + s'²) from the axis plane, so that
+        delta² = x solves x² + (s'² - R²) x + s'² (r² - R²) = 0.
+        """
+        assert isinstance(self.track.meridian, Straight)
+        slope2, square = self.pose.a[1][2] ** 2, radius * radius
+        b = square - slope2
+        x = 0.5 * (b + np.sqrt(b * b + 4.0 * slope2 * (square - self.track.meridian.radius**2)))
+        return np.asarray(np.sqrt(x)[:, None])
+
+    @cached_property
+    def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
+        """Centre (3, n) and radius of the flat end, chord offset vector (3, n) and half chord vector (3, n)."""
+        _, _, _, r, _, _ = self.track.meridian.jet(np.array([self.tip_t]))
+        radius = float(r[0])
+        a, u = self.pose.a, self.pose.u
+        centre, v = a[0] + self.track.tip * u[0], a[1] + self.track.tip * u[1]
+        turn = dot(u[1], u[1])
+        if np.any(turn <= 1e-18):
+            name = self.track.name
+            raise DesignError(f"track {name!r}: the roller axis keeps its direction, so its end cuts a plane")
+        offset = (dot(v, u[0]) / turn) * u[1]
+        left = radius**2 - dot(offset, offset)
+        if np.any(left <= 0.0):
+            worst = int(np.argmin(left))
+            raise DesignError(
+                f"track {self.track.name!r}: at cam angle {np.degrees(self.phi[worst]):.6g} deg the whole end of the "
+                "roller dives into the cam; reduce the motion along the roller axis"
+            )
+        return centre, radius, offset, np.sqrt(left / turn) * cross(u[0], u[1])
+
+    def chord_end(self, side: float) -> Floats:
+        """End of the floor's chord on one side, (3, n)."""
+        centre, _, offset, half = self._end_disc
+        return np.asarray(centre + offset + side * self._handed * half)
+
+    @cached_property
+    def _handed(self) -> Floats:
+        """+1 where u x u' points to the side +1 flank."""
+        u = self.pose.u
+        v = self.pose.a[1] + self.track.tip * u[1]
+        return np.where(dot(v, u[1]) >= 0.0, 1.0, -1.0)
+
+    def edge_angle(self, side: float) -> tuple[Floats, Floats, Floats]:
+        """Arc of the end circle from the flank's foot to the chord's end: start m (3, n), u x m, signed angle (n,)."""
+        centre, radius, _, _ = self._end_disc
+        u = self.pose.u[0]
+        foot = self.wall(side, np.array([self.tip_t]))[:, :, 0]
+        start, stop = (foot - centre) / radius, (self.chord_end(side) - centre) / radius
+        third = cross(u, start)
+        return start, third, np.arctan2(dot(stop, third), dot(stop, start))
+
+    def edge(self, side: float, share: Floats) -> Floats:
+        """Points of the end-circle sweep, (3, n, k), at shares (k,) of the arc: 0 the flank's foot, 1 the floor."""
+        centre, radius, _, _ = self._end_disc
+        start, third, angle = self.edge_angle(side)
+        turn = angle[:, None] * share[None, :]
+        c, s = np.cos(turn), np.sin(turn)
+        x = np.empty((3, *turn.shape))
+        for k in range(3):
+            np.multiply(c, radius * start[k][:, None], out=x[k])
+            x[k] += s * (radius * third[k][:, None])
+            x[k] += centre[k][:, None]
+        x[:, :, share == 1.0] = self.chord_end(side)[:, :, None]
+        return x
+
+
+@dataclass(frozen=True, eq=False)
+class GrooveSection:
+    """Rows of points across a groove, from the top of flank `first` down, across the floor and up the other flank.
+
+    top      for each of the two flanks the level surface it ends at, and a guess of delta there
+    first    side (+1 or -1) of the flank that comes first
+    """
+
+    track: Track
+    level: Level
+    guess: float
+    first: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Face-group names of the bands."""
+        if self._ball:
+            return ("flank", "flank")
+        return ("flank", "edge", "floor", "edge", "flank")
+
+    @cached_property
+    def _ball(self) -> bool:
+        return Column(self.track, np.zeros(1)).ball_ended
+
+    @property
+    def max_counts(self) -> tuple[int, ...]:
+        """Most cells across each band (the floor is straight across)."""
+        return (4000, 4000) if self._ball else (4000, 4000, 1, 4000, 4000)
+
+    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n, 1 + sum(counts))."""
+        first, last = self.first, -self.first
+        down = self._wall(column, first, counts[0])
+        up = self._wall(column, last, counts[-1])[:, :, ::-1]
+        if self._ball:
+            return np.concatenate([down, up[:, :, 1:]], axis=2)
+        # The edge sweep bends sharply beside the flank's foot and hardly beside the floor: rows at squared shares.
+        arc1 = column.edge(first, (np.arange(1, counts[1] + 1) / counts[1]) ** 2)
+        arc2 = column.edge(last, (np.arange(counts[3], 0, -1) / counts[3]) ** 2)
+        floor = self._floor(arc1[:, :, -1], arc2[:, :, 0], counts[2])
+        return np.concatenate([down, arc1, floor, arc2, up], axis=2)
+
+    def _wall(self, column: Column, side: float, count: int) -> Floats:
+        top = column.reach(side, self.level, self.guess)
+        share = np.arange(count + 1) / count
+        if not self._ball:
+            return column.wall(side, top + (column.bottom_t() - top) * share)
+        upper = column.wall(side, top + (column.bottom_t() - top) * share[:-1])
+        return np.concatenate([upper, column.ball_bottom()[:, :, None]], axis=2)
+
+    @staticmethod
+    def _floor(start: Floats, stop: Floats, count: int) -> Floats:
+        share = np.arange(1, count) / count
+        return np.asarray(start[:, :, None] + (stop - start)[:, :, None] * share)

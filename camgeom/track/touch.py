@@ -1,0 +1,121 @@
+"""Where a planar cam touches its follower: the outline, the joint that carries the follower, and the follower's shape.
+
+A touch pushes the follower one way. A cam held by a spring has one, a form-closed cam two that push against each
+other: the two flanks of a face groove, the two faces of a frame, the two discs of a conjugate pair.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.track import Joint
+from camgeom.track.outline import Curve, Outline
+
+
+@dataclass(frozen=True, eq=False)
+class Contacting:
+    """One touch at cam angles phi (n,).
+
+    curve            the cam's outline there
+    lever            velocity of the contact point along the force on the follower, per unit of the joint coordinate
+                     (1 or mm/rad), signed: positive where the force drives towards larger lift
+    pressure_angle   rad, between the force and the velocity of the follower's point: a roller's centre, else the point
+                     of contact; signed, positive in the rise of a follower without offset
+    relative         relative curvature of cam against follower, 1/mm; infinite for a knife edge
+    along            place of the contact on a flat face, mm along the face from the follower's reference point
+    sliding          speed of the cam over a follower that does not roll, mm per rad
+    """
+
+    curve: Curve
+    lever: Floats
+    pressure_angle: Floats
+    relative: Floats
+    along: Floats
+    sliding: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """One contact of a planar cam with its follower.
+
+    outline   the cam's profile there, travelled with the cam angle
+    joint     what carries the follower
+    sense     +1 where the cam turns counter-clockwise
+    way       +1 where it pushes towards larger lift, -1 towards smaller
+    radius    of the follower, mm: inf for a flat face, 0 for a knife edge
+    length    of contact along the cam axis, mm
+    lag       added to the cam angle to find the outline's place (pi for the far face of a frame), rad
+    material  +1 where the cam's material is inside the outline, -1 outside (outer flank of a face groove)
+    kind      roller, flat, knife or curved
+    """
+
+    name: str
+    outline: Outline
+    joint: Joint
+    sense: float
+    way: float
+    radius: float
+    length: float
+    lag: float = 0.0
+    material: float = 1.0
+    kind: str = "roller"
+
+    def knots(self) -> Floats:
+        """Cam angles from 0 to 2 pi where a derivative may jump, rad."""
+        return self.outline.knots()
+
+    @property
+    def rolling(self) -> bool:
+        """True where a roller rolls on the cam."""
+        return self.kind == "roller"
+
+    def at(self, phi: Floats) -> Contacting:
+        """The contact at cam angles phi (n,). Raises DesignError where the outline has no direction."""
+        phi = np.asarray(phi, dtype=float)
+        curve = self.outline.curve(phi + self.lag)
+        turn = np.exp(-1j * self.sense * phi)
+        x = np.stack([*curve.points, np.zeros_like(phi)])
+        e = self.joint.velocity(x, turn)[:2]
+        n = curve.normals
+        left = np.stack([-n[1], n[0]])
+        lever = n[0] * e[0] + n[1] * e[1]
+        own = inf if self.radius == 0.0 else 1.0 / self.radius
+        return Contacting(
+            curve,
+            self.material * lever,
+            self._pressure_angle(turn, curve),
+            self.material * curve.curvature + own,
+            self._along(turn, curve, left),
+            self._sliding(curve, e, lever, left),
+        )
+
+    def _pressure_angle(self, turn: npt.NDArray[np.complex128], curve: Curve) -> Floats:
+        """Signed pressure angle, rad. A roller turns on its pin, so that its force passes through its centre."""
+        push = self.way * self.material * curve.normals
+        point = curve.points + (self.material * self.radius * curve.normals if self.rolling else 0.0)
+        e = self.joint.velocity(np.stack([*point, np.zeros_like(turn.real)]), turn)[:2]
+        return np.asarray(self.sense * np.arctan2(e[0] * push[1] - e[1] * push[0], e[0] * push[0] + e[1] * push[1]))
+
+    def _along(self, turn: npt.NDArray[np.complex128], curve: Curve, left: Floats) -> Floats:
+        """Place of the contact along the face turned left from its normal, from the joint's centre or the cam axis."""
+        centre = getattr(self.joint, "centre", (0.0, 0.0, 0.0))
+        fixed = complex(centre[0], centre[1]) * turn
+        x = curve.points
+        return np.asarray((x[0] - fixed.real) * left[0] + (x[1] - fixed.imag) * left[1])
+
+    def _sliding(self, curve: Curve, e: Floats, lever: Floats, left: Floats) -> Floats:
+        """Speed of the follower's point over the cam along the tangent, mm/rad.
+
+        Seen from the cam the follower's point moves by its joint (e times the rate of the lift) and turns back with the
+        frame. That both stay in touch, with no velocity along the normal, gives the rate of the lift.
+        """
+        back = -self.sense * np.stack([-curve.points[1], curve.points[0]])
+        n = curve.normals
+        rate = -(back[0] * n[0] + back[1] * n[1]) / np.where(np.abs(lever) > 1e-300, lever, 1e-300)
+        v = back + rate * e
+        return np.asarray(np.abs(v[0] * left[0] + v[1] * left[1]))

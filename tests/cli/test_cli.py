@@ -1,0 +1,292 @@
+"""The command line: what each command prints and writes, exit statuses, and one plain message for every mistake."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from camgeom.cli import COMMANDS, main
+from camgeom.cli.model import slug
+
+GOOD = """
+name = "small groove cam"
+[cam]
+kind = "cylindrical"
+diameter = 80
+length = 60
+start = 20
+groove_depth = 9
+[follower]
+kind = "translating"
+mass = 1
+[roller]
+diameter = 12
+length = 8
+[[motion]]
+until = 180
+to = 15
+law = "cycloidal"
+[[motion]]
+until = 360
+to = 0
+law = "modified-sine"
+[operation]
+speed = 300
+[output]
+tolerance = 0.05
+formats = ["stl"]
+"""
+
+
+@pytest.fixture
+def profile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "small.toml"
+    file.write_text(GOOD)
+    return file
+
+
+def entries(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
+    status = main([str(word) for word in words])
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    return status, captured.out, captured.err
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    status, out, err = run(capsys, *words)
+    assert (status, out) == (2, "")
+    assert err.startswith("camgeom: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_check_writes_nothing(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "check", profile)
+    assert (status, err) == (0, "")
+    assert out.startswith("small groove cam (cylindrical): PASS")
+    assert "pressure-angle" in out
+    assert entries(profile.parent) == ["small.toml"]
+
+
+def test_check_json_is_json_alone(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "check", profile, "--json", "--explain", "--only", "pressure-angle")
+    assert (status, err) == (0, "")
+    result = json.loads(out)
+    assert result["kind"] == "cylindrical"
+    assert [finding["check"] for finding in result["checks"]] == ["pressure-angle"]
+    assert result["explain"]
+    assert "solids" not in result["cost_s"]
+
+
+def test_failing_design_is_status_1(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile.write_text(GOOD + "[limits]\npressure_angle_deg = 5\n")
+    status, out, err = run(capsys, "check", profile, "--only", "pressure-angle", "--out", "found")
+    assert (status, err) == (1, "")
+    assert "FAIL" in out
+    assert json.loads((profile.parent / "found/result.json").read_text())["checks"][0]["passed"] is False
+
+
+def test_build_writes_files_and_then_the_result(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "build", profile)
+    assert (status, err) == (0, "")
+    folder = profile.parent / "exports/small-groove-cam"
+    assert entries(folder) == ["result.json", "small-groove-cam.stl"]
+    result = json.loads((folder / "result.json").read_text())
+    assert result["solid"]["watertight"] is True
+    assert [Path(name).name for name in result["files"]] == ["small-groove-cam.stl"]
+    assert "wrote exports/small-groove-cam/result.json" in out
+
+
+def test_undercut_design_still_gives_its_result(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile.write_text(GOOD.replace("diameter = 12", "diameter = 24").replace("until = 180", "until = 55"))
+    status, _, err = run(capsys, "run", profile, "--only", "motion,solid,checks", "--out", "o")
+    assert (status, err) == (1, "")
+    assert "undercut" in json.loads((profile.parent / "o/result.json").read_text())["solid"]["refused"]
+
+
+@pytest.mark.parametrize("tolerance", ["0", "-1", "5", "1e-9", "nan", "inf", "fine", ""])
+def test_tolerance_out_of_range(profile: Path, capsys: pytest.CaptureFixture[str], tolerance: str) -> None:
+    err = refused(capsys, "build", profile, f"--tolerance={tolerance}")
+    assert "--tolerance: needs a number of mm" in err
+    assert "1e-07 to 1 mm" in err
+    assert entries(profile.parent) == ["small.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["chek"], "unknown command 'chek'; did you mean 'check'?"),
+        ([], "missing: COMMAND"),
+        (["check"], "missing: PROFILE"),
+        (["laws", "--jsn"], "unrecognized arguments: --jsn"),
+        (["check", "none.toml"], "none.toml: file: there is no such file"),
+        (["check", "."], "is a folder"),
+        (["check", ""], "is a folder"),
+        (["check", "small.toml", "--only", "presure-angle"], "did you mean pressure-angle?"),
+        (["check", "small.toml", "--only", ","], "--only: needs at least one name"),
+        (["run", "small.toml", "--formats", "stll"], "unknown format"),
+        (["run", "small.toml", "--out", ""], "--out: needs the name of a folder"),
+        (["new", "cylindricl"], "did you mean 'cylindrical'?"),
+        (["new", "cylindrical", "small.toml"], "'small.toml' exists already"),
+    ],
+)
+def test_one_plain_message(profile: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+    assert message in refused(capsys, *words)
+    assert entries(profile.parent) == ["small.toml"]
+
+
+def test_unknown_format_in_the_profile(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile.write_text(GOOD.replace('"stl"', '"stepp"'))
+    assert "small.toml: output.formats[0]: unknown format" in refused(capsys, "build", profile)
+
+
+def test_bad_profile_names_every_problem(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile.write_text(GOOD.replace("diameter = 80", "diameter = -80").replace("speed", "sped"))
+    status, out, err = run(capsys, "run", profile, "--json")
+    assert (status, out) == (2, "")
+    assert "cam.diameter" in err
+    assert "did you mean 'speed'?" in err
+    assert entries(profile.parent) == ["small.toml"]
+
+
+def test_folder_that_is_a_file(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "check", profile, "--out", profile)
+    assert (status, out) == (3, "")
+    assert "is a file, not a folder" in err
+
+
+def test_full_disk_leaves_nothing(
+    profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("camgeom.export.files.os.fsync", full)
+    status, out, err = run(capsys, "check", profile, "--out", "o", "--only", "continuity")
+    assert (status, out) == (3, "")
+    assert err == "camgeom: o/result.json: cannot be written: the disk is full\n"
+    assert entries(profile.parent) == ["small.toml"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_read_only_folder(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (profile.parent / "shut").mkdir(mode=0o500)
+    status, _, err = run(capsys, "check", profile, "--out", "shut/deeper")
+    assert status == 3
+    assert "no permission" in err
+
+
+def test_laws(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = run(capsys, "laws")
+    lines = out.splitlines()
+    assert status == 0
+    assert lines[0].split()[:4] == ["law", "Vm", "Am", "Jm"]
+    assert any(line.startswith("modified-sine ") and " 1.75960 " in line for line in lines)
+    status, out, _ = run(capsys, "laws", "--json")
+    laws = {law["name"]: law for law in json.loads(out)}
+    assert laws["cycloidal"]["vm"] == 2.0
+    assert laws["constant-velocity"]["am"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("pin-insertion groove cam", "pin-insertion-groove-cam"),
+        ("../../etc/passwd", "etc-passwd"),
+        ("...", "cam"),
+        ("Nocken für Öfen", "nocken-fur-ofen"),
+        ("凸轮", "cam"),
+        ("CON", "con-cam"),
+        ("x" * 500, "x" * 80),
+    ],
+)
+def test_slug(name: str, expected: str) -> None:
+    assert slug(name) == expected
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = run(capsys, "--help")
+    assert status == 0
+    for command in COMMANDS:
+        assert f" {command.name} " in out
+        assert run(capsys, command.name, "--help")[0] == 0
+
+
+def test_bug_is_one_line(profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("a\nb")
+
+    monkeypatch.setattr("camgeom.report.job.compute", broken)
+    status, out, err = run(capsys, "check", profile)
+    assert (status, out) == (3, "")
+    assert err.startswith("camgeom: ZeroDivisionError: a b; this is a bug")
+    monkeypatch.setenv("CAMGEOM_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        main(["check", str(profile)])
+
+
+def test_interrupt_is_status_130(
+    profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("camgeom.report.job.compute", interrupted)
+    assert run(capsys, "check", profile) == (130, "", "camgeom: interrupted\n")
+
+
+def process(*words: str, **options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "camgeom", *words]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False, **options)  # type: ignore[call-overload,no-any-return]
+
+
+def test_process_exit_status(profile: Path) -> None:
+    found = process("chek")
+    assert (found.returncode, found.stdout) == (2, "")
+    assert "did you mean 'check'?" in found.stderr
+
+
+@pytest.mark.parametrize(
+    ("redirection", "status", "err"),
+    [("| head -c 10; exit ${PIPESTATUS[0]}", 0, ""), ("> /dev/full", 3, "camgeom: No space left on device\n")],
+)
+def test_stdout_that_ends_early(redirection: str, status: int, err: str) -> None:
+    tree = str(Path(__file__).parents[2])
+    shell = ["bash", "-c", f"{sys.executable} -m camgeom laws --json {redirection}"]
+    found = subprocess.run(shell, capture_output=True, text=True, cwd=tree, check=False)
+    assert (found.returncode, found.stderr) == (status, err)
+
+
+def test_name_that_the_terminal_cannot_show(profile: Path) -> None:
+    profile.write_text(GOOD.replace("small groove cam", "Öfen 凸轮"), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "camgeom", "check", str(profile), "--only", "continuity"]
+    found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout.startswith("\\xd6fen")
+    found = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, check=False)
+    assert json.loads(found.stdout)["name"] == "Öfen 凸轮"
+
+
+@pytest.mark.slow
+def test_run_writes_everything(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = run(capsys, "run", profile, "--formats", "STL,.ply")
+    assert (status, err) == (0, "")
+    folder = profile.parent / "exports/small-groove-cam"
+    wanted = ["report.html", "result.json", "small-groove-cam.ply", "small-groove-cam.stl"]
+    assert entries(folder) == wanted
+    result = json.loads((folder / "result.json").read_text())
+    assert {Path(name).name for name in result["files"]} == set(wanted) - {"result.json"}
+    assert {"motion", "flank", "checks", "solid", "contact", "fatigue", "cost_s"} <= set(result)

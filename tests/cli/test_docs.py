@@ -1,0 +1,84 @@
+"""The documentation says what is so: the tutorial's commands run, the reference of keys is that of the schema."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from camgeom.cli import main
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BLOCK = re.compile(r"^```(sh|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#:]+)\)")
+
+
+def _steps() -> list[tuple[str, str, int]]:
+    """What the tutorial does, in order: ("write", text) and ("run", command) with the exit status it states."""
+    steps = []
+    for kind, body in BLOCK.findall((DOCS / "tutorial.md").read_text(encoding="utf-8")):
+        if kind == "toml":
+            steps.append(("write", body, 0))
+            continue
+        for line in body.splitlines():
+            command, _, remark = line.partition("  #")
+            status = int(remark.rpartition(" ")[2]) if "exit status" in remark else 0
+            steps.append(("run", command.strip(), status))
+    return steps
+
+
+@pytest.mark.slow
+def test_tutorial_runs_as_it_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    seen = []
+    for what, text, status in _steps():
+        if what == "write":
+            name = text.splitlines()[0].removeprefix("# ")
+            Path(name).write_text(text, encoding="utf-8")
+            continue
+        words = shlex.split(text)
+        assert words[0] == "camgeom"
+        # A second process each would take longer than the commands themselves.
+        extra = ["--jobs", "1"] if words[1] == "study" else []
+        assert main([*words[1:], *extra]) == status, text
+        seen.append((text, capsys.readouterr().out))
+    written = {path.name for path in Path("exports").rglob("*")}
+    assert {"feed-cam.3mf", "feed-cam.step", "report.html", "result.json", "study.csv", "feed-cam.stl"} <= written
+    said = dict(seen)
+    assert "42.4" in said["camgeom check feed.toml"] or any("42.4" in out for _, out in seen)
+    assert "4 fails" not in said[next(text for text, _ in seen if "160:200:3" in text)]
+
+
+def test_reference_of_keys_is_current() -> None:
+    done = subprocess.run(
+        [sys.executable, "scripts/profile_reference.py", "--check"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, f"run `python scripts/profile_reference.py` {done.stderr}"
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md", "docs/profile.md", "docs/theory.md"])
+def test_links_lead_somewhere(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in LINK.findall(text):
+        assert ((ROOT / page).parent / target).exists(), target
+
+
+def test_pictures_of_the_readme_are_small() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    pictures = [ROOT / target for target in LINK.findall(text) if target.endswith((".png", ".gif"))]
+    assert pictures
+    assert sum(path.stat().st_size for path in pictures) < 500_000
+
+
+def test_files_that_the_readme_names_exist() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name in re.findall(r"`((?:scripts|profiles|camgeom)/[\w./*-]+)`", text):
+        assert list(ROOT.glob(name.rstrip("/"))), name

@@ -1,0 +1,113 @@
+"""Runs that are stopped, starved or crowded: nothing half-written or lost, one message, the right exit status."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROFILE = ROOT / "profiles" / "disc_offset_roller.toml"
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+QUICK = ("--formats", "stl,ply,obj", "--tolerance", "0.0005")
+
+
+def start(*arguments: str, limit: int | None = None, profile: Path = PROFILE) -> subprocess.Popen[str]:
+    """A `camgeom build` under way; limit: the largest file it may write, bytes."""
+
+    def bounded() -> None:
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    command = [sys.executable, "-m", "camgeom", "build", str(profile), *arguments]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=ENVIRONMENT, preexec_fn=bounded)
+
+
+def finished(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    out, err = process.communicate(timeout=120)
+    assert "Traceback" not in err
+    return process.returncode, out, err
+
+
+def whole(folder: Path) -> set[str]:
+    """Names in the folder, after a look into each file: result.json parses, an STL has the size it says."""
+    for path in folder.iterdir():
+        if path.name == "result.json":
+            json.loads(path.read_text())
+        elif path.suffix == ".stl":
+            content = path.read_bytes()
+            assert len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+        elif path.suffix == ".ply":
+            assert path.read_bytes().startswith(b"ply\n")
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_stopped_runs_leave_whole_files(tmp_path: Path, how: signal.Signals) -> None:
+    code, _, err = finished(start(*QUICK, "--out", str(tmp_path)))
+    assert code in (0, 1), err
+    names = whole(tmp_path)
+    for later in (0.0, 0.002, 0.005, 0.02):
+        process = start(*QUICK, "--out", str(tmp_path))
+        # In the middle of a write: from the first temporary file on.
+        known = set(tmp_path.glob(".*.part"))
+        while process.poll() is None and set(tmp_path.glob(".*.part")) <= known:
+            time.sleep(0.0005)
+        time.sleep(later)
+        process.send_signal(how)
+        finished(process)
+        left = whole(tmp_path)
+        assert names <= left
+        # What was killed outright may leave its temporary file, hidden and under no name that anybody reads.
+        assert all(name.startswith(".") and name.endswith(".part") for name in left - names)
+        assert how != signal.SIGINT or left == names
+
+
+@pytest.mark.slow
+def test_a_full_disk_keeps_the_earlier_files(tmp_path: Path) -> None:
+    finished(start("--formats", "stl", "--tolerance", "0.05", "--out", str(tmp_path)))
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    code, _, err = finished(start("--formats", "stl", "--tolerance", "0.0002", "--out", str(tmp_path), limit=60_000))
+    assert code == 3
+    assert "cannot be written" in err
+    assert err.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.slow
+def test_two_runs_into_one_folder(tmp_path: Path) -> None:
+    runs = [start(*QUICK[:2], "--tolerance", t, "--out", str(tmp_path)) for t in ("0.001", "0.002", "0.004")]
+    assert {finished(run)[0] for run in runs} <= {0, 1}
+    names = whole(tmp_path)
+    assert "result.json" in names
+    assert not any(name.endswith(".part") for name in names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["/proc/camgeom", "/dev/null", "/dev/null/x", "/sys/camgeom"])
+def test_a_folder_that_cannot_be_written_is_named_at_once(folder: str) -> None:
+    if not Path("/proc").is_dir():
+        pytest.skip("needs a system with /proc")
+    code, out, err = finished(start("--formats", "stl", "--out", folder))
+    assert code == 3
+    assert out == ""
+    assert folder.removesuffix("/x") in err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["/dev/zero", "/dev/full", "/dev/null", "/", "/proc/self/mem", "/nowhere.toml"])
+def test_no_profile_at_that_place(place: str, tmp_path: Path) -> None:
+    code, out, err = finished(start("--out", str(tmp_path / "x"), profile=Path(place)))
+    assert code == 2
+    assert out == ""
+    assert place in err
+    assert not (tmp_path / "x").exists()

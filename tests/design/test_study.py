@@ -1,0 +1,219 @@
+"""Studies: axes, variants, rows that fail with their reason, worker processes, and the command."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from camgeom.cli import main
+from camgeom.design import study as study_module
+from camgeom.design.study import Figures, Row, Study, axis, replaced
+from camgeom.drawing.content import Chart, Table
+from camgeom.errors import DesignError, NotConverged, ProfileError
+from camgeom.model import Model
+from camgeom.profile.text import load
+
+TEXT = """
+name = "small groove cam"
+[cam]
+kind = "cylindrical"
+diameter = 80
+length = 60
+start = 20
+groove_depth = 9
+[follower]
+kind = "translating"
+mass = 1
+[roller]
+diameter = 12
+length = 8
+[[motion]]
+until = 180
+to = 15
+law = "cycloidal"
+[[motion]]
+until = 360
+to = 0
+law = "modified-sine"
+[operation]
+speed = 300
+"""
+DATA = load(TEXT, "")[0]
+
+
+def light(model: Model) -> tuple[Figures, str, str]:
+    """A cheap measure that refuses where the tests want it to."""
+    diameter = model.profile.cam.diameter  # type: ignore[attr-defined]
+    if diameter == 90.0:
+        raise DesignError("ninety")
+    if diameter == 91.0:
+        raise NotConverged("ninety-one")
+    return {"radius": 0.5 * diameter, "tracks": len(model.tracks)}, "good", ""
+
+
+def made(*texts: str) -> Study:
+    return Study(DATA, "", tuple(axis(text) for text in texts), light)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("cam.diameter=1:2:3", (1.0, 1.5, 2.0)),
+        ("follower.stops=4:8:5", (4, 5, 6, 7, 8)),
+        ("a=0:1:1e0", None),
+        ("a=5:5:1", (5,)),
+        ("a=0.1:0.3:3", (0.1, 0.2, 0.3)),
+        ("motion[1].law=cycloidal, 3-4-5", ("cycloidal", "3-4-5")),
+        ("a= 1,2.5,-3e2", (1, 2.5, -300.0)),
+    ],
+)
+def test_axis_values(text: str, values: tuple[object, ...] | None) -> None:
+    if values is None:
+        with pytest.raises(ProfileError):
+            axis(text)
+    else:
+        found = axis(text).values
+        assert found == pytest.approx(values) if all(isinstance(v, float) for v in values) else found == values
+        assert [type(v) for v in found] == [type(v) for v in values]
+
+
+WRONG = """
+= | a | a= | =1 | a=1:2 | a=1:2:3:4 | a=1:2:0 | a=1:2:-3 | a=x:2:3 | a=1:nan:3 | a=1:inf:3 | a=1:2:1 | a=1,,2 | a=nan
+| a b=1 | a[x]=1 | a[-1]=1 | a..b=1 | a=1:2:100001 | a=1:2:3.5 | a[1]b=2
+"""
+
+
+@pytest.mark.parametrize("text", ["", *(word.strip() for word in WRONG.split("|"))])
+def test_wrong_axes(text: str) -> None:
+    with pytest.raises(ProfileError, match="--vary"):
+        axis(text)
+
+
+def test_ends_of_a_span_are_exact() -> None:
+    values = axis("a=0.1:0.7:7").values
+    assert (values[0], values[-1]) == (0.1, 0.7)
+
+
+def test_replacing_leaves_the_rest_alone() -> None:
+    data = {"a": {"b": ({"c": 1}, {"c": 2})}, "d": 3}
+    assert replaced(data, ("a", "b", 1, "c"), 9, "k") == {"a": {"b": ({"c": 1}, {"c": 9})}, "d": 3}
+    assert replaced(data, ("e", "f"), 1, "k")["e"] == {"f": 1}
+    assert data["a"]["b"][1]["c"] == 2  # type: ignore[index]
+
+
+def test_grid_runs_the_last_axis_fastest() -> None:
+    rows = list(made("cam.diameter=80,100", "roller.diameter=10,12,14").rows(1))
+    assert [row.values for row in rows] == [(80, 10), (80, 12), (80, 14), (100, 10), (100, 12), (100, 14)]
+    assert [row.figures["radius"] for row in rows] == [40.0] * 3 + [50.0] * 3
+
+
+def test_failing_variants_are_rows_with_their_reason() -> None:
+    rows = list(made("cam.diameter=80,90,91,-1,10").rows(1))
+    assert [row.status for row in rows] == ["good", "fails", "no result", "bad input", "bad input"]
+    assert rows[1].reason == "ninety"
+    assert "cam.diameter: out of range" in rows[3].reason
+    assert "cam.groove_depth" in rows[4].reason
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["cam.diamter=1,2"], "--vary cam.diamter: unknown key; did you mean 'diameter'"),
+        (["motion[7].to=1,2"], "no such entry"),
+        (["motion.to=1,2"], "write motion\\[0\\]"),
+        (["cam.diameter.x=1,2"], "no table that could hold 'x'"),
+        (["cam.diameter=1:2:400", "roller.diameter=1:2:400"], "too many variants"),
+        (["cam.diameter=1,2", "cam.diameter=1,2"], "varied twice"),
+    ],
+)
+def test_studies_that_cannot_be(texts: list[str], message: str) -> None:
+    with pytest.raises(ProfileError, match=message):
+        made(*texts)
+
+
+def test_geometry_is_shared_where_only_the_load_varies() -> None:
+    study = made("operation.speed=100,200")
+    row, first = study.row((100,))
+    assert row.status == "good"
+    assert first is not None
+    _, second = study.row((200,), first)
+    assert second is not None
+    assert second.tracks is first.tracks
+    _, other = made("cam.diameter=80,100").row((100,), first)
+    assert other is not None
+    assert other.tracks is not first.tracks
+
+
+@pytest.mark.slow
+def test_worker_processes_give_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = made("cam.diameter=60:100:41")
+    alone = list(study.rows(1))
+    monkeypatch.setattr(study_module, "ALONE_FOR", -1.0)
+    assert list(study.rows(2)) == alone
+
+
+def test_page_draws_a_line_for_each_setting() -> None:
+    from camgeom.cli.study_page import page
+
+    study = made("operation.speed=100:300:3", "motion[1].law=cycloidal,3-4-5")
+    rows = [
+        Row(values, {"contact.peak_pressure_mpa": 10.0 * i} if i != 2 else {}, "good")
+        for i, values in enumerate((speed, law) for speed in (100, 200, 300) for law in ("cycloidal", "3-4-5"))
+    ]
+    chart, table = page(study, rows, "x").sections[0].blocks
+    assert isinstance(chart, Chart)
+    assert isinstance(table, Table)
+    lines = {series.name: series.x.tolist() for series in chart.panels[0].series}
+    assert lines == {"motion[1].law cycloidal": [100.0, 300.0], "motion[1].law 3-4-5": [100.0, 200.0, 300.0]}
+    assert len(table.rows) == 6
+
+
+def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(TEXT)
+    words = ["study", "small.toml", "--vary", "cam.diameter=80,-1", "--only", "motion,continuity", "--json"]
+    assert main(words) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    result = json.loads(captured.out)
+    assert [row["status"] for row in result["rows"]] == ["good", "bad input"]
+    with Path("exports/small-groove-cam/study.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["cam.diameter"] for row in rows] == ["80", "-1"]
+    assert float(rows[0]["motion.stroke_mm"]) == 15.0
+    assert rows[1]["motion.stroke_mm"] == ""
+    page = Path("exports/small-groove-cam/study.html").read_text()
+    assert "cam.diameter" in page
+    assert [Path(file).name for file in result["files"]] == ["study.csv", "study.html"]
+    assert main(words[:-1]) == 0
+    assert "2 variants: 1 good, 1 bad input" in capsys.readouterr().out
+    assert main(["study", "small.toml", "--vary", "cam.diamter=1,2"]) == 2
+    assert "did you mean 'diameter'?" in capsys.readouterr().err
+    assert main(["study", "small.toml", "--vary", "cam.diameter=1,2", "--jobs", "none"]) == 2
+
+
+def test_values_in_equal_ratios() -> None:
+    found = axis("impact.clearance=0.001:1:4:log").values
+    assert found == pytest.approx((0.001, 0.01, 0.1, 1.0), rel=1e-12)
+    with pytest.raises(ProfileError, match="above 0"):
+        axis("impact.clearance=0:1:4:log")
+    with pytest.raises(ProfileError, match="needs KEY"):
+        axis("impact.clearance=0.1:1:4:lin")
+
+
+def test_a_study_of_clearances_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The impacts come with the study where their table is in the profile and one of its keys is varied."""
+    rocker = Path(__file__).resolve().parents[2] / "profiles" / "conjugate_rocker.toml"
+    profile = tmp_path / "rocker.toml"
+    profile.write_text(rocker.read_text() + "\n[impact]\nturns = 2\ntolerance = 1e-6\n")
+    vary = ["--vary", "impact.clearance=0.01:0.1:2:log", "--jobs", "1"]
+    command = ["study", str(profile), *vary, "--out", str(tmp_path)]
+    assert main([*command, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    peaks = [row["dynamics.impact.over_turns.peak_acceleration_rad_s2.mean"] for row in rows]
+    assert peaks == pytest.approx([6444.0, 15409.0], rel=0.02)
+    assert main([*command, "--json", "--only", "motion"]) == 0
+    assert not any(key.startswith("dynamics") for key in json.loads(capsys.readouterr().out)["rows"][0])

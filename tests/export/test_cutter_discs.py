@@ -1,0 +1,167 @@
+"""Contours of discs: simulated from the files, with arcs in and out that do not cut, hollows and corners judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camgeom.errors import DesignError, ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+from tests.export.test_cutter import model, written
+from tests.oracle.cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, read_gcode, swept
+
+PROFILES = Path(__file__).parents[2] / "profiles"
+
+STEPS = ((90, 18.0), (150, None), (270, 0.0), (360, None))
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 30
+width = 12
+[follower]
+kind = "translating"
+[roller]
+diameter = 20
+length = 12
+[[motion]]
+until = 90
+to = 18
+law = "cycloidal"
+[[motion]]
+until = 150
+[[motion]]
+until = 270
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+HOLLOW = DISC.replace("base_radius = 30", "base_radius = 60").replace("to = 18", "to = 22").replace(
+    "until = 90\n", "until = 34\n"
+)
+GROOVE = DISC.replace('kind = "disc"', 'kind = "disc"\nform = "groove"\ndiameter = 160\ngroove_depth = 8').replace(
+    "length = 12", "length = 8"
+)
+
+
+def profile_points(count: int = 120) -> np.ndarray:
+    phi = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, count)
+    return np.column_stack([disc_profile(phi, 30.0, 10.0, STEPS), np.full(count, 6.0)])
+
+
+@pytest.mark.parametrize(("diameter", "start"), [(1.0, 0.0), (12.0, 200.0), (20.0, 0.0), (150.0, 200.0)])
+def test_any_tool_gives_the_profile_back_and_its_arcs_cut_nothing(
+    tmp_path: Path, diameter: float, start: float
+) -> None:
+    made = model(DISC, kind="flat", diameter=diameter, start_angle=start, overrun=1.0)
+    cutter, _, passes = read_apt(written(made, tmp_path, "apt"))
+    tip, axis = fed(passes[0])
+    assert np.all(tip[:, 2] == -1.0)
+    left = swept(profile_points(), tip, axis, cutter)
+    assert np.abs(left).max() < 1e-3
+    # Arcs: everything before and after the cut keeps the tool off the profile.
+    assert swept(profile_points(), tip[:20], axis[:20], cutter).min() > -1e-4
+    assert np.linalg.norm(tip[0, :2] - tip[-1, :2]) > 0.5 * diameter
+
+
+def test_gcode_turns_the_disc_at_a_constant_surface_speed(tmp_path: Path) -> None:
+    made = model(DISC, kind="flat", diameter=12.0, feed=240.0, lead=0.0)
+    blocks = read_gcode(written(made, tmp_path, "gcode"))
+    cut = [b for b in blocks if b["G"] == "G1"]
+    assert all(b["mode"] == "G93" for b in cut)
+    # X and C alone carry the tool round the cam.
+    assert all(b["Y"] == 0.0 for b in cut)
+    tip = forward_rotary_c(cut)
+    fine = np.linspace(0.0, 2.0 * np.pi, 40001)
+    profile = disc_profile(fine, 30.0, 10.0, STEPS)
+    length = np.linalg.norm(np.diff(profile, axis=0), axis=1).sum()
+    minutes = sum(1.0 / b["F"] for b in cut[1:])
+    assert minutes * 240.0 == pytest.approx(length, rel=1e-3)
+    # Block by block: the contact is the profile's point nearest to the tool's centre.
+    touch = np.array([np.argmin(np.hypot(*(profile - p[:2]).T)) for p in tip])
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])[touch]
+    step = np.abs(np.diff(arc))
+    step = np.minimum(step, length - step)
+    speed = step * np.array([b["F"] for b in cut[1:]])
+    large = step > 0.1
+    assert np.abs(speed[large] / 240.0 - 1.0).max() < 0.03
+    gap = np.abs(np.hypot(*(profile[touch] - tip[:, :2]).T) - 6.0)
+    assert gap.max() < 1e-3
+
+
+def test_plain_machine_and_minutes_feed(tmp_path: Path) -> None:
+    made = model(DISC, kind="flat", diameter=12.0, machine="plain", feed_mode="per-minute", feed=100.0)
+    text = written(made, tmp_path, "gcode")
+    blocks = read_gcode(text)
+    assert "G93" not in text.read_text()
+    assert all("C" not in b for b in blocks)
+    cut = np.array([[b["X"], b["Y"], b["Z"]] for b in blocks if b["G"] == "G1"])
+    axis = np.tile([0.0, 0.0, 1.0], (len(cut), 1))
+    tool = [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 12.0]
+    assert np.abs(swept(profile_points(), cut, axis, tool)).max() < 1e-3
+
+
+def test_groove_is_made_in_one_pass_or_two(tmp_path: Path) -> None:
+    for keys, passes in (({}, 1), ({"kind": "flat", "diameter": 20.0}, 1), ({"kind": "flat", "diameter": 14.0}, 2)):
+        made = model(GROOVE, **keys)
+        cutter, _, found = read_apt(written(made, tmp_path, "apt"))
+        assert len(found) == passes
+        inner = np.min([swept(profile_points(), *fed(blocks), cutter) for blocks in found], axis=0)
+        assert np.abs(inner).max() < 1e-3
+    with pytest.raises(DesignError, match=r"does not go into the groove; at most 20 mm"):
+        model(GROOVE, kind="flat", diameter=20.1).machining  # noqa: B018
+
+
+def test_hollow_refuses_a_large_wheel_and_says_the_largest() -> None:
+    fits = model(HOLLOW, kind="wheel", diameter=10.0).machined.data()["largest_tool_diameter_mm"]
+    assert 15.0 < fits < 1000.0
+    assert model(HOLLOW, kind="wheel", diameter=0.999 * fits).machining.paths
+    with pytest.raises(DesignError, match="at most"):
+        model(HOLLOW, kind="wheel", diameter=1.002 * fits).machining  # noqa: B018
+
+
+def test_arc_that_cuts_is_refused() -> None:
+    with pytest.raises(DesignError, match=r"cutter\.lead .* cuts into the profile"):
+        model(HOLLOW, kind="flat", diameter=5.0, lead=90.0, start_angle=8.0).machining  # noqa: B018
+
+
+def test_a_ball_is_no_tool_for_a_disc() -> None:
+    with pytest.raises(ProfileError, match=r"cutter\.kind"):
+        model(DISC, kind="ball", diameter=8.0)
+
+
+def stirred(made: Model, part: int) -> np.ndarray:
+    """Points of a disc's outline, between the knots of its motion, (100, 3)."""
+    outline = made.parts[part].outer.outline
+    points = outline.curve(np.random.default_rng(4).uniform(0.0, 2.0 * np.pi, 100)).points
+    height = 0.5 * (made.parts[part].z0 + made.parts[part].z1)
+    return np.column_stack([points.T, np.full(100, height)])
+
+
+@pytest.mark.parametrize(("name", "start"), [("conjugate_rocker", 0.0), ("parallel_index", 77.0)])
+def test_rotary_axis_never_goes_round_in_the_cut(tmp_path: Path, name: str, start: float) -> None:
+    """Discs whose follower stands on the far side, and plates with corners: between blocks the tool stays outside."""
+    keys = f'[cutter]\nkind = "flat"\ndiameter = 12\nstart_angle = {start}\n'
+    made = Model(parse((PROFILES / f"{name}.toml").read_text() + keys))
+    passes: list[list[dict]] = []
+    for block in read_gcode(written(made, tmp_path, "gcode")):
+        if block["G"] == "G0" and (not passes or passes[-1][-1]["G"] == "G1"):
+            passes.append([])
+        passes[-1].append(block)
+    passes = [[b for b in blocks if b["G"] == "G1"] for blocks in passes]
+    passes = [blocks for blocks in passes if blocks]
+    assert len(passes) == 2
+    for number, blocks in enumerate(passes):
+        table = np.array([[b[w] for w in "XYZC"] for b in blocks])
+        assert np.abs(np.diff(table[:, 3])).max() < 45.0
+        parts = np.maximum(2, np.ceil(np.abs(np.diff(table[:, 3])) / 0.25)).astype(int)
+        at = np.concatenate([i + np.arange(n) / n for i, n in enumerate(parts)] + [[len(parts)]])
+        fine = np.stack([np.interp(at, np.arange(len(table)), column) for column in table.T], axis=1)
+        tip = forward_rotary_c([dict(zip("XYZC", row)) for row in fine])
+        axis = np.tile([0.0, 0.0, 1.0], (len(tip), 1))
+        left = swept(stirred(made, number), tip, axis, [12.0, 0.0, 6.0, 0.0, 0.0, 0.0, 50.0])
+        assert np.abs(left).max() < 1e-3

@@ -1,0 +1,407 @@
+"""Judges of whole cam bodies: every follower's place and every blank written again from the profile's own keys.
+
+`judges_of(data, lift, low, high, ends)` takes the plain tables of a profile and the lift over the cam angle, and gives
+one `Judge` for each body. A judge measures the least signed distance of points to the follower over the whole motion
+(negative: the follower cuts in there) and says which points lie on the blank. No envelope, no derivative, no package
+code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import acos, asin, pi, radians, sin, sqrt, tan
+
+import numpy as np
+
+from tests.oracle.envelope import roller_distance
+
+GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
+TURN = 2.0 * pi
+FAR = 1e30
+
+
+@dataclass
+class Judge:
+    """distance(x, phi, k): signed distance of points to follower number k at cam angle phi (all broadcast);
+    loose: the same to a follower that reaches as deep as the tool, where that is deeper than the follower itself;
+    blank(x): distance of points from the stock's surface, mm; floors: face groups that need no contact."""
+
+    distance: Callable
+    blank: Callable
+    followers: int = 1
+    loose: Callable | None = None
+    floors: tuple[str, ...] = ()
+    genus: int = 0
+    grid: np.ndarray = field(default_factory=lambda: np.linspace(0.0, TURN, 1441))
+
+    def least(self, x, loose=False, keep=2, rounds=44):
+        """Least distance (n,) of points (n, 3) over the motion and all followers: dense samples, golden section."""
+        f = self.loose if loose and self.loose else self.distance
+        best = np.full(len(x), np.inf)
+        ks = np.arange(self.followers)
+        size = max(1, 3_000_000 // (len(self.grid) * self.followers))
+        for block in np.array_split(np.arange(len(x)), max(1, -(-len(x) // size))):
+            value = f(x[block][:, None, None], self.grid[None, :, None], ks[None, None, :])
+            rows = np.arange(len(block))
+            left = np.concatenate([value[:, :1] + 1.0, value[:, :-1]], axis=1)
+            right = np.concatenate([value[:, 1:], value[:, -1:] + 1.0], axis=1)
+            flat = np.where((value <= left) & (value <= right), value, np.inf).reshape(len(block), -1)
+            order = np.argpartition(flat, keep, axis=1)[:, :keep]
+            for j in range(keep):
+                at, k = np.divmod(order[:, j], self.followers)
+                lo, hi = self.grid[np.maximum(at - 1, 0)], self.grid[np.minimum(at + 1, len(self.grid) - 1)]
+                found = _golden(lambda p, k=k, b=block: f(x[b], p, k), lo, hi, rounds)
+                best[block] = np.minimum(best[block], np.minimum(found, flat[rows, order[:, j]]))
+        return best
+
+
+def _golden(f, lo, hi, rounds):
+    p, q = hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo)
+    fp, fq = f(p), f(q)
+    best = np.minimum(fp, fq)
+    for _ in range(rounds):
+        low = fp < fq
+        hi, lo = np.where(low, q, hi), np.where(low, lo, p)
+        new_p, new_q = hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo)
+        fresh = f(np.where(low, new_p, new_q))
+        fp, fq = np.where(low, fresh, fq), np.where(low, fp, fresh)
+        p, q = new_p, new_q
+        best = np.minimum(best, fresh)
+    return best
+
+
+def judges_of(data, lift, low, high, ends):
+    """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end."""
+    cam = data["cam"]
+    maker = {
+        "disc": _disc,
+        "constant-width": _constant_width,
+        "conjugate": _conjugate,
+        "cylindrical": _drum,
+        "cylindrical-index": _barrel,
+        "globoidal": _globoid,
+    }[cam["kind"]]
+    judges = maker(cam, data["follower"], data.get("roller"), lift, low, high)
+    marks = np.unique(np.concatenate([[0.0, TURN], ends]))
+    for judge in judges:
+        fine = 1440 if judge.followers <= 2 else 480
+        parts = [np.linspace(a, b, max(24, int(fine * (b - a) / TURN) + 2)) for a, b in zip(marks[:-1], marks[1:])]
+        judge.grid = np.unique(np.concatenate(parts))
+    return judges
+
+
+def _sense(cam):
+    return -1.0 if cam.get("direction") == "cw" else 1.0
+
+
+def _machine(x, phi, sense):
+    """Points of the cam frame as they stand in the machine: the cam has turned by sense * phi."""
+    c, s = np.cos(sense * phi), np.sin(sense * phi)
+    return np.stack(np.broadcast_arrays(c * x[..., 0] - s * x[..., 1], s * x[..., 0] + c * x[..., 1], x[..., 2]), -1)
+
+
+def _bore(cam, x):
+    """Distance from the wall of bore and keyway."""
+    r = 0.5 * cam.get("bore", 0.0)
+    if not r:
+        return np.full(len(x), FAR)
+    found = np.abs(np.hypot(x[:, 0], x[:, 1]) - r)
+    h, depth = 0.5 * cam.get("keyway_width", 0.0), cam.get("keyway_depth", 0.0)
+    if h:
+        slot = (x[:, 0] > 0.0) & (x[:, 0] < r + depth + h)
+        found = np.minimum(found, np.where(slot, np.abs(np.abs(x[:, 1]) - h), FAR))
+        found = np.minimum(found, np.where(np.abs(x[:, 1]) <= 1.001 * h, np.abs(x[:, 0] - r - depth), FAR))
+    return found
+
+
+def _planes(cam, z0, z1, more=None):
+    def blank(x):
+        found = np.minimum(np.minimum(np.abs(x[:, 2] - z0), np.abs(x[:, 2] - z1)), _bore(cam, x))
+        return found if more is None else np.minimum(found, more(x))
+
+    return blank
+
+
+def _genus(cam):
+    return (1 if cam.get("bore") else 0) + (1 if cam.get("mark_diameter") else 0)
+
+
+def _centre_distance(place, radius, sense):
+    """Signed distance in the plane to a circle of `radius` about place(phi) (machine frame)."""
+
+    def distance(x, phi, k):
+        del k
+        m, c = _machine(x, phi, sense), place(phi)
+        return np.hypot(m[..., 0] - c[0], m[..., 1] - c[1]) - radius
+
+    return distance
+
+
+def _place(cam, follower, radius, lift):
+    """Centre of the roller in the machine over the cam angle."""
+    prime = cam["base_radius"] + radius
+    if follower["kind"] == "translating":
+        e = follower.get("offset", 0.0)
+        return lambda phi: (sqrt(prime**2 - e**2) + lift(phi), e)
+    a, arm = cam["center_distance"], follower["arm"]
+    way = -1.0 if follower.get("side") == "right" else 1.0
+    start = acos((a * a + arm * arm - prime * prime) / (2.0 * a * arm))
+    return lambda phi: (a - arm * np.cos(start + lift(phi)), way * arm * np.sin(start + lift(phi)))
+
+
+def _disc(cam, follower, roller, lift, low, high):
+    sense, face = _sense(cam), follower.get("face", "roller")
+    radii = {"roller": 0.5 * (roller or {}).get("diameter", 0.0), "curved": follower.get("face_radius", 0.0)}
+    radius = radii.get(face, 0.0)
+    width = cam["width"]
+    if face == "flat":
+        return [Judge(_flat(cam, follower, lift, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
+    place = _place(cam, follower, radius, lift)
+    if cam.get("form", "external") == "external":
+        return [Judge(_centre_distance(place, radius, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
+    flat = _centre_distance(place, radius + cam.get("running_clearance", 0.0), sense)
+    floor, rim = width - cam["groove_depth"], 0.5 * cam["diameter"]
+
+    def distance(x, phi, k):
+        return np.maximum(flat(x, phi, k), floor - x[..., 2])
+
+    blank = _planes(cam, 0.0, width, lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - rim))
+    return [Judge(distance, blank, genus=_genus(cam))]
+
+
+def _flat(cam, follower, lift, sense):
+    base = cam["base_radius"]
+    if follower["kind"] == "translating":
+        return lambda x, phi, k: base + lift(phi) - _machine(x, phi, sense)[..., 0]
+    a, offset = cam["center_distance"], follower.get("face_offset", 0.0)
+    way = -1.0 if follower.get("side") == "right" else 1.0
+    start = acos((base + offset) / a)
+
+    def distance(x, phi, k):
+        del k
+        m, beta = _machine(x, phi, sense), way * (start - lift(phi))
+        return a * np.cos(beta) - offset - (m[..., 0] * np.cos(beta) + m[..., 1] * np.sin(beta))
+
+    return distance
+
+
+def _constant_width(cam, follower, roller, lift, low, high):
+    del follower
+    sense, base = _sense(cam), cam["base_radius"]
+    radius = 0.5 * roller["diameter"] if roller else 0.0
+    span = 2.0 * (base + radius) + high
+
+    def distance(x, phi, k):
+        m, near = _machine(x, phi, sense), base + radius + lift(phi)
+        if roller:
+            return np.hypot(m[..., 0] - np.where(k == 0, near, near - span), m[..., 1]) - radius
+        return np.where(k == 0, near - m[..., 0], m[..., 0] - near + span)
+
+    return [Judge(distance, _planes(cam, 0.0, cam["width"]), 2, genus=_genus(cam))]
+
+
+def _conjugate(cam, follower, roller, lift, low, high):
+    del low
+    sense, r = _sense(cam), 0.5 * roller["diameter"]
+    main = _place(cam, follower, r, lift)
+    play, prime = follower.get("clearance", 0.0), cam["base_radius"] + r
+    if follower["kind"] == "translating":
+        e = follower.get("offset", 0.0)
+        far = cam["return_radius"] + r if "return_radius" in cam else sqrt((sqrt(prime**2 - e**2) + high) ** 2 + e**2)
+
+        def back(phi):
+            return -sqrt(far**2 - e**2) + lift(phi) + play, e
+    else:
+        a, arm = cam["center_distance"], cam.get("return_arm", follower["arm"])
+        way = -1.0 if follower.get("side") == "right" else 1.0
+        start = acos((a * a + follower["arm"] ** 2 - prime**2) / (2.0 * a * follower["arm"]))
+        if "rocker_angle" in cam:
+            rocker = radians(cam["rocker_angle"])
+        else:
+            rocker = start + high + acos((a * a + arm * arm - prime**2) / (2.0 * a * arm))
+        ahead = 2.0 * asin(min(1.0, play / (2.0 * arm)))
+
+        def back(phi):
+            angle = start - rocker + lift(phi) + ahead
+            return a - arm * np.cos(angle), way * arm * np.sin(angle)
+
+    mark = None
+    if cam.get("mark_diameter"):
+        middle, size = -sense * cam["mark_radius"], 0.5 * cam["mark_diameter"]
+
+        def mark(x):
+            return np.abs(np.hypot(x[:, 0], x[:, 1] - middle) - size)
+
+    above = cam["width"] + cam.get("gap", 0.0)
+    return [
+        Judge(_centre_distance(place, r, sense), _planes(cam, z, z + cam["width"], mark), genus=_genus(cam))
+        for place, z in ((main, 0.0), (back, above))
+    ]
+
+
+def _shape(roller, centre, inward):
+    """The oracle's words for a roller, and how it grows: (radius, shape) for a normal gap. inward: tip at low delta."""
+
+    def grown(gap):
+        r = 0.5 * roller["diameter"]
+        kind = roller.get("shape", "cylinder")
+        if kind == "cone":
+            slope = tan(radians(roller["half_angle"])) * (1.0 if inward else -1.0)
+            return r + gap * sqrt(1.0 + slope**2), ("cone", slope, centre)
+        if kind == "crowned":
+            return r + gap, ("crowned", roller["crown_radius"] + gap, centre)
+        if kind == "sphere":
+            return r + gap, ("sphere", None, centre)
+        return r + gap, None
+
+    return grown
+
+
+def _deepest(roller, centre, wanted):
+    """How far a roller can be carried on along its axis towards `wanted`: a crowned one ends with its arc."""
+    if roller.get("shape") != "crowned":
+        return wanted
+    reach = 0.999 * roller["crown_radius"]
+    return min(max(wanted, centre - reach), centre + reach)
+
+
+def _drum(cam, follower, roller, lift, low, high):
+    sense, outer, depth = _sense(cam), 0.5 * cam["diameter"], cam["groove_depth"]
+    floor, gap = outer - depth, cam.get("running_clearance", 0.0)
+    ball = roller.get("shape") == "sphere"
+    centre = floor + 0.5 * roller["diameter"] if ball else outer - 0.5 * roller["length"]
+    radius, shape = _shape(roller, centre, True)(gap)
+    half = 0.5 * (cam.get("rib_thickness", 0.0) + roller["diameter"])
+    offsets = np.array([0.0]) if cam.get("form", "groove") == "groove" else np.array([-half, half])
+
+    if follower["kind"] == "translating":
+
+        def place(phi, dz):
+            return np.zeros_like(phi), cam["start"] + lift(phi) + dz
+    else:
+        arm, start = follower["arm"], radians(follower.get("start_angle", 0.0))
+        pivot = follower.get("pivot_distance") or arm * _middle_cosine(start + low, start + high)
+        height = cam["start"] - arm * sin(start)
+
+        def place(phi, dz):
+            q = start + lift(phi)
+            return pivot - arm * np.cos(q) + dz * np.sin(q), height + arm * np.sin(q) + dz * np.cos(q)
+
+    def to(end):
+        def distance(x, phi, k):
+            m = _machine(x, phi, sense)
+            y, z = place(phi, offsets[k])
+            a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
+            return roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+
+        return distance
+
+    rims = (outer,) if len(offsets) == 1 else (outer, floor)
+
+    def blank(x):
+        rho = np.hypot(x[:, 0], x[:, 1])
+        found = np.minimum(np.abs(x[:, 2]), np.abs(x[:, 2] - cam["length"]))
+        return np.minimum.reduce([found, _bore(cam, x), *(np.abs(rho - r) for r in rims)])
+
+    if len(offsets) == 1:
+        return [Judge(to(floor), blank, genus=_genus(cam))]
+    # A rib's walls run down to the drum, deeper than the rollers' ends.
+    deep = _deepest(roller, centre, 0.0)
+    return [Judge(to(outer - roller["length"]), blank, 2, to(deep), genus=_genus(cam))]
+
+
+def _middle_cosine(low, high):
+    """Middle of the least and the greatest cosine of the angles in between."""
+    grid = np.cos(np.linspace(low, high, 20001))
+    most = 1.0 if low <= 0.0 <= high else float(grid.max())
+    least = -1.0 if high > pi or low < -pi else float(grid.min())
+    return 0.5 * (least + most)
+
+
+def _turret(cam, follower, lift):
+    """Turret angle of roller k from the line of centres over the cam angle, in -pi .. pi."""
+    count = follower.get("rollers") or follower["stops"]
+    pitch = TURN / count
+    base = 0.5 * pitch if cam.get("form", "rib") == "rib" else 0.0
+    return count, lambda phi, k: (lift(phi) + base + k * pitch + pi) % TURN - pi
+
+
+def _barrel(cam, follower, roller, lift, low, high):
+    del low, high
+    sense, outer = _sense(cam), 0.5 * cam["diameter"]
+    hand = -1.0 if cam.get("hand") == "left" else 1.0
+    count, angle = _turret(cam, follower, lift)
+    pitch_radius, gap = follower["pitch_radius"], cam.get("running_clearance", 0.0)
+    ball = roller.get("shape") == "sphere"
+    centre = outer if ball else outer - 0.5 * roller["length"]
+    radius, shape = _shape(roller, centre, True)(gap)
+    tip = outer - (0.5 * roller["diameter"] if ball else roller["length"])
+    deep = tip if ball else _deepest(roller, centre, 0.0)
+
+    def to(end):
+        def distance(x, phi, k):
+            m, tau = _machine(x, phi, sense), angle(phi, k)
+            y, z = cam["center_distance"] - pitch_radius * np.cos(tau), hand * pitch_radius * np.sin(tau)
+            a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
+            found = roller_distance(m, a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+            return np.where(np.cos(tau) > 0.0, found, FAR)
+
+        return distance
+
+    def blank(x):
+        ends = np.abs(np.abs(x[:, 2]) - 0.5 * cam["width"])
+        return np.minimum.reduce([ends, np.abs(np.hypot(x[:, 0], x[:, 1]) - outer), _bore(cam, x)])
+
+    floors = () if ball else ("floor",)
+    strict = to(tip) if ball else _ended(to(tip), lambda m, tau: m[..., 0] - outer, sense, angle)
+    return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]
+
+
+def _ended(distance, beyond, sense, angle):
+    """The distance to a roller that is not carried on beyond its seat; beyond(point in the machine, turret angle)."""
+
+    def bounded(x, phi, k):
+        end = beyond(_machine(x, phi, sense), angle(phi, k))
+        found = distance(x, phi, k)
+        return np.where(end > 0.0, np.maximum(found, end), found)
+
+    return bounded
+
+
+def _globoid(cam, follower, roller, lift, low, high):
+    del low, high
+    sense, far = _sense(cam), cam["center_distance"]
+    hand = -1.0 if cam.get("hand") == "left" else 1.0
+    count, angle = _turret(cam, follower, lift)
+    gap, centre = cam.get("running_clearance", 0.0), follower["pitch_radius"]
+    ball = roller.get("shape") == "sphere"
+    radius, shape = _shape(roller, centre, False)(gap)
+    tip = centre + (0.5 * roller["diameter"] if ball else 0.5 * roller["length"])
+    deep = tip if ball else _deepest(roller, centre, far)
+
+    def to(end):
+        def distance(x, phi, k):
+            m, tau = _machine(x, phi, sense), angle(phi, k)
+            u = np.stack(np.broadcast_arrays(-np.cos(tau), 0.0 * tau, hand * np.sin(tau)), -1)
+            found = roller_distance(m, np.array([far, 0.0, 0.0]), u, radius, end, True, shape)
+            return np.where(np.cos(tau) > 0.0, found, FAR)
+
+        return distance
+
+    def blank(x):
+        rho = np.hypot(x[:, 0], x[:, 1])
+        half, hub = 0.5 * cam["width"], cam.get("hub_length", 0.0)
+        found = [np.abs(np.abs(x[:, 2]) - half), np.abs(np.hypot(rho - far, x[:, 2]) - cam["globoid_radius"])]
+        if hub:
+            found += [np.abs(np.abs(x[:, 2]) - half - hub), np.abs(rho - 0.5 * cam["hub_diameter"])]
+        return np.minimum.reduce([*found, _bore(cam, x)])
+
+    floors = () if ball else ("floor",)
+    seat = centre - 0.5 * roller["length"]
+
+    def inward(m, tau):
+        return seat - ((m[..., 0] - far) * -np.cos(tau) + m[..., 2] * hand * np.sin(tau))
+
+    strict = to(tip) if ball else _ended(to(tip), inward, sense, angle)
+    return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]

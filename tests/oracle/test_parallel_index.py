@@ -1,0 +1,256 @@
+"""Parallel indexing cams against the distance to the nearest roller position, in closed form where there is one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from math import acos, degrees, hypot, pi
+
+import numpy as np
+import pytest
+
+from camgeom.cams.parallel_index import STARTER, Cam
+from camgeom.errors import DesignError, ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+from camgeom.report.job import compute
+from camgeom.track.clearance import least_clearance
+from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
+from camgeom.track.outline import Measured
+from camgeom.track.sweep import Edge, Rim, _centre, _parallel
+from camgeom.track.turret_ribs import Engagement, largest_drive_angle
+from tests.oracle.envelope import swept_distance, triangle_points
+from tests.reference.indexing_machines import index_program
+
+# stops, rollers, plates -> centre distance, pitch radius, roller diameter, plate diameter, index angle
+SIZES = {
+    (4, 8, 2): (140.0, 80.0, 26.0, 210.0, 220.0),
+    (3, 6, 2): (150.0, 80.0, 32.0, 240.0, 240.0),
+    (8, 16, 2): (125.0, 80.0, 18.0, 140.0, 150.0),
+    (2, 8, 2): (190.0, 80.0, 28.0, 320.0, 240.0),
+    (2, 8, 4): (190.0, 80.0, 32.0, 320.0, 300.0),
+}
+
+
+@lru_cache(maxsize=16)
+def plates(stops=4, rollers=8, count=2, **changes):
+    """A parallel indexing cam and its setup."""
+    centre, pitch, diameter, blank, motion = SIZES[stops, rollers, count]
+    follower = TurretFollower(kind="turret", stops=stops, rollers=rollers, pitch_radius=pitch, inertia=0.2)
+    setup = Setup(follower, CylinderRoller(diameter=diameter, length=10.0), index_program(stops, motion=motion))
+    keys = {"kind": "parallel-index", "center_distance": centre, "diameter": blank, "width": 12.0, "gap": 16.0,
+            "plates": count, "bore": 20.0}
+    return Cam(**(keys | changes)), setup
+
+
+def ring_distance(cam, setup, plate, points):
+    """Least distance of points to the surface of any roller of a plate's ring in a turn, from the machine's words."""
+    count, rf, c = setup.follower.count, setup.follower.pitch_radius, cam.center_distance
+    sense = 1.0 if cam.direction == "ccw" else -1.0
+    best = np.full(len(points), np.inf)
+    flat = np.column_stack([points[:, :2], np.zeros(len(points))])
+    for k in range(count // cam.plates):
+        start = (0.5 + plate + k * cam.plates) * 2.0 * pi / count
+
+        def pose(phi, start=start):
+            tau = setup.program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi)) + start
+            x, y = c - rf * np.cos(tau), sense * rf * np.sin(tau)
+            co, si = np.cos(phi), np.sin(phi) * sense
+            a = np.stack([co * x + si * y, co * y - si * x, np.zeros_like(x)], -1)
+            return a, np.zeros_like(a)
+
+        def distance(x, a, u):
+            return np.hypot(x[..., 0] - a[..., 0], x[..., 1] - a[..., 1]) - 0.5 * setup.roller.diameter
+
+        np.minimum(best, swept_distance(flat, pose, distance, 0.0, 2.0 * pi, 200, 2, 34), out=best)
+    return best
+
+
+@pytest.mark.parametrize(
+    ("stops", "rollers", "count", "direction"), [*((*size, "ccw") for size in SIZES), (4, 8, 2, "cw")]
+)
+def test_outlines_lie_at_the_roller_radius_from_the_nearest_roller(stops, rollers, count, direction):
+    cam, setup = plates(stops, rollers, count, direction=direction)
+    assert cam.problems(setup) == []
+    for plate, sweep in enumerate(cam.outlines(setup).values()):
+        points, rim = [], []
+        for part in sweep.parts:
+            x = part.curve(np.linspace(part.first, part.last, 17)).points.T
+            (points if isinstance(part, Edge) else rim).append(x)
+        touching = ring_distance(cam, setup, plate, np.concatenate(points))
+        assert np.abs(touching).max() < 1e-9
+        for x in rim:
+            assert ring_distance(cam, setup, plate, x).min() > -1e-9
+            assert np.hypot(*x.T) == pytest.approx(0.5 * cam.diameter)
+
+
+def test_parts_of_an_outline_meet_and_turn_once():
+    cam, setup = plates()
+    for outline in cam.outlines(setup).values():
+        knots = outline.knots()
+        start = outline.curve(knots).points
+        end = outline.curve(np.nextafter(knots[1:], 0.0)).points
+        assert np.abs(start[:, 1:] - end).max() < 1e-11
+        x = outline.curve(np.linspace(0.0, 2.0 * pi, 2001)).points
+        turning = np.angle(np.exp(1j * np.diff(np.angle(x[0] + 1j * x[1])))).sum()
+        assert turning == pytest.approx(2.0 * pi)
+
+
+def test_normals_curvature_and_speed_are_the_curves_own():
+    cam, setup = plates()
+    outline = cam.outlines(setup)["plate 1"]
+    knots = outline.knots()
+    h = 1e-5
+    u = np.concatenate([np.linspace(a + 3 * h, b - 3 * h, 9) for a, b in zip(knots[:-1], knots[1:]) if b - a > 0.05])
+    before, at, after = (outline.curve(v) for v in (u - h, u, u + h))
+    tangent = (after.points - before.points) / (2.0 * h)
+    assert np.hypot(*tangent) == pytest.approx(at.speed, rel=1e-6)
+    assert np.abs((tangent * at.normals).sum(axis=0)).max() < 1e-6 * at.speed.max()
+    turned = (after.normals - before.normals) / (2.0 * h)
+    assert (turned * tangent).sum(axis=0) / at.speed**2 == pytest.approx(at.curvature, abs=1e-7)
+
+
+def test_dwell_and_rim_are_arcs_of_circles_in_closed_form():
+    cam, setup = plates()
+    rf, c, r = 80.0, cam.center_distance, 13.0
+    seat = hypot(c - rf * np.cos(pi / 8.0), rf * np.sin(pi / 8.0)) - r
+    for sweep in cam.outlines(setup).values():
+        rims = [part for part in sweep.parts if isinstance(part, Rim)]
+        assert len(rims) == 1
+        u = np.linspace(0.0, 2.0 * pi, 4001)
+        distance = np.hypot(*sweep.curve(u).points)
+        resting = np.abs(distance - seat) < 1e-9
+        # The dwell takes 140 degrees of the turn; beyond them the arc goes on where nothing else cuts.
+        azimuth = np.degrees(np.arctan2(*sweep.curve(u[resting]).points[::-1]))
+        assert len(np.unique(azimuth.round())) >= 139
+        assert distance.min() == pytest.approx(c - rf - r, abs=1e-3)
+
+
+def test_solid_is_the_outline_raised_within_its_error():
+    cam, setup = plates(bore=0.0)
+    for plate, part in enumerate(cam.parts(setup)):
+        solid = part.solid(0.02)
+        assert solid.sound
+        mesh = solid.mesh
+        area = Measured(part.outer.outline, 24).properties.area
+        assert mesh.volume == pytest.approx(12.0 * area, rel=1e-3)
+        assert part.solid(0.0005).mesh.volume == pytest.approx(12.0 * area, rel=2.5e-5)
+        walls = mesh.faces[np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1) > 1.0]
+        points = triangle_points(mesh.vertices, walls[:: max(1, len(walls) // 60)], 4)
+        on_rim = np.hypot(points[:, 0], points[:, 1]) > 0.5 * cam.diameter - 0.021
+        gap = ring_distance(cam, setup, plate, points[~on_rim])
+        assert np.abs(gap).max() <= 1.001 * solid.chord_error <= 0.02002
+
+
+@lru_cache(maxsize=1)
+def starter():
+    return Model(parse(STARTER))
+
+
+def test_starter_passes_its_checks_and_carries_its_load():
+    model = starter()
+    result = compute(model, ("checks", "flank", "contact", "fatigue"))
+    assert [f for f in result.findings if not f.passed] == []
+    assert result.data["contact"]["rollers_sharing_least"] >= 1
+    assert result.data["fatigue"]["cam_life_h"] > 0.0
+    duty = model.turret_duty
+    carried = (duty.line_load * duty._walls(duty.engagement.lever)).sum(axis=(1, 2)) * duty.engagement.width
+    assert carried == pytest.approx(np.abs(duty.torque), rel=1e-9, abs=1e-3)
+
+
+def test_pressure_angle_of_the_dwell_in_closed_form():
+    """In the dwell the normal points to the cam's axis; the roller's centre would move across its own radius."""
+    cam, setup = plates()
+    tau, rf, c = pi / 8.0, 80.0, cam.center_distance
+    centre = np.array([c - rf * np.cos(tau), rf * np.sin(tau)])
+    across = np.array([np.sin(tau), np.cos(tau)])
+    angle = acos(centre @ across / np.linalg.norm(centre))
+    e = Engagement(cam.tracks(setup), cam.inside, np.array([0.1, 0.3]))
+    assert e.drive_angle == pytest.approx(np.full((2, 2), angle), abs=1e-9)
+    worst, at = largest_drive_angle(cam.tracks(setup), cam.inside)
+    assert worst >= angle - 1e-12
+    assert degrees(worst) < 45.0
+    assert 0.0 <= at <= 2.0 * pi
+
+
+def test_a_roller_of_the_other_size_interferes_or_clears():
+    model = starter()
+    same, larger, smaller = (min(c.value for c in model.clearances_with(grow)) for grow in (0.0, 5e-3, -5e-3))
+    assert same == pytest.approx(0.0, abs=1e-9)
+    assert larger == pytest.approx(-5e-3, abs=1e-6)
+    assert smaller == pytest.approx(5e-3, abs=1e-6)
+
+
+def test_running_clearance_stands_between_rollers_and_plates():
+    cam, setup = plates(running_clearance=0.04)
+    points = cam.parts(setup)[0].solid(0.02).mesh.vertices
+    found = min(least_clearance(track, points).value for track in cam.passages(setup)[:1])
+    assert found == pytest.approx(0.04, abs=1e-7)
+
+
+def test_drive_is_lost_where_the_motion_is_too_fast():
+    """At 180 degrees of index the walls cross themselves at the line of centres: nothing drives there."""
+    slow, fast = (STARTER.replace("until = 70", f"until = {a}").replace("until = 290", f"until = {b}")
+                  for a, b in ((70, 290), (110, 250)))
+    found = {name: list(compute(Model(parse(text)), ("checks",), ("hand-over", "pressure-angle")).findings)
+             for name, text in (("slow", slow), ("fast", fast))}
+    assert all(f.passed for f in found["slow"])
+    assert not any(f.passed for f in found["fast"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("rollers = 8", "rollers = 4", "a multiple of 8"),
+        ("rollers = 8", "rollers = 12", "a multiple of 8"),
+        ("pitch_radius = 80", "pitch_radius = 150", "below the centre distance 140"),
+        ("diameter = 210", "diameter = 100", "120 .. 280"),
+        ("diameter = 26", "diameter = 122", "below 113.137"),
+        ("bore = 30", "bore = 110", "inside the base circle"),
+        ('shape = "cylinder"\ndiameter = 26\nlength = 12', 'shape = "sphere"\ndiameter = 26', "cylinder"),
+        ("to = 90", "to = -90", "a step on"),
+    ],
+)
+def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
+    with pytest.raises(ProfileError) as refused:
+        parse(STARTER.replace(old, new))
+    assert words in str(refused.value)
+
+
+def test_plates_whose_rollers_retrace_each_other_are_refused():
+    cam, setup = plates(4, 8, 2)
+    follower = TurretFollower(kind="turret", stops=4, rollers=12, pitch_radius=80.0)
+    setup = replace(setup, follower=follower, roller=CylinderRoller(diameter=20.0, length=10.0))
+    cam = cam.model_copy(update={"plates": 3})
+    assert cam.problems(setup) == []
+    with pytest.raises(DesignError, match=r"without crossing|retrace"):
+        cam.tracks(setup)
+
+
+def test_turret_stands_clear_of_the_plates():
+    import manifold3d
+
+    def manifold(mesh):
+        return manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))
+
+    cam, setup = plates()
+    solids = [manifold(part.solid(0.02).mesh) for part in cam.parts(setup)]
+    for angle in (0.0, 3.3):
+        turret = cam.turret(setup, angle).solid(0.02)
+        assert turret.sound
+        for plate in solids:
+            assert (manifold(turret.mesh) ^ plate).volume() < 5.0
+
+
+def test_edges_are_parallel_to_their_path():
+    cam, setup = plates(direction="cw")
+    track = cam.passages(setup)[0]
+    phi = np.linspace(*track.span, 50)
+    jet = track.pose(phi, 2).a
+    assert np.abs(_centre(track, phi, 2) - (jet[:, 0] + 1j * jet[:, 1])).max() < 1e-11
+    for side in (1.0, -1.0):
+        x, step, _ = _parallel(track, phi, side)
+        centre = track.pose(phi, 0).a[0]
+        gap = x - (centre[0] + 1j * centre[1])
+        assert np.abs(gap) == pytest.approx(13.0)
+        assert np.abs((np.conj(step) * gap).real).max() < 1e-9

@@ -1,0 +1,147 @@
+"""The part drawing of every cam kind: nothing outside its frame, no words over words, true scale, PDF like SVG."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+
+import camgeom
+from camgeom.drawing.paper import Dot, Outline, Paper, Words, hatching
+from camgeom.drawing.paper_pdf import POINT, advance, pdf
+from camgeom.drawing.sheet import overlap, text_box
+from camgeom.errors import DesignError, ExportError
+from camgeom.model import Model, read
+from camgeom.report.files import format_rows
+from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, part_sheet, rows
+from tests.oracle.test_disc import flat
+
+PROFILES = Path(__file__).parents[2] / "profiles"
+NAMES = ["pin_insertion", "disc_offset_roller", "conjugate_rocker", "constant_width_press", "barrel_indexer"]
+
+
+@cache
+def sheet(name: str) -> Paper:
+    return part_sheet(read(str(PROFILES / f"{name}.toml")))
+
+
+def boxes(paper: Paper):
+    return [
+        (text_box(shape.x, shape.y, shape.text, shape.anchor, shape.size), shape.text)
+        for shape in paper.shapes
+        if isinstance(shape, Words) and shape.text.strip()
+    ]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_words_over_words_and_nothing_outside_the_frame(name: str) -> None:
+    paper = sheet(name)
+    found = boxes(paper)
+    for k, (box, text) in enumerate(found):
+        assert box[0] >= LEFT, text
+        assert box[2] <= RIGHT, text
+        assert box[1] >= TOP, text
+        assert box[3] <= BOTTOM, text
+        for other, words in found[k + 1 :]:
+            assert overlap(box, other) < 0.15, (text, words)
+    for shape in paper.shapes:
+        if isinstance(shape, Outline) and shape.lines:
+            points = np.concatenate(shape.lines)
+            assert points.min(axis=0) == pytest.approx(np.maximum(points.min(axis=0), (LEFT, TOP)), abs=0.05)
+            assert points.max(axis=0) == pytest.approx(np.minimum(points.max(axis=0), (RIGHT, BOTTOM)), abs=0.05)
+
+
+@pytest.mark.parametrize(("name", "size"), [("pin_insertion", 134.0), ("barrel_indexer", 130.0)])
+def test_the_views_are_at_the_stated_scale(name: str, size: float) -> None:
+    paper = sheet(name)
+    words = [shape.text for shape in paper.shapes if isinstance(shape, Words)]
+    ratio = words[words.index("Scale") + 1]
+    over, under = (float(part) for part in ratio.split(":"))
+    heights = [
+        float(np.ptp(np.concatenate(shape.lines)[:, 1]))
+        for shape in paper.shapes
+        if isinstance(shape, Outline) and shape.style == "d-cut"
+    ]
+    assert max(heights) == pytest.approx(size * over / under, abs=0.15)
+
+
+def test_parameters_carry_their_units() -> None:
+    found = dict(rows(read(str(PROFILES / "pin_insertion.toml"))))
+    assert found["cam diameter"] == "134 mm"
+    assert found["155 to 215°"] == "to 37 mm, cycloidal"
+    assert found["friction"] == "8.3 N"
+    turret = dict(rows(read(str(PROFILES / "tool_changer.toml"))))
+    assert turret["friction"].endswith("N mm")
+    assert turret["follower inertia"] == "1.1 kg m²"
+
+
+@pytest.mark.parametrize("name", NAMES[:2])
+def test_pdf_and_svg_show_the_same(tmp_path: Path, name: str) -> None:
+    model = read(str(PROFILES / f"{name}.toml"))
+    for extension in ("svg", "pdf"):
+        size = camgeom.write(model, tmp_path / f"cam.sheet.{extension}")
+        assert size == (tmp_path / f"cam.sheet.{extension}").stat().st_size
+    root = ET.parse(tmp_path / "cam.sheet.svg").getroot()
+    assert (root.get("width"), root.get("height")) == ("420mm", "297mm")
+    shown = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}
+    reader = PdfReader(tmp_path / "cam.sheet.pdf")
+    (page,) = reader.pages
+    assert [float(v) / POINT for v in page.mediabox[2:]] == pytest.approx([420.0, 297.0], abs=0.01)
+    assert reader.metadata.title == model.profile.name
+    text = page.extract_text()
+    for words in (model.profile.name, "Parameters", "Scale", "A3", "Motion over one turn"):
+        assert words in text
+        assert any(words in one for one in shown)
+
+
+def test_the_pdf_is_sound_to_the_byte() -> None:
+    paper = Paper(100.0, 50.0, "a (b) \\ ⌀")
+    paper.words(10.0, 10.0, "(⌀ 12,5 °) \\ − ≥")
+    paper.lines("rule", [(0.0, 0.0), (100.0, 50.0)])
+    paper.shapes.append(Dot("dot", (50.0, 25.0), 2.0))
+    data = pdf(paper)
+    assert data == pdf(paper)
+    places = [int(m[1]) for m in re.finditer(rb"(\d{10}) 00000 n", data)]
+    assert all(data[place:].startswith(f"{k} 0 obj".encode()) for k, place in enumerate(places, start=1))
+    reader = PdfReader(BytesIO(data), strict=True)
+    assert reader.pages[0].extract_text().strip() == "(Ø 12,5 °) \\ - >="
+    assert reader.metadata.title == "a (b) \\ Ø"
+
+
+def test_widths_are_those_of_the_face() -> None:
+    assert advance("Hamburg", 1000.0) == 722 + 556 + 833 + 556 + 556 + 333 + 556
+    assert advance("−1", 10.0) == advance("-1", 10.0)
+
+
+def test_hatching_stays_inside_and_out_of_holes() -> None:
+    square = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]])
+    hole = np.array([[10.0, 10.0], [10.0, 30.0], [30.0, 30.0], [30.0, 10.0]])
+    lines = hatching((square, hole), 2.0)
+    length = sum(float(np.hypot(*(line[1] - line[0]))) for line in lines)
+    assert length * 2.0 == pytest.approx(40.0**2 - 20.0**2, rel=0.05)
+    for line in lines:
+        middle = line.mean(axis=0)
+        assert np.all((middle >= 0.0) & (middle <= 40.0))
+        assert not np.all((middle > 10.0) & (middle < 30.0))
+
+
+def test_a_folded_cam_is_refused_with_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "cam.sheet.pdf"
+    path.write_text("old")
+    folded: Model = flat(cam="base_radius = 5\nbore = 4")
+    with pytest.raises((ExportError, DesignError), match=r"cam\.sheet\.pdf: .*folds"):
+        camgeom.write(folded, path)
+    assert path.read_text() == "old"
+
+
+def test_the_formats_are_listed_with_their_use() -> None:
+    found = {row["format"]: row for row in format_rows()}
+    assert {"stl", "step", "dxf", "cmm.csv", "ecam.csv", "plcopen.xml", "sheet.svg", "sheet.pdf", "png"} <= set(found)
+    assert found["outline.csv"]["cams"] == "planar cams"
+    assert all(row["about"] and row["cams"] for row in found.values())

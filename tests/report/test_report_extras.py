@@ -1,0 +1,182 @@
+"""What a report brings along: the still for browsers without WebGL, the turning mechanism, the PDF; and why not."""
+
+from __future__ import annotations
+
+import io
+import zlib
+from base64 import b64decode
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from camgeom.drawing.colours import png_rgba
+from camgeom.drawing.content import Body, Scene
+from camgeom.errors import ExportError
+from camgeom.maths.mesh import Mesh
+from camgeom.model import Model, read
+from camgeom.report import movie, opengl, pdf
+from camgeom.report.extras import EXTRAS, write_extras
+from camgeom.report.poster import poster
+from camgeom.report.sections.bodies import cam_meshes
+from camgeom.report.sections.mechanism import fields
+
+PROFILES = Path(__file__).parents[2] / "profiles"
+
+
+def _box(low: tuple[float, ...], high: tuple[float, ...]) -> Mesh:
+    ends = [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    corners = np.array(ends, dtype=float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return Mesh(corners, np.array([(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)], np.int32))
+
+
+def _drawn(*bodies: Body) -> np.ndarray:
+    text = poster(Scene("two boxes", np.array([0.0]), bodies), (200, 150))
+    return np.asarray(Image.open(io.BytesIO(b64decode(text.partition(",")[2]))))
+
+
+def test_png_holds_every_pixel() -> None:
+    pixels = np.random.default_rng(7).integers(0, 256, (9, 13, 4), dtype=np.uint8)
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(png_rgba(pixels)))), pixels)
+    assert zlib.crc32(png_rgba(pixels)) == zlib.crc32(png_rgba(pixels))
+
+
+def test_poster_shows_the_nearer_body_before_the_farther_one() -> None:
+    steel = Body("cam", _box((-10, -10, 0), (10, 10, 10)))
+    high = Body("roller", _box((-4, -4, 10.1), (4, 4, 16)), role="follower")
+    low = Body("roller", _box((-4, -4, -2), (4, 4, -0.1)), role="follower")
+    for above, roller in ((True, high), (False, low)):
+        picture = _drawn(steel, roller).reshape(-1, 4).astype(int)
+        solid = picture[picture[:, 3] == 255]
+        orange = np.mean((solid[:, 0] > 1.4 * solid[:, 1]) & (solid[:, 1] > 1.4 * solid[:, 2]))
+        assert (orange > 0.1) if above else (orange < 0.02)
+    assert np.any(_drawn(steel)[..., 3] == 0)  # the ground is the page's
+    assert np.array_equal(_drawn(steel, high), _drawn(high, steel))
+
+
+def test_faces_on_a_poster_are_whole() -> None:
+    """No pixel inside the outline of a convex body is left open."""
+    alpha = _drawn(Body("cam", _box((-10, -7, 0), (10, 7, 12))))[..., 3]
+    for row in alpha[(alpha > 0).any(axis=1)]:
+        inside = np.flatnonzero(row > 0)
+        assert np.all(row[inside[0] + 1 : inside[-1]] > 100)
+
+
+@pytest.mark.parametrize("profile", ["disc_flat_face", "constant_width_press", "conjugate_rocker"])
+def test_planar_cams_are_coloured_by_what_is_known_of_their_profile(profile: str) -> None:
+    model = read(str(PROFILES / f"{profile}.toml"))
+    peak = model.drive.peak_pressure
+    assert peak is not None
+    tops = []
+    for _, mesh in cam_meshes(model):
+        known = fields(model, mesh)
+        assert {"curvature", "pressure"} <= set(known)
+        flank = np.zeros(len(mesh.vertices), dtype=bool)
+        flank[mesh.faces[mesh.group_faces("flank")]] = True
+        assert np.all(np.isfinite(known["pressure"][flank]))
+        assert np.all(np.isnan(known["pressure"][~flank]))
+        tops.append(float(np.nanmax(known["pressure"])))
+    assert max(tops) == pytest.approx(peak[0], rel=0.02)
+
+
+def _turning(model: Model, folder: Path, monkeypatch: pytest.MonkeyPatch, *kinds: str) -> list[Path]:
+    if opengl.opengl_window() is None:
+        pytest.skip("no OpenGL library works here")
+    monkeypatch.setattr(movie, "FRAMES", 4)
+    return movie.write_movies(model, folder, "cam", kinds, (160, 120))
+
+
+@pytest.mark.opengl
+@pytest.mark.slow
+def test_gif_turns_and_comes_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (path,) = _turning(read(str(PROFILES / "constant_width_press.toml")), tmp_path, monkeypatch, "gif")
+    with Image.open(path) as film:
+        assert film.n_frames == 4  # type: ignore[attr-defined]
+        assert film.info["loop"] == 0
+        shots = []
+        for k in range(4):
+            film.seek(k)
+            shots.append(np.asarray(film.convert("RGB")).astype(int))
+    assert shots[0].shape == (120, 160, 3)
+    for one, other in zip(shots, shots[1:]):
+        assert np.mean(np.abs(one - other).max(axis=2) > 40) > 0.01
+    for shot in shots:  # the whole mechanism is in the picture all round
+        frame = np.concatenate([shot[:2].reshape(-1, 3), shot[:, :2].reshape(-1, 3), shot[:, -2:].reshape(-1, 3)])
+        assert np.all(frame > 235)
+
+
+@pytest.mark.opengl
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "magic"), [("mp4", b"ftyp"), ("webm", b"\x1aE\xdf\xa3")])
+def test_film_where_an_encoder_is_present(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, magic: bytes
+) -> None:
+    try:
+        movie.find_encoder((kind,))
+    except ExportError as error:
+        pytest.skip(str(error))
+    (path,) = _turning(read(str(PROFILES / "disc_flat_face.toml")), tmp_path, monkeypatch, kind)
+    assert magic in path.read_bytes()[:16]
+    assert [p.name for p in tmp_path.iterdir()] == [f"cam-turning.{kind}"]
+
+
+def test_without_an_encoder_the_message_says_how_to_get_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(movie.shutil, "which", lambda _: None)
+    monkeypatch.setattr(movie, "_bundled", lambda: None)
+    assert movie.find_encoder(()) is None
+    with pytest.raises(ExportError, match="imageio-ffmpeg"):
+        movie.find_encoder(("mp4",))
+
+
+def test_without_a_browser_the_message_says_how_to_get_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pdf.shutil, "which", lambda _: None)
+    monkeypatch.delenv(pdf.CHOICE, raising=False)
+    with pytest.raises(ExportError, match="apt-get install chromium"):
+        pdf.find_browser()
+    monkeypatch.setenv(pdf.CHOICE, "/nowhere/browser")
+    with pytest.raises(ExportError, match="/nowhere/browser"):
+        pdf.find_browser()
+
+
+def test_browser_that_does_not_print_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(pdf.CHOICE, "false")
+    page = tmp_path / "report.html"
+    page.write_text("<p>one</p>")
+    with pytest.raises(ExportError, match="does not print"):
+        pdf.write_pdf(page, tmp_path / "report.pdf")
+    assert not (tmp_path / "report.pdf").exists()
+
+
+@pytest.mark.slow
+def test_page_is_printed(tmp_path: Path) -> None:
+    try:
+        pdf.find_browser()
+    except ExportError as error:
+        pytest.skip(str(error))
+    page = tmp_path / "report.html"
+    page.write_text("<!DOCTYPE html><title>x</title><p>one</p>")
+    assert pdf.write_pdf(page, tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_what_cannot_be_made_is_said_and_the_rest_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(opengl, "opengl_window", lambda: None)
+    monkeypatch.setattr(movie.shutil, "which", lambda _: None)
+    monkeypatch.setattr(movie, "_bundled", lambda: None)
+    monkeypatch.setattr(pdf.shutil, "which", lambda _: None)
+    said: list[str] = []
+    model = read(str(PROFILES / "disc_flat_face.toml"))
+    written = write_extras(model, tmp_path, "cam", tuple(EXTRAS), tmp_path / "report.html", False, said.append)
+    assert written == []
+    assert [text.split(":")[1].strip() for text in said] == ["no pictures", "no mp4", "no webm", "no gif", "no PDF"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_report_refuses_formats_of_bodies_and_names_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from camgeom.cli import main
+
+    profile = str(PROFILES / "disc_flat_face.toml")
+    assert main(["report", profile, "--formats", "stl", "--out", str(tmp_path / "o")]) == 2
+    assert "png, gif, mp4, webm, pdf" in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()

@@ -1,0 +1,83 @@
+"""Flat faces of planar cams: triangles between loops, by the quick way for stars and the general one for the rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from camgeom.errors import DesignError
+from camgeom.solid.blank import Bore
+from camgeom.solid.prism import _star_ring, bounded
+
+
+def star(count: int, radius: float, ripple: float, waves: int, turn: float) -> np.ndarray:
+    """A counter-clockwise loop about the origin."""
+    angle = turn + 2.0 * np.pi * np.arange(count) / count
+    r = radius * (1.0 + ripple * np.cos(waves * angle))
+    return np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
+
+
+def polygon_area(loop: np.ndarray) -> float:
+    x, y = loop.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def check(planes: list[np.ndarray], triangles: np.ndarray) -> None:
+    """All loops' edges are boundaries, every other edge is met from both sides, and the areas add up."""
+    points = np.concatenate(planes)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cross = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    wanted = sum(polygon_area(plane) for plane in planes)
+    assert np.sum(cross) / 2.0 == pytest.approx(wanted, rel=1e-12)
+    edges = {(int(f[k]), int(f[(k + 1) % 3])) for f in triangles for k in range(3)}
+    assert len(edges) == 3 * len(triangles)
+    start = 0
+    rims = set()
+    for plane in planes:
+        n = len(plane)
+        rims |= {(start + k, start + (k + 1) % n) for k in range(n)}
+        start += n
+    assert {(i, j) for i, j in edges if (j, i) not in edges} == rims
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    n=st.integers(3, 60), m=st.integers(3, 60), ripple=st.floats(0.0, 0.2), waves=st.integers(1, 6),
+    turn=st.floats(-7.0, 7.0), share=st.floats(0.02, 0.3),
+)
+def test_a_star_with_a_hole(n: int, m: int, ripple: float, waves: int, turn: float, share: float) -> None:
+    planes = [star(n, 50.0, ripple, waves, 0.3), star(m, 50.0 * share * 0.3, 0.0, 1, turn)[::-1].copy()]
+    triangles = bounded(planes)
+    assert len(triangles) == n + m
+    check(planes, triangles)
+
+
+def test_a_keyway_is_a_star() -> None:
+    outline, _ = Bore(40.0, 12.0, 3.3).outline(0.005)
+    hole = outline[::-1] if polygon_area(outline) > 0.0 else outline
+    planes = [star(500, 60.0, 0.3, 2, 0.1), np.ascontiguousarray(hole)]
+    quick = _star_ring(*planes)
+    assert quick is not None
+    check(planes, quick)
+
+
+def test_loops_that_are_no_stars_go_the_general_way() -> None:
+    bent = np.array([[-10.0, -10], [30, -10], [30, 30], [20, 30], [20, 5], [15, 5], [15, 40], [-10, 40]])
+    hole = star(12, 3.0, 0.0, 1, 0.0)[::-1].copy()
+    assert _star_ring(bent, hole) is None
+    check([bent, hole], bounded([bent, hole]))
+    aside = star(40, 8.0, 0.0, 1, 0.0) + np.array([20.0, 0.0])
+    assert _star_ring(star(80, 60.0, 0.0, 1, 0.0), aside[::-1].copy()) is None
+    check([star(80, 60.0, 0.0, 1, 0.0), aside[::-1].copy()], bounded([star(80, 60.0, 0.0, 1, 0.0), aside[::-1].copy()]))
+
+
+@pytest.mark.parametrize(("radius", "fits"), [(9.9, True), (10.1, False)])
+def test_a_hole_that_crosses_the_outline_is_refused(radius: float, fits: bool) -> None:
+    planes = [star(360, 20.0, 0.5, 1, 0.0), star(360, radius, 0.0, 1, 0.001)[::-1].copy()]
+    if fits:
+        check(planes, bounded(planes))
+    else:
+        with pytest.raises(DesignError, match="crosses itself or a hole"):
+            bounded(planes)

@@ -1,0 +1,60 @@
+"""The body of an undercut drum: refused unless asked for, then within its stated error of the nearest roller."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from camgeom.errors import DesignError
+from camgeom.model import Model
+from camgeom.profile import parse
+from tests.oracle.envelope import roller_distance, swept_distance
+
+PROFILE = """
+[cam]
+kind = "cylindrical"
+diameter = 80
+length = 60
+start = 20
+groove_depth = 9
+[follower]
+kind = "translating"
+[roller]
+diameter = 24
+length = 8
+[[motion]]
+until = 40
+to = 15
+law = "cycloidal"
+[[motion]]
+until = 360
+to = 0
+law = "modified-sine"
+[output]
+tolerance = 0.2
+"""
+
+
+def test_undercut_drum_is_refused_unless_asked_for():
+    with pytest.raises(DesignError, match="undercut"):
+        _ = Model(parse(PROFILE)).solid
+
+
+def test_undercut_drum_is_within_its_stated_error():
+    model = Model(parse(PROFILE + "undercut_solid = true\n"))
+    solid = model.solid
+    assert solid.method == "union of rollers"
+    assert solid.mesh.watertight
+    motion = model.setup.program
+
+    def pose(phi):
+        s = motion.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi))
+        zero = np.zeros_like(s)
+        return np.stack([zero, zero, 20.0 + s], -1), np.stack([np.cos(phi), -np.sin(phi), zero], -1)
+
+    points = solid.mesh.vertices[np.unique(solid.mesh.faces[solid.mesh.group_faces("flank")])]
+    found = swept_distance(
+        points, pose, lambda x, a, u: roller_distance(x, a, u, 12.0, 31.0), 0.0, 2.0 * np.pi, coarse=720
+    )
+    assert np.abs(found).max() <= solid.chord_error
+    assert np.abs(found).max() > 0.1 * solid.chord_error
