@@ -51,9 +51,9 @@ for extension in extensions:
 def call(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Python of this environment on the checkout that stands in RECORD_ROOT (this one by default)."""
     root = os.environ.get("RECORD_ROOT", str(ROOT))
-    environment = {**os.environ, "PYTHONPATH": root, "COLUMNS": "120", "PYTHONWARNINGS": "ignore"}
+    steady = {"PYTHONPATH": root, "COLUMNS": "120", "PYTHONWARNINGS": "ignore", "PYTHONHASHSEED": "0"}
     return subprocess.run(
-        [sys.executable, *words], cwd=cwd or root, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, *words], cwd=cwd or root, env={**os.environ, **steady}, capture_output=True, text=True, check=False
     )
 
 
