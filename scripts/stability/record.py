@@ -52,9 +52,10 @@ def call(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[st
     """Python of this environment on the checkout that stands in RECORD_ROOT (this one by default)."""
     root = os.environ.get("RECORD_ROOT", str(ROOT))
     steady = {"PYTHONPATH": root, "COLUMNS": "120", "PYTHONWARNINGS": "ignore", "PYTHONHASHSEED": "0"}
-    return subprocess.run(
-        [sys.executable, *words], cwd=cwd or root, env={**os.environ, **steady}, capture_output=True, text=True, check=False
-    )
+    environment = {**os.environ, **steady}
+    command = [sys.executable, *words]
+    return subprocess.run(command, cwd=cwd or root, env=environment, capture_output=True, text=True, check=False)
+
 
 
 def plain(text: str) -> str:
