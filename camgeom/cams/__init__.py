@@ -1,11 +1,11 @@
-"""Cam types, one final class a file, found by file name: kind "constant-width" is `constant_width.Cam`.
+"""Cam types, one final class a file, found by file name: kind "constant-width" is `constant_width.Cam`, and the
+starter profile of that kind is starters/constant-width.toml.
 
 Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] table, with these members:
 
     FOLLOWERS: ClassVar[tuple[str, ...]]      follower kinds it accepts, the first one the usual
     MOTION_SPAN: ClassVar[float]              optional: 180.0 where the profile states half a turn of motion and the
                                               other half follows, s(theta + pi) = lift - s(theta)
-    STARTER: ClassVar[str]                    a commented starter profile (TOML) that runs as it is
     problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
     parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid.drum)
     tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
@@ -45,3 +46,10 @@ def cam_class(kind: str) -> Any:
     if kind not in kinds():
         raise KeyError(kind)
     return import_module(f"{__name__}.{kind.replace('-', '_')}").Cam
+
+
+def starter(kind: str) -> str:
+    """The commented starter profile (TOML) of a kind, which runs as it is; KeyError for an unknown kind."""
+    if kind not in kinds():
+        raise KeyError(kind)
+    return (Path(__file__).parent / "starters" / f"{kind}.toml").read_text(encoding="utf-8")

@@ -34,63 +34,11 @@ from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, RollerOutline
 from camgeom.track.touch import Touch
 
-STARTER = """
-# Starter: a conjugate pair that swings a rocker with two rollers. Lengths mm, angles degrees.
-
-name = "my conjugate pair"
-
-[cam]
-kind = "conjugate"
-center_distance = 205    # cam shaft to the rocker's pivot
-base_radius = 130        # radius of the main profile at zero lift
-width = 20               # of each disc
-gap = 4                  # between the discs
-# rocker_angle = 107     # between the arms; default: the angle that makes the discs mirror images
-bore = 60
-keyway_width = 18
-keyway_depth = 4.4
-mark_diameter = 6        # a hole through both discs that shows their phase
-mark_radius = 70
-direction = "ccw"
-
-[follower]
-kind = "swinging"        # or translating: two rollers on a slide, one on either side of the shaft
-arm = 90                 # pivot to roller centre
-inertia = 0.14
-clearance = 0.05         # play of the rocker between the two discs, at the roller
-
-[roller]
-shape = "cylinder"
-diameter = 40
-length = 20
-
-[[motion]]
-until = 70
-to = 24
-law = "3-4-5"
-
-[[motion]]
-until = 140
-to = 0
-law = "3-4-5"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 200
-
-[output]
-tolerance = 0.005
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(Section):
     """Two discs on one shaft; the main roller drives towards larger lift, the return roller back."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("swinging", "translating")
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["conjugate"]
     base_radius: Length = Field(description="mm, radius of the main profile at zero lift")

@@ -23,50 +23,12 @@ from camgeom.track.follower import Setup
 from camgeom.track.outline import FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.track.touch import Touch
 
-STARTER = """
-# Starter: a constant-width cam in a frame with two parallel faces. Lengths mm, angles degrees.
-
-name = "my constant-width cam"
-
-[cam]
-kind = "constant-width"
-base_radius = 40         # distance of the near face from the cam axis at zero lift
-width = 16
-bore = 24
-keyway_width = 8
-keyway_depth = 3.3
-direction = "ccw"
-
-[follower]
-kind = "frame"           # with a [roller] table: a yoke with two rollers in place of the faces
-mass = 1.2
-clearance = 0.05         # total play between frame and cam
-face_width = 140         # of each face, across the cam
-
-[[motion]]               # the rise half only: the return mirrors it half a turn later
-until = 140
-to = 30
-law = "modified-sine"
-
-[[motion]]
-until = 180
-
-[operation]
-speed = 60
-friction = 20
-
-[output]
-tolerance = 0.005
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(Section):
     """A disc 0 <= z <= width in a frame that slides along X; the near face (or roller) stands on the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("frame",)
     MOTION_SPAN: ClassVar[float] = 180.0
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["constant-width"]
     base_radius: Length = Field(description="mm, near face (yoke: profile) from the cam axis at zero lift")

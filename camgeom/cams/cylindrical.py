@@ -19,64 +19,11 @@ from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.track.follower import Setup, SphereRoller, SwingingFollower
 from camgeom.track.section import Column, Level, cylinder_level
 
-STARTER = """
-# Starter: a cylindrical groove cam with a translating follower. Lengths mm, angles degrees. `camgeom run` this file.
-
-name = "my groove cam"
-
-[cam]
-kind = "cylindrical"
-form = "groove"          # groove, or rib (then add rib_thickness)
-diameter = 120
-length = 80
-start = 22               # z of the roller centre at zero lift
-groove_depth = 12        # from the outer surface
-bore = 35
-direction = "ccw"        # the cam's turning, seen from +Z
-
-[follower]
-kind = "translating"     # or swinging (then arm, start_angle)
-mass = 1.5               # kg
-
-[roller]
-shape = "cylinder"       # cylinder, cone, crowned, sphere
-diameter = 19
-length = 11              # contact length with the flank
-
-[[motion]]               # segments round the cam; one without `to` dwells
-until = 120
-to = 30
-law = "modified-sine"    # see `camgeom laws`
-
-[[motion]]
-until = 180
-
-[[motion]]
-until = 320
-to = 0
-law = "cycloidal"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 200              # r/min
-friction = 10            # N, against the motion
-
-[limits]
-pressure_angle_deg = 35
-
-[output]
-tolerance = 0.005        # guaranteed chord error of the mesh
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(Section):
     """A drum 0 <= z <= length with one groove (or rib); the roller reaches in radially from the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["cylindrical"]
     form: Literal["groove", "rib"] = Field("groove", description="a groove with one roller in it, or a rib between two")

@@ -25,56 +25,11 @@ from camgeom.track.follower import Setup, SphereRoller, TurretFollower
 from camgeom.track.section import cylinder_level
 from camgeom.track.turret import turret_tracks
 
-STARTER = """
-# Starter: a cylindrical indexing cam, rib type, twelve stops. Lengths mm, angles degrees. `camgeom run` this file.
-
-name = "my barrel indexer"
-
-[cam]
-kind = "cylindrical-index"
-form = "rib"             # rib: two rollers straddle a rib in the dwell; groove: one sits in a groove
-hand = "right"
-center_distance = 118    # cam axis to turret axis
-diameter = 120
-width = 76               # length of the drum
-bore = 40
-
-[follower]
-kind = "turret"
-stops = 12
-pitch_radius = 120       # circle of the rollers
-inertia = 0.4            # kg m2, turret and load
-
-[roller]
-shape = "cylinder"
-diameter = 26
-length = 14              # contact length, from the drum's outside down
-
-[[motion]]
-until = 90
-
-[[motion]]               # one index; `to` is the turret's angle
-until = 270
-to = 30
-law = "modified-sine"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 80
-
-[output]
-tolerance = 0.01
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(TurretKeys):
     """A drum -width/2 <= z <= width/2; the turret turns about a line along X through (0, center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["cylindrical-index"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")

@@ -29,64 +29,11 @@ from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.track.touch import Touch
 
-STARTER = """
-# Starter: a disc cam with a translating roller follower held by a spring. Lengths mm, angles degrees.
-
-name = "my disc cam"
-
-[cam]
-kind = "disc"
-form = "external"        # external, or groove (a face groove in a plate: then add diameter and groove_depth)
-base_radius = 30         # radius of the profile at zero lift
-width = 12
-bore = 20
-keyway_width = 6
-keyway_depth = 2.8
-direction = "ccw"
-
-[follower]
-kind = "translating"     # or swinging (then arm here and center_distance in [cam])
-mass = 0.8
-offset = 0               # of the follower's line towards +Y
-face = "roller"          # roller, flat, knife, curved
-
-[roller]
-shape = "cylinder"
-diameter = 20
-length = 12
-
-[[motion]]
-until = 120
-to = 20
-law = "cycloidal"
-
-[[motion]]
-until = 150
-
-[[motion]]
-until = 270
-to = 0
-law = "cycloidal"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 300
-spring_rate = 4
-spring_preload = 60
-
-[output]
-tolerance = 0.005
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(Section):
     """A disc 0 <= z <= width; translating followers move along +X, swinging ones pivot at (center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["disc"]
     form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")

@@ -21,56 +21,11 @@ from camgeom.track import Swing, Track
 from camgeom.track.follower import Setup, SphereRoller, TurretFollower
 from camgeom.track.turret import turret_tracks
 
-STARTER = """
-# Starter: a globoidal indexing cam, rib type, eight stops. Lengths mm, angles degrees. `camgeom run` this file.
-
-name = "my globoidal indexer"
-
-[cam]
-kind = "globoidal"
-form = "rib"             # rib, or groove for many stops
-hand = "right"
-center_distance = 180    # cam axis to turret axis
-width = 84               # 2 rf sin(half a roller pitch) and a roller's radius
-globoid_radius = 80      # the blank's outside is an arc of this radius about the turret axis
-bore = 40
-
-[follower]
-kind = "turret"
-stops = 8
-pitch_radius = 90        # turret axis to the middle of the rollers
-inertia = 0.3            # kg m2, turret and load
-
-[roller]
-shape = "cylinder"
-diameter = 30
-length = 24
-
-[[motion]]
-until = 120
-
-[[motion]]               # one index; `to` is the turret's angle
-until = 240
-to = 45
-law = "modified-sine"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 100
-
-[output]
-tolerance = 0.01
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(TurretKeys):
     """A globoid -width/2 <= z <= width/2; the turret turns about an axis parallel to Y at (center_distance, 0, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
-    STARTER: ClassVar[str] = STARTER
 
     kind: Literal["globoidal"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")

@@ -29,51 +29,6 @@ from camgeom.track.outline import Outline
 from camgeom.track.sweep import Edge, Rim, RollerSweep
 from camgeom.track.turret import turret_tracks
 
-STARTER = """
-# Starter: a parallel indexing cam, two plates and a turret with eight rollers for four stops. Lengths mm, angles
-# degrees. `camgeom run` this file.
-
-name = "my parallel indexer"
-
-[cam]
-kind = "parallel-index"
-center_distance = 140    # cam shaft to turret shaft
-diameter = 210           # of the discs the plates are cut from: horns end there
-width = 14               # of each plate
-gap = 20                 # between the plates, where the turret's dial turns
-bore = 30
-
-[follower]
-kind = "turret"
-stops = 4
-rollers = 8              # every other one runs on each plate
-pitch_radius = 80
-inertia = 0.2            # kg m2, turret and load
-
-[roller]
-shape = "cylinder"
-diameter = 26
-length = 12
-
-[[motion]]
-until = 70
-
-[[motion]]               # one index; `to` is the turret's angle
-until = 290
-to = 90
-law = "modified-sine"
-
-[[motion]]
-until = 360
-
-[operation]
-speed = 80
-
-[output]
-tolerance = 0.005
-formats = ["3mf", "stl"]
-"""
-
 
 class Cam(Section):
     """Plates from z = 0 up, `gap` apart; the turret turns against the cam about a line along Z at (center_distance, 0).
@@ -82,7 +37,6 @@ class Cam(Section):
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
-    STARTER: ClassVar[str] = STARTER
     SHARED_DRIVE: ClassVar[bool] = True
 
     kind: Literal["parallel-index"]

@@ -118,12 +118,11 @@ def _offset(profile: Profile, wanted: Wanted) -> float:
 
 def _starting(arguments: argparse.Namespace) -> tuple[str, str]:
     """The text to start from and its name: the profile given, or the kind's starter."""
-    from camgeom.cams import cam_class
+    from camgeom.cams import starter
     from camgeom.profile.text import decode, read_bytes
 
     if arguments.profile is None:
-        starter: str = cam_class(arguments.kind).STARTER.lstrip("\n")
-        return starter, ""
+        return starter(arguments.kind), ""
     path = str(arguments.profile)
     return decode(read_bytes(Path(path), MOST_BYTES, path), path), path
 

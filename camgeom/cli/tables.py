@@ -61,14 +61,14 @@ def laws(arguments: argparse.Namespace, console: Console) -> int:
 
 def new(arguments: argparse.Namespace, console: Console) -> int:
     """Print a starter profile, or write it to a file that must not exist."""
-    from camgeom.cams import cam_class, kinds
+    from camgeom.cams import kinds, starter
 
     kind = arguments.kind.lower().replace("_", "-")
     if kind not in kinds():
         hint = did_you_mean(kind, kinds())
         raise UsageError(f"unknown cam kind {arguments.kind[:60]!r}; known: {', '.join(kinds())}{hint and '; ' + hint}")
     path = None if arguments.file is None else _free(arguments.file)
-    text: str = cam_class(kind).STARTER.lstrip("\n")
+    text = starter(kind)
     if path is None:
         console.out(text.rstrip("\n"))
         return 0

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from kit import Plot, Row, Table, best, milli, run, short
 
-from camgeom.cams.globoidal import STARTER
+from camgeom.cams import starter
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -21,6 +21,8 @@ from camgeom.solid.cut import IndexingCut
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
+
+STARTER = starter("globoidal")
 
 CENTRE, RADIUS, HALF = 180.0, 15.0, np.pi / 8.0
 

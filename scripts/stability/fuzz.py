@@ -27,7 +27,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
 
-from camgeom.cams import cam_class, kinds  # noqa: E402
+from camgeom.cams import kinds, starter  # noqa: E402
 from camgeom.errors import CamgeomError, ProfileError  # noqa: E402
 from camgeom.mechanics.expression import FUNCTIONS, VARIABLES, compile_expression  # noqa: E402
 from camgeom.profile import from_data, parse, read  # noqa: E402
@@ -47,7 +47,7 @@ PIECES = (b"[", b"]", b"=", b'"', b"\n", b"#", b".", b"{", b"-", b"e9", b"\xff",
 NAMES = ("t.csv", "t.csv", "t.csv", "../t.csv", "/dev/zero", "a/../../t.csv", "~/t.csv", "", "t\x00.csv", ".")
 JUNK = ("nan, 1", "1", "1,2,3", "inf,0", "1e400,0", "x,y", "#", "0, 1e308", "-1, 2", "9" * 5000)
 PROFILES = [path.read_text() for path in sorted((ROOT / "profiles").glob("*.toml"))]
-SOURCES = PROFILES + [cam_class(kind).STARTER for kind in kinds()]
+SOURCES = PROFILES + [starter(kind) for kind in kinds()]
 KINDS = ("bytes", "lines", "values", "structure", "table", "formula")
 
 

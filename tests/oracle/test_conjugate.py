@@ -7,7 +7,7 @@ from math import degrees, pi, radians
 import numpy as np
 import pytest
 
-from camgeom.cams import cam_class
+from camgeom.cams import starter
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -131,7 +131,7 @@ def test_mechanisms_that_cannot_be_assembled_are_refused() -> None:
     with pytest.raises(ProfileError, match=r"rocker_angle"):
         b1(cam="rocker_angle = 30")
     with pytest.raises(ProfileError, match=r"comes into line"):
-        parse(cam_class("conjugate").STARTER.replace("to = 24", "to = 140"))
+        parse(starter("conjugate").replace("to = 24", "to = 140"))
 
 
 def test_phase_mark_goes_through_both_discs() -> None:

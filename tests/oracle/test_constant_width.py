@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from camgeom.cams import cam_class
+from camgeom.cams import starter
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -79,7 +79,7 @@ def test_yoke_measures_one_diameter_and_its_rollers_touch() -> None:
 
 
 def test_supports_of_the_motion_are_checked() -> None:
-    text = cam_class("constant-width").STARTER
+    text = starter("constant-width")
     with pytest.raises(ProfileError, match="must end the stated half turn"):
         parse(text.replace("until = 180", "until = 200"))
     with pytest.raises(ProfileError, match="bore"):

@@ -8,7 +8,7 @@ from math import atan, cos, degrees, hypot, pi, radians, sin
 import numpy as np
 import pytest
 
-from camgeom.cams.globoidal import STARTER
+from camgeom.cams import starter
 from camgeom.errors import ProfileError
 from camgeom.maths.surface import dot
 from camgeom.model import Model
@@ -19,6 +19,8 @@ from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
 from camgeom.track.turret_ribs import Engagement, rib_thickness
 from tests.reference.indexing_machines import index_program, indexer
+
+STARTER = starter("globoidal")
 
 FINE = 1e-9
 

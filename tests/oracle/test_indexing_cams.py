@@ -8,7 +8,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from camgeom.cams.cylindrical_index import STARTER, Cam
+from camgeom.cams import starter
+from camgeom.cams.cylindrical_index import Cam
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -16,6 +17,8 @@ from camgeom.report.job import compute
 from camgeom.track.follower import Setup, TurretFollower
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 from tests.reference.indexing_machines import SHAPES, dwell_half_angle, index_program, indexer, roller_of
+
+STARTER = starter("cylindrical-index")
 
 TOLERANCE = 0.1
 SIZES = {8: (92.0, 34.0, 74.0), 12: (118.0, 26.0, 76.0), 16: (150.0, 28.0, 80.0), 24: (170.0, 20.0, 64.0)}

@@ -9,7 +9,8 @@ from math import acos, degrees, hypot, pi
 import numpy as np
 import pytest
 
-from camgeom.cams.parallel_index import STARTER, Cam
+from camgeom.cams import starter
+from camgeom.cams.parallel_index import Cam
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -21,6 +22,8 @@ from camgeom.track.sweep import Edge, Rim, _centre, _parallel
 from camgeom.track.turret_ribs import Engagement, largest_drive_angle
 from tests.oracle.envelope import swept_distance, triangle_points
 from tests.reference.indexing_machines import index_program
+
+STARTER = starter("parallel-index")
 
 # stops, rollers, plates -> centre distance, pitch radius, roller diameter, plate diameter, index angle
 SIZES = {

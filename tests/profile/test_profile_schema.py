@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-from camgeom.cams import cam_class, kinds
+from camgeom.cams import kinds, starter
 from camgeom.cli import main
 from camgeom.profile import parse
 from camgeom.profile.schema import schema
 
 SCHEMA = schema()
-STARTERS = {kind: tomllib.loads(cam_class(kind).STARTER) for kind in kinds()}
+STARTERS = {kind: tomllib.loads(starter(kind)) for kind in kinds()}
 PROFILES = sorted((Path(__file__).parents[2] / "profiles").glob("*.toml"))
 TYPES: dict[str, Any] = {
     "object": dict,
@@ -95,7 +95,7 @@ def test_profiles_fit(path: Path) -> None:
 
 @pytest.mark.parametrize("kind", kinds())
 def test_starters_are_profiles_of_their_kind(kind: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    text = cam_class(kind).STARTER
+    text = starter(kind)
     profile = parse(text)
     assert profile.kind == kind
     assert "#" in text, "a starter is commented"

@@ -165,9 +165,9 @@ def test_dynamics_section_shows_what_the_model_knows() -> None:
 
 
 def test_frame_holds_the_constant_width_cam_on_both_sides() -> None:
-    from camgeom.cams import cam_class
+    from camgeom.cams import starter
 
-    (scene,) = _blocks(Model(parse(cam_class("constant-width").STARTER)), "solid")
+    (scene,) = _blocks(Model(parse(starter("constant-width"))), "solid")
     assert isinstance(scene, Scene)
     cam = next(body for body in scene.bodies if body.role == "cam")
     frame = next(body for body in scene.bodies if body.role == "follower")
@@ -185,9 +185,9 @@ def test_frame_holds_the_constant_width_cam_on_both_sides() -> None:
 
 
 def test_page_of_a_turret_shows_every_roller_and_the_whole_engagement() -> None:
-    from camgeom.cams import cam_class
+    from camgeom.cams import starter
 
-    model = Model(parse(cam_class("globoidal").STARTER))
+    model = Model(parse(starter("globoidal")))
     page = report(model, ["solid", "flank"])
     scene = next(b for s in page.sections for b in s.blocks if isinstance(b, Scene))
     rollers = [body for body in scene.bodies if body.name.startswith("roller")]
@@ -201,9 +201,9 @@ def test_page_of_a_turret_shows_every_roller_and_the_whole_engagement() -> None:
 
 def test_whole_frame_stands_inside_the_drawing() -> None:
     """The sheet's size follows from all outlines of a follower, its openings and parts among them."""
-    from camgeom.cams import cam_class
+    from camgeom.cams import starter
 
-    model = Model(parse(cam_class("constant-width").STARTER))
+    model = Model(parse(starter("constant-width")))
     drawings = [block for block in _blocks(model, "design") if isinstance(block, Drawing)]
     assert len(drawings) == 2
     for drawing in drawings:

@@ -8,8 +8,7 @@ from math import degrees, pi, radians
 import numpy as np
 import pytest
 
-from camgeom.cams.cylindrical_index import STARTER as BARREL
-from camgeom.cams.globoidal import STARTER
+from camgeom.cams import starter
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.motion import Program, Segment
@@ -21,6 +20,9 @@ from camgeom.track.section import Column
 from camgeom.track.turret_ribs import play_at
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 from tests.reference.indexing_machines import dwell_half_angle, indexer, meridian_of, turret_pose
+
+STARTER = starter("globoidal")
+BARREL = starter("cylindrical-index")
 
 GAP, WIDTH = 0.03, 4.0
 
