@@ -23,7 +23,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from camgeom.errors import CamgeomError  # noqa: E402
 from camgeom.motion import Program, Segment  # noqa: E402
-from tests.oracle.test_globoidal_solid import dwell_section, solid_of, wall_error  # noqa: E402
+from tests.oracle.globoid import dwell_section, solid_of, wall_error  # noqa: E402
 from tests.reference.indexing_machines import SHAPES, indexer  # noqa: E402
 
 STOPS = (3, 4, 6, 8, 12, 16, 24)

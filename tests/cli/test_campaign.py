@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "scripts" / "stability"))
+from tests.places import ROOT
+
+sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from designs import KINDS, design
 from judging import _judges, _surface, frozen, judge, topology

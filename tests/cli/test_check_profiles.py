@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-_SCRIPT = Path(__file__).parents[2] / "scripts" / "check_profiles.py"
+from tests.places import ROOT
+
+_SCRIPT = ROOT / "scripts" / "check_profiles.py"
 _SPEC = importlib.util.spec_from_file_location("check_profiles", _SCRIPT)
 assert _SPEC is not None
 assert _SPEC.loader is not None

@@ -13,6 +13,7 @@ import pytest
 
 from camgeom.cli import COMMANDS, main
 from camgeom.cli.model import slug
+from tests.places import ROOT
 
 GOOD = """
 name = "small groove cam"
@@ -248,7 +249,7 @@ def test_interrupt_is_status_130(
 
 def process(*words: str, **options: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "camgeom", *words]
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.run(command, capture_output=True, text=True, env=environment, check=False, **options)  # type: ignore[call-overload,no-any-return]
 
 
@@ -263,7 +264,7 @@ def test_process_exit_status(profile: Path) -> None:
     [("| head -c 10; exit ${PIPESTATUS[0]}", 0, ""), ("> /dev/full", 3, "camgeom: No space left on device\n")],
 )
 def test_stdout_that_ends_early(redirection: str, status: int, err: str) -> None:
-    tree = str(Path(__file__).parents[2])
+    tree = str(ROOT)
     shell = ["bash", "-c", f"{sys.executable} -m camgeom laws --json {redirection}"]
     found = subprocess.run(shell, capture_output=True, text=True, cwd=tree, check=False)
     assert (found.returncode, found.stderr) == (status, err)
@@ -271,7 +272,7 @@ def test_stdout_that_ends_early(redirection: str, status: int, err: str) -> None
 
 def test_name_that_the_terminal_cannot_show(profile: Path) -> None:
     profile.write_text(GOOD.replace("small groove cam", "Öfen 凸轮"), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "PYTHONIOENCODING": "ascii"}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
     command = [sys.executable, "-m", "camgeom", "check", str(profile), "--only", "continuity"]
     found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert (found.returncode, found.stderr) == (0, "")

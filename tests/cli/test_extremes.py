@@ -11,6 +11,7 @@ from camgeom.errors import CamgeomError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.job import compute
+from tests.places import PROFILES
 
 MOTION = ((120.0, 12.0, "cycloidal"), (150.0, None, None), (300.0, 0.0, "modified-sine"), (360.0, None, None))
 
@@ -156,11 +157,10 @@ def test_extreme_speeds_and_loads(make, operation):
 
 
 def test_a_drive_too_stiff_for_its_speed_is_said():
-    from pathlib import Path
 
     from camgeom.profile import read_data
 
-    data = read_data(Path(__file__).parents[2] / "profiles" / "tool_changer.toml")
+    data = read_data(PROFILES / "tool_changer.toml")
     for speed, words in ((1e-9, "singular to working precision"), (1e-3, "as fast as the cam")):
         data["operation"] = {**data["operation"], "speed": speed}
         with pytest.raises(NotConverged, match=words):

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-PROFILE = ROOT / "profiles" / "disc_offset_roller.toml"
+from tests.places import PROFILES, ROOT
+
+PROFILE = PROFILES / "disc_offset_roller.toml"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
 QUICK = ("--formats", "stl,ply,obj", "--tolerance", "0.0005")
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 import camgeom
-
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
+from tests.places import PROFILES
 
 
 def test_the_promised_names(tmp_path: Path) -> None:

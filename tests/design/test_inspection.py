@@ -19,8 +19,8 @@ from camgeom.inspection.points import MeasuredPoints, read_points
 from camgeom.model import Model, read
 from camgeom.model.surfaces import flank_surfaces, within
 from tests.oracle.envelope import roller_distance, swept_distance
+from tests.places import PROFILES
 
-PROFILES = Path(__file__).parents[2] / "profiles"
 ROLLED = ["pin_insertion", "steep_shuttle", "feeder_runout", "tool_changer", "two_start", "barrel_indexer"]
 PLANAR = ["disc_offset_roller", "disc_face_groove", "disc_flat_face", "conjugate_rocker", "constant_width_press"]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from math import degrees, hypot, pi, radians
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,8 +25,9 @@ from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.profile import read as read_profile
 from camgeom.track.outline import Measured
-from tests.oracle.test_disc import HARMONIC, disc, flat
+from tests.places import PROFILES
 from tests.reference.machines import pin_cam, pin_setup
+from tests.reference.planar_machines import HARMONIC, disc, flat
 
 
 @pytest.mark.parametrize("offset", [-8.0, 0.0, 8.0])
@@ -127,7 +127,6 @@ def test_other_cams_have_no_outlines(tmp_path) -> None:
         write(type("Other", (), {"planar": None, "profile": groove})(), tmp_path / "x.outline.csv")
 
 
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 
 @pytest.mark.parametrize("name", ["disc_offset_roller", "disc_flat_face"])

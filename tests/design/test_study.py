@@ -15,6 +15,7 @@ from camgeom.drawing.content import Chart, Table
 from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile.text import load
+from tests.places import PROFILES
 
 TEXT = """
 name = "small groove cam"
@@ -206,7 +207,7 @@ def test_values_in_equal_ratios() -> None:
 
 def test_a_study_of_clearances_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The impacts come with the study where their table is in the profile and one of its keys is varied."""
-    rocker = Path(__file__).resolve().parents[2] / "profiles" / "conjugate_rocker.toml"
+    rocker = PROFILES / "conjugate_rocker.toml"
     profile = tmp_path / "rocker.toml"
     profile.write_text(rocker.read_text() + "\n[impact]\nturns = 2\ntolerance = 1e-6\n")
     vary = ["--vary", "impact.clearance=0.01:0.1:2:log", "--jobs", "1"]

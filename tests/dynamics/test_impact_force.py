@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,7 @@ from camgeom.model import Model
 from camgeom.model.loads import follower_load
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
-
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
+from tests.places import PROFILES
 
 
 def model(name: str, extra: str = "", **changes: str) -> Model:

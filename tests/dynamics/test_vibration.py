@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,8 +10,8 @@ from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.job import compute
-
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
+from tests.places import PROFILES
+from tests.reference.planar_machines import ELASTIC
 
 DRIVE = """
 [dynamics]
@@ -179,42 +177,6 @@ def test_laws_of_a_groove_are_cut_anew():
     same, other = found["laws"]
     assert same["peak_acceleration_m_s2"] == found["over_turns"]["peak_acceleration_m_s2"]
     assert other["ideal_acceleration_m_s2"] < same["ideal_acceleration_m_s2"]
-
-
-ELASTIC = """
-name = "elastic follower"
-[cam]
-kind = "disc"
-base_radius = 50
-width = 15
-[follower]
-kind = "translating"
-mass = 2
-[roller]
-diameter = 20
-length = 14
-[[motion]]
-until = 100
-to = 12
-law = "{law}"
-[[motion]]
-until = 150
-[[motion]]
-until = 250
-to = 0
-law = "{law}"
-[[motion]]
-until = 360
-[operation]
-speed = 900
-spring_rate = 20
-spring_preload = 400
-[dynamics]
-kind = "follower"
-linkage_stiffness = 400
-tolerance = 1e-9
-polydyne = true
-"""
 
 
 def test_polydyne_cam_of_a_profile(tmp_path):

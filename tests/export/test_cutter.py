@@ -23,64 +23,10 @@ from tests.oracle.cutter_simulation import (
     read_gcode,
     swept,
 )
+from tests.reference.milled_cams import DRUM, GLOBOID, model, written
 
 STEPS = ((90, None), (200, 30.0), (240, None), (360, 0.0))
 INDEX = ((120, None), (240, 45.0), (360, None))
-
-DRUM = """
-[cam]
-kind = "cylindrical"
-diameter = 100
-length = 80
-start = 25
-groove_depth = 11
-[follower]
-kind = "translating"
-[roller]
-diameter = 20
-length = 10
-[[motion]]
-until = 90
-[[motion]]
-until = 200
-to = 30
-law = "cycloidal"
-[[motion]]
-until = 240
-[[motion]]
-until = 360
-to = 0
-law = "cycloidal"
-"""
-
-GLOBOID = """
-[cam]
-kind = "globoidal"
-form = "rib"
-center_distance = 180
-width = 90
-globoid_radius = 80
-[follower]
-kind = "turret"
-stops = 8
-pitch_radius = 90
-[roller]
-diameter = 30
-length = 24
-[[motion]]
-until = 120
-[[motion]]
-until = 240
-to = 45
-law = "cycloidal"
-[[motion]]
-until = 360
-"""
-
-
-def model(text: str, **cutter: object) -> Model:
-    lines = [f"{key} = {json.dumps(value)}" for key, value in cutter.items()]
-    return Model(parse(text + "\n[cutter]\n" + "\n".join(lines) + "\n"))
 
 
 def drum_points(side: float, count: int = 120) -> np.ndarray:
@@ -97,12 +43,6 @@ def globoid_points(side: float, count: int = 120) -> np.ndarray:
     rho = np.hypot(x[:, 0], x[:, 1])
     inside = (np.abs(x[:, 2]) < 45.0) & (np.hypot(rho - 180.0, x[:, 2]) > 80.0)
     return x[inside][:count]
-
-
-def written(made: Model, folder: Path, name: str) -> Path:
-    path = folder / f"cam.{name}"
-    assert write(made, path) == path.stat().st_size
-    return path
 
 
 def test_tool_like_the_roller_gives_the_drum_back(tmp_path: Path) -> None:

@@ -10,10 +10,9 @@ import pytest
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from tests.export.test_cutter import model, written
 from tests.oracle.cutter_simulation import disc_profile, fed, forward_rotary_c, read_apt, read_gcode, swept
-
-PROFILES = Path(__file__).parents[2] / "profiles"
+from tests.places import PROFILES
+from tests.reference.milled_cams import model, written
 
 STEPS = ((90, 18.0), (150, None), (270, 0.0), (360, None))
 

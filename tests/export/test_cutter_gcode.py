@@ -9,10 +9,10 @@ import pytest
 
 from camgeom.errors import DesignError
 from camgeom.model import Model, read
-from tests.export.test_cutter import DRUM, GLOBOID, model, written
 from tests.oracle.cutter_simulation import read_gcode, turned
+from tests.places import PROFILES
+from tests.reference.milled_cams import DRUM, GLOBOID, model, written
 
-PROFILES = Path(__file__).parents[2] / "profiles"
 LETTERS = {"A": "ZYXBC", "B": "ZXYAC", "C": "XYZBA"}
 """radial, across and axial linear axes, the swing about the across axis and about the radial one"""
 UNIT = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}

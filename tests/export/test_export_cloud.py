@@ -12,6 +12,7 @@ import trimesh
 from camgeom.errors import ExportError
 from camgeom.export.cloud import Cloud, flank_points, write_cloud_csv, write_cloud_npz, write_cloud_ply
 from camgeom.model import read
+from tests.places import PROFILES
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def test_a_broken_cloud_is_refused(tmp_path: Path, cloud: dict, write, name: str
 
 def test_flank_points_touch_the_roller_with_the_normal_towards_its_axis() -> None:
     """The pin-insertion cam's roller is a cylinder of radius 11 mm: every point is that far from its axis."""
-    model = read(str(Path(__file__).parents[2] / "profiles" / "pin_insertion.toml"))
+    model = read(str(PROFILES / "pin_insertion.toml"))
     cloud = flank_points(model)
     pose = model.tracks[0].pose(np.radians(cloud["cam_angle_deg"]), 0)
     centre = (pose.a[0] + cloud["roller_mm"] * pose.u[0]).T

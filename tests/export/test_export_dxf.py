@@ -16,9 +16,8 @@ from camgeom.model import Model, read
 from camgeom.profile import parse
 from camgeom.track.flank import Flank
 from tests.oracle.envelope import roller_distance, swept_distance
-from tests.oracle.test_disc import flat
-
-PROFILES = Path(__file__).parents[2] / "profiles"
+from tests.places import PROFILES
+from tests.reference.planar_machines import flat
 
 
 def changed(name: str, old: str, new: str) -> Model:

@@ -16,9 +16,9 @@ from camgeom.export import write
 from camgeom.export.master_table import master_table, quintic, straight
 from camgeom.model import Model, read
 from camgeom.profile import parse
-from tests.oracle.test_disc import disc
+from tests.places import PROFILES
+from tests.reference.planar_machines import disc
 
-PROFILES = Path(__file__).parents[2] / "profiles"
 SPACE = {"p": "http://www.plcopen.org/xml/tc6_0200", "h": "http://www.w3.org/1999/xhtml"}
 
 

@@ -16,10 +16,9 @@ from camgeom.errors import CamgeomError, ExportError
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.files import formats
-from tests.dynamics.test_vibration import ELASTIC
-from tests.oracle.test_disc import flat
+from tests.places import PROFILES
+from tests.reference.planar_machines import ELASTIC, flat
 
-PROFILES = Path(__file__).parents[2] / "profiles"
 FORMATS = [form.extension for form in formats().values()]
 OPENED = builtins.open
 

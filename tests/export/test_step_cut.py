@@ -20,10 +20,8 @@ from camgeom.export.step.tracing import Crossing
 from camgeom.model import read
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.oracle.refined_volume import limit_volume
-from tests.oracle.test_indexing_cams import barrel
-from tests.reference.indexing_machines import dwell_half_angle, indexer, meridian_of, turret_pose
-
-PROFILES = Path(__file__).parents[2] / "profiles"
+from tests.places import PROFILES
+from tests.reference.indexing_machines import barrel, dwell_half_angle, indexer, meridian_of, turret_pose
 
 
 def flank_points(solid: Solid, count: int = 6) -> np.ndarray:

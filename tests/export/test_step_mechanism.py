@@ -21,8 +21,7 @@ from camgeom.export.step.mechanism import mechanism, roller_solid
 from camgeom.model import Model, read
 from camgeom.track import Arc, Slide, Straight, Track
 from tests.export.step_bodies import pin_program
-
-PROFILES = Path(__file__).parents[2] / "profiles"
+from tests.places import PROFILES
 
 
 def model(name: str) -> Model:

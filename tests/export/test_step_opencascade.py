@@ -23,14 +23,11 @@ from camgeom.export.step.solids import (
 )
 from camgeom.solid.blank import Bore
 from camgeom.track import Arc, Straight
-from scripts.judge_step import Judgement, available
+from scripts.judge_step import Judgement
 from scripts.judge_step import judged as judged_files
 from tests.export.step_bodies import drum, rise_and_return, swinging_drum
 
-pytestmark = [
-    pytest.mark.opencascade,
-    pytest.mark.skipif(not available(), reason="no OpenCASCADE: scripts/judge_step.py --install"),
-]
+pytestmark = pytest.mark.opencascade
 
 
 def judged(folder: Path, solid: Solid, options: StepOptions | None = None) -> Judgement:

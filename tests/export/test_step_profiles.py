@@ -17,16 +17,16 @@ from camgeom.model import Model, read
 from camgeom.solid.cut import IndexingCut
 from camgeom.solid.drum import CutBlank, Part
 from camgeom.track import TURN, Straight, Track
-from scripts.judge_step import available, judged
+from scripts.judge_step import judged
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.oracle.refined_volume import limit_volume
+from tests.places import PROFILES
 
-PROFILES = sorted(path.stem for path in (Path(__file__).parents[2] / "profiles").glob("*.toml"))
+NAMES = sorted(path.stem for path in PROFILES.glob("*.toml"))
 
 pytestmark = [
     pytest.mark.opencascade,
     pytest.mark.slow,
-    pytest.mark.skipif(not available(), reason="no OpenCASCADE: scripts/judge_step.py --install"),
     pytest.mark.skipif("CAMGEOM_JUDGE" not in os.environ, reason="takes minutes: scripts/test --judge"),
 ]
 
@@ -69,10 +69,10 @@ def _gap(track: Track, points: np.ndarray, model: Model) -> np.ndarray:
     return swept_distance(points, pose, distance, low, high, int(240 * (high - low) / TURN), 3, 45)
 
 
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize("name", NAMES)
 def test_opencascade_reads_one_valid_solid_a_body(name: str, tmp_path: Path) -> None:
     path = tmp_path / "cam.step"
-    model = read(str(Path(__file__).parents[2] / "profiles" / f"{name}.toml"))
+    model = read(str(PROFILES / f"{name}.toml"))
     write(model, path)
     (verdict,) = judged([path], ["flank"])
     notes = model.ledger.notes["step"][0]["bodies"]
@@ -100,7 +100,7 @@ def test_opencascade_reads_one_valid_solid_a_body(name: str, tmp_path: Path) -> 
 def test_groove_cam_is_quick_and_small(tmp_path: Path) -> None:
     path, took = tmp_path / "pin.step", []
     for _ in range(7):
-        model = read(str(Path(__file__).parents[2] / "profiles" / "pin_insertion.toml"))
+        model = read(str(PROFILES / "pin_insertion.toml"))
         began = perf_counter()
         size = write(model, path)
         took.append(perf_counter() - began)

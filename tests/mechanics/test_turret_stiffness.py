@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,8 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.mechanics.turret_stiffness import COUNT, bearing_at, contact_table, equilibrium, torque_at
 from camgeom.model import Model
 from camgeom.profile import parse
+from tests.places import PROFILES
 
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 SHAFTS = '\n[dynamics]\nkind = "indexing"\ninput_stiffness = 194870\noutput_stiffness = 350210\ncontact_damping = 4\n'
 
 

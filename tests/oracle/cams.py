@@ -74,15 +74,7 @@ def _golden(f, lo, hi, rounds):
 def judges_of(data, lift, low, high, ends):
     """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end."""
     cam = data["cam"]
-    maker = {
-        "disc": _disc,
-        "constant-width": _constant_width,
-        "conjugate": _conjugate,
-        "cylindrical": _drum,
-        "cylindrical-index": _barrel,
-        "globoidal": _globoid,
-    }[cam["kind"]]
-    judges = maker(cam, data["follower"], data.get("roller"), lift, low, high)
+    judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
     marks = np.unique(np.concatenate([[0.0, TURN], ends]))
     for judge in judges:
         fine = 1440 if judge.followers <= 2 else 480
@@ -405,3 +397,36 @@ def _globoid(cam, follower, roller, lift, low, high):
 
     strict = to(tip) if ball else _ended(to(tip), inward, sense, angle)
     return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]
+
+
+def _parallel(cam, follower, roller, lift, low, high):
+    """A plate's ring: every `plates`-th roller of the turret, which turns about a parallel shaft against the cam."""
+    del low, high
+    sense, count, plates = _sense(cam), follower.get("rollers") or follower["stops"], cam.get("plates", 2)
+    c, rf, r = cam["center_distance"], follower["pitch_radius"], 0.5 * roller["diameter"]
+    r, rim = r + cam.get("running_clearance", 0.0), 0.5 * cam["diameter"]
+
+    def ring(plate):
+        def distance(x, phi, k):
+            m, tau = _machine(x, phi, sense), lift(phi) + (0.5 + plate + k * plates) * TURN / count
+            return np.hypot(m[..., 0] - c + rf * np.cos(tau), m[..., 1] - sense * rf * np.sin(tau)) - r
+
+        return distance
+
+    def blank(z):
+        return _planes(cam, z, z + cam["width"], lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - rim))
+
+    heights = [plate * (cam["width"] + cam["gap"]) for plate in range(plates)]
+    return [Judge(ring(i), blank(z), count // plates, genus=_genus(cam)) for i, z in enumerate(heights)]
+
+
+JUDGES = {
+    "disc": _disc,
+    "constant-width": _constant_width,
+    "conjugate": _conjugate,
+    "cylindrical": _drum,
+    "cylindrical-index": _barrel,
+    "globoidal": _globoid,
+    "parallel-index": _parallel,
+}
+"""The oracle of every kind of cam."""

@@ -13,45 +13,7 @@ from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.track.pair import PairErrors, pair_residual
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
-
-B1 = """
-name = "B1"
-[cam]
-kind = "conjugate"
-center_distance = 205
-base_radius = {base}
-width = 20
-gap = 4
-bore = 60
-{cam}
-[follower]
-kind = "swinging"
-arm = 90
-inertia = 0.14
-{follower}
-[roller]
-diameter = 40
-length = 20
-[[motion]]
-until = 70
-to = 24
-law = "{law}"
-[[motion]]
-until = 140
-to = 0
-law = "{law}"
-[[motion]]
-until = 360
-[operation]
-speed = 600
-[output]
-tolerance = {tolerance}
-"""
-
-
-def b1(base: float = 130, cam: str = "", follower: str = "", law: str = "3-4-5", tolerance: float = 0.005) -> Model:
-    return Model(parse(B1.format(base=base, cam=cam, follower=follower, law=law, tolerance=tolerance)))
-
+from tests.reference.planar_machines import b1
 
 SLIDE = """
 name = "slide"

@@ -9,35 +9,10 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.errors import ProfileError
-from camgeom.model import Model
 from camgeom.profile import parse
+from tests.reference.planar_machines import machine
 
-PAPER = """
-name = "pressing mechanism"
-[cam]
-kind = "constant-width"
-base_radius = 40
-width = 16
-bore = 24
-[follower]
-kind = "frame"
-mass = 1.2
-{follower}
-{roller}
-[[motion]]
-until = 140
-to = 30
-law = "{law}"
-[[motion]]
-until = 180
-[operation]
-speed = 60
-"""
 YOKE = '[roller]\nshape = "cylinder"\ndiameter = 20\nlength = 16'
-
-
-def machine(law: str = "simple-harmonic", roller: str = "", follower: str = "") -> Model:
-    return Model(parse(PAPER.format(law=law, roller=roller, follower=follower)))
 
 
 def supports(points: np.ndarray, azimuth: np.ndarray) -> np.ndarray:

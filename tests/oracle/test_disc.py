@@ -10,30 +10,9 @@ import pytest
 from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
-from camgeom.profile import parse
 from camgeom.track.outline import Measured
 from tests.oracle.envelope import roller_distance, swept_distance
-
-REFERENCE = [(120, 20, "cycloidal"), (150, None, None), (270, 0, "cycloidal"), (360, None, None)]
-HARMONIC = [(180, 50.8, "simple-harmonic"), (360, 0, "simple-harmonic")]
-
-
-def toml(cam="", follower='kind = "translating"', roller="diameter = 20\nlength = 12", motion=REFERENCE, rest=""):
-    lines = ['name = "disc"', "[cam]", 'kind = "disc"', "width = 12"]
-    lines += [cam if "base_radius" in cam else f"base_radius = 30\n{cam}", "[follower]", follower]
-    lines += ["[roller]", roller] if roller else []
-    for until, to, law in motion:
-        lines += ["[[motion]]", f"until = {until}"] + ([f'to = {to}\nlaw = "{law}"'] if to is not None else [])
-    return "\n".join([*lines, rest])
-
-
-def disc(*args, **kwargs) -> Model:
-    return Model(parse(toml(*args, **kwargs)))
-
-
-def flat(kind="translating", cam="", follower="", motion=REFERENCE, rest="") -> Model:
-    arm = "" if kind == "translating" else "arm = 90"
-    return disc(cam, f'kind = "{kind}"\nface = "flat"\n{arm}\n{follower}', "", motion, rest)
+from tests.reference.planar_machines import HARMONIC, REFERENCE, disc, flat
 
 
 def judged(model: Model, name: str):

@@ -9,29 +9,16 @@ import numpy as np
 import pytest
 
 from camgeom.cams import starter
-from camgeom.cams.cylindrical_index import Cam
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.job import compute
-from camgeom.track.follower import Setup, TurretFollower
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
-from tests.reference.indexing_machines import SHAPES, dwell_half_angle, index_program, indexer, roller_of
+from tests.reference.indexing_machines import BARREL_SIZES, SHAPES, barrel, dwell_half_angle, indexer
 
 STARTER = starter("cylindrical-index")
 
 TOLERANCE = 0.1
-SIZES = {8: (92.0, 34.0, 74.0), 12: (118.0, 26.0, 76.0), 16: (150.0, 28.0, 80.0), 24: (170.0, 20.0, 64.0)}
-
-
-def barrel(stops=12, form="rib", hand="right", starts=1, shape="cylinder", **changes):
-    """A cylindrical indexing cam and its setup."""
-    pitch, diameter, width = SIZES[stops * starts]
-    follower = TurretFollower(kind="turret", stops=stops, rollers=stops * starts, pitch_radius=pitch)
-    setup = Setup(follower, roller_of(shape, diameter, 14.0), index_program(stops, motion=150.0))
-    keys = {"kind": "cylindrical-index", "form": form, "hand": hand, "center_distance": pitch - 3.0, "diameter": 130.0,
-            "width": width, "bore": 30.0}
-    return Cam(**(keys | changes)), setup
 
 
 def pose_of(cam, setup, shift):
@@ -48,7 +35,7 @@ def pose_of(cam, setup, shift):
 
 
 CASES = [
-    *[(n, form, "right", 1, "cylinder") for n in SIZES for form in ("rib", "groove")],
+    *[(n, form, "right", 1, "cylinder") for n in BARREL_SIZES for form in ("rib", "groove")],
     *[(12, "rib", "left", 1, shape) for shape in SHAPES],
     (12, "groove", "left", 1, "cone"),
     (4, "rib", "right", 2, "cylinder"),

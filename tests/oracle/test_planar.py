@@ -12,9 +12,7 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.job import COMMANDS, compute
-from tests.oracle.test_conjugate import b1
-from tests.oracle.test_constant_width import machine
-from tests.oracle.test_disc import disc, flat, toml
+from tests.reference.planar_machines import b1, disc, flat, machine, toml
 
 JUMPING = [(120, 10, "cycloidal"), (180, None, None), (300, 0, "cycloidal"), (360, None, None)]
 

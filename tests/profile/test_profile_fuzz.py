@@ -18,6 +18,7 @@ from camgeom.profile.errors import keys_of
 from camgeom.profile.reader import FOLLOWERS, PLAIN_SECTIONS, ROLLERS
 from camgeom.profile.schema import schema
 from camgeom.profile.text import load
+from tests.places import ROOT
 
 BASE = load(
     """
@@ -216,9 +217,8 @@ def test_lists_of_a_law_hold_numbers_that_derivatives_can_be_formed_of(key: str)
 
 def test_the_short_fuzz_campaign() -> None:
     import sys
-    from pathlib import Path
 
-    sys.path.insert(0, str(Path(__file__).parents[2] / "scripts" / "stability"))
+    sys.path.insert(0, str(ROOT / "scripts" / "stability"))
     import fuzz
 
     failures = [found for found in map(fuzz.fuzz, range(60)) if found[2] == "FAILURE"]

@@ -16,10 +16,11 @@ from camgeom.cams import kinds, starter
 from camgeom.cli import main
 from camgeom.profile import parse
 from camgeom.profile.schema import schema
+from tests.places import PROFILES
 
 SCHEMA = schema()
 STARTERS = {kind: tomllib.loads(starter(kind)) for kind in kinds()}
-PROFILES = sorted((Path(__file__).parents[2] / "profiles").glob("*.toml"))
+NAMES = sorted(PROFILES.glob("*.toml"))
 TYPES: dict[str, Any] = {
     "object": dict,
     "array": list,
@@ -88,7 +89,7 @@ def test_starters_fit(kind: str) -> None:
     assert fits(STARTERS[kind], SCHEMA)
 
 
-@pytest.mark.parametrize("path", PROFILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", NAMES, ids=lambda path: path.stem)
 def test_profiles_fit(path: Path) -> None:
     assert fits(tomllib.loads(path.read_text()), SCHEMA)
 

@@ -6,6 +6,7 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 
+from camgeom.cams.cylindrical_index import Cam as BarrelCam
 from camgeom.cams.globoidal import Cam
 from camgeom.motion import Program, Segment
 from camgeom.track.follower import ConeRoller, CrownedRoller, CylinderRoller, Setup, SphereRoller, TurretFollower
@@ -37,6 +38,7 @@ def roller_of(shape, diameter, length):
 
 
 # stops, starts -> centre distance, pitch radius, roller diameter, length, width, globoid radius
+BARREL_SIZES = {8: (92.0, 34.0, 74.0), 12: (118.0, 26.0, 76.0), 16: (150.0, 28.0, 80.0), 24: (170.0, 20.0, 64.0)}
 SIZES = {
     3: (180.0, 70.0, 50.0, 20.0, 96.0, 62.0),
     4: (180.0, 78.0, 42.0, 20.0, 90.0, 70.0),
@@ -101,3 +103,13 @@ def meridian_of(setup, shape):
     if shape == "sphere":
         return ("sphere", None, centre)
     return None
+
+
+def barrel(stops=12, form="rib", hand="right", starts=1, shape="cylinder", **changes):
+    """A cylindrical indexing cam and its setup."""
+    pitch, diameter, width = BARREL_SIZES[stops * starts]
+    follower = TurretFollower(kind="turret", stops=stops, rollers=stops * starts, pitch_radius=pitch)
+    setup = Setup(follower, roller_of(shape, diameter, 14.0), index_program(stops, motion=150.0))
+    keys = {"kind": "cylindrical-index", "form": form, "hand": hand, "center_distance": pitch - 3.0, "diameter": 130.0,
+            "width": width, "bore": 30.0}
+    return BarrelCam(**(keys | changes)), setup

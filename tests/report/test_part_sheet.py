@@ -20,9 +20,9 @@ from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read
 from camgeom.report.files import format_rows
 from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, part_sheet, rows
-from tests.oracle.test_disc import flat
+from tests.places import PROFILES
+from tests.reference.planar_machines import flat
 
-PROFILES = Path(__file__).parents[2] / "profiles"
 NAMES = ["pin_insertion", "disc_offset_roller", "conjugate_rocker", "constant_width_press", "barrel_indexer"]
 
 

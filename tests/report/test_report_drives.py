@@ -22,9 +22,7 @@ from camgeom.profile import parse
 from camgeom.report.page import sheet
 from camgeom.report.sections import report
 from camgeom.report.sections.elastic import elastic, residual, stretches
-
-ROOT = Path(__file__).parents[2]
-PROFILES = ROOT / "profiles"
+from tests.places import PROFILES, ROOT
 
 
 def _page(profile: str, *sections: str, change: tuple[str, str] = ("", "")) -> tuple[Model, Page]:

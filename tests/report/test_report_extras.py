@@ -21,8 +21,7 @@ from camgeom.report.extras import EXTRAS, write_extras
 from camgeom.report.poster import poster
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
-
-PROFILES = Path(__file__).parents[2] / "profiles"
+from tests.places import PROFILES
 
 
 def _box(low: tuple[float, ...], high: tuple[float, ...]) -> Mesh:
@@ -82,8 +81,6 @@ def test_planar_cams_are_coloured_by_what_is_known_of_their_profile(profile: str
 
 
 def _turning(model: Model, folder: Path, monkeypatch: pytest.MonkeyPatch, *kinds: str) -> list[Path]:
-    if opengl.opengl_window() is None:
-        pytest.skip("no OpenGL library works here")
     monkeypatch.setattr(movie, "FRAMES", 4)
     return movie.write_movies(model, folder, "cam", kinds, (160, 120))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -14,6 +13,7 @@ from camgeom.drawing.content import Chart, Drawing, Map, Page, Polar, Section
 from camgeom.drawing.frame import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.report.page import render, sheet
+from tests.places import ROOT
 from tests.report import demo as report_demo
 
 PLOTS = [
@@ -124,7 +124,7 @@ def test_repeated_rendering_is_the_same(html: str) -> None:
 
 
 def test_vendored_viewer_is_built_from_the_sources_here() -> None:
-    root = Path(__file__).parents[2]
+    root = ROOT
     assets = root / "camgeom" / "report" / "assets"
     bundle = (assets / "viewer.js").read_text(encoding="utf-8")
     sources = sorted((root / "scripts" / "viewer" / "src").iterdir())

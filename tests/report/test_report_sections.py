@@ -20,8 +20,9 @@ from camgeom.report.page import render, sheet
 from camgeom.report.sections import SECTIONS, report, write_report
 from camgeom.report.sections.bodies import cam_poses, poses, roller_mesh
 from camgeom.report.sections.design import outlines
+from tests.places import PROFILES
 
-PIN = Path(__file__).parents[2] / "profiles" / "pin_insertion.toml"
+PIN = PROFILES / "pin_insertion.toml"
 
 SWINGING = """
 name = "swinging <b>rib</b>"

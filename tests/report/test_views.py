@@ -35,12 +35,6 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float], *grou
 CUBE = Body("cube", box((0.0, 0.0, 0.0), (10.0, 10.0, 10.0), "land", "flank"))
 
 
-@pytest.fixture
-def drawing() -> None:
-    if opengl.opengl_window() is None:
-        pytest.skip("no OpenGL library works here")
-
-
 def share(picture: np.ndarray, colour: tuple[float, float, float], within: float = 0.1) -> float:
     """Share of the picture whose hue is that of the colour, lit or in shade."""
     rgb = picture.reshape(-1, 3) / 255.0
@@ -51,7 +45,6 @@ def share(picture: np.ndarray, colour: tuple[float, float, float], within: float
 
 
 @pytest.mark.opengl
-@pytest.mark.usefixtures("drawing")
 def test_a_picture_is_a_png_of_its_size_with_the_part_inside_the_frame(tmp_path: Path) -> None:
     path = tmp_path / "cube.png"
     assert render([CUBE], path, View(size=SIZE)) == path.stat().st_size
@@ -63,7 +56,6 @@ def test_a_picture_is_a_png_of_its_size_with_the_part_inside_the_frame(tmp_path:
 
 
 @pytest.mark.opengl
-@pytest.mark.usefixtures("drawing")
 def test_a_body_is_seen_in_its_colour_where_it_is_put() -> None:
     roller = Body("roller", box((2.0, -6.0, 2.0), (8.0, -2.0, 8.0)), ROLLER)
     with stage([CUBE, roller], View(camera="-y", size=SIZE)) as scene:
@@ -78,7 +70,6 @@ def test_a_body_is_seen_in_its_colour_where_it_is_put() -> None:
 
 
 @pytest.mark.opengl
-@pytest.mark.usefixtures("drawing")
 def test_a_field_colours_its_groups_only() -> None:
     top = View(field="height_mm", field_groups=("flank",), limits=(0.0, 10.0), camera="+z", size=SIZE)
     yellow = (252, 232, 115)
@@ -91,7 +82,6 @@ def test_a_field_colours_its_groups_only() -> None:
 
 
 @pytest.mark.opengl
-@pytest.mark.usefixtures("drawing")
 def test_a_section_shows_the_cut_of_the_named_bodies_only() -> None:
     cut, plane = (0.95, 0.85, 0.66), Plane((0.0, 5.0, 0.0), (0.0, -1.0, 0.0))
     for names, seen in ((("cube",), True), (("other",), False), ((), True)):

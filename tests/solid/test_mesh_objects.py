@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import camgeom
+from tests.places import PROFILES
 
-PROFILE = Path(__file__).resolve().parents[2] / "profiles" / "disc_flat_face.toml"
+PROFILE = PROFILES / "disc_flat_face.toml"
 
 
 @pytest.fixture(scope="module")

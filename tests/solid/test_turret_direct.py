@@ -15,8 +15,7 @@ from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, land_of
 from camgeom.solid.turret_lands import Edge, NotOneSurface, Strip, land_net
 from camgeom.solid.turret_stitch import METHOD
 from camgeom.track.section import CylinderLevel
-from tests.oracle.test_indexing_cams import barrel
-from tests.reference.indexing_machines import index_program, indexer
+from tests.reference.indexing_machines import barrel, index_program, indexer
 
 GLOBOID = GloboidLand(GloboidLevel(180.0, 80.0))
 
