@@ -101,7 +101,7 @@ class Model(Shape):
     @fact
     def impact(self) -> ImpactRun | None:
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
-        from camgeom.model.vibration import impact_of
+        from camgeom.model.impact import impact_of
 
         return impact_of(self.profile, self.setup, self.tracks) if self.profile.impact_spec is not None else None
 

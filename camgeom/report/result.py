@@ -180,7 +180,7 @@ MOST_IMPACTS = 100
 def impact_data(model: Model) -> dict[str, Any]:
     """What the profile's [impact] table asks for: impacts one by one, statistics over turns, studies."""
     from camgeom.dynamics.impact.study import clearance_study, statistics, study, tighter_change
-    from camgeom.model.vibration import impact_laws
+    from camgeom.model.impact import impact_laws
 
     spec, run, rotating = model.profile.impact_spec, model.impact, model.profile.rotating
     assert spec is not None

@@ -9,14 +9,18 @@ from hypothesis import strategies as st
 
 from camgeom.dynamics.impact.laws import (
     ContactLaw,
+    Coulomb,
     HertzLine,
+    ImpactDamping,
     LinePatch,
     LiuCylinder,
     PowerLaw,
     PrintedStiffness,
+    RampedDamping,
     contact_modulus,
+    exact_factor,
+    restitution_of,
 )
-from camgeom.dynamics.impact.losses import Coulomb, ImpactDamping, RampedDamping, exact_factor, restitution_of
 from camgeom.errors import NotConverged, ProfileError
 
 MODULUS = contact_modulus(207e9, 0.28, 207e9, 0.28)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from camgeom.dynamics.impact.frame import FramePair
-from camgeom.dynamics.impact.laws import HertzLine
+from camgeom.dynamics.impact.laws import Coulomb, HertzLine, ImpactDamping, RampedDamping
 from camgeom.dynamics.impact.lift import Arc, Lift
-from camgeom.dynamics.impact.losses import Coulomb, ImpactDamping, RampedDamping
 from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin, State
 from camgeom.dynamics.impact.run import ImpactRun, solve
 from camgeom.dynamics.impact.stepper import step

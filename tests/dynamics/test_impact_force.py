@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.dynamics.impact import solver as impact_solver
-from camgeom.dynamics.impact.force import ForceTable
-from camgeom.dynamics.impact.lift import Lift
+from camgeom.dynamics.impact.lift import ForceTable, Lift
 from camgeom.dynamics.impact.problem import Load
 from camgeom.dynamics.impact.study import statistics
 from camgeom.errors import NotConverged

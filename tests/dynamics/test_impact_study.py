@@ -9,8 +9,7 @@ from pydantic import ValidationError
 from camgeom.dynamics.impact import study as impact_study
 from camgeom.dynamics.impact.frame import SPEED as FRAME_SPEED
 from camgeom.dynamics.impact.frame import pressing_problem
-from camgeom.dynamics.impact.laws import HertzLine, LiuCylinder, PowerLaw, PrintedStiffness
-from camgeom.dynamics.impact.losses import Coulomb, RampedDamping
+from camgeom.dynamics.impact.laws import Coulomb, HertzLine, LiuCylinder, PowerLaw, PrintedStiffness, RampedDamping
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.impact.spec import ImpactSpec

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.impact.frame import FrameSide
-from camgeom.dynamics.impact.losses import ImpactDamping
+from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.roller import CurveSide, DiscCurve
 from camgeom.dynamics.impact.side import Side

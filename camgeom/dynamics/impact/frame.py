@@ -17,9 +17,8 @@ from typing import final
 
 import numpy as np
 
-from camgeom.dynamics.impact.laws import PowerLaw
+from camgeom.dynamics.impact.laws import Coulomb, PowerLaw, RampedDamping
 from camgeom.dynamics.impact.lift import TURN, Lift, LiftJets
-from camgeom.dynamics.impact.losses import Coulomb, RampedDamping
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.side import Pair, Side, Touch, Toucher, TouchMany, check_clearance
 from camgeom.errors import Problem, ProfileError

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, NamedTuple, final
 
-from camgeom.dynamics.impact.force import ForceTable
-from camgeom.dynamics.impact.laws import ContactLaw, LinePatch
-from camgeom.dynamics.impact.losses import Coulomb, Damping, ImpactDamping
+from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDamping, LinePatch
+from camgeom.dynamics.impact.lift import ForceTable
 from camgeom.dynamics.impact.side import Pair
 from camgeom.errors import Problem, ProfileError
 

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from camgeom.dynamics.impact.losses import ImpactDamping
+from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.problem import ImpactProblem, Regime, State
 from camgeom.dynamics.impact.stepper import Rate
 from camgeom.errors import NotConverged

@@ -9,15 +9,299 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple, final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.lift import TURN
-from camgeom.dynamics.impact.outcome import Energy, Impact, Wear, balance, impacts, wear
-from camgeom.dynamics.impact.problem import ImpactProblem, Recorded
+from camgeom.dynamics.impact.problem import ImpactProblem, Recorded, Regime, State
 from camgeom.dynamics.impact.rates import Machine
-from camgeom.dynamics.impact.solver import walk
+from camgeom.dynamics.impact.solver import hermite_row, walk
 from camgeom.dynamics.impact.stepper import step
-from camgeom.dynamics.impact.trace import SHARES, Trace, evaluate, sampled
 from camgeom.maths import Floats
+
+_BOOLE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180.0
+"""composite Boole weights of the nine points of a step"""
+
+
+class Impact(NamedTuple):
+    """One contact from on to off. Energy is that of the approach, m v^2/2 with the follower's mass at the contact."""
+
+    time: float
+    angle: float
+    side: State
+    approach_speed: float
+    energy: float
+    duration: float
+    peak_force: float
+    peak_pressure: float
+    impulse: float
+    sliding_work: float
+    converts: bool
+    """the other side drove before: a drive conversion"""
+
+
+class Energy(NamedTuple):
+    """The power balance over the run [J]; `residual` = work - kinetic - stored - lost should be rounding."""
+
+    work: float
+    kinetic: float
+    stored: float
+    lost: float
+    residual: float
+    largest_flow: float
+
+    @property
+    def relative_residual(self) -> float:
+        """The residual over the largest energy that flowed, 1."""
+        return abs(self.residual) / self.largest_flow if self.largest_flow > 0.0 else abs(self.residual)
+
+
+class Wear(NamedTuple):
+    """Wear indicators of one side: impulse [N s], sliding work per unit friction [J], friction work [J]."""
+
+    impulse: float
+    sliding: float
+    friction: float
+
+
+def impacts(run: ImpactRun) -> list[Impact]:
+    """Contacts between on and off events; one that is under way at the start has no approach and is left out."""
+    hits: list[Impact] = []
+    began: dict[State, tuple[float, float]] = {}
+    driving = State.FREE
+    first = run.recorded.regimes[0].state if run.recorded.regimes else State.FREE
+    if first != State.FREE:
+        driving = first
+    for event in [*run.recorded.events, None]:
+        if event is None or event.kind == "off":
+            ended = run.recorded.time if event is None else event.time
+            for side, (time, speed) in began.items():
+                hits.append(_hit(run, side, time, ended, speed, driving))
+                driving = side
+            began.clear()
+        elif event.kind == "on":
+            began[event.state] = (event.time, event.approach)
+    return hits
+
+
+def _hit(run: ImpactRun, side: State, time: float, ended: float, speed: float, driving: State) -> Impact:
+    trace, k = run.trace, side - 1
+    first, last = run.place(time), run.place(ended)
+    if run.recorded.steps[last].time >= ended:
+        last -= 1
+    rows = slice(first, last + 1)
+    lengths = np.array([s.length for s in run.recorded.steps[rows]])
+    force, slide = trace.force[rows, :, k], np.abs(trace.sliding[rows, :, k])
+    angle = run.start_angle + run.problem.speed * time
+    eta = run.trace.deviation[first, :1]
+    lever = float(run.problem.pair.sides[k].many(run.machine.lift, np.array([angle]), eta)[1][0])
+    mass = run.problem.inertia / (lever * lever)
+    return Impact(
+        time,
+        angle,
+        side,
+        speed,
+        0.5 * mass * speed * speed,
+        ended - time,
+        float(force.max(initial=0.0)),
+        float(trace.pressure[rows, :, k].max(initial=0.0)),
+        float(lengths @ (force @ _BOOLE)),
+        float(lengths @ ((force * slide) @ _BOOLE)),
+        driving not in (State.FREE, side),
+    )
+
+
+def balance(run: ImpactRun) -> Energy:
+    problem, recorded, machine = run.problem, run.recorded, run.machine
+    kinetic, stored = [], []
+    first = recorded.steps[0]
+    ends = [(first.time, first.state, recorded.regimes[first.regime])]
+    ends.append((recorded.time, recorded.state, recorded.regimes[recorded.steps[-1].regime]))
+    for t, y, regime in ends:
+        state = y if isinstance(y, complex) else complex(y[0])
+        x = machine.speed * (t - regime.begin)
+        s0, s1, s2 = machine.jets.jets[regime.arc](x)
+        speed = s1 * machine.speed + state.imag
+        spin = 0.0 if problem.spin is None else 0.5 * problem.spin.inertia * abs(complex(y[1])) ** 2
+        kinetic.append(0.5 * problem.inertia * speed * speed + spin)
+        elastic = 0.0
+        if not problem.law.uses_curvature:
+            depths = (touch(regime.arc, x, s0, s1, s2, state.real)[0] for touch in machine.touches)
+            elastic = sum(problem.law.energy(depth) for depth in depths)
+        stored.append(elastic + problem.load.energy(s0 + state.real))
+    work, lost = recorded.work[-1].real, recorded.work[-1].imag
+    residual = work - (kinetic[1] - kinetic[0]) - (stored[1] - stored[0]) - lost
+    swing = max(abs(w.real) for w in recorded.work)
+    largest = max(swing, float(0.5 * problem.inertia * (run.trace.speed**2).max()), abs(lost))
+    return Energy(work, kinetic[1] - kinetic[0], stored[1] - stored[0], lost, residual, largest)
+
+
+def wear(run: ImpactRun) -> tuple[Wear, Wear]:
+    """Wear indicators of the main and the return side over the run."""
+    trace, lengths = run.trace, np.array([s.length for s in run.recorded.steps])
+    sides = []
+    for k in (0, 1):
+        force, slide = trace.force[..., k], np.abs(trace.sliding[..., k])
+        rub = run.problem.friction.coefficient_many(slide.ravel()).reshape(slide.shape) if run.problem.friction else 0.0
+        sums = [float(lengths @ (values @ _BOOLE)) for values in (force, force * slide, force * slide * rub)]
+        sides.append(Wear(*sums))
+    return sides[0], sides[1]
+
+
+SHARES = 8
+"""intervals that every step is sampled in"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Arrays over time, shape (steps, 9) or whatever times were asked for; both sides in the last axis of the pairs.
+
+    `time` s, `angle` cam angle rad (counted on over turns), `deviation` m or rad, `position`, `speed`,
+    `acceleration` of the follower (m or rad, per s, per s^2), `force` (..., 2) N, `penetration` (..., 2) m
+    (0 out of contact), `sliding` (..., 2) m/s, `pressure` (..., 2) Pa, `cam_torque` N m that the cam needs, `state`.
+    """
+
+    time: Floats
+    angle: Floats
+    deviation: Floats
+    position: Floats
+    speed: Floats
+    acceleration: Floats
+    force: Floats
+    penetration: Floats
+    sliding: Floats
+    pressure: Floats
+    cam_torque: Floats
+    state: NDArray[np.int8]
+
+    def flat(self) -> Trace:
+        """The same with the time in one axis."""
+        values = {}
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            values[name] = value.reshape(-1, *value.shape[self.time.ndim :])
+        return Trace(**values)
+
+
+def evaluate(
+    machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats, follower: Any, spins: Any
+) -> Trace:
+    """The trace at states given as eta + 1j * rate (flat arrays), `which` the number of the regime of each."""
+    problem, lift, w = machine.problem, machine.lift, machine.speed
+    arcs = np.array([r.arc for r in regimes])[which]
+    x = w * (time - np.array([r.begin for r in regimes])[which])
+    angle = np.array(lift.starts)[arcs] + x
+    jet = np.empty((3, time.size))
+    for k in np.unique(arcs):
+        here = arcs == k
+        jet[:, here] = lift.arcs[k].many(angle[here], 2)
+    state = np.array([r.state for r in regimes], dtype=np.int8)[which]
+    clipped = np.array([r.clipped for r in regimes])[which]
+    approach = np.array([r.approach for r in regimes])[which]
+    eta, rate = follower.real, follower.imag
+    q, q1 = jet[0] + eta, jet[1] * w + rate
+    load = problem.load
+    torque = load.constant - load.stiffness * q
+    if load.drag:
+        torque = torque - load.drag * np.tanh(3.0 * q1 / load.drag_speed)
+    if load.applied is not None:
+        ends = np.array([arc.end for arc in lift.arcs])
+        torque = torque - load.applied.many(angle, np.array(lift.starts)[arcs], ends[arcs])
+    pairs = {name: np.zeros((time.size, 2)) for name in ("force", "penetration", "sliding", "pressure")}
+    needed = np.zeros(time.size)
+    for side in (0, 1):
+        on = np.flatnonzero((state == side + 1) & ~clipped)
+        if not on.size:
+            continue
+        delta, h, g, ht, gt, bend = problem.pair.sides[side].many(lift, angle[on], eta[on])
+        sinking = g * w - h * q1[on]
+        elastic = problem.law.force_many(delta, bend)
+        if isinstance(problem.damping, ImpactDamping):
+            lost = elastic * (problem.damping.factor / approach[on]) * sinking
+        else:
+            lost = problem.damping.viscosity_many(delta) * sinking
+        force = np.maximum(elastic + lost, 0.0)
+        slide = ht * q1[on] - gt * w
+        lever = ht
+        if spins is not None:
+            radius = float(getattr(problem.pair.sides[side], "radius", 0.0))
+            lever = ht + radius * machine.carrier_turn(side)
+            slide = lever * q1[on] - radius * (spins.real if side == 0 else spins.imag)[on] - gt * w
+        rub = problem.friction.coefficient_many(slide) * force if problem.friction is not None else 0.0
+        torque[on] += force * h - rub * lever
+        needed[on] += force * g - rub * gt
+        pairs["force"][on, side], pairs["penetration"][on, side] = force, delta
+        pairs["sliding"][on, side] = slide
+        if problem.patch is not None:
+            pairs["pressure"][on, side] = problem.patch.pressure(force, bend)
+    whole = w * time
+    return Trace(time, whole, eta, q, q1, torque / problem.inertia, cam_torque=needed, state=state, **pairs)
+
+
+def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
+    """The trace in nine points of every step, by quintic Hermite in the deviation (error below 1e-6 of its range)."""
+    steps = made.steps
+    t0 = np.array([s.time for s in steps])
+    h = np.array([s.length for s in steps])
+    which = np.array([s.regime for s in steps])
+    states = [*(s.state for s in steps), made.state]
+    spinning = not isinstance(made.state, complex)
+    y = np.array([complex(s[0]) for s in states] if spinning else states)
+    a0 = np.array([complex(s.rate[0]) if spinning else s.rate for s in steps]).imag
+    w = machine.speed
+    # The rate at a step's end belongs to its own regime: at a knot of the motion the next one begins with another.
+    ends = evaluate(machine, made.regimes, which, t0 + h, y[1:], _spins(states[1:]) if spinning else None)
+    a1 = ends.acceleration - _ideal(machine, made.regimes, which, t0 + h) * w * w
+    shares = np.linspace(0.0, 1.0, SHARES + 1)
+    rows = np.array([hermite_row(u) for u in shares])
+    slopes = np.array([_hermite_slope(u) for u in shares])
+    basis = np.stack([y[:-1].real, h * y[:-1].imag, h * h * a0, y[1:].real, h * y[1:].imag, h * h * a1], axis=1)
+    follower = (basis @ rows.T + 1j * (basis @ slopes.T) / h[:, None]).ravel()
+    time = (t0[:, None] + shares * h[:, None]).ravel()
+    spins = None
+    if spinning:
+        z = _spins(states)
+        spins = (z[:-1, None] * (1.0 - shares) + z[1:, None] * shares).ravel()
+    numbers = np.repeat(which, SHARES + 1)
+    flat = evaluate(machine, made.regimes, numbers, time, follower, spins)
+    shape = (len(steps), SHARES + 1)
+    values = {}
+    for name in flat.__dataclass_fields__:
+        value = getattr(flat, name)
+        values[name] = value.reshape(*shape, *value.shape[1:])
+    values["angle"] = values["angle"] + angle
+    return Trace(**values)
+
+
+def _ideal(machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats) -> Floats:
+    """Second derivative of the ideal motion per rad^2, each in the arc of its own regime."""
+    lift = machine.lift
+    arcs = np.array([r.arc for r in regimes])[which]
+    angle = np.array(lift.starts)[arcs] + machine.speed * (time - np.array([r.begin for r in regimes])[which])
+    second = np.empty(time.size)
+    for k in np.unique(arcs):
+        here = arcs == k
+        second[here] = lift.arcs[k].many(angle[here], 2)[2]
+    return second
+
+
+def _spins(states: list[Any]) -> NDArray[np.complex128]:
+    return np.array([complex(s[1]) for s in states])
+
+
+def _hermite_slope(u: float) -> tuple[float, ...]:
+    """Derivative over u of the rows of `hermite_row`."""
+    v = 1.0 - u
+    return (
+        -30.0 * u * u * v * v,
+        v * v * (1.0 + 2.0 * u - 15.0 * u * u),
+        0.5 * u * v * v * (2.0 - 5.0 * u),
+        30.0 * u * u * v * v,
+        u * u * (1.0 + 2.0 * v - 15.0 * v * v),
+        -0.5 * u * u * v * (2.0 - 5.0 * v),
+    )
+
 
 Quantity = Literal["acceleration", "force_main", "force_return", "pressure_main", "pressure_return"]
 

@@ -7,8 +7,18 @@ from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, model_validator
 
-from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, LiuCylinder, PowerLaw, PrintedStiffness
-from camgeom.dynamics.impact.losses import Coulomb, Damping, ImpactDamping, RampedDamping
+from camgeom.dynamics.impact.laws import (
+    ContactLaw,
+    Coulomb,
+    Damping,
+    HertzLine,
+    ImpactDamping,
+    LinePatch,
+    LiuCylinder,
+    PowerLaw,
+    PrintedStiffness,
+    RampedDamping,
+)
 from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin
 from camgeom.dynamics.impact.side import Pair
 from camgeom.keys import Length, Section

@@ -1,0 +1,155 @@
+"""Contact of a profile's own follower with free play: the door from mm, N, MPa to the SI units of the impact solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+from camgeom.mechanics.material import pair_compliance
+from camgeom.model.loads import follower_load, operation_of
+from camgeom.track.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.impact.problem import ImpactProblem, Load
+    from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.dynamics.impact.side import Pair
+    from camgeom.profile import Profile
+    from camgeom.track import Track
+
+MILLI = 1e-3
+
+
+def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactRun:
+    """The follower's motion with free play between its two contacts, over the turns the profile asks for.
+
+    Raises ProfileError where the cam does not drive both ways or has no play.
+    """
+    from camgeom.dynamics.impact.run import solve
+
+    spec = profile.impact_spec
+    assert spec is not None
+    return solve(impact_problem(profile, setup, tracks), turns=spec.turns, rtol=spec.tolerance)
+
+
+def impact_problem(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactProblem:
+    """The contact problem of the profile's cam in SI units; raises as `impact_of`."""
+    spec = profile.impact_spec
+    assert spec is not None
+    cam, roller = profile.cam, setup.roller
+    radius = 0.5 * roller.diameter if roller is not None else float("inf")
+    length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
+    base = getattr(cam, "base_radius", None) or getattr(cam, "radius", None) or radius
+    pair, load = impact_pair(profile, setup, tracks), impact_load(profile, setup)
+    if load.applied is not None and load.applied.jumps:
+        pair = replace(pair, lift=pair.lift.split(load.applied.jumps))  # type: ignore[type-var]
+    return spec.problem(
+        pair,
+        inertia=float(follower_load(profile, setup).mass),  # type: ignore[arg-type]
+        speed_rpm=operation_of(profile, "impacts").speed,
+        modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
+        length_mm=float(length),
+        roller_radius_mm=radius,
+        cam_radius_mm=float(base),
+        load=load,
+    )
+
+
+def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
+    """The contact problem for every law that [impact] compares, put in place of those of all moving segments.
+
+    Each cam is made anew, so its levers and curvatures are those of its own motion. Raises as `impact_of`.
+    """
+    spec = profile.impact_spec
+    assert spec is not None
+    found = {}
+    for law in spec.laws:
+        motion = tuple(
+            segment if segment.to is None else segment.model_copy(update={"law": law, "parameters": ()})
+            for segment in profile.motion
+        )
+        other = profile.model_copy(update={"motion": motion})
+        setup = other.setup()
+        cam: Any = other.cam
+        if problems := cam.problems(setup):
+            raise ProfileError(problems, profile.source)
+        found[law] = impact_problem(other, setup, tuple(cam.tracks(setup)))
+    return found
+
+
+def impact_load(profile: Profile, setup: Setup) -> Load:
+    """What [operation] puts on the follower beside its inertia: spring, friction, weight, applied forces; SI.
+
+    Applied forces are taken over the cam angle along the ideal motion. Friction is reached at a hundredth of the
+    motion's peak speed.
+    """
+    from camgeom.dynamics.impact.lift import ForceTable
+    from camgeom.dynamics.impact.problem import Load
+
+    load, program = follower_load(profile, setup), setup.program
+    rotating = load.kind == "rotating"
+    unit, length = (MILLI, 1.0) if rotating else (1.0, MILLI)
+    applied = None
+    if load.applied:
+        omega = float(load.speed)  # type: ignore[arg-type]
+
+        def force(theta: Floats) -> Floats:
+            s, v, a = program.jet(theta, 2)
+            return np.asarray(unit * sum(one(theta, s, omega * v, omega**2 * a) for one in load.applied))
+
+        applied = ForceTable.of(force, [*program.knots, *(b for one in load.applied for b in one.breaks)])
+    spring, friction, weight, rate = (float(v) for v in (load.preload, load.friction, load.weight, load.rate))  # type: ignore[arg-type]
+    fastest = length * abs(program.peak(1).value) * float(load.speed)  # type: ignore[arg-type]
+    return Load(-unit * (spring + weight), unit * rate / length, unit * friction, 0.01 * fastest or 1e-3, applied)
+
+
+def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pair:
+    """The two opposing contacts of the profile's cam, in m and rad. Raises ProfileError where it has none."""
+    from camgeom.dynamics.impact.flank import groove_pair
+    from camgeom.dynamics.impact.frame import FramePair
+    from camgeom.dynamics.impact.lift import Lift
+    from camgeom.dynamics.impact.pairs import RockerPair, SlidePair
+
+    spec, cam, follower = profile.impact_spec, profile.cam, setup.follower
+    assert spec is not None
+    cut = 2.0 * getattr(cam, "running_clearance", 0.0)
+    play = MILLI * (spec.clearance or getattr(follower, "clearance", 0.0) or cut)
+    if play <= 0.0:
+        raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
+    kind = profile.kind
+    if kind == "conjugate" and isinstance(follower, SwingingFollower) and setup.roller is not None:
+        if (follower.side == "left") != (getattr(cam, "sense", 1.0) > 0.0):
+            message = "the contact solver knows rockers whose main roller meets the cam from ahead of the pivot"
+            allowed = "left with direction = ccw, or right with cw"
+            raise ProfileError([Problem("follower.side", message, follower.side, allowed)])
+        return RockerPair(
+            Lift.from_program(setup.program, 1.0),
+            MILLI * float(getattr(cam, "center_distance", 0.0)),
+            MILLI * follower.arm,
+            MILLI * float(getattr(cam, "return_arm", None) or follower.arm),
+            MILLI * 0.5 * setup.roller.diameter,
+            MILLI * float(getattr(cam, "base_radius", 0.0)),
+            play,
+            spec.clearance_kind,
+            cam.angle_between(setup) if hasattr(cam, "angle_between") else None,
+        )
+    if kind == "conjugate" and isinstance(follower, TranslatingFollower) and setup.roller is not None:
+        return SlidePair(
+            Lift.from_program(setup.program, MILLI),
+            MILLI * float(getattr(cam, "base_radius", 0.0)),
+            MILLI * cam.slide_return_radius(setup) if hasattr(cam, "slide_return_radius") else 0.0,
+            MILLI * 0.5 * setup.roller.diameter,
+            play,
+            spec.clearance_kind,
+            # seen from behind, a cam that turns clockwise turns the other way and the offset changes its side
+            MILLI * follower.offset * getattr(cam, "sense", 1.0),
+        )
+    if kind == "constant-width" and isinstance(follower, FrameFollower):
+        return FramePair(Lift.from_program(setup.program, MILLI), MILLI * float(getattr(cam, "base_radius", 0.0)), play)
+    if len(tracks) == 1 and len(tracks[0].sides) == 2 and hasattr(cam, "quoted_radius"):
+        return groove_pair(tracks[0], play, cam.quoted_radius(setup))
+    allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
+    raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", kind, allowed)])
