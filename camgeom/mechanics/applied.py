@@ -1,9 +1,18 @@
-"""Forces applied to the follower over a range of cam angle: a table or an expression."""
+"""Forces applied to the follower over a range of cam angle: a table, or an expression that is never run as code.
+
+The text of an expression is parsed to a syntax tree, of which only numbers, named variables, + - * / **, signs and
+calls of the listed functions are let through; what is left is a short list of array operations. Length, depth and
+exponents are bounded before anything is computed, so that no text can take long.
+"""
 
 from __future__ import annotations
 
+import ast
+import difflib
 import itertools
-from collections.abc import Callable
+import math
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self, final
 
@@ -14,7 +23,6 @@ from pydantic import BeforeValidator, Field, model_validator
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Degrees, Section
 from camgeom.maths import Floats
-from camgeom.mechanics.expression import Expression, compile_expression
 from camgeom.mechanics.panels import TURN
 
 Interpolation = Literal["linear", "smooth"]
@@ -182,3 +190,198 @@ def _end_slope(h0: float, h1: float, d0: float, d1: float) -> float:
     if slope * d0 <= 0.0:
         return 0.0
     return 3.0 * d0 if d0 * d1 <= 0.0 and abs(slope) > 3.0 * abs(d0) else slope
+
+
+MAX_CHARACTERS = 500
+MAX_DEPTH = 40
+MAX_EXPONENT = 32.0
+MAX_NUMBER = 1e30
+
+VARIABLES: dict[str, str] = {
+    "phi": "cam angle, rad",
+    "theta": "cam angle, rad (the same as phi)",
+    "deg": "cam angle, degrees",
+    "s": "lift, mm or rad",
+    "v": "follower velocity, mm/s or rad/s",
+    "a": "follower acceleration, mm/s² or rad/s²",
+}
+CONSTANTS: dict[str, float] = {"pi": math.pi, "e": math.e}
+FUNCTIONS: dict[str, tuple[np.ufunc, int, int]] = {
+    "sin": (np.sin, 1, 1), "cos": (np.cos, 1, 1), "tan": (np.tan, 1, 1),
+    "asin": (np.arcsin, 1, 1), "acos": (np.arccos, 1, 1), "atan": (np.arctan, 1, 1), "atan2": (np.arctan2, 2, 2),
+    "sinh": (np.sinh, 1, 1), "cosh": (np.cosh, 1, 1), "tanh": (np.tanh, 1, 1),
+    "exp": (np.exp, 1, 1), "sqrt": (np.sqrt, 1, 1), "abs": (np.absolute, 1, 1), "sign": (np.sign, 1, 1),
+    "log": (np.log, 1, 1), "log10": (np.log10, 1, 1), "hypot": (np.hypot, 2, 2),
+    "floor": (np.floor, 1, 1), "ceil": (np.ceil, 1, 1),
+    "min": (np.minimum, 2, 8), "max": (np.maximum, 2, 8),
+}
+_BINARY: dict[type[ast.operator], np.ufunc] = {
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
+}
+_OPERATORS: dict[str, np.ufunc] = {"negative": np.negative} | {f.__name__: f for f in _BINARY.values()}
+
+Step = tuple[str, str, float]
+"""One step on a stack: ("number", "", value), ("variable", name, 0), ("call" | "operator", name, arguments)."""
+
+
+class _Refused(Exception):
+    """The text asks for something that is not let through; carries message and hint for the Problem."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+@final
+@dataclass(frozen=True)
+class Expression:
+    """A function of the cam angle and the follower's motion; call it with arrays. Made by `compile_expression`."""
+
+    text: str
+    key: str
+    steps: tuple[Step, ...]
+
+    @property
+    def variables(self) -> frozenset[str]:
+        """Names of the variables that the expression uses."""
+        return frozenset(name for kind, name, _ in self.steps if kind == "variable")
+
+    def __call__(self, phi: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
+        """Value at cam angle phi (rad), lift s, velocity v, acceleration a; their broadcast shape.
+
+        Raises ProfileError where the value is not a finite number (division by zero, logarithm of a negative).
+        """
+        angle = np.asarray(phi, dtype=np.float64)
+        known = {"phi": angle, "theta": angle, "deg": np.degrees(angle), "s": np.asarray(s, dtype=np.float64),
+                 "v": np.asarray(v, dtype=np.float64), "a": np.asarray(a, dtype=np.float64)}
+        # Division by zero and the like become one clear error below, not a warning on stderr.
+        with np.errstate(all="ignore"):
+            value = _run(self.steps, known)
+        shape = np.broadcast_shapes(*(array.shape for array in known.values()))
+        result = np.array(np.broadcast_to(value, shape), dtype=np.float64)
+        bad = ~np.isfinite(result)
+        if bad.any():
+            where = float(np.degrees(np.broadcast_to(angle, shape)[bad].ravel()[0]))
+            raise ProfileError([Problem(self.key, f"the expression has no finite value at cam angle {where:.6g} deg",
+                                        self.text, hint="limit its range of cam angle or rewrite it")])
+        return result
+
+
+def compile_expression(text: str, key: str = "expression") -> Expression:
+    """The expression as an array function; ProfileError, naming the key, where the text is not plain arithmetic."""
+    try:
+        if len(text) > MAX_CHARACTERS:
+            raise _Refused(f"the expression is {len(text)} characters long", f"at most {MAX_CHARACTERS} are allowed")
+        steps: list[Step] = []
+        _emit(_parse(text), steps, 0)
+    except _Refused as refused:
+        raise ProfileError([Problem(key, str(refused), text, hint=refused.hint)]) from None
+    return Expression(text, key, tuple(steps))
+
+
+def _parse(text: str) -> ast.expr:
+    try:
+        # What the parser only warns of, like 1or 2, is no arithmetic either: made an error, it ends as a Problem.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, Warning) as error:
+        reason = error.msg if isinstance(error, SyntaxError) else str(error)
+        raise _Refused(f"not an arithmetic expression: {reason}", "write for example 12.5 * sin(2*phi) + 3") from None
+    except (MemoryError, RecursionError):
+        raise _Refused("the expression is nested too deeply", f"at most {MAX_DEPTH} levels are allowed") from None
+
+
+def _emit(node: ast.expr, steps: list[Step], depth: int) -> None:
+    """Append the steps that leave the value of the node on the stack."""
+    if depth > MAX_DEPTH:
+        raise _Refused("the expression is nested too deeply", f"at most {MAX_DEPTH} levels are allowed")
+    if isinstance(node, ast.Constant):
+        steps.append(("number", "", _number(node)))
+    elif isinstance(node, ast.Name):
+        steps.append(_name(node.id))
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.UAdd | ast.USub):
+        _emit(node.operand, steps, depth + 1)
+        if isinstance(node.op, ast.USub):
+            steps.append(("operator", "negative", 1.0))
+    elif isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
+        # A chain of terms nests to the left as deep as it is long, which MAX_CHARACTERS bounds.
+        _emit(node.left, steps, depth)
+        before = len(steps)
+        _emit(node.right, steps, depth + 1)
+        if isinstance(node.op, ast.Pow):
+            _check_exponent(steps[before:])
+        steps.append(("operator", _BINARY[type(node.op)].__name__, 2.0))
+    elif isinstance(node, ast.Call):
+        _call(node, steps, depth)
+    else:
+        raise _Refused(f"{type(node).__name__} is not allowed here",
+                       "only numbers, variables, + - * / **, parentheses and the known functions are")
+
+
+def _call(node: ast.Call, steps: list[Step], depth: int) -> None:
+    if not isinstance(node.func, ast.Name):
+        raise _Refused("only the known functions can be called", ", ".join(FUNCTIONS))
+    name = node.func.id
+    if name not in FUNCTIONS:
+        raise _Refused(f"unknown function {name!r}", _nearest(name, FUNCTIONS))
+    _, least, most = FUNCTIONS[name]
+    if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
+        raise _Refused(f"{name} takes plain arguments only")
+    if not least <= len(node.args) <= most:
+        wanted = str(least) if least == most else f"{least} to {most}"
+        raise _Refused(f"{name} takes {wanted} argument(s), not {len(node.args)}")
+    for argument in node.args:
+        _emit(argument, steps, depth + 1)
+    steps.append(("call", name, float(len(node.args))))
+
+
+def _number(node: ast.Constant) -> float:
+    if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+        raise _Refused(f"{type(node.value).__name__} is not a number")
+    # Compared as they are: a very long integer does not fit a float.
+    if not -MAX_NUMBER <= node.value <= MAX_NUMBER:
+        raise _Refused("a number is too large", f"at most {MAX_NUMBER:g} is allowed")
+    return float(node.value)
+
+
+def _name(name: str) -> Step:
+    if name in CONSTANTS:
+        return ("number", "", CONSTANTS[name])
+    if name in VARIABLES:
+        return ("variable", name, 0.0)
+    raise _Refused(f"unknown name {name!r}", _nearest(name, [*VARIABLES, *CONSTANTS]))
+
+
+def _check_exponent(steps: list[Step]) -> None:
+    """An exponent is a constant of bounded size; exp() is there for the rest."""
+    if any(kind == "variable" for kind, _, _ in steps):
+        raise _Refused("an exponent must be a constant", "write exp(x*log(base)) for a variable exponent")
+    with np.errstate(all="ignore"):
+        value = float(_run(tuple(steps), {}))
+    if not abs(value) <= MAX_EXPONENT:
+        raise _Refused(f"the exponent {value:.6g} is too large", f"at most {MAX_EXPONENT:g} is allowed")
+
+
+def _run(steps: tuple[Step, ...], known: Mapping[str, Floats]) -> Floats:
+    stack: list[Floats] = []
+    for kind, name, number in steps:
+        if kind == "number":
+            stack.append(np.asarray(number, dtype=np.float64))
+        elif kind == "variable":
+            stack.append(known[name])
+        else:
+            operation = _OPERATORS[name] if kind == "operator" else FUNCTIONS[name][0]
+            count = int(number)
+            arguments = stack[-count:]
+            del stack[-count:]
+            value = operation(*arguments[:2])
+            for argument in arguments[2:]:
+                value = operation(value, argument)
+            stack.append(np.asarray(value, dtype=np.float64))
+    return stack[0]
+
+
+def _nearest(name: str, known: Mapping[str, object] | list[str]) -> str:
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"

@@ -84,15 +84,6 @@ def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Materia
     return np.asarray(own + body)
 
 
-def line_approach_palmgren(line_load: ArrayLike, length: ArrayLike) -> Floats:
-    """Elastic approach of a steel roller and a steel raceway, mm: 3.84e-5 Q^0.9 / l^0.8, Q = load N, l = length mm.
-
-    Palmgren's measured rule for one contact, a rough check on `line_approach`; it knows neither radius nor material.
-    """
-    long = np.asarray(length, dtype=np.float64)
-    return np.asarray(3.84e-5 * (_loaded(line_load) * long) ** 0.9 / long**0.8)
-
-
 def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Stresses sigma_x, sigma_z, tau_xz below a line contact, over peak pressure (1), tension positive.
 
@@ -112,14 +103,6 @@ def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
     bend = np.divide(rest, m2 + n2, out=np.zeros_like(root), where=m2 + n2 > 0.0)
     above = np.divide(rest, m + down, out=np.zeros_like(root), where=m + down > 0.0)
     return np.asarray(m * bend - 2.0 * above), np.asarray(-m * bend), np.asarray(-n * bend)
-
-
-def line_shear(z: ArrayLike) -> Floats:
-    """Largest shear at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
-    down = np.asarray(z, dtype=np.float64)
-    # z - z²/sqrt(1+z²) without cancellation at depth.
-    root = np.sqrt(1.0 + down * down)
-    return np.asarray(down / (root * (root + down)))
 
 
 def line_mises(z: ArrayLike, poisson: ArrayLike) -> Floats:

@@ -13,15 +13,14 @@ import numpy as np
 
 from camgeom.maths import Floats
 from camgeom.maths.surface import dot
-from camgeom.mechanics import curvature
+from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
-from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.contact import Contact, crown_gaps, line_contacts, share_load
 from camgeom.mechanics.hertz import LineContact, line_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.panels import highest, panels, roots
-from camgeom.mechanics.slices import share_load
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 
@@ -131,13 +130,13 @@ class Duty:
         pair = pair_compliance(self.roller, self.cam)
         return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, w.path_rate, self.length, pair)
 
-    def convention(self, name: curvature.Convention, pitch_radius: float) -> Contact:
+    def convention(self, name: groove.Convention, pitch_radius: float) -> Contact:
         """Contact under a named curvature convention of the literature (translating follower, cylindrical groove)."""
         ds, dds = self.force.ds, self.force.dds
-        cosine = curvature.cos_pressure_angle(pitch_radius, ds)
-        k = [curvature.relative_curvature(name, w, self.radius, pitch_radius, ds, dds) for w in ("behind", "ahead")]
+        cosine = groove.cos_pressure_angle(pitch_radius, ds)
+        k = [groove.relative_curvature(name, w, self.radius, pitch_radius, ds, dds) for w in ("behind", "ahead")]
         pair = pair_compliance(self.roller, self.cam)
-        rate = curvature.path_rate(pitch_radius, ds)
+        rate = groove.path_rate(pitch_radius, ds)
         normal = self.force.normal(cosine, guide_friction=self.load.guide_friction)
         return line_contacts(self.force.panels, normal, k[0], k[1], rate, self.length, pair)
 
@@ -191,7 +190,7 @@ class Duty:
         if self.crown is None:
             return np.zeros_like(stations)
         half = np.minimum(np.abs(stations - 0.5 * sum(self.track.contact)), self.crown)
-        return np.asarray(self.crown - np.sqrt(self.crown**2 - half**2))
+        return crown_gaps(half, self.crown)
 
     @cached_property
     def peak_contact(self) -> LineContact:

@@ -18,10 +18,10 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.mechanics.bearing import ROLLER_EXPONENT, rated_hours, shaft_stress, span_moment, stud_stress
+from camgeom.mechanics.contact import share_load
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, allowable_load, line_flexibility, line_pressure
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.slices import share_load
 from camgeom.track import TURN, Track
 from camgeom.track.turret_ribs import Engagement, Inside
 

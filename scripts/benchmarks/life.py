@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from kit import Table, best, milli, run, short
 
-from camgeom.mechanics.contact import groove_contact
+from camgeom.mechanics.groove import groove_contact
 from camgeom.mechanics.life import roller_life
 from camgeom.mechanics.load import FollowerForce, FollowerLoad
 from camgeom.mechanics.material import STEEL

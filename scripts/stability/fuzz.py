@@ -29,7 +29,7 @@ import numpy as np  # noqa: E402
 
 from camgeom.cams import kinds, starter  # noqa: E402
 from camgeom.errors import CamgeomError, ProfileError  # noqa: E402
-from camgeom.mechanics.expression import FUNCTIONS, VARIABLES, compile_expression  # noqa: E402
+from camgeom.mechanics.applied import FUNCTIONS, VARIABLES, compile_expression  # noqa: E402
 from camgeom.profile import from_data, parse, read  # noqa: E402
 from camgeom.profile.text import load  # noqa: E402
 

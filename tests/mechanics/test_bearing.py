@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate
 
-from camgeom.mechanics import curvature
+from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import (
     bearing_life,
     mean_load,
@@ -23,8 +23,8 @@ from camgeom.mechanics.panels import TURN, panels
 from tests.reference.pin_machine import PIN_MOTION, PITCH_RADIUS, ROLLER_RADIUS, SPEED, pin_load
 
 PIN = pin_load().sampled()
-RATE = curvature.path_rate(PITCH_RADIUS, PIN.ds)
-NORMAL = PIN.normal(curvature.cos_pressure_angle(PITCH_RADIUS, PIN.ds))
+RATE = groove.path_rate(PITCH_RADIUS, PIN.ds)
+NORMAL = PIN.normal(groove.cos_pressure_angle(PITCH_RADIUS, PIN.ds))
 WIDE = st.floats(-9.0, 9.0).map(lambda power: 10.0**power)
 
 

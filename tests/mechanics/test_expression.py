@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camgeom.errors import ProfileError
-from camgeom.mechanics.expression import FUNCTIONS, MAX_CHARACTERS, MAX_DEPTH, compile_expression
+from camgeom.mechanics.applied import FUNCTIONS, MAX_CHARACTERS, MAX_DEPTH, compile_expression
 
 PHI = np.linspace(0.1, 6.2, 37)
 

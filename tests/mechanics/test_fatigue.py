@@ -9,9 +9,10 @@ import pytest
 from scipy import integrate, optimize
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.mechanics import curvature
-from camgeom.mechanics.contact import Contact, groove_contact, line_contacts, resolved_contact
-from camgeom.mechanics.life import cam_life, damage_profile, roller_contacts, roller_life
+from camgeom.mechanics import groove
+from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.groove import groove_contact
+from camgeom.mechanics.life import cam_life, damage_profile, roller_life
 from camgeom.mechanics.load import FollowerLoad
 from camgeom.mechanics.material import STEEL, Material, pair_compliance
 from camgeom.mechanics.panels import TURN
@@ -204,16 +205,6 @@ def test_counting_both_adds_the_contacts_before_the_first():
     assert float(more.damage) >= float(less.damage)
 
 
-def test_contacts_of_the_hot_spot_add_up():
-    contact = pin_contact()
-    life = roller_life(contact, ROLLER, ROLLER_RADIUS, SPEED)
-    list_ = roller_contacts(contact, ROLLER, ROLLER_RADIUS, float(life.hot_spot))
-    assert ((list_.pressure / 2450.0) ** 6).sum() / 1e7 == pytest.approx(float(life.damage), rel=1e-9)
-    assert (np.diff(list_.theta) > 0).all()
-    assert (list_.wall == np.tile([1, -1], 99)[: list_.wall.size]).all()
-    assert float(life.damage) * 600 * 60 * float(life.life_h) == pytest.approx(1.0, rel=1e-12)
-
-
 def test_variants_are_the_single_cases():
     radius, pitch, length = np.array([4.0, 11.0, 15.0]), np.array([40.0, 67.0, 90.0]), np.array([6.0, 12.0, 20.0])
     speed = np.array([20.0, 62.0, 130.0])
@@ -287,7 +278,7 @@ def test_exact_curvature_is_that_of_the_surface_by_differences(wall):
 
     h = 0.02
     found = (gap(h) + gap(-h)) / h**2
-    expected = float(curvature.relative_curvature("exact", wall, radius, pitch, one, two))
+    expected = float(groove.relative_curvature("exact", wall, radius, pitch, one, two))
     assert found == pytest.approx(expected, rel=1e-4)
 
 
@@ -296,22 +287,22 @@ def test_conventions_agree_where_they_must():
     rho = (67.0**2 + s1**2) ** 1.5 / (67.0 * s2)
     for wall, true in (("behind", rho + 11.0), ("ahead", rho - 11.0)):
         sign = -1.0 if wall == "behind" else 1.0
-        found = curvature.relative_curvature("developed-wall", wall, 11.0, 67.0, s1, s2)
+        found = groove.relative_curvature("developed-wall", wall, 11.0, 67.0, s1, s2)
         np.testing.assert_allclose(found, 1 / 11.0 + sign / true, rtol=1e-13)
         # Without twist (s' = 0) the surface is the developed plane.
-        exact = curvature.relative_curvature("exact", wall, 11.0, 67.0, s1, s2)
+        exact = groove.relative_curvature("exact", wall, 11.0, 67.0, s1, s2)
         assert exact[0] == pytest.approx(found[0], rel=1e-13)
         for name, printed in (("developed", 1 / 11 - 1 / rho), ("published", 1 / 11 + 1 / rho), ("flat", [1 / 11] * 2)):
-            found = curvature.relative_curvature(name, wall, 11.0, 67.0, s1, s2)
+            found = groove.relative_curvature(name, wall, 11.0, 67.0, s1, s2)
             np.testing.assert_allclose(found, printed, rtol=1e-13)
     with pytest.raises(ValueError, match="developed-wall"):
-        curvature.relative_curvature("plane", "behind", 11.0, 67.0, s1, s2)  # type: ignore[arg-type]
+        groove.relative_curvature("plane", "behind", 11.0, 67.0, s1, s2)  # type: ignore[arg-type]
 
 
 def test_undercut_has_two_sides():
     def margin(radius):
         return min(
-            float(curvature.undercut_margin(wall, radius, PITCH_RADIUS, LOAD.ds, LOAD.dds).min())
+            float(groove.undercut_margin(wall, radius, PITCH_RADIUS, LOAD.ds, LOAD.dds).min())
             for wall in ("behind", "ahead")
         )
 
@@ -326,14 +317,6 @@ def test_undercut_has_two_sides():
 
 
 # --- limits ---------------------------------------------------------------------------------------------------------
-
-
-def test_near_undercut_the_panels_are_split_until_resolved():
-    load = pin_load()
-    contact = resolved_contact(lambda where: pin_contact(radius=21.0, load=load.sampled(where)), load.panels())
-    assert contact.resolution < 1e-9
-    coarse = pin_contact(radius=21.0)
-    assert coarse.resolution > contact.resolution
 
 
 def test_extreme_stress_and_size():
@@ -371,12 +354,12 @@ def test_no_load_lasts_for_ever():
 
 def test_slices_along_the_roller_are_a_leading_axis():
     radii = PITCH_RADIUS - LENGTH * (np.arange(4) + 0.5) / 4
-    rates = curvature.path_rate(radii[:, None, None], LOAD.ds)
-    cosine = curvature.cos_pressure_angle(radii[:, None, None], LOAD.ds)
+    rates = groove.path_rate(radii[:, None, None], LOAD.ds)
+    cosine = groove.cos_pressure_angle(radii[:, None, None], LOAD.ds)
     wide = LENGTH / 4
     line = LOAD.force / cosine.sum(axis=0) / wide
     walls = [
-        curvature.relative_curvature("exact", wall, ROLLER_RADIUS, radii[:, None, None], LOAD.ds, LOAD.dds)
+        groove.relative_curvature("exact", wall, ROLLER_RADIUS, radii[:, None, None], LOAD.ds, LOAD.dds)
         for wall in ("behind", "ahead")
     ]
     pair = pair_compliance(ROLLER, CAM)

@@ -10,8 +10,8 @@ from scipy import integrate, optimize, special
 
 from camgeom.errors import DesignError
 from camgeom.mechanics import hertz
+from camgeom.mechanics.contact import crown_gaps, share_load, uniform_slices
 from camgeom.mechanics.material import CAST_IRON, STEEL, Material, pair_compliance
-from camgeom.mechanics.slices import crown_gaps, share_load, uniform_slices
 
 PAIR = pair_compliance(STEEL, STEEL)
 WIDE = st.floats(-9.0, 9.0).map(lambda power: 10.0**power)
@@ -65,14 +65,13 @@ def test_stress_far_away_falls_off_like_a_line_force():
     _, down, _ = hertz.line_stress(0.0, far)
     # A line force of pi/2 at the surface: 2 P / (pi z).
     assert float(down) == pytest.approx(-1.0 / far, rel=1e-9)
-    assert float(hertz.line_shear(1e9)) == pytest.approx(0.5e-9, rel=1e-9)
 
 
 def test_largest_shear_is_where_the_golden_section_says():
     z = np.linspace(0.0, 3.0, 30001)
     field = np.array(hertz.line_stress(0.0, z))
     shear = 0.5 * np.abs(field[0] - field[1])
-    np.testing.assert_allclose(shear, hertz.line_shear(z), atol=1e-14)
+    np.testing.assert_allclose(shear, z - z * z / np.sqrt(1.0 + z * z), atol=1e-14)
     assert shear.max() == pytest.approx(hertz.SHEAR_SHARE, abs=1e-9)
     assert z[shear.argmax()] == pytest.approx(hertz.SHEAR_DEPTH, abs=1e-4)
     assert pytest.approx(0.300, abs=5e-4) == hertz.SHEAR_SHARE
@@ -123,7 +122,7 @@ def test_approach_is_the_integral_of_the_strain():
     assert found == pytest.approx(sum(parts), rel=2e-3)
     # Palmgren's rule for steel agrees within a fifth on an ordinary roller.
     steel = float(hertz.line_approach(load, 1.0 / 11.0, STEEL, STEEL, 11.0, 22.0))
-    assert steel == pytest.approx(float(hertz.line_approach_palmgren(load, 12.0)), rel=0.25)
+    assert steel == pytest.approx(3.84e-5 * (load * 12.0) ** 0.9 / 12.0**0.8, rel=0.25)
 
 
 def test_unusable_contacts_are_refused():

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from scipy import integrate, interpolate, optimize
 
 from camgeom.errors import DesignError, ProfileError
-from camgeom.mechanics import curvature
+from camgeom.mechanics import groove
 from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
 from camgeom.mechanics.load import FollowerLoad, drive_torque, normal_force, reversals
 from camgeom.mechanics.panels import TURN, bracketed_root, highest, panels, roots
@@ -99,8 +99,8 @@ def test_work_over_a_turn_is_what_friction_and_insertion_take():
 
 
 def test_torque_of_the_whole_drive_balances_the_power():
-    rate = curvature.path_rate(PITCH_RADIUS, PIN.ds)
-    normal = PIN.normal(curvature.cos_pressure_angle(PITCH_RADIUS, PIN.ds))
+    rate = groove.path_rate(PITCH_RADIUS, PIN.ds)
+    normal = PIN.normal(groove.cos_pressure_angle(PITCH_RADIUS, PIN.ds))
     torque = drive_torque(PIN, normal, rate, 11.0, bearing_friction=0.005, bearing_radius=6.0, rolling_arm=0.01)
     lost = PIN.panels.integral(np.abs(normal) * rate) * (0.005 * 6.0 + 0.01) / 11.0
     assert float(PIN.panels.integral(torque)) == pytest.approx(float(PIN.work() + lost), rel=1e-9)

@@ -134,7 +134,7 @@ def conventions(model: Model) -> tuple[Block, ...]:
         return ()
     from typing import get_args
 
-    from camgeom.mechanics.curvature import Convention
+    from camgeom.mechanics.groove import Convention
     from camgeom.mechanics.life import roller_life
 
     duty, radius = model.duty, quoted(model.setup)

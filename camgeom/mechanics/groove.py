@@ -1,4 +1,4 @@
-"""Cylindrical groove cam with a translating follower: curvature, pressure angle and path in closed form.
+"""Cylindrical groove cam with a translating follower: curvature, pressure angle, path and contact in closed form.
 
 The general cam gets these from its flank; here they are plain functions of s' and s'', which sweeps over many variants
 and tests need. Wall "behind" is the one towards smaller lift, which pushes the follower forward; "ahead" the other.
@@ -12,6 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
+from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.load import FollowerForce
+from camgeom.mechanics.material import Material, pair_compliance
 
 Wall = Literal["behind", "ahead"]
 Convention = Literal["exact", "developed", "published", "flat", "developed-wall"]
@@ -92,3 +95,27 @@ def _nonzero(margin: Floats) -> Floats:
 
 def _floats(*values: ArrayLike) -> tuple[Floats, ...]:
     return tuple(np.asarray(value, dtype=np.float64) for value in values)
+
+
+def groove_contact(load: FollowerForce, pitch_radius: ArrayLike, roller_radius: ArrayLike, length: ArrayLike,
+                   roller: Material, cam: Material, convention: Convention = "exact",
+                   guide_friction: ArrayLike = 0.0) -> Contact:
+    """Contact of a roller in a cylindrical groove, follower translating along the axis; radii and length in mm.
+
+    Any of the numbers may be an array of variants (...), of the shape of the load's variants or broadcast with it.
+    Force, curvature and rolling path are taken at the pitch radius; see `CONVENTIONS`.
+    """
+    big, small, long = (_column(x) for x in (pitch_radius, roller_radius, length))
+    normal = load.normal(cos_pressure_angle(big, load.ds), guide_friction=guide_friction)
+    behind = relative_curvature(convention, "behind", small, big, load.ds, load.dds)
+    ahead = relative_curvature(convention, "ahead", small, big, load.ds, load.dds)
+    margins = None if convention != "exact" else (
+        undercut_margin("behind", small, big, load.ds, load.dds),
+        undercut_margin("ahead", small, big, load.ds, load.dds))
+    return line_contacts(load.panels, normal, behind, ahead, path_rate(big, load.ds), long,
+                         pair_compliance(roller, cam), margins)
+
+
+def _column(value: ArrayLike) -> Floats:
+    array = np.asarray(value, dtype=np.float64)
+    return array if array.ndim == 0 else array[..., None, None]
