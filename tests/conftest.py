@@ -11,9 +11,9 @@ import pytest
 def _missing(marker: str) -> str:
     """Why tests with a marker cannot run on this machine; empty where they can."""
     if marker == "opengl":
-        from camgeom.report import opengl
+        from camgeom.report import views
 
-        return "" if opengl.opengl_window() is not None else "no OpenGL library works here"
+        return "" if views.opengl_window() is not None else "no OpenGL library works here"
     from scripts.judge_step import available
 
     return "" if available() else "no OpenCASCADE: scripts/judge_step.py --install"

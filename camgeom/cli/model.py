@@ -17,7 +17,7 @@ from camgeom.profile.sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.report.job import Result
+    from camgeom.report.result import Result
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     """Carry out one of the commands on a model; returns the exit status."""
     from camgeom.model import Model
     from camgeom.profile import read
-    from camgeom.report.job import chosen, compute, explain, with_costs, write_result
+    from camgeom.report.result import chosen, compute, explain, with_costs, write_result
 
     if arguments.formats == "list":
         from camgeom.cli.text import format_lines
@@ -142,8 +142,7 @@ def _formats(
     exporting = "exports" in products
     if not exporting and "report" not in products:
         return ()
-    from camgeom.report.extras import EXTRAS
-    from camgeom.report.files import format_of
+    from camgeom.report.files import EXTRAS, format_of
 
     wanted = given if given is not None else profiled if exporting else ()
     problems = []
@@ -202,8 +201,7 @@ def _export(
     model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
 ) -> tuple[list[Path], bool]:
     """Write the formats, and whether all could be; what the design does not admit is told and left out."""
-    from camgeom.report.extras import EXTRAS
-    from camgeom.report.files import format_of, write
+    from camgeom.report.files import EXTRAS, format_of, write
 
     stem, complete = slug(model.profile.name), True
     written: list[Path] = []
@@ -230,7 +228,7 @@ def _extras(
     model: Model, folder: Path, formats: tuple[str, ...], page: Path | None, result: Result, console: Console
 ) -> list[Path]:
     """Stills, movies and the printed page; where this machine cannot make one, a message says why, the rest goes on."""
-    from camgeom.report.extras import EXTRAS, write_extras
+    from camgeom.report.files import EXTRAS, write_extras
 
     kinds = tuple(name for name in formats if name in EXTRAS)
     if not kinds:

@@ -14,7 +14,7 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.model import finite, names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.text import aligned, number
 from camgeom.design.study import Figures, Row, Study, axis
-from camgeom.report.job import PRODUCTS, chosen, compute
+from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
     from camgeom.model import Model

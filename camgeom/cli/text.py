@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding
-    from camgeom.report.job import Result
+    from camgeom.report.result import Result
 
 KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "flank": (

@@ -8,8 +8,7 @@ from typing import final
 import numpy as np
 
 from camgeom.drawing.content import Dimension, Drawing, Leader
-from camgeom.drawing.frame import NARROW, WIDE
-from camgeom.drawing.plots import spread
+from camgeom.drawing.plots import NARROW, WIDE, spread
 from camgeom.drawing.sheet import FONT, Box, Sheet, path_data, px, straightened, text_width
 from camgeom.maths import Floats
 
@@ -104,9 +103,7 @@ _Rows = list[tuple[Dimension, float]]
 """each dimension with its distance (px) from the view's edge to its line"""
 
 
-def _fit(
-    drawing: Drawing, bounds: Box, width: float, wide: bool, given: float | None
-) -> tuple[_View, _Rows]:
+def _fit(drawing: Drawing, bounds: Box, width: float, wide: bool, given: float | None) -> tuple[_View, _Rows]:
     """The given scale, or the largest at which view, dimension rows and note columns share the sheet."""
     view = _View(bounds, (0.0, 0.0, width, _TALLEST))
     rows: _Rows = []

@@ -7,9 +7,8 @@ import numpy.typing as npt
 
 from camgeom.drawing.colours import picture, scale, value_range
 from camgeom.drawing.content import Axis, Map
-from camgeom.drawing.frame import NARROW, WIDE, Frame, axis_title, draw_x_texts, linked, place_label, x_ticks, y_ticks
-from camgeom.drawing.numerals import Ticks, ticks
-from camgeom.drawing.sheet import FONT, Sheet, outside, px, text_box, text_width
+from camgeom.drawing.plots import NARROW, WIDE, Frame, axis_title, draw_x_texts, linked, place_label, x_ticks, y_ticks
+from camgeom.drawing.sheet import FONT, Sheet, Ticks, outside, px, text_box, text_width, ticks
 from camgeom.maths import Floats
 
 _SMOOTH = 160

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from camgeom.drawing.content import Polar
-from camgeom.drawing.frame import axis_title, dense, place_label
-from camgeom.drawing.numerals import ticks
-from camgeom.drawing.plots import STYLES
-from camgeom.drawing.sheet import FONT, Sheet, path_data, px, text_width
+from camgeom.drawing.plots import STYLES, axis_title, dense, place_label
+from camgeom.drawing.sheet import FONT, Sheet, path_data, px, text_width, ticks
 from camgeom.maths import Floats
 
 _LINE = 1.5 * FONT

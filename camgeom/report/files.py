@@ -1,12 +1,14 @@
-"""Every file a model can be written to: the data formats of `export` and the drawings of `report`, by extension."""
+"""Every file a model can be written to: data formats, drawings, and the stills, films and PDF of a report."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camgeom import export
-from camgeom.errors import DesignError, NotConverged
+from camgeom.errors import DesignError, ExportError, NotConverged
 from camgeom.export import Format
 
 if TYPE_CHECKING:
@@ -40,8 +42,6 @@ def format_of(path: Path | str) -> Format:
 
 def format_rows() -> list[dict[str, str]]:
     """Name, cams and purpose of every format, for lists; pictures, films and the printed report among them."""
-    from camgeom.report.extras import EXTRAS
-
     rows = [
         {"format": form.extension.lstrip("."), "cams": form.cams, "about": form.about} for form in formats().values()
     ]
@@ -63,3 +63,60 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
         return export.write(model, path, **options)
     except (DesignError, NotConverged) as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+EXTRAS = {
+    "png": "stills of cam, mechanism, section and results; several files, drawn without a display",
+    "gif": "the mechanism turning",
+    "mp4": "the mechanism turning, needs ffmpeg",
+    "webm": "the mechanism turning, needs ffmpeg",
+    "pdf": "the report printed, needs Chromium or Chrome",
+}
+"""formats that are pictures or pages of a model and no file of its bodies"""
+
+
+def write_extras(
+    model: Model,
+    folder: Path,
+    stem: str,
+    kinds: tuple[str, ...],
+    page: Path | None,
+    refused: bool,
+    say: Callable[[str], None],
+) -> list[Path]:
+    """Write the kinds asked for and give their paths; what cannot be made here is said and left out.
+
+    page is the written report, which a PDF is printed from; refused: the design admits no body to draw.
+    """
+    from camgeom.report.movie import MOVIES, find_encoder, write_movies
+    from camgeom.report.pdf import write_pdf
+    from camgeom.report.pictures import write_pictures
+
+    written: list[Path] = []
+
+    def attempt(what: str, job: Callable[[], list[Path]]) -> bool:
+        try:
+            written.extend(job())
+        except (ExportError, DesignError) as error:
+            say(f"camgeom: no {what}: {error}")
+            return False
+        return True
+
+    if "png" in kinds and not refused:
+        attempt("pictures", lambda: write_pictures(model, folder, stem))
+    movies = [kind for kind in kinds if kind in MOVIES and not refused]
+    # One kind without an encoder does not stop the others.
+    possible = tuple(kind for kind in movies if kind == "gif" or attempt(kind, partial(_encodes, find_encoder, kind)))
+    if possible:
+        attempt(" ".join(possible), lambda: write_movies(model, folder, stem, possible))
+    if "pdf" in kinds:
+        if page is None:
+            say("camgeom: no PDF: it is printed from the report; ask for that too")
+        else:
+            attempt("PDF", lambda: [write_pdf(page, page.with_suffix(".pdf"))])
+    return written
+
+
+def _encodes(find: Callable[[tuple[str, ...]], object], kind: str) -> list[Path]:
+    find((kind,))
+    return []

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.drawing.colours import scale
-from camgeom.drawing.numerals import ticks
+from camgeom.drawing.sheet import ticks
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:

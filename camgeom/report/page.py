@@ -24,12 +24,10 @@ from camgeom.drawing.content import (
     Text,
 )
 from camgeom.drawing.drawing import drawing_sheet
-from camgeom.drawing.frame import NARROW, WIDE
 from camgeom.drawing.maps import map_sheet
-from camgeom.drawing.numerals import number
-from camgeom.drawing.plots import chart_sheet
+from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
-from camgeom.drawing.sheet import Sheet
+from camgeom.drawing.sheet import Sheet, number
 from camgeom.report.poster import poster
 from camgeom.report.scene import scene_json
 

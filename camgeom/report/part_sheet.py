@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 from camgeom import __version__
 from camgeom.drawing.content import Chart, Drawing
 from camgeom.drawing.drawing import drawing_sheet, drawing_size
-from camgeom.drawing.numerals import number
-from camgeom.drawing.paper import PX, Paper
-from camgeom.drawing.paper_pdf import pdf
+from camgeom.drawing.paper import PX, Paper, pdf
 from camgeom.drawing.plots import chart_sheet
-from camgeom.drawing.sheet import text_width
+from camgeom.drawing.sheet import number, text_width
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export.files import atomic_write
 from camgeom.report.sections.bodies import cam_meshes

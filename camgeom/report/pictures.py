@@ -12,8 +12,15 @@ from camgeom.drawing.colours import CARRIER, ROLLER
 from camgeom.export import Body
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.report.sections.bodies import cam_meshes, cam_poses, carrier_meshes, placed, poses, roller_meshes
-from camgeom.report.sections.faces import face_bodies
+from camgeom.report.sections.bodies import (
+    cam_meshes,
+    cam_poses,
+    carrier_meshes,
+    face_bodies,
+    placed,
+    poses,
+    roller_meshes,
+)
 from camgeom.report.sections.mechanism import SHADES, fields
 from camgeom.report.views import Plane, View, render
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from camgeom.drawing.colours import scale, value_range
 from camgeom.drawing.content import Axis, Body, Scene
-from camgeom.drawing.numerals import Ticks, ticks
+from camgeom.drawing.sheet import Ticks, ticks
 from camgeom.maths import Floats
 
 _TOP = 65534

@@ -14,7 +14,7 @@ from camgeom.cli.model import finite
 from camgeom.errors import CamgeomError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from tests.oracle.cams import judges_of
 
 PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue")

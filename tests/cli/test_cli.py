@@ -228,7 +228,7 @@ def test_bug_is_one_line(profile: Path, capsys: pytest.CaptureFixture[str], monk
     def broken(*_: object) -> None:
         raise ZeroDivisionError("a\nb")
 
-    monkeypatch.setattr("camgeom.report.job.compute", broken)
+    monkeypatch.setattr("camgeom.report.result.compute", broken)
     status, out, err = run(capsys, "check", profile)
     assert (status, out) == (3, "")
     assert err.startswith("camgeom: ZeroDivisionError: a b; this is a bug")
@@ -243,7 +243,7 @@ def test_interrupt_is_status_130(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camgeom.report.job.compute", interrupted)
+    monkeypatch.setattr("camgeom.report.result.compute", interrupted)
     assert run(capsys, "check", profile) == (130, "", "camgeom: interrupted\n")
 
 

@@ -10,7 +10,7 @@ import pytest
 from camgeom.errors import CamgeomError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from tests.places import PROFILES
 
 MOTION = ((120.0, 12.0, "cycloidal"), (150.0, None, None), (300.0, 0.0, "modified-sine"), (360.0, None, None))

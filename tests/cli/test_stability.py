@@ -10,7 +10,7 @@ import pytest
 from camgeom.errors import DesignError
 from camgeom.model import Model
 from camgeom.profile import from_data
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, SphereRoller
 from camgeom.track.section import Column

@@ -9,7 +9,7 @@ from camgeom.errors import ExportError, ProfileError
 from camgeom.export import write
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from tests.places import PROFILES
 from tests.reference.planar_machines import ELASTIC
 

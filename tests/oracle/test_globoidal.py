@@ -13,7 +13,7 @@ from camgeom.errors import ProfileError
 from camgeom.maths.surface import dot
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
 from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower

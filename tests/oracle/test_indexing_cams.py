@@ -12,7 +12,7 @@ from camgeom.cams import starter
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 from tests.reference.indexing_machines import BARREL_SIZES, SHAPES, barrel, dwell_half_angle, indexer
 

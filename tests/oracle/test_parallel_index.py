@@ -14,7 +14,7 @@ from camgeom.cams.parallel_index import Cam
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
 from camgeom.track.outline import Measured

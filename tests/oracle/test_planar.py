@@ -11,7 +11,7 @@ from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.report.job import COMMANDS, compute
+from camgeom.report.result import COMMANDS, compute
 from tests.reference.planar_machines import b1, disc, flat, machine, toml
 
 JUMPING = [(120, 10, "cycloidal"), (180, None, None), (300, 0, "cycloidal"), (360, None, None)]

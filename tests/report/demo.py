@@ -36,7 +36,7 @@ from camgeom.drawing.content import (
     Text,
     Zone,
 )
-from camgeom.drawing.numerals import number
+from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 

@@ -13,8 +13,7 @@ import pytest
 from pypdf import PdfReader
 
 import camgeom
-from camgeom.drawing.paper import Dot, Outline, Paper, Words, hatching
-from camgeom.drawing.paper_pdf import POINT, advance, pdf
+from camgeom.drawing.paper import POINT, Dot, Outline, Paper, Words, advance, hatching, pdf
 from camgeom.drawing.sheet import overlap, text_box
 from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read

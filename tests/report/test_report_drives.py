@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from camgeom.drawing.content import Block, Chart, Map, Page, Table, Text
-from camgeom.drawing.frame import NARROW, WIDE
+from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.dynamics.follower.study import FollowerStudy
 from camgeom.dynamics.follower.train import FollowerTrain
@@ -21,7 +21,7 @@ from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.report.page import sheet
 from camgeom.report.sections import report
-from camgeom.report.sections.elastic import elastic, residual, stretches
+from camgeom.report.sections.dynamics import elastic, residual, stretches
 from tests.places import PROFILES, ROOT
 
 

@@ -16,8 +16,8 @@ from camgeom.drawing.content import Body, Scene
 from camgeom.errors import ExportError
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model, read
-from camgeom.report import movie, opengl, pdf
-from camgeom.report.extras import EXTRAS, write_extras
+from camgeom.report import movie, pdf, views
+from camgeom.report.files import EXTRAS, write_extras
 from camgeom.report.poster import poster
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
@@ -158,7 +158,7 @@ def test_page_is_printed(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_made_is_said_and_the_rest_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opengl, "opengl_window", lambda: None)
+    monkeypatch.setattr(views, "opengl_window", lambda: None)
     monkeypatch.setattr(movie.shutil, "which", lambda _: None)
     monkeypatch.setattr(movie, "_bundled", lambda: None)
     monkeypatch.setattr(pdf.shutil, "which", lambda _: None)

@@ -9,7 +9,7 @@ import pytest
 
 from camgeom.drawing.content import Block, Chart, Drawing, Scene, Table
 from camgeom.drawing.drawing import _bounds
-from camgeom.drawing.frame import NARROW, WIDE
+from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.indexing.drive import IndexingDrive
@@ -21,7 +21,7 @@ from camgeom.report.page import render, sheet
 from camgeom.report.sections import report
 from camgeom.report.sections.bodies import cam_poses
 from camgeom.report.sections.design import outlines
-from camgeom.report.sections.impacts import impacts
+from camgeom.report.sections.dynamics import impacts
 from camgeom.report.sections.indexing import indexing
 from tests.reference.impact_reference import b1_problem
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from camgeom.drawing.content import Chart, Drawing, Map, Page, Polar, Section
-from camgeom.drawing.frame import NARROW, WIDE
+from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.report.page import render, sheet
 from tests.places import ROOT

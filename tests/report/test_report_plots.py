@@ -29,9 +29,8 @@ from camgeom.drawing.content import (
     Zone,
 )
 from camgeom.drawing.maps import isolines
-from camgeom.drawing.numerals import number, ticks
 from camgeom.drawing.plots import chart_sheet, spread
-from camgeom.drawing.sheet import outside, overlap, thin_line
+from camgeom.drawing.sheet import number, outside, overlap, thin_line, ticks
 from camgeom.maths.mesh import Mesh
 from camgeom.report.scene import scene_json
 from tests.report import demo as report_demo

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from camgeom.drawing.content import Chart, Drawing, Map, Page, Polar, Scene, Table, Text
-from camgeom.drawing.frame import NARROW, WIDE
+from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.errors import ExportError, ProfileError
 from camgeom.maths.mesh import Mesh

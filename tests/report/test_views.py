@@ -14,10 +14,9 @@ from camgeom.errors import ExportError
 from camgeom.export import Body
 from camgeom.maths.creases import crease_lines
 from camgeom.maths.mesh import Mesh
-from camgeom.report import opengl
+from camgeom.report import views
 from camgeom.report.overlay import ColourBar, overlay
-from camgeom.report.skin import Plane, skin
-from camgeom.report.views import View, render, stage
+from camgeom.report.views import Plane, View, render, skin, stage
 
 SIZE = (320, 240)
 
@@ -102,7 +101,7 @@ def test_what_cannot_be_shown_is_refused(tmp_path: Path) -> None:
 @pytest.fixture
 def fresh_answer(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """The machine is asked again, and again after the test."""
-    monkeypatch.setattr(opengl, "opengl_window", opengl.opengl_window.__wrapped__)
+    monkeypatch.setattr(views, "opengl_window", views.opengl_window.__wrapped__)
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     return monkeypatch
 
@@ -116,20 +115,20 @@ def test_a_trial_that_crashes_fails_or_draws_nothing_is_told(
     broken.chmod(0o755)
     fresh_answer.setattr(sys, "executable", str(broken))
     with pytest.raises(ExportError, match="apt-get install libegl1 libgl1-mesa-dri"):
-        opengl.need_opengl()
+        views.need_opengl()
     fresh_answer.setattr(sys, "executable", str(tmp_path / "absent"))
-    assert opengl.opengl_window() is None
+    assert views.opengl_window() is None
 
 
 def test_the_named_window_is_the_only_one_tried(fresh_answer: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
-    fresh_answer.setattr(opengl, "_draws", lambda window: tried.append(window) or False)
+    fresh_answer.setattr(views, "_draws", lambda window: tried.append(window) or False)
     fresh_answer.setenv("DISPLAY", ":7")
-    assert opengl.opengl_window() is None
+    assert views.opengl_window() is None
     assert tried == ["vtkEGLRenderWindow", "", "vtkOSOpenGLRenderWindow"]
     fresh_answer.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkSomething")
     tried.clear()
-    assert opengl.opengl_window() is None
+    assert views.opengl_window() is None
     assert tried == ["vtkSomething"]
 
 

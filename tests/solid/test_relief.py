@@ -13,7 +13,7 @@ from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
-from camgeom.report.job import compute
+from camgeom.report.result import compute
 from camgeom.track import Relief
 from camgeom.track.flank import Flank
 from camgeom.track.section import Column

@@ -21,12 +21,11 @@ from camgeom.drawing.content import (
     Series,
     Text,
 )
-from camgeom.drawing.numerals import number
+from camgeom.drawing.sheet import number
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, placed, poses, roller_meshes
-from camgeom.report.sections.faces import face_bodies
+from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, placed, poses, roller_meshes
 from camgeom.track import Swing, Track
 from camgeom.track.flank import Flank
 

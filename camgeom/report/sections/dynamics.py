@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from math import degrees, pi
+from typing import TYPE_CHECKING, Literal, final
 
-from camgeom.drawing.content import Block
+import numpy as np
+
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table, Text
+from camgeom.drawing.sheet import number
+from camgeom.maths import Floats
+from camgeom.report.sections.motion import mark, zones
+from camgeom.track import TURN
 
 if TYPE_CHECKING:
+    from camgeom.dynamics.follower.jump import Flight
+    from camgeom.dynamics.follower.study import FollowerStudy
+    from camgeom.dynamics.impact.run import ImpactRun
     from camgeom.model import Model
+    from camgeom.motion.program import Program
+RAD = 30.0 / pi
+SPEEDS = 401
+"""cam speeds at which the residual is drawn"""
+STILL = 1e-6
+"""share of the stroke; a smaller residual is none"""
+MOST_EVENTS = 12
+HAIR = 1e-9
+"""rad"""
+MOST_ROWS = 24
+"""impacts listed one by one"""
 
 
 def dynamics(model: Model) -> tuple[Block, ...]:
@@ -19,11 +41,313 @@ def dynamics(model: Model) -> tuple[Block, ...]:
 
         blocks += indexing(model.indexing, program)
     if model.elastic_follower is not None:
-        from camgeom.report.sections.elastic import elastic
-
         blocks += elastic(model.elastic_follower, program, rotating)
     if model.impact is not None:
-        from camgeom.report.sections.impacts import impacts
-
         blocks += impacts(model.impact, rotating)
     return blocks
+
+
+def elastic(study: FollowerStudy, program: Program, rotating: bool) -> tuple[Block, ...]:
+    """All about an elastic follower at its working speed; the sweep where one was asked for."""
+    blocks: list[Block] = [over_turn(study, program, rotating)]
+    if study.jump is not None and bool(study.jump.lost[0]):
+        blocks += flying(study.flight, study, rotating)
+    if study.sweep_speeds is not None:
+        blocks.append(over_speeds(study, rotating))
+    left = residual(study, program, rotating)
+    blocks += [left] if left is not None else []
+    return (*blocks, figures(study, rotating))
+
+
+def _units(rotating: bool) -> tuple[str, str, str, float]:
+    """Units of acceleration, force and deviation, and the factor of the last from m (rad)."""
+    return ("rad/s²", "N m", "mrad", 1e3) if rotating else ("m/s²", "N", "µm", 1e6)
+
+
+def over_turn(study: FollowerStudy, program: Program, rotating: bool) -> Chart:
+    """Acceleration against the rigid motion, deviation, contact force and cam torque over a periodic turn."""
+    steady = study.steady
+    last = float(steady.theta[-1])
+    theta = np.linspace(last - TURN, last, 1081)[:-1]
+    angle = np.degrees(theta - theta[0])
+    acceleration, force, play, factor = _units(rotating)
+    rigid = study.scale * study.speed**2 * np.asarray(study.motion.jet(theta, 2)[2])
+    panels = [
+        Panel(
+            Axis("Acceleration", acceleration),
+            (Series("with vibration", angle, steady.at(theta, "acceleration")[0]), Series("rigid", angle, rigid)),
+            marks=(_peak(study, "acceleration"),),
+        ),
+        Panel(Axis("Deviation", play), (Series("deviation", angle, factor * steady.at(theta, "deviation")[0]),)),
+        Panel(
+            Axis("Contact force", force, zero=True),
+            (Series("contact", angle, steady.at(theta, "contact_force")[0]),),
+            marks=_contact(study),
+        ),
+        Panel(
+            Axis("Cam torque", "N m", zero=True),
+            (Series("torque", angle, steady.at(theta, "cam_torque")[0]),),
+            marks=(_peak(study, "cam_torque"),),
+        ),
+    ]
+    caption = f"Periodic response of the elastic follower at {number(study.speed * RAD)} r/min, contact held"
+    return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
+
+
+def _peak(study: FollowerStudy, name: str) -> Mark:
+    found = study.steady.peak(name)
+    high = abs(float(found.maximum[0])) >= abs(float(found.minimum[0]))
+    value, at = (found.maximum, found.maximum_at) if high else (found.minimum, found.minimum_at)
+    return mark(degrees(float(at[0])) % 360.0, float(value[0]))
+
+
+def _contact(study: FollowerStudy) -> tuple[Mark, ...]:
+    found = study.steady.peak("contact_force")
+    ends = ((found.maximum, found.maximum_at), (found.minimum, found.minimum_at))
+    return tuple(mark(degrees(float(at[0])) % 360.0, float(value[0])) for value, at in ends)
+
+
+def flying(flight: Flight, study: FollowerStudy, rotating: bool) -> tuple[Block, ...]:
+    """The gap over three turns of a follower that leaves its cam, and where it lands how fast."""
+    unit, factor = ("mrad", 1e3) if rotating else ("mm", 1e3)
+    gap = np.where(flight.flying, np.maximum(flight.deviation[:, 0], 0.0), 0.0)
+    turns = (flight.theta - flight.theta[0]) / TURN
+    text = (
+        "The contact force of the steady state falls below zero: the follower leaves its cam. The next figure follows "
+        "it through flights and landings from standstill."
+    )
+    panel = Panel(Axis("Gap", unit, zero=True), (Series("gap", turns, factor * gap),))
+    landings = [event for event in flight.events if event.kind == "landing"]
+    hardest = sorted(landings, key=lambda event: -event.closing_speed)[:MOST_EVENTS]
+    rows = tuple(
+        (1 + int((event.theta - flight.theta[0]) / TURN), degrees(event.theta) % 360.0, event.closing_speed)
+        for event in sorted(hardest, key=lambda event: event.theta)
+    )
+    speed = "rad/s" if rotating else "m/s"
+    columns = (Column("Turn"), Column("Cam angle", "°"), Column("Closing speed", speed))
+    more = f", the {len(hardest)} hardest of {len(landings)}" if len(landings) > len(hardest) else ""
+    return (
+        Text((text,)),
+        Chart(f"Flight of the follower at {number(study.speed * RAD)} r/min", Axis("Turns from rest"), (panel,)),
+        Table(f"Landings{more}", columns, rows),
+    )
+
+
+def over_speeds(study: FollowerStudy, rotating: bool) -> Chart:
+    """Peak acceleration and, for a force-closed follower, the least contact force over the cam speed."""
+    response, rpm = study.sweep, study.speed * RAD
+    x = np.asarray(study.sweep_speeds) * RAD
+    acceleration, force, _, _ = _units(rotating)
+    at = (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
+    peak = response.peak("acceleration").magnitude
+    panels = [Panel(Axis("Peak acceleration", acceleration, zero=True), (Series("peak", x, peak),), limits=at)]
+    if study.train.closure == "force":
+        least = response.peak("contact_force").minimum
+        limits = (Limit(0.0, "contact lost below"), Limit(rpm, "", vertical=True))
+        panels.append(Panel(Axis("Least contact force", force, zero=True), (Series("least", x, least),), limits=limits))
+    return Chart("Response over the cam speed", Axis("Cam speed", "r/min"), tuple(panels))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A moving stretch of a program that ends in a dwell, as a law on 0 .. 1; `size` is what its lift is divided by."""
+
+    program: Program
+    start: float
+    end: float
+    size: float
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        turn = self.program.knots
+        inside = [k for k in np.concatenate([turn, turn + TURN]).tolist() if self.start + HAIR < k < self.end - HAIR]
+        return (0.0, *sorted({(k - self.start) / (self.end - self.start) for k in inside}), 1.0)
+
+    def jet(self, x: Floats, order: int = 3, side: Literal["left", "right"] = "right") -> Floats:
+        span = self.end - self.start
+        found = self.program.jet(self.start + span * np.asarray(x, dtype=float), order, side)
+        return np.asarray(found * (span ** np.arange(order + 1.0))[:, None] / self.size)
+
+
+def stretches(program: Program) -> tuple[Stretch, ...]:
+    """The moving stretches that end in a dwell, also the one that runs over the end of the turn."""
+    spans = program.spans
+    still = [i for i, span in enumerate(spans) if span.law == "dwell"]
+    if not still:
+        return ()
+    first = still[0]
+    ordered = [(span, 0.0) for span in spans[first:]] + [(span, TURN) for span in spans[: first + 1]]
+    found: list[Stretch] = []
+    start, lifts = 0.0, list[float]()
+    for span, later in ordered:
+        if span.law != "dwell":
+            start = start if lifts else span.start + later
+            lifts += [span.before, span.after]
+            continue
+        if lifts and max(lifts) > min(lifts):
+            found.append(Stretch(program, start, span.start + later, max(lifts) - min(lifts)))
+        lifts = []
+    return tuple(found)
+
+
+def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | None:
+    """Amplitude left in the dwell after each rise and return over the cam speed; None without a dwell."""
+    from camgeom.dynamics.follower.residual import residual_spectrum
+
+    moves = stretches(program)
+    if not moves:
+        return None
+    train = study.train
+    frequency = float(train.natural_frequency()[0])
+    ratio = min((train.damping + train.return_damping) / (2.0 * train.mass * frequency), 0.99)
+    rpm = study.speed * RAD
+    speeds = np.linspace(0.25, 2.0, SPEEDS) * rpm
+    unit, factor = ("mrad", 1e3) if rotating else ("µm", 1e6)
+    series = []
+    for move in moves:
+        periods = (move.end - move.start) / (speeds / RAD) * frequency / TURN
+        values = residual_spectrum(move, periods, ratio).amplitude * move.size * study.scale * factor
+        name = f"after {number(degrees(move.start))}° to {number(degrees(move.end) % 360.0 or 360.0)}°"
+        series.append(Series(name, speeds, values))
+    at = (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
+    panel = Panel(Axis("Residual amplitude", unit, zero=True), tuple(series), limits=at)
+    hertz = number(frequency / TURN)
+    caption = f"Vibration left at the start of the dwell by each move from rest, one mass at {hertz} Hz"
+    return Chart(caption, Axis("Cam speed", "r/min"), (panel,))
+
+
+def figures(study: FollowerStudy, rotating: bool) -> Table:
+    """Natural frequencies, extremes of the response, and what keeps contact."""
+    steady = study.steady
+    acceleration, force, play, factor = _units(rotating)
+    rigid = study.scale * study.speed**2 * float(np.abs(study.motion.jet(steady.theta, 2)[2]).max())
+    peak = float(steady.peak("acceleration").magnitude[0])
+    contact = steady.peak("contact_force")
+    rows: list[tuple[Cell, ...]] = [
+        (f"Natural frequency {n}", float(w) / TURN, "Hz") for n, w in enumerate(study.train.natural_frequency(), 1)
+    ]
+    rows += [
+        ("Peak acceleration", peak, acceleration),
+        ("The same over the rigid peak", peak / rigid if rigid > 0.0 else None, ""),
+        ("Peak deviation", factor * float(steady.peak("deviation").magnitude[0]), play),
+        ("Largest contact force", float(contact.maximum[0]), force),
+        ("Least contact force", float(contact.minimum[0]), force),
+        ("Peak cam torque", float(steady.peak("cam_torque").magnitude[0]), "N m"),
+    ]
+    if study.jump is not None:
+        rows.append(("Contact kept", not bool(study.jump.lost[0]), ""))
+        rows.append(("Preload that just keeps contact", float(study.jump.required_preload[0]), force))
+    if study.shaft is not None:
+        rows.append(("Peak windup of the camshaft", degrees(float(steady.peak("windup").magnitude[0])), "°"))
+        rows.append(("Peak torque of the camshaft", float(steady.peak("shaft_torque").magnitude[0]), "N m"))
+    columns = (Column("Quantity"), Column("Value"), Column("Unit"))
+    return Table("The elastic follower in numbers", columns, tuple(rows))
+
+
+def impacts(run: ImpactRun, angular: bool) -> tuple[Block, ...]:
+    """The last turn over the cam angle, all turns over time, the impacts of the last turn, and the balance.
+
+    angular  True for a rocker, whose coordinate is an angle.
+    """
+    turns = run.turn_times()
+    window = turns[-1] if turns else (0.0, run.recorded.time)
+    return (last_turn(run, window, angular), all_turns(run), hits(run, window), balance(run, turns))
+
+
+def _within(run: ImpactRun, window: tuple[float, float]) -> tuple[Floats, dict[str, Floats]]:
+    """Cam angle (n,), degrees from the window's start, and the traces there; time rises."""
+    flat = run.trace.flat()
+    keep = (flat.time >= window[0]) & (flat.time <= window[1])
+    angle = np.degrees(flat.angle[keep] - (run.start_angle + run.problem.speed * window[0]))
+    start = degrees(run.start_angle + run.problem.speed * window[0]) % 360.0
+    traces = {
+        "acceleration": flat.acceleration[keep],
+        "main": flat.force[keep, 0],
+        "back": flat.force[keep, 1],
+        "deviation": flat.deviation[keep],
+    }
+    return angle + start, traces
+
+
+def last_turn(run: ImpactRun, window: tuple[float, float], angular: bool) -> Chart:
+    """Acceleration against the motion without play, forces of both contacts, and the place in the clearance."""
+    angle, traces = _within(run, window)
+    lift = run.machine.lift
+    grid = np.linspace(float(angle[0]), float(angle[-1]), 1441)
+    ideal = run.problem.speed**2 * np.asarray(lift.many(np.radians(grid), 2)[2])
+    unit, play = ("rad/s²", Axis("Place in the play", "mrad")) if angular else ("m/s²", Axis("Place in the play", "µm"))
+    i = int(np.abs(traces["acceleration"]).argmax())
+    top = float(traces["acceleration"][i])
+    mark = Mark(float(angle[i]), top, f"{number(top)} at {number(float(angle[i]) % 360.0)}°")
+    panels = (
+        Panel(
+            Axis("Acceleration", unit),
+            (Series("with play", angle, traces["acceleration"]), Series("without play", grid, ideal)),
+            marks=(mark,),
+        ),
+        Panel(
+            Axis("Contact force", "N", zero=True),
+            (Series("main contact", angle, traces["main"]), Series("opposite contact", angle, traces["back"])),
+        ),
+        Panel(play, (Series("deviation", angle, traces["deviation"] * (1e3 if angular else 1e6)),)),
+    )
+    whole = abs(float(angle[0])) < 1.0 and abs(float(angle[-1]) - 360.0) < 1.0
+    axis = CAM_ANGLE if whole else Axis(CAM_ANGLE.label, "°")
+    return Chart("The last turn: acceleration, contact forces, and where the follower is in its play", axis, panels)
+
+
+def all_turns(run: ImpactRun) -> Chart:
+    """Forces of both contacts over the whole run."""
+    flat = run.trace.flat()
+    series = tuple(
+        Series(name, 1e3 * flat.time, flat.force[:, k]) for k, name in enumerate(("main contact", "opposite contact"))
+    )
+    return Chart(
+        "Contact forces over the whole run", Axis("Time", "ms"), (Panel(Axis("Force", "N", zero=True), series),)
+    )
+
+
+def hits(run: ImpactRun, window: tuple[float, float]) -> Block:
+    """The impacts of a window one by one, the hardest first where there are many."""
+    found = [hit for hit in run.impacts if window[0] <= hit.time < window[1]]
+    if not found:
+        return Text(("No impact in the last turn: the follower stays in contact.",))
+    kept = sorted(sorted(found, key=lambda hit: -hit.peak_force)[:MOST_ROWS], key=lambda hit: hit.time)
+    rows = tuple(
+        (
+            degrees(hit.angle) % 360.0,
+            "main" if int(hit.side) == 1 else "opposite",
+            hit.approach_speed,
+            1e3 * hit.energy,
+            1e3 * hit.duration,
+            hit.peak_force,
+            1e-6 * hit.peak_pressure if hit.peak_pressure else None,
+            "changes sides" if hit.converts else "",
+        )
+        for hit in kept
+    )
+    columns = (
+        Column("Cam angle", "°"), Column("Contact"), Column("Approach", "m/s"), Column("Energy", "mJ"),
+        Column("Duration", "ms"), Column("Peak force", "N"), Column("Peak pressure", "MPa"), Column("Drive"),
+    )  # fmt: skip
+    more = f", the {len(kept)} hardest of {len(found)}" if len(found) > len(kept) else ""
+    return Table(f"Impacts of the last turn{more}", columns, rows)
+
+
+def balance(run: ImpactRun, turns: list[tuple[float, float]]) -> Table:
+    """Peaks turn by turn in short, and the energy balance that checks the run."""
+    energy = run.energy
+    rows: list[tuple[Cell, ...]] = []
+    if turns:
+        peaks = [run.peak("acceleration", *turn).value for turn in turns]
+        ideal = float(run.machine.lift.peaks[2]) * run.problem.speed**2
+        rows.append(("Peak acceleration over that without play, mean of the turns", float(np.mean(peaks)) / ideal, "1"))
+        rows.append(("The same, largest turn", float(np.max(peaks)) / ideal, "1"))
+    rows += [
+        ("Impacts in the run", len(run.impacts), "1"),
+        ("Changes of the driving side in the run", len(run.conversions), "1"),
+        ("Energy lost in the contacts", energy.lost, "J"),
+        ("Energy balance, residual of the largest flow", energy.relative_residual, "1"),
+    ]
+    return Table("The run in numbers", (Column("Quantity"), Column("Value"), Column("Unit")), tuple(rows))

@@ -1,23 +1,45 @@
-"""Pressure angle, curvature and undercut margin of the flanks: along the turn and as maps over turn and roller."""
+"""Pressure angle, curvature and undercut margin: of the flanks as lines and maps, of a planar cam along its profile."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import degrees
+from math import degrees, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Column, Limit, Map, Mark, Panel, Series, Table, Text
-from camgeom.drawing.numerals import number
+from camgeom.drawing.content import (
+    CAM_ANGLE,
+    Axis,
+    Block,
+    Cell,
+    Chart,
+    Column,
+    Limit,
+    Map,
+    Mark,
+    Panel,
+    Series,
+    Table,
+    Text,
+)
+from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
-from camgeom.report.sections.motion import zones
+from camgeom.report.sections.motion import mark, zones
 from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.track.pair import PairResidual
+    from camgeom.track.planar import Planar
     from camgeom.track.survey import Extreme, Survey
+    from camgeom.track.touch import Contacting
 
+PER_TURN = 720
+STEEPEST = 1e4
+"""1/mm; a sharper outline has a corner, not a curvature"""
+FLAT = 1e-9
+"""rad; a pressure angle this small is rounding"""
 ACROSS, ALONG = 361, 21
 """cells of a map"""
 
@@ -28,8 +50,6 @@ def flank(model: Model) -> tuple[Block, ...]:
     if folded:
         return _folded(model, folded)
     if model.planar is not None:
-        from camgeom.report.sections.planes import profile
-
         return profile(model, model.planar)
     if not model.flanks:
         return ()
@@ -99,7 +119,7 @@ def lines(model: Model, survey: Survey, curved: bool = True) -> Chart:
             for k in picks
         ),
         limits=(Limit(limit, f"limit {number(limit)}°"),) if limit and degrees(peak.value) > 0.5 * limit else (),
-        marks=(Mark(at, degrees(peak.value), f"{number(degrees(peak.value))}° at {number(at)}°"),),
+        marks=(mark(at, degrees(peak.value), "°"),),
     )
     still = zones(model.setup.program) if _whole(survey) else ()
     caption = "Pressure angle at three places along the roller axis"
@@ -165,3 +185,113 @@ def _even(angle: Floats, delta: Floats) -> tuple[Floats, Floats]:
 
 def _order(delta: Floats) -> slice:
     return slice(None) if delta[-1] > delta[0] else slice(None, None, -1)
+
+
+def profile(model: Model, planar: Planar) -> tuple[Block, ...]:
+    """Pressure angle and curvature where the cam is touched, the extremes of its profile, and a pair's residual."""
+    phi = _angles(planar)
+    angle = np.degrees(phi)
+    found = [(touch.name, touch.at(phi)) for touch in planar.touches]
+    bent = [(touch.name, touch.material * at.curve.curvature) for touch, (_, at) in zip(planar.touches, found)]
+    shown = [_angle_panel(model, planar, angle, found)] if planar.pressure_angle.value > FLAT else []
+    if all(float(np.abs(values).max()) < STEEPEST for _, values in bent):
+        lines = tuple(Series(name, angle, values) for name, values in bent)
+        shown.append(Panel(Axis("Curvature of the profile", "1/mm", zero=True), lines))
+        rolling = [(touch.name, at) for touch, (_, at) in zip(planar.touches, found) if touch.rolling]
+        if rolling:
+            lines = tuple(Series(name, angle, at.relative) for name, at in rolling)
+            shown.append(Panel(Axis("Relative curvature of cam against roller", "1/mm", zero=True), lines))
+    if all(touch.kind == "flat" for touch in planar.touches):
+        where = tuple(Series(name, angle, at.along) for name, at in found)
+        shown.append(Panel(Axis("Contact on the face", "mm"), where))
+    blocks: list[Block] = [Text((_shape_text(planar, bool(shown)),))]
+    if shown:
+        caption = "The profile where the follower touches it; convex curvature is positive"
+        blocks.append(Chart(caption, CAM_ANGLE, tuple(shown), zones(model.setup.program)))
+    blocks.append(extreme_table(planar, model.flanks))
+    return (*blocks, *(residual(model.pair) if model.pair is not None else ()))
+
+
+def _angle_panel(model: Model, planar: Planar, angle: Floats, found: list[tuple[str, Contacting]]) -> Panel:
+    limit = model.profile.limits.pressure_angle_deg
+    near = limit and degrees(planar.pressure_angle.value) > 0.5 * limit
+    return Panel(
+        Axis("Pressure angle", "°", zero=True),
+        tuple(Series(name, angle, np.degrees(at.pressure_angle)) for name, at in found),
+        limits=(Limit(limit, f"limit {number(limit)}°"),) if near and limit else (),
+        marks=_signed(planar),
+    )
+
+
+def _shape_text(planar: Planar, drawn: bool) -> str:
+    text = "Pressure angle and curvature are those of the profile where the follower touches it"
+    if all(touch.rolling for touch in planar.touches):
+        text += "; a roller turns on its pin, so that its force passes through its centre"
+    if not drawn:
+        return text + ". It has a corner or a cusp, so its curvature has no bound: see the checks."
+    if planar.pressure_angle.value <= FLAT:
+        text += "; a face at right angles to its guide has no pressure angle"
+    return text + ". Along the width of the cam nothing changes."
+
+
+def _angles(planar: Planar) -> Floats:
+    """Cam angles, rad, over the turn with both sides of every knot."""
+    knots = np.unique(np.concatenate([np.r_[0.0, touch.knots(), 2.0 * pi] for touch in planar.touches]))
+    hair = 1e-9
+    parts = [
+        np.linspace(low + hair, high - hair, max(3, int(np.ceil(PER_TURN * (high - low) / (2.0 * pi)))))
+        for low, high in zip(knots[:-1], knots[1:])
+        if high - low > 4.0 * hair
+    ]
+    return np.concatenate(parts)
+
+
+def _signed(planar: Planar) -> tuple[Mark, ...]:
+    """Marks at the largest and, where it has the other sign, the least pressure angle."""
+    low, high = planar.pressure_angle_range
+    ends = [end for end in (high, low) if abs(end.value) > 0.02 * planar.pressure_angle.value]
+    kept = ends if high.value * low.value < 0.0 else [max(ends, key=lambda end: abs(end.value))]
+    return tuple(mark(degrees(end.cam_angle) % 360.0, degrees(end.value), "°") for end in kept)
+
+
+def extreme_table(planar: Planar, flanks: tuple[Survey, ...]) -> Table:
+    """Pressure angle, smallest radii, undercut margins, what a face needs, sliding and width of a planar cam."""
+    convex, hollow = planar.radii
+    named = (
+        ("Largest pressure angle", planar.pressure_angle, "°", degrees(1.0)),
+        ("Smallest convex radius of the profile", convex, "mm", 1.0),
+        ("Smallest hollow radius of the profile", hollow, "mm", 1.0),
+        ("Width that the flat face needs", planar.face_needed, "mm", 1.0),
+        ("Largest sliding of the cam over the follower", planar.sliding, "mm/rad", 1.0),
+        ("Largest deviation from the constant width", planar.width_residual, "mm", 1.0),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for name, one, unit, factor in named:
+        if one is not None:
+            value = factor * one.value
+            small = unit in ("°", "mm") and abs(value) < FLAT  # rounding
+            rows.append((name, 0.0 if small else value, unit, None if small else degrees(one.cam_angle) % 360.0))
+    for survey in flanks:
+        margin, name = survey.margin, f"Least undercut margin 1 − rκ, {survey.track.name}"
+        rows.append((name, float(margin.value), "", degrees(margin.cam_angle) % 360.0))
+    if planar.curvature_jumps:
+        places = ", ".join(f"{number(degrees(jump.cam_angle))}°" for jump in planar.curvature_jumps[:8])
+        more = " and more" if len(planar.curvature_jumps) > 8 else ""
+        rows.append(("Curvature jumps at", places + more, "", None))
+    columns = (Column("Extreme"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
+    return Table("Extremes of the profile", columns, tuple(rows))
+
+
+def residual(found: PairResidual) -> tuple[Block, ...]:
+    """Gap at the second roller of a pair over the turn, while the first one rests on its disc."""
+    angle = np.degrees(found.phi)
+    i, j = int(found.gap.argmin()), int(found.gap.argmax())
+    # The spread alone tells how far the play can be taken away.
+    spread = float(np.ptp(found.gap))
+    marks = tuple(mark(float(angle[k]), float(found.gap[k]), " mm") for k in ((i, j) if spread > FLAT else (i,)))
+    gap = np.append(found.gap, found.gap[0])
+    if spread <= FLAT:
+        gap = np.full(len(gap), round(float(found.gap.mean()), 9) + 0.0)
+    panel = Panel(Axis("Gap", "mm"), (Series("gap", np.append(angle, 360.0), gap),), marks=marks)
+    caption = "Gap at the return roller while the main roller rests on its disc, parts as drawn"
+    return (Chart(caption, CAM_ANGLE, (panel,)),)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
-from camgeom.drawing.numerals import number
+from camgeom.drawing.sheet import number
 from camgeom.errors import ProfileError
 from camgeom.maths import Floats
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.drawing.content import Block, Column, Figure, Finding, Page, Section, Table
-from camgeom.drawing.numerals import number
+from camgeom.drawing.sheet import number
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding as Judged

@@ -1,15 +1,159 @@
-"""What stands behind the page: every parameter of the profile, and what was computed and what it cost."""
+"""What stands behind the page: facts computed a second way, every parameter of the profile, what was computed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from camgeom.drawing.content import Block, Cell, Column, Cost, Table
+from camgeom.drawing.sheet import number
+from camgeom.errors import CamgeomError
 from camgeom.keys import Section
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.track.survey import Survey
+
+STEP = 1e-5
+"""rad, of the difference quotients; their own error is the step squared times the third derivative"""
+
+
+def validation(model: Model) -> tuple[Block, ...]:
+    """The table of second ways, and for groove cams the curvature conventions of the literature."""
+    rows: list[tuple[Cell, ...]] = []
+    rows += motion_rows(model)
+    if model.flanks:
+        rows += flank_rows(model.flanks[0])
+    rows += solid_rows(model)
+    rows += load_rows(model)
+    columns = tuple(Column(label) for label in ("Fact", "Second way", "Difference", "Allowed", "Unit", "Verdict"))
+    blocks: list[Block] = [Table("Facts of this design computed a second way", columns, tuple(rows))]
+    return (*blocks, *conventions(model))
+
+
+def _row(fact: str, way: str, value: float, allowed: float, unit: str) -> tuple[Cell, ...]:
+    return fact, way, value, allowed, unit, value <= allowed
+
+
+def motion_rows(model: Model) -> list[tuple[Cell, ...]]:
+    """Derivatives of the lift against difference quotients away from the knots."""
+    program = model.setup.program
+    knots = program.knots
+    theta = np.concatenate([np.linspace(a, b, 41)[1:-1] for a, b in zip(knots[:-1], knots[1:]) if b - a > 100 * STEP])
+    jet = program.jet(theta, 3)
+    before, after = program.jet(theta - STEP, 3), program.jet(theta + STEP, 3)
+    rows = []
+    for order, word in ((1, "velocity"), (2, "acceleration")):
+        scale = float(np.abs(jet[order]).max())
+        if scale == 0.0:
+            continue
+        quotient = (after[order - 1] - before[order - 1]) / (2.0 * STEP)
+        error = float(np.abs(quotient - jet[order]).max()) / scale
+        rows.append(_row(f"{word.capitalize()} of the follower", "difference quotient", error, 1e-6, "of its peak"))
+    return rows
+
+
+def flank_rows(survey: Survey) -> list[tuple[Cell, ...]]:
+    """Normals and relative curvature against difference quotients of the contact points."""
+    low, high = survey.track.span
+    phi = np.linspace(low, high, 181)[1:-1]
+    knots = survey.track.knots()
+    phi = phi[np.abs(phi[:, None] - knots[None, :]).min(axis=1) > 10 * STEP]
+    t = survey.stations[1:-1:3]
+    tilt, turned = 0.0, 0.0
+    for side in survey.track.sides:
+        here = Flank(survey.track, phi, t, side)
+        before, after = Flank(survey.track, phi - STEP, t, side), Flank(survey.track, phi + STEP, t, side)
+        along = (after.x - before.x) / (2.0 * STEP)
+        length = np.sqrt((along**2).sum(axis=0))
+        keep = length > 1e-3 * float(length.max())
+        sine = np.abs((along * here.n).sum(axis=0)) / np.where(keep, length, 1.0)
+        tilt = max(tilt, float(sine[keep].max()))
+        unit = np.sqrt((here.n**2).sum(axis=0))
+        turned = max(turned, float(np.abs(unit - 1.0).max()))
+    return [
+        _row("Normal of the flank", "at right angles to the path of the contact point", tilt, 1e-6, "rad"),
+        _row("Normal of the flank", "of unit length", turned, 1e-12, "1"),
+    ]
+
+
+def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
+    """Bodies against the roller that made them, and closedness."""
+    try:
+        solids = model.solids
+    except CamgeomError as error:
+        return [("Solid", str(error), None, None, "", False)]
+    rows: list[tuple[Cell, ...]] = []
+    for solid in solids:
+        mesh = solid.mesh
+        euler = f"watertight, one shell, genus {solid.expected_genus}"
+        rows.append((f"Body {solid.name}", euler, float(abs(mesh.genus - solid.expected_genus)), 0.0, "", solid.sound))
+        rows.append(
+            _row(
+                f"Mesh of {solid.name}",
+                "sagitta of every edge on the true surface",
+                solid.chord_error,
+                model.tolerance,
+                "mm",
+            )
+        )
+    for track, found in zip(model.tracks, model.clearances):
+        name = f"Roller of {track.name} against the mesh"
+        if np.isfinite(found.value):
+            rows.append(_row(name, "deepest penetration over the turn", max(0.0, -found.value), 1e-6, "mm"))
+    return rows
+
+
+def load_rows(model: Model) -> list[tuple[Cell, ...]]:
+    """Energy of one turn: inertia takes nothing, the torque gives what friction and forces consume."""
+    if not model.loaded:
+        return []
+    duty = model.duty
+    force, panels = duty.force, duty.force.panels
+    moved = float(panels.integral(np.abs(force.force * force.ds)))
+    if moved <= 0.0:
+        return []
+    idle = abs(float(panels.integral(force.inertia * force.ds))) / moved
+    x = np.linspace(0.0, 2.0 * np.pi, 200_001)
+    middle = 0.5 * (x[1:] + x[:-1])
+    direct = float((panels.at(force.force, middle) * panels.at(force.ds, middle)).sum() * (x[1] - x[0]))
+    apart = abs(direct - float(force.work())) / moved
+    return [
+        _row("Work of the inertia in a turn", "zero, since the motion repeats", idle, 1e-8, "of the work moved"),
+        _row("Work of the cam in a turn", "sum over 200 000 steps", apart, 1e-5, "of the work moved"),
+    ]
+
+
+def conventions(model: Model) -> tuple[Block, ...]:
+    """Peak pressure and life under each curvature convention found in the literature (groove cams)."""
+    quoted = getattr(model.cam, "quoted_radius", None)
+    if not model.loaded or quoted is None or model.profile.kind != "cylindrical":
+        return ()
+    if model.profile.follower.kind != "translating" or model.cam.form != "groove":
+        return ()
+    from typing import get_args
+
+    from camgeom.mechanics.groove import Convention
+    from camgeom.mechanics.life import roller_life
+
+    duty, radius = model.duty, quoted(model.setup)
+    rows: list[tuple[Cell, ...]] = []
+    for name in get_args(Convention):
+        contact = duty.convention(name, radius)
+        peak = contact.peak()
+        hours = float(roller_life(contact, duty.roller, duty.radius, duty.speed).life_h)
+        rows.append((name, float(peak.pressure), float(np.degrees(peak.theta)), hours))
+    columns = (
+        Column("Curvature"),
+        Column("Peak pressure", "MPa"),
+        Column("Cam angle", "°"),
+        Column("Roller life", "h"),
+    )
+    caption = f"Conventions of the literature, quoted at {number(radius)} mm; this page uses the exact surface"
+    return (Table(caption, columns, tuple(rows)),)
 
 
 def parameters(model: Model) -> tuple[Block, ...]:

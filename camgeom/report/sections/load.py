@@ -1,0 +1,458 @@
+"""Load and life of rollers, faces and turrets: force and pressure along turn and roller, torque, fatigue lives."""
+
+from __future__ import annotations
+
+from math import degrees, isfinite, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.drawing.content import (
+    CAM_ANGLE,
+    Axis,
+    Block,
+    Cell,
+    Chart,
+    Column,
+    Map,
+    Mark,
+    Panel,
+    Polar,
+    Series,
+    Table,
+    Text,
+    Width,
+    Zone,
+)
+from camgeom.drawing.sheet import number
+from camgeom.maths import Floats
+from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.face_duty import PlanarDrive
+    from camgeom.mechanics.panels import Panels
+    from camgeom.mechanics.roller_duty import Duty
+    from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model import Model
+
+FEW = 4
+"""rollers that get a line style and a name of their own"""
+_FIGURES = (
+    ("peak_pressure_mpa", "Peak contact pressure, middle of the roller", "MPa", "cam_angle_deg"),
+    ("peak_slice_pressure_mpa", "Peak contact pressure, worst slice", "MPa", "peak_slice_cam_angle_deg"),
+    ("peak_slice_delta_mm", "Place of the worst slice along the roller axis", "mm", ""),
+    ("half_width_mm", "Half width of the contact", "mm", ""),
+    ("peak_shear_mpa", "Largest shear stress under the surface", "MPa", ""),
+    ("shear_depth_mm", "Depth of the largest shear stress", "mm", ""),
+    ("preload_pressure_mpa", "Contact pressure of the preload in the dwell", "MPa", ""),
+    ("peak_force_n", "Largest force on a roller", "N", ""),
+    ("allowable_force_n", "Force that the contact limit allows there", "N", ""),
+    ("peak_turret_torque_n_m", "Peak torque on the turret", "N m", ""),
+    ("peak_torque_n_m", "Peak torque of the camshaft", "N m", "peak_torque_at_deg"),
+    ("mean_torque_n_m", "Mean torque of the camshaft", "N m", ""),
+    ("stud_stress_mpa", "Equivalent stress in the roller's stud", "MPa", ""),
+    ("shaft_stress_mpa", "Equivalent stress in the camshaft", "MPa", ""),
+)
+
+
+def contact(model: Model) -> tuple[Block, ...]:
+    """Lines over the turn, the map over turn and roller, and the hardest contact in numbers."""
+    if model.turret_loaded:
+        return turret_contact(model)
+    if model.driven:
+        return touch_contact(model)
+    if not model.loaded:
+        return ()
+    return track_contact(model)
+
+
+def track_contact(model: Model) -> tuple[Block, ...]:
+    """The contact of a roller in its groove, on its rib."""
+    if not bool(np.all(model.duty.contact.sound)):
+        return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
+    return lines(model), pressure_map(model), hardest(model), reversals(model.duty)
+
+
+def lines(model: Model) -> Chart:
+    """Force, pressure on both walls and torque along the turn."""
+    duty = model.duty
+    panels = duty.force.panels
+    angle, force = over_turn(panels, duty.normal)
+    walls = []
+    for name, square in (("wall behind", duty.contact.behind), ("wall ahead", duty.contact.ahead)):
+        x, y = over_turn(panels, square)
+        if np.any(y > 0.0):
+            walls.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
+    peak = duty.contact.peak()
+    top = float(peak.pressure)
+    shown = [
+        Panel(Axis("Normal force", "N", zero=True), (Series("force", angle, force),),
+              marks=extremes(panels, duty.normal)),
+        Panel(Axis("Contact pressure", "MPa", zero=True), tuple(walls), limits=pressure_limit(model, top),
+              marks=(mark(degrees(float(peak.theta)), top),)),
+        torque(panels, duty.torque),
+    ]  # fmt: skip
+    kept = tuple(panel for panel in shown if panel.series)
+    caption = (
+        "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
+    )
+    return Chart(caption, CAM_ANGLE, kept, zones(model.setup.program))
+
+
+def torque(panels: Panels, values: Floats) -> Panel:
+    """Torque of the camshaft, N mm on panels, over the turn."""
+    x, y = over_turn(panels, values * 1e-3)
+    return Panel(
+        Axis("Drive torque", "N m", zero=True), (Series("torque", x, y),), marks=extremes(panels, values, 1e-3)
+    )
+
+
+def pressure_map(model: Model) -> Map:
+    """Peak pressure of the loaded wall over the turn and along the roller; blank where nothing bears."""
+    duty = model.duty
+    slices = duty.slices
+    angle = np.linspace(0.0, 360.0, 361)
+    theta = slices.panels.theta.ravel()
+    values = np.stack([np.interp(np.radians(angle), theta, row.ravel()) for row in slices.pressure])
+    stations = duty.slice_stations
+    peak = slices.peak()
+    worst = int(np.argmax(peak.pressure))
+    top, at = float(peak.pressure[worst]), degrees(float(peak.theta[worst]))
+    blank = np.where(values > 1e-3 * top, values, np.nan)
+    marks = (Mark(at, float(stations[worst]), f"{number(top)} MPa"),)
+    along = Axis("Along the roller axis", "mm")
+    which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
+    caption = f"Contact pressure over the turn and along the roller{which}"
+    return Map(
+        caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
+        angle, stations, blank, marks=marks,
+    )  # fmt: skip
+
+
+def hardest(model: Model) -> Table:
+    """The hardest contact and the drive in numbers."""
+    duty = model.duty
+    one = duty.peak_contact
+    force, force_at = duty.peak_of(np.abs(duty.normal))
+    torque, torque_at = duty.peak_of(duty.torque)
+    peak = duty.contact.peak()
+    slices = duty.slices.peak()
+    worst = int(np.argmax(slices.pressure))
+    rows: list[tuple[str, float, str, float | None]] = [
+        ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
+        (
+            "Peak contact pressure, worst slice",
+            float(slices.pressure[worst]),
+            "MPa",
+            degrees(float(slices.theta[worst])),
+        ),
+        ("Peak contact force", force, "N", degrees(force_at)),
+        ("Half width of the contact", float(one.half_width), "mm", None),
+        ("Largest shear stress under the surface", float(one.shear), "MPa", None),
+        ("Depth of the largest shear stress", float(one.shear_depth), "mm", None),
+        ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
+        (
+            "Mean drive torque",
+            _unless_rounding(1e-3 * float(duty.force.work()) / (2.0 * pi), 1e-3 * torque),
+            "N m",
+            None,
+        ),
+    ]
+    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
+    name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
+    return Table(name, columns, tuple(rows))
+
+
+def _unless_rounding(value: float, scale: float) -> float:
+    """The value, or 0 where it is rounding against `scale`."""
+    return value if abs(value) > 1e-12 * abs(scale) else 0.0
+
+
+def reversals(duty: Duty) -> Text:
+    """Where the roller changes from one wall to the other."""
+    found = duty.force.reversals()[0]
+    if not found:
+        return Text(("The roller bears on one wall all round.",))
+    places = ", ".join(f"{number(degrees(change.taken))}°" for change in found)
+    return Text((f"The roller changes walls at cam angle {places}; there its clearance is taken up.",))
+
+
+def life(model: Model) -> tuple[Block, ...]:
+    """Hot spot, life along the roller and the table of lives."""
+    if model.turret_loaded:
+        return turret_life(model)
+    if not model.loaded:
+        return ()
+    duty = model.duty
+    spot = hot_spot(model)
+    along = along_roller(duty.slice_stations, np.asarray(duty.slice_life.life_h, dtype=float), 1.3, "half")
+    return (*(block for block in (spot, along) if block is not None), lives(model))
+
+
+def hot_spot(model: Model) -> Polar | None:
+    """Damage round the roller's circumference in 1000 hours, at the quoted place; None without load."""
+    from camgeom.mechanics.life import damage_profile
+
+    duty = model.duty
+    life_h = float(duty.roller_life.life_h)
+    if not isfinite(life_h) or life_h <= 0.0:
+        return None
+    spot = float(duty.roller_life.hot_spot)
+    turn = np.sort(np.r_[np.linspace(0.0, 2.0 * pi, 361), spot])
+    damage = damage_profile(duty.contact, duty.roller, duty.radius, turn)
+    per = 1000.0 * 3600.0 * duty.speed / (2.0 * pi)
+    angle = degrees(spot) % 360.0
+    mark = Mark(angle, 1000.0 / life_h, f"hot spot {number(angle)}°")
+    series = (Series("damage", np.degrees(turn), damage * per),)
+    return Polar(
+        "Damage round the roller in 1000 h (failure at 1); angle in its sense of rolling",
+        Axis("Damage in 1000 h"),
+        series,
+        (mark,),
+    )
+
+
+def along_roller(x: Floats, lives: Floats, height: float = 1.0, width: Width = "full") -> Chart | None:
+    """Roller life, h, over the place x along its axis; None where a slice lives for ever."""
+    if not np.all(np.isfinite(lives)):
+        return None
+    worst, order = int(np.argmin(lives)), np.argsort(x)
+    marks = (Mark(float(x[worst]), float(lives[worst]), f"{number(float(lives[worst]))} h"),)
+    panel = Panel(
+        Axis("Roller life", "h", zero=True), (Series("life", x[order], lives[order]),), marks=marks, height=height
+    )
+    return Chart("Life of the roller's slices", Axis("Along the roller axis", "mm"), (panel,), width=width)
+
+
+def lives(model: Model) -> Table:
+    """Life of roller, cam and bearing."""
+    duty = model.duty
+    roller = duty.roller_life
+    cam = duty.cam_life
+    spot = f"hot spot at {number(degrees(float(roller.hot_spot)) % 360.0)}° of the roller"
+    rows: list[tuple[Cell, ...]] = [
+        ("Roller, at the quoted place", hours(roller.life_h), spot),
+        ("Roller, worst slice", hours(np.min(duty.slice_life.life_h)), "along the roller"),
+        (
+            "Roller, damage spread evenly",
+            hours(roller.spread_life_h),
+            "upper bound: the roller slips from turn to turn",
+        ),
+        ("Cam surface", hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
+    ]
+    spec = model.setup.roller
+    if spec is not None and spec.dynamic_rating is not None:
+        bearing = duty.bearing(spec.dynamic_rating, spec.static_rating)
+        rows.append(
+            ("Roller bearing, L10", hours(bearing.life_h), f"equivalent load {number(float(bearing.mean_load))} N")
+        )
+    rows.append(("Path rolled in a turn", f"{number(1e-3 * float(roller.path))} m", "at the quoted place"))
+    return Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
+
+
+def touch_contact(model: Model) -> tuple[Block, ...]:
+    """Force and pressure of every touch over the turn, torque, contact lost; along a roller too."""
+
+    if model.loaded and not bool(np.all(model.duty.contact.sound)):
+        return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
+    blocks: list[Block] = [touch_lines(model), held(model.drive)]
+    blocks += [pressure_map(model), hardest(model)] if model.loaded else [touch_figures(model.drive)]
+    return tuple(blocks)
+
+
+def touch_lines(model: Model) -> Chart:
+    """Normal force and pressure of every touch, and the torque of all of them, over the turn."""
+
+    drive = model.drive
+    panels, names = drive.force.panels, tuple(touch.name for touch in drive.touches)
+    force = tuple(Series(name, *over_turn(panels, drive.normals[name])) for name in names)
+    high = extremes(panels, np.max(list(drive.normals.values()), axis=0))
+    marks = (*high[:1], *_least(drive))
+    shown = [Panel(Axis("Normal force", "N", zero=True), force, marks=marks)]
+    peak = drive.peak_pressure
+    if peak is not None:
+        lines = []
+        for name, found in drive.contacts.items():
+            x, y = over_turn(panels, found.behind)
+            lines.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
+        top = mark(degrees(peak[1]) % 360.0, peak[0])
+        limits = pressure_limit(model, peak[0])
+        shown.append(Panel(Axis("Contact pressure", "MPa", zero=True), tuple(lines), limits=limits, marks=(top,)))
+    shown.append(torque(panels, drive.torque))
+    still = zones(model.setup.program) + tuple(
+        Zone(degrees(one.begin), degrees(one.end), "no contact") for one in drive.lost
+    )
+    line = ", as a line contact over the whole length" if model.loaded and model.duty.crown is not None else ""
+    return Chart(f"Contact of cam and follower over one turn{line}", CAM_ANGLE, tuple(shown), still)
+
+
+def _least(drive: PlanarDrive) -> tuple[Mark, ...]:
+    """The least force of a follower that only its spring or weight holds; it must stay above zero."""
+    value, angle = drive.least
+    return () if drive.form_closed or value < 0.0 else (mark(degrees(angle) % 360.0, value),)
+
+
+def held(drive: PlanarDrive) -> Text:
+    """A sentence on what keeps the follower at the cam, and how far that holds."""
+    if drive.form_closed:
+        return Text(("The cam drives its follower both ways; where the force changes sign the play is taken up.",))
+    rpm = drive.leaving_speed * 30.0 / pi
+    reach = f"up to {number(rpm)} r/min" if isfinite(rpm) else "at any speed"
+    if drive.least[0] >= 0.0:
+        return Text((f"Spring and load keep the follower at the cam {reach}.",))
+    ranges = ", ".join(f"{number(degrees(one.begin))}° to {number(degrees(one.end))}°" for one in drive.lost)
+    reach = f"it holds {reach}" if rpm > 0.0 else "it holds at no speed"
+    return Text((f"The follower leaves the cam from {ranges}: contact would need a pull there; {reach}.",))
+
+
+def touch_figures(drive: PlanarDrive) -> Table:
+    """The hardest contact and the drive in numbers."""
+    force, force_at = drive.peak_of(np.max(list(drive.normals.values()), axis=0))
+    torque, torque_at = drive.peak_of(drive.torque)
+    rows: list[tuple[Cell, ...]] = [("Peak contact force", force, "N", degrees(force_at) % 360.0)]
+    if drive.peak_pressure is not None:
+        pressure, at, name = drive.peak_pressure
+        where = f", {name}" if len(drive.touches) > 1 else ""
+        rows.append((f"Peak contact pressure{where}", pressure, "MPa", degrees(at) % 360.0))
+    mean = float(drive.force.panels.integral(drive.torque)) / (2.0 * pi)
+    rows += [
+        ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
+        ("Mean drive torque", 1e-3 * _unless_rounding(mean, torque), "N m", None),
+    ]
+    if not drive.form_closed:
+        rpm = drive.leaving_speed * 30.0 / pi
+        rotating = drive.load.kind == "rotating"
+        rows += [
+            ("Least contact force", drive.least[0], "N", degrees(drive.least[1]) % 360.0),
+            ("Contact is lost above", rpm if isfinite(rpm) else "no speed", "r/min" if isfinite(rpm) else "", None),
+            ("Preload that just keeps contact", drive.preload_needed, "N mm" if rotating else "N", None),
+        ]
+    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
+    return Table("Contact and drive", columns, tuple(rows))
+
+
+def turret_contact(model: Model) -> tuple[Block, ...]:
+    """Torque, load of every roller, how many share it, pressure over the turn and along the roller, and the numbers."""
+    duty = model.turret_duty
+    if not len(duty.loaded):
+        return (Text(("No torque acts on the turret: there is no load to share.",)),)
+    return turret_lines(model, duty), turret_map(duty), turret_figures(duty), supports(duty)
+
+
+def turret_lines(model: Model, duty: TurretDuty) -> Chart:
+    """Turret torque, load on every roller, rollers in contact, largest pressure and camshaft torque over the turn."""
+    angle = np.degrees(duty.theta)
+    hardest = duty.pressure.max(axis=(1, 2))
+    worst, top = degrees(duty.worst()[0]), duty.peak_pressure
+    shaft = 1e-3 * duty.input_torque
+    panels = (
+        Panel(Axis("Torque on the turret", "N m", zero=True), (_line("torque", angle, 1e-3 * duty.torque),),
+              marks=_largest(angle, 1e-3 * duty.torque)),
+        Panel(Axis("Force on a roller", "N", zero=True), _rollers(angle, duty.roller_load),
+              marks=_largest(angle, duty.roller_load.max(axis=1))),
+        Panel(Axis("Rollers that share the load", "", zero=True), (_sharing(angle, duty.roller_load),), height=0.6),
+        Panel(Axis("Contact pressure", "MPa", zero=True), (_line("largest of all slices", angle, hardest),),
+              limits=pressure_limit(model, top), marks=(mark(worst, top),)),
+        Panel(Axis("Camshaft torque", "N m", zero=True), (_line("torque", angle, shaft),),
+              marks=_largest(angle, shaft)),
+    )  # fmt: skip
+    caption = "The turret under load: rollers share its torque by the stiffness of their contacts"
+    return Chart(caption, CAM_ANGLE, panels, zones(model.setup.program))
+
+
+def _line(name: str, angle: Floats, values: Floats) -> Series:
+    return Series(name, angle, np.asarray(values))
+
+
+def _largest(angle: Floats, values: Floats) -> tuple[Mark, ...]:
+    """The largest value and, where it is negative, the least; samples lie dense enough for a picture."""
+    i, j = int(np.argmax(values)), int(np.argmin(values))
+    ends = [i] + ([j] if values[j] < -1e-3 * abs(values[i]) else [])
+    return tuple(mark(float(angle[k]), float(values[k])) for k in ends if values[k] != 0.0)
+
+
+def _rollers(angle: Floats, load: Floats) -> tuple[Series, ...]:
+    """A line for every roller that bears anything, in the order in which they take the load."""
+    some = [k for k in range(load.shape[1]) if load[:, k].max() > 0.0]
+    some.sort(key=lambda k: int(np.argmax(load[:, k] > 0.0)))
+    if len(some) <= FEW:
+        return tuple(Series(f"roller {n}", angle, load[:, k]) for n, k in enumerate(some, start=1))
+    return tuple(Series("each roller", angle, load[:, k], 0) for k in some)
+
+
+def _sharing(angle: Floats, load: Floats) -> Series:
+    """Number of loaded rollers as steps."""
+    count = (load > 0.0).sum(axis=1).astype(float)
+    at = np.flatnonzero(np.diff(count)) + 1
+    middle = 0.5 * (angle[at - 1] + angle[at])
+    x = np.concatenate([[angle[0]], np.repeat(middle, 2), [angle[-1]]])
+    y = np.concatenate([[count[0]], np.column_stack([count[at - 1], count[at]]).ravel(), [count[-1]]])
+    return Series("rollers", x, y)
+
+
+def turret_map(duty: TurretDuty) -> Map:
+    """Largest pressure of all rollers over the turn and along them; blank where nothing bears."""
+    angle = np.linspace(0.0, 360.0, 361)
+    delta = duty.tracks[0].meridian.jet(duty.engagement.stations)[0]
+    hardest = duty.pressure.max(axis=1)[:, np.argsort(delta)]
+    nearest = np.clip(np.searchsorted(duty.theta, np.radians(angle)), 1, len(duty.theta) - 1)
+    before = np.abs(duty.theta[nearest - 1] - np.radians(angle)) < np.abs(duty.theta[nearest] - np.radians(angle))
+    values = hardest[np.where(before, nearest - 1, nearest)].T
+    top = duty.peak_pressure
+    worst, place = duty.worst()
+    marks = (Mark(degrees(worst), place, f"{number(top)} MPa"),)
+    along, value = Axis("Along the roller axis", "mm"), Axis("Contact pressure", "MPa")
+    caption = "Contact pressure over the turn and along the rollers, the hardest pressed of them"
+    return Map(
+        caption, CAM_ANGLE, along, value, angle, np.sort(delta), np.where(values > 1e-3 * top, values, np.nan),
+        marks=marks,
+    )  # fmt: skip
+
+
+def turret_figures(duty: TurretDuty) -> Table:
+    """The hardest contact, the torques and what carries the parts, in numbers."""
+    data = duty.contact_data()
+    rows: list[tuple[Cell, ...]] = []
+    for key, label, unit, at in _FIGURES:
+        if key in data and not (key == "preload_pressure_mpa" and data[key] == 0.0):
+            value = 0.0 if key.startswith("mean") and abs(data[key]) < 1e-9 else data[key]
+            rows.append((label, value, unit, data[at] % 360.0 if at else None))
+    least, most = data["rollers_sharing_least"], data["rollers_sharing_most"]
+    rows.append(("Rollers that share the load", f"{least} to {most}" if most > least else str(most), "", None))
+    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
+    return Table("Contact and drive", columns, tuple(rows))
+
+
+def supports(duty: TurretDuty) -> Text:
+    """What the stresses of stud and shaft assume."""
+    data = duty.contact_data()
+    text = f"The stud is taken as {number(data['stud_diameter_mm'])} mm thick, half the roller"
+    if "shaft_bearing_distance_mm" in data:
+        text += f", the camshaft as thick as the bore on bearings {number(data['shaft_bearing_distance_mm'])} mm apart"
+    return Text((text + ": replace these by your own.",))
+
+
+def turret_life(model: Model) -> tuple[Block, ...]:
+    """Lives of roller, cam and bearing, and the roller's life along its axis."""
+    duty = model.turret_duty
+    if not len(duty.loaded):
+        return ()
+    rows: list[tuple[Cell, ...]] = [
+        ("Roller, worst slice", hours(duty.roller_life), "its points take turns in the load from passage to passage"),
+        ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.worst()[0]))}°"),
+    ]
+    spec = model.setup.roller
+    if spec is not None and spec.dynamic_rating is not None:
+        bearing, mean, safety = duty.bearing(spec.dynamic_rating, spec.static_rating)
+        static = f", static safety {number(safety)}" if spec.static_rating is not None else ""
+        rows.append(("Roller bearing, L10", hours(bearing), f"equivalent load {number(mean)} N{static}"))
+    rolled = duty.fatigue_data(None, None)["path_per_turn_m"]
+    rows.append(("Path rolled in a turn of the cam", f"{number(rolled)} m", "of a roller, on average"))
+    table = Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
+    along = along_roller(duty.tracks[0].meridian.jet(duty.engagement.stations)[0], duty.slice_life)
+    return (along, table) if along is not None else (table,)
+
+
+def hours(value: float | Floats) -> str:
+    """A life in words."""
+    return f"{number(float(value))} h" if isfinite(float(value)) else "unlimited"
