@@ -26,8 +26,8 @@ from camgeom.cams._plate import (
 )
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length, Section
+from camgeom.solid import Part
 from camgeom.solid.blank import Bore
-from camgeom.solid.drum import Part
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
 from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower

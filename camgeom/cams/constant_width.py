@@ -15,8 +15,8 @@ from pydantic import Field
 from camgeom.cams._plate import SLIDE, bore_problems, lift_range, problem, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length, Section
+from camgeom.solid import Part
 from camgeom.solid.blank import Bore
-from camgeom.solid.drum import Part
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
 from camgeom.track.follower import Setup

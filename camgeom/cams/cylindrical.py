@@ -12,9 +12,10 @@ from pydantic import Field
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length, Section
 from camgeom.maths import Floats
+from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
-from camgeom.solid.drum import CutBlank, GroovedCylinder, Part, RibbedCylinder
-from camgeom.solid.webs import drum_walls
+from camgeom.solid.cut import CutBlank
+from camgeom.solid.drum import GroovedCylinder, RibbedCylinder, drum_walls
 from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.track.follower import Setup, SphereRoller, SwingingFollower
 from camgeom.track.section import Column, Level, cylinder_level

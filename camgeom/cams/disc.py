@@ -21,8 +21,8 @@ from camgeom.cams._plate import (
 )
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length, Section
+from camgeom.solid import Part
 from camgeom.solid.blank import Bore
-from camgeom.solid.drum import Part
 from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower

@@ -12,10 +12,10 @@ from pydantic import Field
 from camgeom.cams._turret import TurretKeys, problem
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
-from camgeom.solid.blank import Blank
-from camgeom.solid.cut import GloboidLevel, IndexingCut
-from camgeom.solid.drum import Part
-from camgeom.solid.globoid import Globoid
+from camgeom.solid import Part
+from camgeom.solid.blank import Blank, Globoid
+from camgeom.solid.cut import IndexingCut
+from camgeom.solid.lands import GloboidLevel
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import Setup, SphereRoller, TurretFollower

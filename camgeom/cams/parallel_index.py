@@ -19,8 +19,8 @@ from pydantic import Field
 from camgeom.cams._plate import bore_problems, problem
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length, Section
+from camgeom.solid import Part
 from camgeom.solid.blank import Bore, Wall
-from camgeom.solid.drum import Part
 from camgeom.solid.prism import Loop, Prism
 from camgeom.solid.turret import StackedTurret, TurretBody
 from camgeom.track import TURN, Swing, Track

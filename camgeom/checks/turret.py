@@ -12,7 +12,7 @@ from camgeom.checks import Finding, check
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.track.turret_ribs import Rib
+    from camgeom.track.turret import Rib
 
 USUAL_STOPS = (3, 24)
 """stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
@@ -39,7 +39,7 @@ def stops(model: Model) -> Iterable[Finding]:
 @check("rib-thickness", "turret")
 def rib_thickness_check(model: Model) -> Iterable[Finding]:
     """Thinnest place of the ribs at their tip and root over dwell and index."""
-    from camgeom.track.turret_ribs import rib_thickness
+    from camgeom.track.turret import rib_thickness
 
     limit = model.profile.limits.min_wall_mm
     pitch = 2.0 * np.pi / model.setup.follower.count  # type: ignore[union-attr]
@@ -68,7 +68,7 @@ def turret_gap(model: Model) -> Iterable[Finding]:
 @check("hand-over", "turret")
 def hand_over(model: Model) -> Iterable[Finding]:
     """Least number of rollers with a wall to bear on, pushing on and holding back, over the whole turn."""
-    from camgeom.track.turret_ribs import Engagement
+    from camgeom.track.turret import Engagement
 
     theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
     count = Engagement(model.engaged, model.cam.inside, theta).count
@@ -100,7 +100,7 @@ def horns(model: Model) -> Iterable[Finding]:
     """Longest outer wall at an end face whose foot is cut away: a wedge where a groove runs out, a hoop in a dwell."""
     if getattr(model.cam, "rib_depths", None) is None:
         return
-    from camgeom.track.turret_ribs import longest_horn
+    from camgeom.track.turret import longest_horn
 
     half, wall = 0.5 * model.cam.width, model.profile.limits.min_wall_mm
     found = [longest_horn(cutter, model.cam.inside, half, wall) for cutter in model.cutters]
@@ -120,7 +120,7 @@ def relief(model: Model) -> Iterable[Finding]:
     """Least distance of rollers and finished flanks at the ends of dwells, where the cam has a lead-in relief."""
     if not getattr(model.cam, "relief", 0.0):
         return
-    from camgeom.track.turret_ribs import play_at
+    from camgeom.track.turret import play_at
 
     for end in model.cam.dwell_ends(model.setup):
         value = play_at(model.engaged, model.cutters, model.cam.inside, end)

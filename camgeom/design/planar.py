@@ -15,8 +15,7 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
-from camgeom.maths.extremum import piece_grid, refined_maximum
-from camgeom.mechanics.panels import bracketed_root
+from camgeom.maths.extremum import bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
 from camgeom.motion.program import Program
 from camgeom.profile import Profile

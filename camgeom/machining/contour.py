@@ -15,8 +15,7 @@ from camgeom.machining.path import Positions
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.track import TURN
-from camgeom.track.outline import Curve, Outline, ParallelOutline
-from camgeom.track.outline_crossing import crossing
+from camgeom.track.outline import Curve, Outline, ParallelOutline, crossing
 
 PER_TURN = 1440
 CORNER = 1e-6

@@ -19,7 +19,7 @@ from camgeom.machining.plan import Machining
 from camgeom.machining.rows import rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
-from camgeom.solid.drum import Part
+from camgeom.solid import Part
 from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.track import Track
 from camgeom.track.follower import Setup

@@ -1,7 +1,12 @@
-"""Structured surface strips: rows of exact surface points along a parameter phi, meshed with a guaranteed chord error.
+"""Structured surface grids meshed with a guaranteed chord error, with the fewest cells: knots of equal error.
 
-A section maps phi (n,) to k rows of points; `bands` name consecutive rows that form one surface. The sag of every cell
-is measured on the true surface (see `sag`).
+A section maps parameters phi (n,) to k rows of exact points; `bands` name consecutive rows that form one surface. The
+sag is measured on the true surface at every cell's middle and on its edges, and that of the quadratic patch through
+those measurements, for the better of the two diagonals, is what is called the cell's chord error.
+
+Strips that run several times round an axis side by side (the turns of a groove and the lands between them) share their
+edges where all rounds have the same knots theta in [0, 2 pi]. A strip's columns are numbered on through the rounds:
+column c stands at theta[c mod N] + 2 pi (c div N), with N intervals a round.
 """
 
 from __future__ import annotations
@@ -9,18 +14,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, TypeVar
+from math import floor, pi
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.sag import Cells, Counts, measure
+from camgeom.maths.surface import cross, dot
 
-Section = Callable[[Floats, Counts], Floats]
+Counts = tuple[int, ...]
+"""cells across each band"""
+Index = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+Rows = Callable[[Floats, Counts], Floats]
 """(phi (n,), cells across each band) -> points (3, n, 1 + sum(counts)); band b spans counts[b] cells."""
 
+TURN = 2.0 * pi
 FILL = 0.96
 """aim of the knots as a share of the tolerance, so that third-order terms stay inside it"""
 ACROSS = 0.7
@@ -35,49 +46,236 @@ MAX_CELLS = 40_000_000
 
 
 @dataclass(frozen=True, eq=False)
+class Cells:
+    """Second-order sags of the cells of a grid, mm, each (n, k): along phi, mixed, and across (signed, along n)."""
+
+    a: Floats
+    b: Floats
+    c: Floats
+
+    def error(self) -> tuple[Floats, Mask]:
+        """Largest sag of the two triangles for the better diagonal, and which: True joins (i, j) to (i+1, j+1)."""
+        a, b, c = self.a, self.b, self.c
+        side, total, twice = np.maximum(np.abs(a), np.abs(c)), a + c, 2.0 * b
+        rising = 0.125 * np.maximum(side, np.abs(total + twice))
+        falling = 0.125 * np.maximum(side, np.abs(total - twice))
+        # Only a patch bent to one side in every direction can sag most inside a triangle.
+        bowl = np.nonzero(a * c > b * b)
+        if len(bowl[0]):
+            rising[bowl] = patch_sag(a[bowl], -b[bowl], c[bowl])
+            falling[bowl] = patch_sag(a[bowl], b[bowl], c[bowl])
+        return np.minimum(rising, falling), rising <= falling
+
+    def split(self, counts: Counts) -> list[Cells]:
+        """The cells of each of the bands side by side."""
+        cuts = np.cumsum(counts)[:-1]
+        parts = zip(*(np.split(x, cuts, axis=1) for x in (self.a, self.b, self.c)))
+        return [Cells(a, b, c) for a, b, c in parts]
+
+    @classmethod
+    def joined(cls, parts: list[Cells]) -> Cells:
+        """The cells of several bands side by side."""
+        return cls(*(np.concatenate([getattr(part, k) for part in parts], axis=1) for k in "abc"))
+
+    def spread(self, measured: Index, n: int) -> Cells:
+        """The cells at all of n steps along phi from those at the measured ones, in between by straight lines.
+
+        The sags of neighbours differ little, but which diagonal is better may change anywhere between two of them.
+        """
+        if len(measured) == n:
+            return self
+        place = np.interp(np.arange(n), measured, np.arange(len(measured)))
+        low = np.minimum(place.astype(np.int64), len(measured) - 2)
+        share = (place - low)[:, None]
+        return Cells(*(x[low] + share * (x[low + 1] - x[low]) for x in (self.a, self.b, self.c)))
+
+    def scaled(self, h: Floats, k: Floats) -> Cells:
+        """The sags of cells h times as long in phi and k times as wide."""
+        return Cells(self.a * h * h, self.b * h * k, self.c * k * k)
+
+
+def patch_sag(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Largest |f - linear interpolant| of f = (a s² + 2 b s t + c t²) / 2 on the triangle (0,0) (1,0) (0,1).
+
+    On the edges it is |a|/8, |c|/8 and |a + c - 2 b|/8; a stationary point inside the triangle counts too.
+    """
+    edge = np.maximum(np.maximum(np.abs(a), np.abs(c)), np.abs(a + c - 2.0 * b)) / 8.0
+    det = a * c - b * b
+    safe = np.where(det > 1e-12 * (np.abs(a * c) + b * b) + 1e-300, det, 1.0)
+    s, t = c * (a - b) / (2.0 * safe), a * (c - b) / (2.0 * safe)
+    inside = (safe == det) & (s > 0.0) & (t > 0.0) & (s + t < 1.0)
+    return np.asarray(np.where(inside, np.maximum(edge, np.abs(a * s + c * t) / 4.0), edge))
+
+
+def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
+    """Sags of cells between two values of phi each.
+
+    start, stop  (3, n, k + 1) exact points at the beginning and end of each cell along phi
+    middle       (3, n, 2 k + 1) exact points at the middle phi of each cell, rows doubled
+    """
+    p00, p01, p10, p11 = start[:, :, :-1], start[:, :, 1:], stop[:, :, :-1], stop[:, :, 1:]
+    d1, d2 = p11 - p00, p10 - p01
+    n = cross(d1, d2)
+    length = np.sqrt(dot(n, n))
+    inverse = 1.0 / np.where(length > 0.0, length, 1.0)
+    row = 0.5 * (start + stop) - middle[:, :, ::2]
+    centre = 0.25 * (p00 + p01 + p10 + p11) - middle[:, :, 1::2]
+    low, high = dot(n, row[:, :, :-1]), dot(n, row[:, :, 1:])
+    a = 8.0 * np.where(np.abs(low) > np.abs(high), low, high)
+    c = 8.0 * dot(n, centre) - 4.0 * (low + high)
+    b = dot(n, p11 - p10 - p01 + p00)
+    for x in (a, b, c):
+        x *= inverse
+    return Cells(a, b, c)
+
+
+@dataclass(frozen=True, eq=False)
 class Grid:
     """A finished structured grid: phi (n + 1,), points (3, n + 1, k + 1), cells per band, diagonals, chord error mm."""
 
     phi: Floats
     points: Floats
     counts: Counts
-    rising: npt.NDArray[np.bool_]
+    rising: Mask
     chord_error: float
 
 
-class Measured(Protocol):
-    """A surface meshed at given knots, its sags measured at all of its cells or at some."""
+def angles(theta: Floats, columns: Index) -> Floats:
+    """Angles (rad, on through the rounds) of the numbered columns."""
+    n = len(theta) - 1
+    return np.asarray(theta[columns % n] + TURN * (columns // n))
+
+
+def middle_angles(theta: Floats, columns: Index) -> Floats:
+    """Angles (rad) half way from the numbered columns to the next ones."""
+    n = len(theta) - 1
+    return np.asarray((0.5 * (theta[:-1] + theta[1:]))[columns % n] + TURN * (columns // n))
+
+
+def columns_over(theta: Floats, low: float, high: float) -> tuple[int, int]:
+    """First and last of the fewest columns that cover low .. high (rad)."""
+    n = len(theta) - 1
+    first, last = floor(low / TURN), floor(high / TURN)
+    start = int(np.searchsorted(theta, low - TURN * first, side="right")) - 1
+    stop = int(np.searchsorted(theta, high - TURN * last, side="left"))
+    return first * n + min(start, n - 1), last * n + stop
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """Points of one strip at consecutive columns.
+
+    first   number of the first column
+    bands   numbers of the surface's bands that lie side by side in it
+    corner  (3, n + 1, k + 1) at the columns
+    """
+
+    first: int
+    bands: tuple[int, ...]
+    corner: Floats
 
     @property
-    def bands(self) -> list[Cells]:
-        """The sags of each band's cells, (n, k) for n intervals of phi."""
+    def cells(self) -> int:
+        """Number n of its cells along the round."""
+        return int(self.corner.shape[1]) - 1
+
+    def sides(self, at: Index) -> tuple[Floats, Floats]:
+        """Points (3, q, k + 1) at the beginning and at the end of the cells `at` (q,) along the round."""
+        if len(at) == self.cells:
+            return self.corner[:, :-1], self.corner[:, 1:]
+        return self.corner[:, at], self.corner[:, at + 1]
+
+    def within(self, low: float, high: float) -> Mask:
+        """Cells (n, k) that reach into z = low .. high."""
+        z = self.corner[2]
+        least, most = np.minimum(z[1:], z[:-1]), np.maximum(z[1:], z[:-1])
+        return np.asarray(
+            (np.minimum(least[:, 1:], least[:, :-1]) < high) & (np.maximum(most[:, 1:], most[:, :-1]) > low)
+        )
+
+
+class Surface(Protocol):
+    """Strips that can be made at any knots."""
+
+    def strips(self, theta: Floats, counts: Counts) -> list[Strip]:
+        """All strips, with counts[b] cells across band b."""
+
+    def sags(self, theta: Floats, counts: Counts, strips: list[Strip], chosen: list[Index]) -> list[Cells]:
+        """Of each strip the sags behind the chosen columns (q,), each (q, k); zero where cells do not count."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Single:
+    """One section from end to end: a surface of a single strip."""
+
+    rows: Rows
+
+    def strips(self, theta: Floats, counts: Counts) -> list[Strip]:
+        return [Strip(0, tuple(range(len(counts))), self.rows(theta, counts))]
+
+    def sags(self, theta: Floats, counts: Counts, strips: list[Strip], chosen: list[Index]) -> list[Cells]:
+        at = chosen[0]
+        middle = self.rows(0.5 * (theta[at] + theta[at + 1]), tuple(2 * c for c in counts))
+        return [measure(*strips[0].sides(at), middle)]
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A surface meshed at knots theta; of each strip the `chosen` cells along the round are measured.
+
+    complete  True where every cell was measured
+    """
+
+    theta: Floats
+    counts: Counts
+    strips: list[Strip]
+    chosen: list[Index]
+    cells: list[Cells]
+    complete: bool
+
+    @cached_property
+    def _judged(self) -> list[tuple[Floats, Mask]]:
+        each = zip(self.cells, self.chosen, self.strips)
+        return [cells.spread(chosen, strip.cells).error() for cells, chosen, strip in each]
 
     @property
     def worst(self) -> float:
-        """Largest chord error that was met, mm."""
+        """Largest chord error of a counted cell, mm."""
+        return max(float(error.max(initial=0.0)) for error, _ in self._judged)
 
     @property
-    def complete(self) -> bool:
-        """True where every cell was measured."""
+    def rising(self) -> list[Mask]:
+        """Of each strip which cells (n, k) have the diagonal from (i, j) to (i + 1, j + 1)."""
+        return [rising for _, rising in self._judged]
+
+    @property
+    def bands(self) -> list[Cells]:
+        """The sags of each band's cells in all rounds and strips, side by side for each interval of one round."""
+        n = len(self.theta) - 1
+        bands: list[list[Cells]] = [[] for _ in self.counts]
+        for strip, cells in zip(self.strips, self.cells):
+            for band, part in zip(strip.bands, cells.split(tuple(self.counts[b] for b in strip.bands))):
+                bands[band].append(Cells(*(_folded(x, strip.first, n) for x in (part.a, part.b, part.c))))
+        return [Cells.joined(parts) for parts in bands]
 
 
-M = TypeVar("M", bound=Measured)
+def sample(rows: Rows, knots: Floats, tolerance: float, most: Counts) -> Grid:
+    """Sample one section so that every triangle is within `tolerance` mm of the true surface; see `sample_surface`."""
+    sampled = sample_surface(_Single(rows), knots, tolerance, most)
+    return Grid(sampled.theta, sampled.strips[0].corner, sampled.counts, sampled.rising[0], sampled.worst)
 
 
-def converge(
-    measured: Callable[[Floats, Counts, bool], M], knots: Floats, tolerance: float, max_counts: Counts
-) -> M:
-    """The mesh whose largest chord error is within `tolerance` (mm), with knots of equal error.
+def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Counts) -> Sampled:
+    """Sample so that every counted triangle is within `tolerance` (mm) of the true surface, with knots of equal error.
 
-    measured    (phi, cells across each band, whether to measure every cell) -> the mesh there
-    knots       (k,) phi where a derivative may jump, with both ends
-    max_counts  upper bound of the cells across each band (1 for bands that are straight across)
+    knots  (k,) parameters at which a derivative may jump, with both ends; strips in rounds: angles from 0 to 2 pi
+    most   upper bound of the cells across each band (1 for bands that are straight across)
     Raises NotConverged where the tolerance would need more than MAX_CELLS cells.
     """
     phi = _subdivided(knots, PROBE)
-    coarse = tuple(min(6, m) for m in max_counts)
-    bands = measured(phi, coarse, True).bands
-    counts = _choose_counts(bands, coarse, tolerance, max_counts)
+    coarse = tuple(min(6, m) for m in most)
+    bands = _measured(surface, knots, phi, coarse, True).bands
+    counts = _choose_counts(bands, coarse, tolerance, most)
     widths = [c / n for c, n in zip(coarse, counts)]
     aim = FILL * tolerance
     for attempt in range(PASSES):
@@ -87,62 +285,30 @@ def converge(
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
             )
-        found = measured(phi, counts, False)
-        if found.worst <= tolerance * (1.0 if found.complete else SPARSE):
-            return found
-        bands = (found if found.complete else measured(phi, counts, True)).bands
-        widths, counts = _widened(bands, counts, tolerance, max_counts, max(0.3, 0.9 - 0.15 * attempt))
+        sampled = _measured(surface, knots, phi, counts, False)
+        if sampled.worst <= tolerance * (1.0 if sampled.complete else SPARSE):
+            return sampled
+        bands = (sampled if sampled.complete else _measured(surface, knots, phi, counts, True)).bands
+        widths, counts = _widened(bands, counts, tolerance, most, max(0.3, 0.9 - 0.15 * attempt))
         aim = (FILL - 0.03 * attempt) * tolerance
     raise NotConverged(
-        f"the chord error stays at {found.worst:g} mm, above the tolerance {tolerance:g} mm: the surface is nearly "
+        f"the chord error stays at {sampled.worst:g} mm, above the tolerance {tolerance:g} mm: the surface is nearly "
         "singular (look at the undercut margin and the continuity of the motion)"
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Sheet:
-    """One grid of a section; `chosen` cells along phi are measured."""
-
-    phi: Floats
-    points: Floats
-    counts: Counts
-    chosen: npt.NDArray[np.int64]
-    cells: Cells
-    complete: bool
-
-    @cached_property
-    def _judged(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        return self.cells.spread(self.chosen, len(self.phi) - 1).error()
-
-    @property
-    def worst(self) -> float:
-        return float(self._judged[0].max())
-
-    @property
-    def bands(self) -> list[Cells]:
-        return self.cells.split(self.counts)
-
-    def grid(self) -> Grid:
-        """The finished grid."""
-        return Grid(self.phi, self.points, self.counts, self._judged[1], self.worst)
+def _measured(surface: Surface, knots: Floats, theta: Floats, counts: Counts, every: bool) -> Sampled:
+    """The surface at knots theta, its sags measured at every cell or only where `_probed` says."""
+    n = len(theta) - 1
+    strips = surface.strips(theta, counts)
+    total = sum(strip.cells * (strip.corner.shape[2] - 1) for strip in strips)
+    base = np.zeros(n, dtype=bool)
+    base[np.arange(n) if every else _probed(knots, theta, -(-total // n))] = True
+    chosen = [np.flatnonzero(base[np.arange(s.first, s.first + s.cells) % n]) for s in strips]
+    return Sampled(theta, counts, strips, chosen, surface.sags(theta, counts, strips, chosen), bool(base.all()))
 
 
-def sample(section: Section, knots: Floats, tolerance: float, max_counts: Counts) -> Grid:
-    """Sample a section so that every triangle is within `tolerance` (mm) of the true surface; see `converge`."""
-
-    def measured(phi: Floats, counts: Counts, every: bool) -> _Sheet:
-        n = len(phi) - 1
-        corner = section(phi, counts)
-        chosen = np.arange(n) if every else probed(knots, phi, sum(counts))
-        middle = section(0.5 * (phi[chosen] + phi[chosen + 1]), tuple(2 * c for c in counts))
-        whole = len(chosen) == n
-        start, stop = (corner[:, :-1], corner[:, 1:]) if whole else (corner[:, chosen], corner[:, chosen + 1])
-        return _Sheet(phi, corner, counts, chosen, measure(start, stop, middle), whole)
-
-    return converge(measured, knots, tolerance, max_counts).grid()
-
-
-def probed(knots: Floats, phi: Floats, across: int) -> npt.NDArray[np.int64]:
+def _probed(knots: Floats, phi: Floats, across: int) -> Index:
     """Cells along phi whose error is measured: all of a small grid; of a large one every few, and those at knots.
 
     In a large grid neighbouring cells differ by a share of about one over their number, which SPARSE leaves room for.
@@ -242,7 +408,7 @@ def _choose_counts(bands: list[Cells], coarse: Counts, tolerance: float, most: C
     return tuple(int(series[k]) for (series, _), k in zip(tables, pick))
 
 
-def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[npt.NDArray[np.int64], Floats]:
+def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[Index, Floats]:
     """Counts (q,) to choose from and the step factor (q, n) that each allows."""
     sag = float(np.abs(band.c).max()) / 8.0
     least = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
@@ -252,9 +418,27 @@ def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[
 
 
 def _grid_size(
-    tables: list[tuple[npt.NDArray[np.int64], Floats]], pick: list[int], shares: list[float]
+    tables: list[tuple[Index, Floats]], pick: list[int], shares: list[float]
 ) -> float:
     """Cells of the whole grid; a band is there `shares` times."""
     step = np.minimum.reduce([factors[k] for (_, factors), k in zip(tables, pick)])
     across = sum(share * int(series[k]) for (series, _), k, share in zip(tables, pick, shares))
     return float(across * np.sum(1.0 / step))
+
+
+def strip_sags(strip: Strip, at: Index, middle: Floats, low: float, high: float) -> Cells:
+    """Sags of the chosen cells of a strip by its points half way; zero for cells that lie outside z = low .. high."""
+    on = strip.within(low, high)[at]
+    cells = measure(*strip.sides(at), middle)
+    return cells if on.all() else Cells(cells.a * on, cells.b * on, cells.c * on)
+
+
+def _folded(x: Floats, first: int, n: int) -> Floats:
+    """Values (cells, k) of a strip laid side by side for each interval of a round, (n, rounds * k)."""
+    before = first % n
+    if before == 0 and len(x) == n:
+        return x
+    rounds = -(-(before + len(x)) // n)
+    padded = np.zeros((rounds * n, x.shape[1]))
+    padded[before : before + len(x)] = x
+    return np.asarray(padded.reshape(rounds, n, -1).transpose(1, 0, 2).reshape(n, -1))

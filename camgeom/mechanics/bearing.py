@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
-from camgeom.mechanics.panels import TURN, Panels
+from camgeom.maths.panels import TURN, Panels
 
 ROLLER_EXPONENT = 10.0 / 3.0
 """Load exponent of roller bearings, line contact (ISO 281); 3 for ball bearings."""

@@ -15,10 +15,10 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.panels import highest, panels, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.panels import highest, panels, roots
 from camgeom.track.touch import Touch
 
 ROUNDS = 60

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.extremum import bracketed_root
 from camgeom.mechanics.material import Material
-from camgeom.mechanics.panels import bracketed_root
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 SHEAR_DEPTH = float(np.sqrt(GOLDEN))

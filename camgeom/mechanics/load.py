@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
 from camgeom.mechanics.applied import Applied
-from camgeom.mechanics.panels import TURN, Panels, panels, resolved, roots
 
 MILLI = 1e-3
 """kg mm/s² in N"""

@@ -20,7 +20,7 @@ from camgeom.mechanics.hertz import LineContact, line_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.panels import highest, panels, roots
+from camgeom.maths.panels import highest, panels, roots
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 

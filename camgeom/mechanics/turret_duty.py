@@ -23,7 +23,7 @@ from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, allowable_load, li
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import TURN, Track
-from camgeom.track.turret_ribs import Engagement, Inside
+from camgeom.track.turret import Engagement, Inside
 
 FAR = 1e6
 """mm; gap of a slice with nothing to bear on"""

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.mechanics.hertz import line_flexibility
-from camgeom.track.turret_ribs import Engagement, Inside
+from camgeom.track.turret import Engagement, Inside
 
 if TYPE_CHECKING:
     from camgeom.mechanics.load import FollowerForce

@@ -17,7 +17,7 @@ from camgeom.track.follower import Setup
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
-    from camgeom.solid.drum import Part, Solid
+    from camgeom.solid import Part, Solid
     from camgeom.track.clearance import Clearance
     from camgeom.track.pair import PairResidual
     from camgeom.track.planar import Planar
@@ -76,7 +76,7 @@ class Shape:
         """
         if not getattr(self.cam, "SHARED_DRIVE", False):
             return None
-        from camgeom.track.turret_ribs import largest_drive_angle
+        from camgeom.track.turret import largest_drive_angle
 
         return largest_drive_angle(self.tracks, self.cam.inside)
 
@@ -110,7 +110,7 @@ class Shape:
 
     def _undercut_body(self) -> Solid:
         """What the tool really leaves of an undercut drum, asked for by [output] undercut_solid."""
-        from camgeom.solid.union import RollerUnion
+        from camgeom.solid.cut import RollerUnion
 
         beyond = self.cam.radius + max(0.05 * self.cam.radius, 0.25 * self.cam.groove_depth)
         return RollerUnion("cam", self.cutters, self.cam.blank(self.setup), beyond).solid(self.tolerance)
@@ -183,7 +183,7 @@ class Shape:
     @fact
     def mass(self) -> tuple[MassProperties, ...]:
         """Mass properties of every body from its mesh and the cam material's density."""
-        from camgeom.maths.massprops import mass_properties
+        from camgeom.maths.mesh import mass_properties
 
         density = self.profile.material.cam.density
         return tuple(MassProperties(*mass_properties(solid.mesh, density)) for solid in self.solids)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
-    from camgeom.solid.drum import Solid
+    from camgeom.solid import Solid
 
 MILLI = 1e-3
 
@@ -91,7 +91,7 @@ def _inertias(model: Drive, spec: DynamicsSpec, sources: dict[str, str]) -> dict
 
 def _turret_inertia(model: Drive) -> float:
     """Inertia, kg m2, of the turret's disc and rollers about the turret axis, of the roller's material."""
-    from camgeom.maths.massprops import mass_properties
+    from camgeom.maths.mesh import mass_properties
     from camgeom.track import Swing
 
     body = model.turret

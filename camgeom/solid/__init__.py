@@ -1,1 +1,51 @@
 """What the cam is made of: blanks, recipes of bodies, and closed meshes with a stated error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from camgeom.maths.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A finished body: its mesh, the guaranteed chord error (mm), how it was made, and the genus it should have."""
+
+    name: str
+    mesh: Mesh
+    chord_error: float
+    method: str
+    expected_genus: int
+
+    @property
+    def pieces(self) -> tuple[Mesh, ...]:
+        """The connected shells, the largest first; one for a sound body."""
+        return (self.mesh,) if self.mesh.components == 1 else tuple(
+            sorted(self.mesh.shells, key=lambda shell: -abs(shell.volume))
+        )
+
+    @property
+    def sound(self) -> bool:
+        """Watertight, of positive volume, one shell, and of the expected genus."""
+        m = self.mesh
+        return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
+
+    def to_trimesh(self) -> Any:
+        """The mesh as a trimesh.Trimesh (imports trimesh)."""
+        return self.mesh.to_trimesh()
+
+    def to_pyvista(self) -> Any:
+        """The mesh as a pyvista.PolyData (imports pyvista)."""
+        return self.mesh.to_pyvista()
+
+
+class Part(Protocol):
+    """A body of the cam: a recipe that makes a Solid within a tolerance (mm)."""
+
+    @property
+    def name(self) -> str:
+        """The body's name in exports and reports."""
+
+    def solid(self, tolerance: float) -> Solid:
+        """Make the body. Raises DesignError, NotConverged or GeometryEngineError with the reason."""

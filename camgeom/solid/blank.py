@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import asin, ceil, cos, hypot, pi, sin, sqrt
+from math import asin, atan2, ceil, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.solid.builder import Builder, Index, zipper
 
 
 @dataclass(frozen=True)
@@ -131,6 +133,68 @@ class Blank:
 
 
 @dataclass(frozen=True)
+class Globoid:
+    """A globoidal cam's blank: outside an arc about the turret axis, with hubs and bore; -width/2 <= z <= width/2, mm.
+
+    centre  distance of the turret axis from the cam axis; radius: of the outside about the turret axis
+    hub_diameter, hub_length  of hubs beyond both end faces, 0 for none
+    """
+
+    centre: float
+    width: float
+    radius: float
+    bore: Bore | None = None
+    hub_diameter: float = 0.0
+    hub_length: float = 0.0
+
+    @property
+    def end_radius(self) -> float:
+        """Radius at the end faces (its largest), mm."""
+        return self.centre - sqrt(self.radius**2 - 0.25 * self.width**2)
+
+    def blank(self) -> Blank:
+        """The body of revolution."""
+        half, end, arc = 0.5 * self.width, self.end_radius, (self.centre, 0.0)
+        if not self.hub_length:
+            return Blank(((end, -half), (end, half)), self.bore, (arc,), ("land",))
+        hub, far = 0.5 * self.hub_diameter, half + self.hub_length
+        outline = ((hub, -far), (hub, -half), (end, -half), (end, half), (hub, half), (hub, far))
+        return Blank(outline, self.bore, (None, None, arc, None, None), ("hub", "end", "land", "end", "hub"))
+
+    def inside(self, x: Floats) -> npt.NDArray[np.bool_]:
+        """Whether points (3, ...) of the cam frame lie within the globoid."""
+        rho = np.hypot(x[0], x[1])
+        within = np.hypot(rho - self.centre, x[2]) >= self.radius - 1e-9
+        return np.asarray(within & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
+
+    def hub_problems(self, reach: float) -> list[Problem]:
+        """What is wrong with the hubs beside rollers whose ends reach so far from the turret axis, mm."""
+        if bool(self.hub_diameter) != bool(self.hub_length):
+            limit = "diameter and length both, or neither"
+            return [Problem("cam.hub_length", "cannot be built", self.hub_length, limit)]
+        if not self.hub_length:
+            return []
+        least = 2.0 * self.bore.reach if self.bore else 0.0
+        most = 2.0 * (self.centre - sqrt(max(0.0, reach**2 - 0.25 * self.width**2)))
+        if least < self.hub_diameter < most:
+            return []
+        limit = f"{least:g} .. {most:g} mm, outside the bore and clear of the rollers"
+        return [Problem("cam.hub_diameter", "cannot be built", self.hub_diameter, limit)]
+
+    def clear_angle(self, low: float, radius: float) -> float:
+        """Turret angle (rad) from the line of centres beyond which a tool of a radius is clear of the blank.
+
+        low  distance of the tool's inner end from the turret axis, mm
+        """
+        size = hypot(low, radius)
+        if 0.5 * self.width < size:
+            angle = asin(0.5 * self.width / size) + atan2(radius, low)
+            if angle < 0.5 * pi:
+                return 1.02 * angle + 0.01
+        return 0.5 * pi
+
+
+@dataclass(frozen=True)
 class Wall:
     """A wall of the finished body: its name, thickness (mm), the cam angle (rad) where it is thinnest, and advice."""
 
@@ -140,58 +204,10 @@ class Wall:
     advice: str
 
 
-class Builder:
-    """Collects vertices and named triangles into one mesh."""
-
-    def __init__(self) -> None:
-        self._vertices: list[Floats] = []
-        self._faces: list[npt.NDArray[np.int64]] = []
-        self._labels: list[npt.NDArray[np.uint8]] = []
-        self._names: list[str] = []
-        self._count = 0
-
-    def add(self, points: Floats) -> npt.NDArray[np.int64]:
-        """Append points (n, 3); returns their indices."""
-        self._vertices.append(points)
-        index = np.arange(self._count, self._count + len(points))
-        self._count += len(points)
-        return index
-
-    def points(self, index: npt.NDArray[np.int64]) -> Floats:
-        """Coordinates of the given vertices."""
-        return np.asarray(np.concatenate(self._vertices)[index])
-
-    def faces(self, triangles: npt.NDArray[np.int64], name: str) -> None:
-        """Append triangles (f, 3) to the named group; triangles with a repeated vertex are dropped."""
-        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-        keep = (a != b) & (b != c) & (c != a)
-        if name not in self._names:
-            self._names.append(name)
-        self._faces.append(triangles[keep])
-        self._labels.append(np.full(int(keep.sum()), self._names.index(name), dtype=np.uint8))
-
-    def band(self, low: npt.NDArray[np.int64], high: npt.NDArray[np.int64], name: str) -> None:
-        """Join two closed rings of equal length; outward where both run counter-clockwise and `high` is above."""
-        low2, high2 = np.roll(low, -1), np.roll(high, -1)
-        self.faces(np.stack([low, low2, high2], axis=1), name)
-        self.faces(np.stack([low, high2, high], axis=1), name)
-
-    def mesh(self) -> Mesh:
-        """The finished mesh with unused vertices removed."""
-        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
-        used = np.zeros(len(vertices), dtype=bool)
-        used[faces] = True
-        group, names = np.concatenate(self._labels), tuple(self._names)
-        if used.all():
-            return Mesh(vertices, faces.astype(np.int32), names, group)
-        number = (np.cumsum(used) - 1).astype(np.int32)
-        return Mesh(vertices[used], number[faces], names, group)
-
-
 def close_ends(
     builder: Builder,
-    bottom: npt.NDArray[np.int64],
-    top: npt.NDArray[np.int64],
+    bottom: Index,
+    top: Index,
     z0: float,
     z1: float,
     bore: Bore | None,
@@ -212,7 +228,7 @@ def close_ends(
 
 def bore_walls(
     builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]:
+) -> tuple[Index, Index, Floats]:
     """Add the walls of a bore; returns its lower and upper ring (counter-clockwise) and its outline (n, 2)."""
     outline, names = bore.outline(tolerance)
     low, high = (builder.add(np.column_stack([outline, np.full(len(outline), z)])) for z in (z0, z1))
@@ -228,8 +244,8 @@ def bore_walls(
 
 def _annulus(
     builder: Builder,
-    ring: npt.NDArray[np.int64],
-    hole: npt.NDArray[np.int64],
+    ring: Index,
+    hole: Index,
     outline: Floats,
     bore: Bore,
     z: float,
@@ -252,21 +268,3 @@ def _annulus(
         hole, outline = middle, circle
     fan = zipper(ring, np.arctan2(outer[:, 1], outer[:, 0]), hole, np.arctan2(outline[:, 1], outline[:, 0]))
     builder.faces(fan[:, ::-1] if flip else fan, "end")
-
-
-def zipper(
-    outer: npt.NDArray[np.int64], outer_angle: Floats, inner: npt.NDArray[np.int64], inner_angle: Floats
-) -> npt.NDArray[np.int64]:
-    """Triangles between two counter-clockwise closed loops by merging their angles, counter-clockwise seen from +Z."""
-    a = (outer_angle - inner_angle[0]) % (2.0 * pi)
-    b = (inner_angle - inner_angle[0]) % (2.0 * pi)
-    first = int(np.argmin(a))
-    outer, a = np.roll(outer, -first), np.roll(a, -first)
-    n, m = len(outer), len(inner)
-    next_a, next_b = np.append(a[1:], a[0] + 2.0 * pi), np.append(b[1:], 2.0 * pi)
-    order = np.argsort(np.concatenate([next_a, next_b]), kind="stable")
-    is_outer = order < n
-    i = np.asarray(np.cumsum(is_outer) - is_outer, dtype=np.int64)
-    j = np.asarray(np.cumsum(~is_outer) - ~is_outer, dtype=np.int64)
-    tip = np.where(is_outer, outer[(i + 1) % n], inner[(j + 1) % m])
-    return np.stack([inner[j % m], outer[i % n], tip], axis=1)

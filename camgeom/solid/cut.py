@@ -1,57 +1,65 @@
-"""Indexing cams cut from a blank: groove bodies between two flanks and a floor that clears every roller, one boolean.
+"""Cams cut from a blank by one exact-topology boolean: minus groove bodies, or minus many positions of a roller.
 
-The floor carries nothing. What the flat end of a tool would leave is not used: where the turret swings fast the rim of
-the end cuts deeper than its face, on surfaces that fold. The flanks go down to a surface of revolution instead (a
-globoid about the turret axis, a cylinder about the cam axis), far enough that the floor, straight from foot to foot,
-stays out of reach of every rim.
+Groove bodies of a drum have the floor that the roller's flat end leaves. An indexing cam's floor carries nothing, and
+what the flat end of a tool would leave is not used: where the turret swings fast the rim of the end cuts deeper than
+its face, on surfaces that fold. The flanks go down to a surface of revolution instead (a globoid about the turret axis,
+a cylinder about the cam axis), far enough that the floor, straight from foot to foot, stays out of reach of every rim.
+
+An undercut flank crosses itself and bounds no body. What the tool leaves is the blank without the union of its
+positions. Between two positions a distance d apart a smooth wall stands proud by about d² / (8 r), and more beside a
+cusp: so the error stated is measured, the deepest vertex inside the true sweep and the facets' own sag.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
-from camgeom.errors import NotConverged
+from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.maths.sampling import sample
+from camgeom.maths.sampling import Grid, sample
+from camgeom.solid import Solid
 from camgeom.solid.blank import Blank
-from camgeom.solid.drum import Solid, groove_body
-from camgeom.solid.engine import subtract
-from camgeom.solid.lands import CylinderLand, GloboidLand, land_of
-from camgeom.solid.lands import GloboidLevel as GloboidLevel
-from camgeom.solid.turret_lands import NotOneSurface
-from camgeom.solid.turret_stitch import groove_solid
-from camgeom.track import Arc, Track
-from camgeom.track.section import Column, GrooveSection, Level
+from camgeom.solid.builder import Builder, Index, add_grid, band_cells, cell_faces, wrapped_faces
+from camgeom.solid.engine import subtract, unite
+from camgeom.solid.lands import CylinderLand, GloboidLand, NotOneSurface, land_of
+from camgeom.solid.stitch import groove_solid
+from camgeom.track import Arc, Straight, Track
+from camgeom.track.clearance import least_clearance
+from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level
+
+MOST_ROLLERS = 360
 
 
 @dataclass(frozen=True, eq=False)
-class FlooredSection:
-    """Rows across a groove: down one flank from `top` to `floor`, straight across, up the other flank.
+class CutBlank:
+    """A blank minus the groove bodies of its tracks, by one boolean.
 
-    guesses  delta near the top and near the floor
+    outside  level surface beyond the blank at which the groove bodies end, and a guess of delta there
+    ridge    delta of the groove body's back, safely outside the blank
     """
 
-    track: Track
-    top: Level
-    floor: Level
-    guesses: tuple[float, float]
-    names: tuple[str, ...] = ("flank", "floor", "flank")
-    max_counts: tuple[int, ...] = (4000, 4000, 4000)
+    name: str
+    tracks: tuple[Track, ...]
+    blank: Blank
+    outside: Level
+    guess: float
+    ridge: float
+    expected_genus: int
 
-    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
-        """Points (3, n, 1 + sum(counts))."""
-        down = self._wall(column, 1.0, counts[0])
-        up = self._wall(column, -1.0, counts[2])[:, :, ::-1]
-        foot, share = down[:, :, -1:], np.arange(1, counts[1]) / counts[1]
-        return np.concatenate([down, foot + (up[:, :, :1] - foot) * share, up], axis=2)
+    def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
+        """One groove body and its chord error, mm; see `groove_tool`."""
+        return groove_tool(GrooveSection(track, self.outside, self.guess, 1.0), self.ridge, tolerance)
 
-    def _wall(self, column: Column, side: float, count: int) -> Floats:
-        high = column.reach(side, self.top, self.guesses[0])
-        low = column.reach(side, self.floor, self.guesses[1])
-        return column.wall(side, high + (low - high) * np.arange(count + 1) / count)
+    def solid(self, tolerance: float) -> Solid:
+        """One boolean. Raises GeometryEngineError where the engine refuses."""
+        tools = [self.tool(track, tolerance) for track in self.tracks]
+        mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
+        error = max([tolerance, *(e for _, e in tools)])
+        return Solid(self.name, mesh, error, "boolean", self.expected_genus)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +88,8 @@ class IndexingCut:
         return FlooredSection(track, level, self.floor, self.guesses)
 
     def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
-        """One groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm."""
-        section = self.section(track)
-
-        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
-            return section.rows(Column(track, phi), counts)
-
-        grid = sample(rows, track.knots(), tolerance, section.max_counts)
-        return groove_body(grid, section, self.ridge, tolerance), grid.chord_error
+        """One groove body and its chord error, mm; see `groove_tool`."""
+        return groove_tool(self.section(track), self.ridge, tolerance)
 
     def solid(self, tolerance: float) -> Solid:
         """Meshed directly where the grooves stay apart, else by one boolean (raises GeometryEngineError by name)."""
@@ -124,3 +126,99 @@ class IndexingCut:
         mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
         error = max([self.blank.share * tolerance, *(e for _, e in tools)])
         return Solid(self.name, mesh, error, "boolean", self.expected_genus)
+
+
+@dataclass(frozen=True, eq=False)
+class RollerUnion:
+    """A blank minus the positions of straight rollers that reach from their tip out to `beyond`, mm."""
+
+    name: str
+    tracks: tuple[Track, ...]
+    blank: Blank
+    beyond: float
+
+    def solid(self, tolerance: float) -> Solid:
+        """At most MOST_ROLLERS positions a track; `chord_error` says what that leaves. Raises GeometryEngineError."""
+        tools = [unite(self._positions(track, tolerance)) for track in self.tracks]
+        mesh = subtract(self.blank.mesh(tolerance), tools)
+        deepest = min(least_clearance(track, mesh.vertices).value for track in self.tracks)
+        return Solid(self.name, mesh, tolerance + max(0.0, -deepest), "union of rollers", mesh.genus)
+
+    def _positions(self, track: Track, tolerance: float) -> list[Mesh]:
+        """Roller bodies at equal steps of their largest travel."""
+        if not isinstance(track.meridian, Straight):
+            raise DesignError("an undercut body is made of straight rollers (cylinder or cone) only")
+        fine = np.linspace(*track.span, 7201)
+        pose = track.pose(fine, 0)
+        ends = [pose.a[0] + d * pose.u[0] for d in (track.tip, self.beyond)]
+        step = np.max([np.sqrt((np.diff(x, axis=1) ** 2).sum(axis=0)) for x in ends], axis=0)
+        path = np.concatenate([[0.0], np.cumsum(step)])
+        radius = track.meridian.radius
+        count = min(MOST_ROLLERS, max(24, ceil(path[-1] / np.sqrt(8.0 * radius * tolerance))))
+        phi = np.interp(np.linspace(0.0, path[-1], count + 1), path, fine)[: -1 if track.closed else None]
+        return [self._body(track, float(p), tolerance) for p in phi]
+
+    def _body(self, track: Track, phi: float, tolerance: float) -> Mesh:
+        """The roller standing at one cam angle, from its tip to `beyond`."""
+        low, high = sorted((track.tip, self.beyond))
+        r = track.meridian.jet(np.array([low, high]))[3]
+        upright = Blank(((float(r[0]), low), (float(r[1]), high)), names=("flank",)).mesh(tolerance)
+        pose = track.pose(np.array([phi]), 0)
+        u = pose.u[0][:, 0]
+        side = np.cross(u, [0.0, 0.0, 1.0] if abs(u[2]) < 0.9 else [1.0, 0.0, 0.0])
+        side /= np.linalg.norm(side)
+        frame = np.stack([side, np.cross(u, side), u])
+        return Mesh(upright.vertices @ frame + pose.a[0][:, 0], upright.faces, upright.groups, upright.group)
+
+
+def groove_tool(section: CrossSection, ridge: float, tolerance: float) -> tuple[Mesh, float]:
+    """A groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm.
+
+    ridge  delta of the body's back, safely outside the blank
+    """
+
+    def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+        return section.rows(Column(section.track, phi), counts)
+
+    grid = sample(rows, section.track.knots(), tolerance, section.max_counts)
+    return groove_body(grid, section, ridge, tolerance), grid.chord_error
+
+
+def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: float) -> Mesh:
+    """Close a groove grid with a back over its ridge (the roller axis at delta = ridge) and, where open, two caps."""
+    track = section.track
+    pose = track.pose(grid.phi, 0)
+    back = pose.a[0] + ridge * pose.u[0]
+    points = np.concatenate([grid.points, back[:, :, None]], axis=2)
+    closed = track.closed
+    builder = Builder()
+    index = add_grid(builder, points[:, :-1] if closed else points, grid.counts, section.names, tolerance)
+    ring = np.concatenate([index, index[:, :1]], axis=1)
+    rising = np.concatenate([grid.rising, np.ones((len(grid.rising), 2), dtype=bool)], axis=1)
+    if closed:
+        faces = wrapped_faces(ring, rising, inward=False)
+    else:
+        faces = cell_faces(ring[:-1, :-1], ring[1:, :-1], ring[1:, 1:], ring[:-1, 1:], rising, inward=False)
+    for b, name in enumerate(section.names):
+        builder.faces(faces[band_cells(grid.counts, b)].reshape(-1, 3), name)
+    builder.faces(faces[:, sum(grid.counts) :].reshape(-1, 3), "back")
+    if not closed:
+        cap = _cap(ring[0, :-2], ring[0, -2])
+        builder.faces(cap, "cap")
+        builder.faces(_cap(ring[-1, :-2], ring[-1, -2])[:, ::-1], "cap")
+    mesh = builder.mesh()
+    if mesh.volume < 0.0:
+        return Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.groups, mesh.group)
+    return mesh
+
+
+def _cap(rows: Index, ridge: np.int64) -> Index:
+    """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
+    half = len(rows) // 2
+    left, right = rows[: half + 1], rows[::-1][: len(rows) - half]
+    triangles = [[ridge, rows[0], rows[-1]]]
+    for j in range(max(len(left), len(right)) - 1):
+        l0, l1 = left[min(j, len(left) - 1)], left[min(j + 1, len(left) - 1)]
+        r0, r1 = right[min(j, len(right) - 1)], right[min(j + 1, len(right) - 1)]
+        triangles += [[l0, l1, r0], [l1, r1, r0]]
+    return np.array(triangles, dtype=np.int64)

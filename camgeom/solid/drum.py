@@ -1,70 +1,21 @@
-"""Flanks and blank become a watertight solid whose faces keep their names.
-
-A closed groove (or rib) round a cylinder is meshed directly as one structured grid, with no boolean; everything else is
-the blank minus the groove bodies by one exact-topology boolean. Either way the chord error is guaranteed.
-"""
+"""Drums with a closed groove or rib, meshed directly as one structured grid, and the thicknesses of their walls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
-from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid.blank import Blank, Builder, close_ends
-from camgeom.solid.engine import subtract
-from camgeom.track import Track
-from camgeom.track.section import Column, GrooveSection, Level, cylinder_level
+from camgeom.solid import Solid
+from camgeom.solid.blank import Blank, Bore, Wall, close_ends
+from camgeom.solid.builder import Builder, add_grid, band_cells, wrapped_faces
+from camgeom.track import TURN, Track
+from camgeom.track.section import Column, GrooveSection, cylinder_level
 
-Index = npt.NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Solid:
-    """A finished body: its mesh, the guaranteed chord error (mm), how it was made, and the genus it should have."""
-
-    name: str
-    mesh: Mesh
-    chord_error: float
-    method: str
-    expected_genus: int
-
-    @property
-    def pieces(self) -> tuple[Mesh, ...]:
-        """The connected shells, the largest first; one for a sound body."""
-        return (self.mesh,) if self.mesh.components == 1 else tuple(
-            sorted(self.mesh.shells, key=lambda shell: -abs(shell.volume))
-        )
-
-    @property
-    def sound(self) -> bool:
-        """Watertight, of positive volume, one shell, and of the expected genus."""
-        m = self.mesh
-        return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
-
-    def to_trimesh(self) -> Any:
-        """The mesh as a trimesh.Trimesh (imports trimesh)."""
-        return self.mesh.to_trimesh()
-
-    def to_pyvista(self) -> Any:
-        """The mesh as a pyvista.PolyData (imports pyvista)."""
-        return self.mesh.to_pyvista()
-
-
-class Part(Protocol):
-    """A body of the cam: a recipe that makes a Solid within a tolerance (mm)."""
-
-    @property
-    def name(self) -> str:
-        """The body's name in exports and reports."""
-
-    def solid(self, tolerance: float) -> Solid:
-        """Make the body. Raises DesignError, NotConverged or GeometryEngineError with the reason."""
+WALL_SAMPLES = 360
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,48 +78,6 @@ class GroovedCylinder:
             angle = np.unwrap(np.arctan2(edge[1], edge[0]))
             if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
                 raise DesignError("the groove's edge turns back on itself: the flank is undercut")
-
-
-def b_slice(counts: tuple[int, ...], band: int) -> tuple[slice, slice]:
-    """Selects the cells of one band in an array (n, k, ...)."""
-    start = sum(counts[:band])
-    return slice(None), slice(start, start + counts[band])
-
-
-def stitched(
-    builder: Builder, points: Floats, counts: tuple[int, ...], names: tuple[str, ...], tolerance: float
-) -> Index:
-    """Add the grid's points (3, n, k); where an edge sweep has shrunk to nothing (dwells) its rows share one vertex."""
-    n, k = points.shape[1:]
-    index = builder.add(points.reshape(3, -1).T.copy()).reshape(n, k)
-    ends = np.concatenate([[0], np.cumsum(counts)])
-    for band, name in enumerate(names):
-        if name != "edge":
-            continue
-        low, high = ends[band], ends[band + 1]
-        span = points[:, :, high] - points[:, :, low]
-        shrunk = (span * span).sum(axis=0) < (1e-3 * tolerance) ** 2
-        foot = low if names[band - 1] == "flank" else high
-        index[shrunk, low : high + 1] = index[shrunk, foot : foot + 1]
-    return index
-
-
-def wrapped_faces(index: Index, rising: npt.NDArray[np.bool_], inward: bool) -> Index:
-    """Two triangles a cell of a grid closed in its first direction, (n, k, 2, 3)."""
-    nxt = np.roll(index, -1, axis=0)
-    return cell_faces(index[:, :-1], nxt[:, :-1], nxt[:, 1:], index[:, 1:], rising, inward)
-
-
-def cell_faces(
-    p00: Index, p10: Index, p11: Index, p01: Index, rising: npt.NDArray[np.bool_], inward: bool
-) -> Index:
-    """Triangles (..., 2, 3) of cells given by their corners, along the chosen diagonal."""
-    faces = np.empty((*p00.shape, 2, 3), dtype=p00.dtype)
-    corners = (p00, p10, np.where(rising, p11, p01)), (np.where(rising, p00, p10), p11, p01)
-    for k, corner in enumerate(corners):
-        for j, index in enumerate(corner[::-1] if inward else corner):
-            faces[..., k, j] = index
-    return faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,10 +155,10 @@ def closed_body(
 ) -> Solid:
     """Close a grid that runs once round the axis, from the lower end ring to the upper one, into a solid."""
     builder = Builder()
-    index = stitched(builder, grid.points[:, :-1], grid.counts, names, tolerance)
+    index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
     faces = wrapped_faces(index, grid.rising, inward)
     for b, band in enumerate(names):
-        builder.faces(faces[b_slice(grid.counts, b)].reshape(-1, 3), band)
+        builder.faces(faces[band_cells(grid.counts, b)].reshape(-1, 3), band)
     bottom, top = index[:, 0], index[:, -1]
     if inward:
         bottom, top = bottom[::-1], top[::-1]
@@ -257,91 +166,62 @@ def closed_body(
     return Solid(name, builder.mesh(), grid.chord_error, "direct", 0 if blank.bore is None else 1)
 
 
-@dataclass(frozen=True, eq=False)
-class CutBlank:
-    """A blank minus the groove bodies of its tracks, by one boolean.
+def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: float, bore: Bore | None) -> list[Wall]:
+    """Walls of a drum of outer `radius` and `floor` radius, 0 <= z <= length, cut by the tracks' outer edges."""
+    phi = np.linspace(0.0, TURN, WALL_SAMPLES, endpoint=False)
+    walls = []
+    for track in tracks:
+        column = Column(track, phi)
+        edges = {}
+        for side in track.sides:
+            x = column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0]
+            edges[side] = np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]])
+        walls += _ends(track, phi, edges, length)
+        if len(track.sides) == 2:
+            walls += _webs(track, phi, edges, TURN * radius)
+    if bore is not None:
+        walls.append(Wall("floor to bore", floor - bore.reach, None, "make the bore smaller or the groove shallower"))
+    return walls
 
-    outside  level surface beyond the blank at which the groove bodies end, and a guess of delta there
-    ridge    delta of the groove body's back, safely outside the blank
+
+def _ends(track: Track, phi: Floats, edges: dict[float, Floats], length: float) -> list[Wall]:
+    z = np.stack([edge[1] for edge in edges.values()])
+    low, high = z.min(axis=0), z.max(axis=0)
+    i, j = int(np.argmin(low)), int(np.argmax(high))
+    advice = "move `start`, lengthen the drum, or shorten the stroke"
+    found = []
+    if low[i] > 0.0:
+        found.append(Wall(f"{track.name} to lower end", float(low[i]), float(phi[i]), advice))
+    if high[j] < length:
+        found.append(Wall(f"{track.name} to upper end", float(length - high[j]), float(phi[j]), advice))
+    return found
+
+
+def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) -> list[Wall]:
+    """Material between two passes of the same groove edge, in the developed outer surface.
+
+    Two edge points face each other across the material where the line between them leaves both edges on their
+    material side within 45 degrees of the normal; the shortest such line is the web.
     """
-
-    name: str
-    tracks: tuple[Track, ...]
-    blank: Blank
-    outside: Level
-    guess: float
-    ridge: float
-    expected_genus: int
-
-    def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
-        """One groove body as a closed mesh (a ring, or a tube with two end caps), and its chord error, mm."""
-        section = GrooveSection(track, self.outside, self.guess, 1.0)
-
-        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
-            return section.rows(Column(track, phi), counts)
-
-        grid = sample(rows, track.knots(), tolerance, section.max_counts)
-        return groove_body(grid, section, self.ridge, tolerance), grid.chord_error
-
-    def solid(self, tolerance: float) -> Solid:
-        """One boolean. Raises GeometryEngineError where the engine refuses."""
-        tools = [self.tool(track, tolerance) for track in self.tracks]
-        mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
-        error = max([tolerance * BLANK_SHARE, *(e for _, e in tools)])
-        return Solid(self.name, mesh, error, "boolean", self.expected_genus)
-
-
-class CrossSection(Protocol):
-    """What a groove body is made of: its track and the names of its bands."""
-
-    @property
-    def track(self) -> Track:
-        """The track of the groove."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Face-group name of each band across the groove."""
-
-
-BLANK_SHARE = 1.0
-"""the blank's own chord error as a share of the tolerance (its mesh is made within it)"""
-
-
-def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: float) -> Mesh:
-    """Close a groove grid with a back over its ridge (the roller axis at delta = ridge) and, where open, two caps."""
-    track = section.track
-    pose = track.pose(grid.phi, 0)
-    back = pose.a[0] + ridge * pose.u[0]
-    points = np.concatenate([grid.points, back[:, :, None]], axis=2)
-    closed = track.closed
-    builder = Builder()
-    index = stitched(builder, points[:, :-1] if closed else points, grid.counts, section.names, tolerance)
-    ring = np.concatenate([index, index[:, :1]], axis=1)
-    rising = np.concatenate([grid.rising, np.ones((len(grid.rising), 2), dtype=bool)], axis=1)
-    if closed:
-        faces = wrapped_faces(ring, rising, inward=False)
-    else:
-        faces = cell_faces(ring[:-1, :-1], ring[1:, :-1], ring[1:, 1:], ring[:-1, 1:], rising, inward=False)
-    for b, name in enumerate(section.names):
-        builder.faces(faces[b_slice(grid.counts, b)].reshape(-1, 3), name)
-    builder.faces(faces[:, sum(grid.counts) :].reshape(-1, 3), "back")
-    if not closed:
-        cap = _cap(ring[0, :-2], ring[0, -2])
-        builder.faces(cap, "cap")
-        builder.faces(_cap(ring[-1, :-2], ring[-1, -2])[:, ::-1], "cap")
-    mesh = builder.mesh()
-    if mesh.volume < 0.0:
-        return Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.groups, mesh.group)
-    return mesh
-
-
-def _cap(rows: Index, ridge: np.int64) -> Index:
-    """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
-    half = len(rows) // 2
-    left, right = rows[: half + 1], rows[::-1][: len(rows) - half]
-    triangles = [[ridge, rows[0], rows[-1]]]
-    for j in range(max(len(left), len(right)) - 1):
-        l0, l1 = left[min(j, len(left) - 1)], left[min(j + 1, len(left) - 1)]
-        r0, r1 = right[min(j, len(right) - 1)], right[min(j + 1, len(right) - 1)]
-        triangles += [[l0, l1, r0], [l1, r1, r0]]
-    return np.array(triangles, dtype=np.int64)
+    shortest, where = np.inf, 0
+    middle = 0.5 * sum(edges.values())
+    for edge in edges.values():
+        tangent = np.roll(edge, -1, axis=1) - np.roll(edge, 1, axis=1)
+        tangent[0] = (tangent[0] + 0.5 * turn) % turn - 0.5 * turn
+        normal = np.stack([-tangent[1], tangent[0]]) / np.hypot(*tangent)
+        outward = (normal * (edge - middle)).sum(axis=0)
+        normal = normal * np.sign(outward)
+        d = edge[:, None, :] - edge[:, :, None]
+        d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
+        distance = np.hypot(d[0], d[1])
+        leaving = (d * normal[:, :, None]).sum(axis=0)
+        arriving = -(d * normal[:, None, :]).sum(axis=0)
+        facing = (leaving > 0.71 * distance) & (arriving > 0.71 * distance) & (distance > 0.0)
+        gap = np.where(facing, distance, np.inf)
+        if gap.min() < shortest:
+            shortest = float(gap.min())
+            where = int(np.argmin(gap.min(axis=1)))
+    if not np.isfinite(shortest):
+        return []
+    advice = "enlarge the drum, use a smaller roller, or give the steep motion more cam angle"
+    return [Wall(f"{track.name} between passes", shortest, float(phi[where]), advice)]

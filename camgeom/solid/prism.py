@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid.blank import Bore, Builder, zipper
-from camgeom.solid.drum import Solid
+from camgeom.solid import Solid
+from camgeom.solid.blank import Bore
+from camgeom.solid.builder import Builder, Index, filled, polygon_area, triangle_areas, zipper
 from camgeom.track.outline import Outline
-
-Index = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +80,7 @@ class FaceGroove:
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class LoopWall:
     """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
     upper ring of vertices, and its chord error, mm."""
 
@@ -92,14 +90,14 @@ class Wall:
     error: float
 
 
-def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> Wall:
+def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> LoopWall:
     """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
     grid = outline_grid(loop.outline, tolerance)
     plane = grid.points[:2, :-1, 0].T
     return _raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
 
 
-def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> Wall:
+def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> LoopWall:
     """Add the wall of a bore with its keyway."""
     plane, names = bore.outline(tolerance)
     return _raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
@@ -107,10 +105,8 @@ def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: flo
 
 def _raised(
     builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: float
-) -> Wall:
-    x, y = plane.T
-    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    if (area < 0.0) != inside:
+) -> LoopWall:
+    if (polygon_area(plane) < 0.0) != inside:
         plane, names = plane[::-1].copy(), [*names[::-1][1:], names[-1]]
     low = builder.add(np.column_stack([plane, np.full(len(plane), z0)]))
     high = builder.add(np.column_stack([plane, np.full(len(plane), z1)]))
@@ -119,7 +115,7 @@ def _raised(
         mask = np.array([n == name for n in names])
         builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
         builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
-    return Wall(plane, low, high, error)
+    return LoopWall(plane, low, high, error)
 
 
 def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
@@ -133,17 +129,12 @@ def bounded(planes: list[Floats]) -> Index:
 
     Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
     """
-    polygons = [np.ascontiguousarray(plane) for plane in planes]
-    if len(polygons) == 2 and (ring := _star_ring(*polygons)) is not None:
+    if len(planes) == 2 and (ring := _star_ring(*planes)) is not None:
         return ring
-    import manifold3d
-
-    triangles = np.asarray(manifold3d.triangulate(polygons)).astype(np.int64)
-    wanted = sum(len(p) for p in polygons) + 2 * (len(polygons) - 1) - 2
-    covered = _signed_area(np.concatenate(polygons), triangles)
-    if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum():
+    triangles = filled(planes)
+    if triangles is None:
         raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
-    return np.asarray(triangles)
+    return triangles
 
 
 def _star_ring(outer: Floats, hole: Floats) -> Index | None:
@@ -159,13 +150,8 @@ def _star_ring(outer: Floats, hole: Floats) -> Index | None:
             return None
     numbers = np.arange(n), np.arange(n + len(hole) - 1, n - 1, -1)
     triangles = zipper(numbers[0], angles[0], numbers[1], angles[1])
-    covered = _signed_area(np.concatenate([outer, hole]), triangles)
+    covered = triangle_areas(np.concatenate([outer, hole]), triangles)
     return triangles if covered.min() > 0.0 else None
-
-
-def _signed_area(points: Floats, triangles: Index) -> Floats:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return np.asarray(0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])))
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:

@@ -8,8 +8,8 @@ import numpy as np
 
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.solid import Solid
 from camgeom.solid.blank import Blank
-from camgeom.solid.drum import Solid
 from camgeom.solid.engine import unite
 from camgeom.track import TURN, Arc, Swing, Track
 

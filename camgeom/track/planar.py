@@ -19,8 +19,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.motion.program import Program
-from camgeom.track.outline import Outline
-from camgeom.track.outline_crossing import Crossing, crossing
+from camgeom.track.outline import Crossing, Outline, crossing
 from camgeom.track.touch import Contacting, Touch
 
 PER_TURN = 720

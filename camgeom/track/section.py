@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
+from typing import Protocol
 
 import numpy as np
 
@@ -239,6 +240,25 @@ class Column:
         return x
 
 
+class CrossSection(Protocol):
+    """Rows of points across a groove, from the top of one flank down and up the other."""
+
+    @property
+    def track(self) -> Track:
+        """The track of the groove."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Face-group names of its bands."""
+
+    @property
+    def max_counts(self) -> tuple[int, ...]:
+        """Most cells across each band."""
+
+    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n, 1 + sum(counts))."""
+
+
 @dataclass(frozen=True, eq=False)
 class GrooveSection:
     """Rows of points across a groove, from the top of flank `first` down, across the floor and up the other flank.
@@ -293,3 +313,30 @@ class GrooveSection:
     def _floor(start: Floats, stop: Floats, count: int) -> Floats:
         share = np.arange(1, count) / count
         return np.asarray(start[:, :, None] + (stop - start)[:, :, None] * share)
+
+
+@dataclass(frozen=True, eq=False)
+class FlooredSection:
+    """Rows across a groove: down one flank from `top` to `floor`, straight across, up the other flank.
+
+    guesses  delta near the top and near the floor
+    """
+
+    track: Track
+    top: Level
+    floor: Level
+    guesses: tuple[float, float]
+    names: tuple[str, ...] = ("flank", "floor", "flank")
+    max_counts: tuple[int, ...] = (4000, 4000, 4000)
+
+    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n, 1 + sum(counts))."""
+        down = self._wall(column, 1.0, counts[0])
+        up = self._wall(column, -1.0, counts[2])[:, :, ::-1]
+        foot, share = down[:, :, -1:], np.arange(1, counts[1]) / counts[1]
+        return np.concatenate([down, foot + (up[:, :, :1] - foot) * share, up], axis=2)
+
+    def _wall(self, column: Column, side: float, count: int) -> Floats:
+        high = column.reach(side, self.top, self.guesses[0])
+        low = column.reach(side, self.floor, self.guesses[1])
+        return column.wall(side, high + (low - high) * np.arange(count + 1) / count)

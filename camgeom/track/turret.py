@@ -1,21 +1,37 @@
-"""The grooves of an indexing cam: each roller of a turret followed through all its turns beside the cam.
+"""A turret beside its cam: its grooves, which rollers bear at each cam angle, the hand-over, how thick the ribs are.
 
 A turret that steps by several roller pitches in a cam turn needs as many different grooves (starts); every roller of
 the turret runs through one of them, some turns earlier or later. A turret that swings to and fro has one closed groove
 for every roller that comes beside the cam.
+
+Arrays: n cam angles, k rollers (each place a roller takes beside the cam counts as one), m slices along the roller.
+Direction 0 holds the walls that can push the turret towards larger angles, direction 1 those that can hold it back.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from math import ceil, floor, pi
 
 import numpy as np
+import numpy.typing as npt
 
+from camgeom.maths import Floats
+from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Arc, Track
+from camgeom.track.clearance import roller_distance
+from camgeom.track.flank import Flank
 
+Bools = npt.NDArray[np.bool_]
+Inside = Callable[[Floats], Bools]
+"""Points (3, ...) in the cam frame -> whether they lie within the blank."""
+SLICES = 7
+NEARBY = 0.04
+"""rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
 def turret_tracks(first: Track, rollers: int, base: float, reach: float) -> tuple[Track, ...]:
     """Tracks of all grooves from that of one roller (its shift is ignored).
@@ -65,3 +81,240 @@ def engaged_span(program: Program, shift: float, reach: float) -> tuple[float, f
         return b
 
     return crossing(-reach), crossing(reach)
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
+
+    inside  which points lie within the blank: beyond it a roller has no wall to bear on
+    """
+
+    tracks: tuple[Track, ...]
+    inside: Inside
+    theta: Floats
+
+    @cached_property
+    def places(self) -> tuple[tuple[int, int], ...]:
+        """(track, turn) of every roller that is ever beside the cam; its own angle is theta + turn * 2 pi."""
+        found = []
+        for index, track in enumerate(self.tracks):
+            low, high = track.span
+            turns = range(floor(low / TURN), ceil(high / TURN)) if not track.closed else range(1)
+            found += [(index, turn) for turn in turns]
+        return tuple(found)
+
+    @cached_property
+    def stations(self) -> Floats:
+        """Meridian parameters of the slices' middles, (m,)."""
+        ends = [self.tracks[0].meridian.parameter(d) for d in sorted(self.tracks[0].contact)]
+        edges = np.linspace(ends[0], ends[1], SLICES + 1)
+        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+
+    @cached_property
+    def width(self) -> float:
+        """Length of a slice along the roller axis, mm."""
+        low, high = sorted(self.tracks[0].contact)
+        return (high - low) / SLICES
+
+    @cached_property
+    def _walls(self) -> dict[str, Floats]:
+        n, k, m = len(self.theta), len(self.places), SLICES
+        out = {
+            "lever": np.ones((2, n, k, m)),
+            "curvature": np.ones((2, n, k, m)),
+            "on": np.zeros((2, n, k, m)),
+            "normal": np.zeros((2, n, k, m, 3)),
+            "rate": np.zeros((n, k)),
+            "angle": np.full((2, n, k, m), np.pi / 2.0),
+        }
+        for place, (index, turn) in enumerate(self.places):
+            track = self.tracks[index]
+            phi = self.theta + TURN * turn
+            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
+            if len(rows):
+                self._fill(out, track, phi[rows], rows, place)
+        return out
+
+    def _fill(self, out: dict[str, Floats], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+        for side in track.sides:
+            flank = Flank(track, phi, self.stations, side)
+            lever = flank.lever()
+            way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
+            out["lever"][way, rows, place] = np.abs(lever)
+            out["curvature"][way, rows, place] = flank.k_rel
+            out["on"][way, rows, place] = self.inside(flank.x)
+            out["normal"][way, rows, place] = flank.normals
+            out["angle"][way, rows, place] = flank.pressure_angle("axis")
+        pose, middle = flank.pose, float(track.meridian.jet(self.stations)[0].mean())
+        v, u = pose.a[1] + middle * pose.u[1], pose.u[0]
+        across = v - dot(v, u) * u
+        out["rate"][rows, place] = np.sqrt(dot(across, across))
+
+    @property
+    def lever(self) -> Floats:
+        """Speed of the contact along its normal per radian of the turret, mm, (2, n, k, m), > 0."""
+        return self._walls["lever"]
+
+    @property
+    def curvature(self) -> Floats:
+        """Relative curvature, 1/mm, (2, n, k, m)."""
+        return self._walls["curvature"]
+
+    @cached_property
+    def on(self) -> Bools:
+        """Whether a slice has a wall to bear on, (2, n, k, m)."""
+        return self._walls["on"] > 0.5
+
+    @property
+    def normal(self) -> Floats:
+        """Unit normals from roller into cam, (2, n, k, m, 3)."""
+        return self._walls["normal"]
+
+    @property
+    def drive_angle(self) -> Floats:
+        """Pressure angle at the axis of the best placed roller of each direction, at its worst slice, rad, (2, n)."""
+        angle = np.where(self.on, self._walls["angle"], 0.0).max(axis=3)
+        return np.asarray(np.where(self.on.any(axis=3), angle, 0.5 * np.pi).min(axis=2, initial=0.5 * np.pi))
+
+    @property
+    def path_rate(self) -> Floats:
+        """Path of the roller's middle across its axis relative to the cam, mm/rad, (n, k); 0 away from the cam."""
+        return self._walls["rate"]
+
+    @cached_property
+    def carrying(self) -> Floats:
+        """Rollers that have a wall in each direction, in whole rollers: sums of shares of contact length, (2, n)."""
+        return np.asarray(self.on.mean(axis=3).sum(axis=2))
+
+    @cached_property
+    def count(self) -> npt.NDArray[np.intp]:
+        """Number of rollers that touch a wall of each direction with any slice, (2, n)."""
+        return np.asarray(self.on.any(axis=3).sum(axis=2))
+
+
+def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> tuple[float, float]:
+    """Largest pressure angle at which the best placed roller has to drive or to hold, and its cam angle, rad."""
+    theta, step = np.linspace(0.0, TURN, samples), TURN / (samples - 1)
+    value, at = 0.0, 0.0
+    for _ in range(4):
+        angle = Engagement(tracks, inside, theta).drive_angle.max(axis=0)
+        i = int(np.argmax(angle))
+        if angle[i] >= value:
+            value, at = float(angle[i]), float(theta[i])
+        theta = np.linspace(max(0.0, at - step), min(TURN, at + step), 33)
+        step /= 16.0
+    return value, at
+
+
+@dataclass(frozen=True)
+class Rib:
+    """Thickness of a rib, mm, where it is thinnest: cam angle, rad, and distance from the turret axis, mm."""
+
+    thickness: float
+    cam_angle: float
+    delta: float
+
+
+def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samples: int = 361) -> Rib | None:
+    """Thinnest place, at one distance from the turret axis, of the rib between a track and the next roller's.
+
+    pitch   angle between the rollers, rad; delta: mm
+    Each point of either wall is measured against the other roller's body over the angles about its own; None where the
+    two rollers are never beside the blank together.
+    """
+    # The groove is open towards the turret: its wall goes on beyond the contact stretch.
+    low, high = sorted(track.contact)
+    more = (2.0 * low - high, high) if track.tip_sign > 0.0 else (low, 2.0 * high - low)
+    track = replace(track, contact=more)
+    reach = float(np.abs(track.coordinate(np.array(track.span), 0)[0]).max())
+    phi = np.linspace(*track.span, samples)
+    best: Rib | None = None
+    for sign in (1.0, -1.0):
+        other = replace(track, shift=track.shift + sign * pitch)
+        near = np.abs(other.coordinate(phi, 0)[0]) <= reach
+        t = np.array([track.meridian.parameter(delta)])
+        for side in track.sides:
+            x = Flank(track, phi, t, side).x[:, :, 0]
+            kept = near & inside(x)
+            if not kept.any():
+                continue
+            distance = _nearest(other, x[:, kept], phi[kept])
+            i = int(np.argmin(distance))
+            if best is None or distance[i] < best.thickness:
+                best = Rib(float(distance[i]), float(phi[kept][i]), delta)
+    return best
+
+
+@dataclass(frozen=True)
+class Horn:
+    """The longest stretch of a groove's outer wall whose foot has broken through an end face.
+
+    turn       cam angle it takes, rad; cam_angle: its middle, rad
+    narrower, wider   widths of the cam, mm, below which it is gone and above which its foot stands, there
+    """
+
+    turn: float
+    cam_angle: float
+    narrower: float
+    wider: float
+
+
+def longest_horn(cutter: Track, inside: Inside, half: float, wall: float, per_turn: int = 720) -> Horn | None:
+    """The longest horn beside a groove, or None.
+
+    half  half the cam's width, mm; wall: thickness that a foot needs, mm
+
+    Where a groove runs out of an end face its outer wall ends in a wedge; in a dwell the same wedge is a hoop.
+    """
+    phi = np.linspace(*cutter.span, int(per_turn * (cutter.span[1] - cutter.span[0]) / TURN) + 2)
+    meridian, away = cutter.meridian, max(cutter.contact, key=lambda d: abs(d - cutter.tip))
+    t = np.linspace(meridian.parameter(away), meridian.parameter(cutter.tip), 13)
+    if isinstance(meridian, Arc):
+        t = t[meridian.jet(t)[3] > 1e-3 * meridian.radius]
+    best: Horn | None = None
+    for side in cutter.sides:
+        flank = Flank(cutter, phi, t, side)
+        within, z = inside(flank.x), flank.x[2]
+        hanging = within.any(axis=1) & (np.abs(z[:, -1]) > half - wall) & (z[:, -1] * flank.n[2][:, -1] > 0.0)
+        edges = np.flatnonzero(np.diff(np.r_[0, hanging.astype(int), 0]))
+        for i, j in edges.reshape(-1, 2):
+            turn = float(phi[j - 1] - phi[i])
+            if best is None or turn > best.turn:
+                # One station above the first in the blank: outside, so that the width is on the safe side.
+                top = np.abs(z[np.arange(i, j), np.maximum(np.argmax(within[i:j], axis=1) - 1, 0)])
+                foot = float(np.median(np.abs(z[i:j, -1])))
+                best = Horn(turn, float(0.5 * (phi[i] + phi[j - 1])), 2.0 * float(np.median(top)), 2.0 * (foot + wall))
+    return best
+
+
+def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Inside, theta: float) -> float:
+    """Least distance, mm, of the flanks that the cutters leave from the rollers standing at one cam angle (rad)."""
+    near, least = np.linspace(-NEARBY, NEARBY, 401), np.inf
+    for track, cutter in zip(tracks, cutters):
+        low, high = track.span
+        t = np.linspace(track.meridian.parameter(track.contact[0]), track.meridian.parameter(track.contact[1]), 9)
+        for turn in range(floor(low / TURN) - 1, ceil(high / TURN) + 1):
+            at = theta + TURN * turn
+            if not low <= at <= high:
+                continue
+            for side in cutter.sides:
+                x = Flank(cutter, at + near, t, side).x.reshape(3, -1)
+                x = x[:, inside(x)]
+                distance = roller_distance(track, x, np.full(x.shape[1], at))
+                least = min(least, float(distance.min(initial=np.inf)))
+    return least
+
+
+def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6, rounds: int = 36) -> Floats:
+    """Least distance of points (3, n) to a roller near cam angles phi (n,), by sampling and golden section, mm."""
+    grid = np.linspace(-width, width, 25)
+    at = phi[:, None] + grid
+    value = roller_distance(track, x[:, :, None], at)
+    middle = at[np.arange(len(phi)), np.argmin(value, axis=1)]
+    low, high = middle - grid[1] + grid[0], middle + grid[1] - grid[0]
+    for _ in range(rounds):
+        p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        lower = roller_distance(track, x, p) < roller_distance(track, x, q)
+        low, high = np.where(lower, low, p), np.where(lower, q, high)
+    return roller_distance(track, x, 0.5 * (low + high))

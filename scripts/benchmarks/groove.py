@@ -19,7 +19,8 @@ from kit import ROOT, Plot, Row, Table, best, milli, run, short
 from camgeom.export import Body, write_mesh
 from camgeom.maths.mesh import Mesh
 from camgeom.model import read
-from camgeom.solid.drum import CutBlank, GroovedCylinder
+from camgeom.solid.cut import CutBlank
+from camgeom.solid.drum import GroovedCylinder
 from camgeom.track.section import cylinder_level
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
 

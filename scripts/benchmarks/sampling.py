@@ -12,8 +12,7 @@ import numpy as np
 from kit import ROOT, Row, Table, best, run, short
 
 from camgeom.maths import sampling as strips
-from camgeom.maths.sag import measure
-from camgeom.maths.sampling import Grid
+from camgeom.maths.sampling import Grid, measure
 from camgeom.model import read
 
 MOST = 4_000_000
@@ -21,9 +20,9 @@ MOST = 4_000_000
 
 def calls_of(profile: str) -> list[tuple[tuple[Any, ...], Grid]]:
     """Every call of `sample` while the profile's bodies are made, with its result."""
-    from camgeom.solid.drum import cut as turret_cut
-    from camgeom.solid.drum import drum as solid
-    from camgeom.solid.drum import prism
+    from camgeom.solid import cut as turret_cut
+    from camgeom.solid import drum as solid
+    from camgeom.solid import prism
 
     found: list[tuple[tuple[Any, ...], Grid]] = []
     true = strips.sample

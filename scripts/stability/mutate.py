@@ -31,7 +31,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "track/survey": ("oracle/test_flank.py", "cli/test_stability.py"),
     "solid/cut": ("oracle/test_globoidal_solid.py", "oracle/test_indexing_cams.py"),
     "track/turret": ("oracle/test_globoidal.py", "oracle/test_indexing_cams.py", "oracle/test_globoidal_solid.py"),
-    "track/turret_ribs": ("oracle/test_indexing_cams.py", "oracle/test_globoidal.py"),
     "mechanics/turret_duty": ("oracle/test_indexing_cams.py", "oracle/test_globoidal.py"),
     "mechanics/hertz": ("mechanics/test_hertz.py",),
     "mechanics/life": ("mechanics/test_fatigue.py",),

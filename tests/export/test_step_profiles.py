@@ -14,8 +14,8 @@ import pytest
 
 from camgeom.export import write
 from camgeom.model import Model, read
-from camgeom.solid.cut import IndexingCut
-from camgeom.solid.drum import CutBlank, Part
+from camgeom.solid import Part
+from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.track import TURN, Straight, Track
 from scripts.judge_step import judged
 from tests.oracle.envelope import roller_distance, swept_distance

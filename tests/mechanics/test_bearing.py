@@ -19,7 +19,8 @@ from camgeom.mechanics.bearing import (
     stud_deflection,
     stud_stress,
 )
-from camgeom.mechanics.panels import TURN, panels
+from camgeom.mechanics.panels import TURN
+from camgeom.maths.panels import panels
 from tests.reference.pin_machine import PIN_MOTION, PITCH_RADIUS, ROLLER_RADIUS, SPEED, pin_load
 
 PIN = pin_load().sampled()

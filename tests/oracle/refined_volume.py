@@ -13,8 +13,9 @@ import numpy as np
 
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid
-from camgeom.solid.blank import Blank, Builder, close_ends
-from camgeom.solid.drum import CutBlank, groove_body
+from camgeom.solid.blank import Blank, close_ends
+from camgeom.solid.builder import Builder
+from camgeom.solid.cut import CutBlank, groove_body
 from camgeom.solid.engine import subtract
 from camgeom.track.section import Column, GrooveSection
 

@@ -17,7 +17,7 @@ from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
 from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
-from camgeom.track.turret_ribs import Engagement, rib_thickness
+from camgeom.track.turret import Engagement, rib_thickness
 from tests.reference.indexing_machines import index_program, indexer
 
 STARTER = starter("globoidal")
@@ -230,8 +230,8 @@ def test_fins_are_found_and_advised():
 
     from camgeom.checks.turret import fins
     from camgeom.maths.mesh import Mesh
+    from camgeom.solid import Solid
     from camgeom.solid.blank import Blank
-    from camgeom.solid.drum import Solid
 
     big = Blank.cylinder(50.0, 60.0).mesh(0.5)
     fin = Blank(((1.0, 80.0), (1.0, 85.0))).mesh(0.5)

@@ -19,7 +19,7 @@ from camgeom.track.clearance import least_clearance
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
 from camgeom.track.outline import Measured
 from camgeom.track.sweep import Edge, Rim, _centre, _parallel
-from camgeom.track.turret_ribs import Engagement, largest_drive_angle
+from camgeom.track.turret import Engagement, largest_drive_angle
 from tests.oracle.envelope import swept_distance, triangle_points
 from tests.reference.indexing_machines import index_program
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from camgeom.maths.rounds import sample_rounds
-from camgeom.maths.sag import Cells, measure, patch_sag
+from camgeom.maths.sampling import Cells, measure, patch_sag, sample_surface
 from camgeom.solid.stitch import TurretSurface
 from camgeom.track.section import Column
 from tests.reference.indexing_machines import indexer
@@ -41,7 +40,7 @@ def test_every_cell_of_all_grooves_is_within_tolerance(shape):
     (part,) = cam.parts(setup)
     land = part.land
     surface = TurretSurface(part.sections(land), land, -0.5 * cam.width, 0.5 * cam.width)
-    rounds = sample_rounds(surface, np.asarray(setup.program.knots), 1e-3, surface.most)
+    rounds = sample_surface(surface, np.asarray(setup.program.knots), 1e-3, surface.most)
     assert not rounds.complete
     every = [np.arange(strip.cells) for strip in rounds.strips]
     cells = surface.sags(rounds.theta, rounds.counts, rounds.strips, every)

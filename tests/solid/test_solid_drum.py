@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from camgeom.errors import DesignError
-from camgeom.solid.drum import CutBlank, GroovedCylinder, RibbedCylinder
+from camgeom.solid.cut import CutBlank
+from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
 from camgeom.track.clearance import least_clearance
 from camgeom.track.follower import ConeRoller, CrownedRoller, CylinderRoller, Setup, SphereRoller, TranslatingFollower
 from tests.oracle.envelope import roller_distance, swept_distance, triangle_points

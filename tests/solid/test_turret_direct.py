@@ -8,12 +8,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from camgeom.maths.clip import clip, open_loops
-from camgeom.maths.rounds import TURN, angles, columns_over, middle_angles
+from camgeom.maths.mesh import clip, open_loops
+from camgeom.maths.sampling import TURN, angles, columns_over, middle_angles
 from camgeom.solid.blank import Blank
-from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, land_of
-from camgeom.solid.turret_lands import Edge, NotOneSurface, Strip, land_net
-from camgeom.solid.turret_stitch import METHOD
+from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, Land, NotOneSurface, Rim, land_net, land_of
+from camgeom.solid.stitch import METHOD
 from camgeom.track.section import CylinderLevel
 from tests.reference.indexing_machines import barrel, index_program, indexer
 
@@ -122,7 +121,7 @@ def test_land_of_an_outline():
 def wavy(level, height, count=400):
     """A rim over x = 0 .. 3 with vertex numbers, about w = level."""
     x = np.linspace(0.0, 3.0, count)
-    return Edge(x, level + height * np.sin(2.0 * x), np.arange(count))
+    return Rim(x, level + height * np.sin(2.0 * x), np.arange(count))
 
 
 def net_area(land, strip, net, rims):
@@ -140,7 +139,7 @@ def test_net_fills_a_land(land):
     size = land.at_height(40.0)
     low, high = wavy(-0.4 * size, 0.1 * size), wavy(0.4 * size, 0.2 * size)
     high = replace(high, number=high.number + len(low.x))
-    strip = Strip(land, low, high, (-size, size), False)
+    strip = Land(land, low, high, (-size, size), False)
     net = land_net(strip, 800, 0.01)
     assert net.sag <= 0.01
     expected = np.trapezoid(high.w - low.w, low.x)
@@ -152,7 +151,7 @@ def test_rims_may_come_close_but_not_meet():
     for gap, meets in ((0.02, False), (-0.001, True)):
         low, high = wavy(0.0, 0.1), wavy(0.1 + gap, -0.0)
         high = replace(high, number=high.number + len(low.x))
-        strip = Strip(GLOBOID, low, high, (-size, size), False)
+        strip = Land(GLOBOID, low, high, (-size, size), False)
         if meets:
             with pytest.raises(NotOneSurface, match="meet"):
                 land_net(strip, 800, 0.05)

@@ -28,10 +28,9 @@ from camgeom.export.step.tagged import OUTSIDE, blank_mesh, strip_mesh, subtract
 from camgeom.export.step.tracing import Crossing, fit_curve, iso_curve
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.solid.cut import FlooredSection, IndexingCut
-from camgeom.solid.drum import CutBlank
+from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.track import Track
-from camgeom.track.section import GrooveSection
+from camgeom.track.section import FlooredSection, GrooveSection
 
 SAGS = (0.03, 0.008)
 """mm; of the meshes that settle the topology, tried one after another"""

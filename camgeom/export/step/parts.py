@@ -12,8 +12,8 @@ from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.groove import grooved_solid, ribbed_solid
 from camgeom.export.step.planar import face_groove_solid, planar_solid
 from camgeom.export.step.solids import TOLERANCE
-from camgeom.solid.cut import IndexingCut
-from camgeom.solid.drum import CutBlank, GroovedCylinder, RibbedCylinder
+from camgeom.solid.cut import CutBlank, IndexingCut
+from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
 from camgeom.solid.prism import FaceGroove, Prism
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from camgeom.export.step.patches import Patch, Strip
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.maths import Floats
 from camgeom.solid.blank import Blank
-from camgeom.solid.drum import cell_faces
+from camgeom.solid.builder import cell_faces
 from camgeom.solid.engine import checked
 from camgeom.track import Track
 

@@ -30,7 +30,7 @@ from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_l
 
 if TYPE_CHECKING:
     from camgeom.mechanics.face_duty import PlanarDrive
-    from camgeom.mechanics.panels import Panels
+    from camgeom.maths.panels import Panels
     from camgeom.mechanics.roller_duty import Duty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model

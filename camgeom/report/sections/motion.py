@@ -26,7 +26,7 @@ from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
-    from camgeom.mechanics.panels import Panels
+    from camgeom.maths.panels import Panels
     from camgeom.model import Model
     from camgeom.motion.program import Program
 
@@ -43,7 +43,7 @@ def over_turn(panels: Panels, values: Floats) -> tuple[Floats, Floats]:
 
 def extremes(panels: Panels, values: Floats, factor: float = 1.0) -> tuple[Mark, ...]:
     """The refined largest and smallest value of a panel quantity, where they are not zero."""
-    from camgeom.mechanics.panels import highest
+    from camgeom.maths.panels import highest
 
     marks = []
     for sign in (1.0, -1.0):

@@ -15,8 +15,8 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.extremum import bracketed_root
 
 Ints = NDArray[np.intp]
 
@@ -219,52 +219,6 @@ def _zero_nodes(sign: NDArray[np.float64]) -> tuple[Ints, Ints, Ints]:
     """Dense points that hit a crossing exactly: zero there, opposite signs on both sides."""
     row, panel, cell = np.nonzero((sign[..., 1:-1] == 0.0) & (sign[..., :-2] * sign[..., 2:] < 0.0))
     return row, panel, cell + 1
-
-
-def bracketed_root(function: Callable[[Floats], Floats], low: ArrayLike, high: ArrayLike, tolerance: float = 0.0,
-                   steps: int = 120) -> Floats:
-    """Roots of a vectorised function, one in each bracket [low, high] with opposite signs, to tolerance or rounding.
-
-    Inverse quadratic steps where the three points are monotone enough, bisection elsewhere (Chandrupatla 1997). Where
-    the ends do not differ in sign the end nearer zero is given.
-    """
-    b, a = np.array(low, dtype=np.float64), np.array(high, dtype=np.float64)
-    if not a.size:
-        return a
-    fb, fa = function(b), function(a)
-    opposite = np.sign(fa) * np.sign(fb) < 0.0
-    best = np.where(np.abs(fa) <= np.abs(fb), a, b)
-    share = np.full(a.shape, 0.5)
-    active = opposite.copy()
-    for _ in range(steps):
-        if not active.any():
-            return best
-        x = np.where(active, a + share * (b - a), a)
-        fx = function(x)
-        same = np.sign(fx) == np.sign(fa)
-        c, fc = np.where(same, a, b), np.where(same, fa, fb)
-        b, fb = np.where(same, b, a), np.where(same, fb, fa)
-        a, fa = x, fx
-        best = np.where(active, np.where(np.abs(fa) <= np.abs(fb), a, b), best)
-        least = np.maximum(2e-16 * np.abs(best), max(0.5 * tolerance, 1e-300))
-        span = np.abs(b - a)
-        active = active & (span > 2.0 * least) & (fx != 0.0)
-        share = _next_share(a, b, c, fa, fb, fc)
-        edge = np.minimum(np.divide(least, span, out=np.full(a.shape, 0.5), where=span > 2.0 * least), 0.5)
-        share = np.clip(share, edge, 1.0 - edge)
-    raise NotConverged("a root was bracketed but not found to rounding: is the function finite over the bracket?")
-
-
-def _next_share(a: Floats, b: Floats, c: Floats, fa: Floats, fb: Floats, fc: Floats) -> Floats:
-    """Where the next trial point lies between a and b: inverse quadratic where that is safe, else the middle."""
-    usable = (fc != fb) & (c != b) & (fa != fb) & (fa != fc)
-    one = np.where(usable, 1.0, 0.0)
-    d_cb, d_ab, d_ac = np.where(usable, fc - fb, 1.0), np.where(usable, fa - fb, 1.0), np.where(usable, fa - fc, 1.0)
-    where = (a - b) / np.where(c == b, 1.0, c - b)
-    level = d_ab / d_cb * one
-    usable &= (level * level < where) & ((1.0 - level) ** 2 < 1.0 - where)
-    quadratic = (fa / -d_ab) * (fc / -d_cb) + (c - a) / np.where(a == b, 1.0, b - a) * (fa / -d_ac) * (fb / d_cb)
-    return np.asarray(np.where(usable, quadratic, 0.5), dtype=np.float64)
 
 
 def highest(where: Panels, values: Floats) -> tuple[Floats, Floats]:

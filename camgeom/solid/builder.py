@@ -1,0 +1,145 @@
+"""Meshes put together: named triangles, rings, cells of a grid, and flat faces between loops."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
+
+Index = npt.NDArray[np.int64]
+
+
+class Builder:
+    """Collects vertices and named triangles into one mesh."""
+
+    def __init__(self) -> None:
+        self._vertices: list[Floats] = []
+        self._faces: list[Index] = []
+        self._labels: list[npt.NDArray[np.uint8]] = []
+        self._names: list[str] = []
+        self._count = 0
+
+    def add(self, points: Floats) -> Index:
+        """Append points (n, 3); returns their indices."""
+        self._vertices.append(points)
+        index = np.arange(self._count, self._count + len(points))
+        self._count += len(points)
+        return index
+
+    def points(self, index: Index) -> Floats:
+        """Coordinates of the given vertices."""
+        return np.asarray(np.concatenate(self._vertices)[index])
+
+    def faces(self, triangles: Index, name: str) -> None:
+        """Append triangles (f, 3) to the named group; triangles with a repeated vertex are dropped."""
+        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+        keep = (a != b) & (b != c) & (c != a)
+        if name not in self._names:
+            self._names.append(name)
+        self._faces.append(triangles[keep])
+        self._labels.append(np.full(int(keep.sum()), self._names.index(name), dtype=np.uint8))
+
+    def band(self, low: Index, high: Index, name: str) -> None:
+        """Join two closed rings of equal length; outward where both run counter-clockwise and `high` is above."""
+        low2, high2 = np.roll(low, -1), np.roll(high, -1)
+        self.faces(np.stack([low, low2, high2], axis=1), name)
+        self.faces(np.stack([low, high2, high], axis=1), name)
+
+    def mesh(self) -> Mesh:
+        """The finished mesh with unused vertices removed."""
+        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
+        used = np.zeros(len(vertices), dtype=bool)
+        used[faces] = True
+        group, names = np.concatenate(self._labels), tuple(self._names)
+        if used.all():
+            return Mesh(vertices, faces.astype(np.int32), names, group)
+        number = (np.cumsum(used) - 1).astype(np.int32)
+        return Mesh(vertices[used], number[faces], names, group)
+
+
+def add_grid(
+    builder: Builder, points: Floats, counts: tuple[int, ...], names: tuple[str, ...], tolerance: float
+) -> Index:
+    """Add the grid's points (3, n, k); where an edge sweep has shrunk to nothing (dwells) its rows share one vertex."""
+    n, k = points.shape[1:]
+    index = builder.add(points.reshape(3, -1).T.copy()).reshape(n, k)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    for band, name in enumerate(names):
+        if name != "edge":
+            continue
+        low, high = ends[band], ends[band + 1]
+        span = points[:, :, high] - points[:, :, low]
+        shrunk = (span * span).sum(axis=0) < (1e-3 * tolerance) ** 2
+        foot = low if names[band - 1] == "flank" else high
+        index[shrunk, low : high + 1] = index[shrunk, foot : foot + 1]
+    return index
+
+
+def wrapped_faces(index: Index, rising: npt.NDArray[np.bool_], inward: bool) -> Index:
+    """Two triangles a cell of a grid closed in its first direction, (n, k, 2, 3)."""
+    nxt = np.roll(index, -1, axis=0)
+    return cell_faces(index[:, :-1], nxt[:, :-1], nxt[:, 1:], index[:, 1:], rising, inward)
+
+
+def cell_faces(
+    p00: Index, p10: Index, p11: Index, p01: Index, rising: npt.NDArray[np.bool_], inward: bool
+) -> Index:
+    """Triangles (..., 2, 3) of cells given by their corners, along the chosen diagonal."""
+    faces = np.empty((*p00.shape, 2, 3), dtype=p00.dtype)
+    corners = (p00, p10, np.where(rising, p11, p01)), (np.where(rising, p00, p10), p11, p01)
+    for k, corner in enumerate(corners):
+        for j, index in enumerate(corner[::-1] if inward else corner):
+            faces[..., k, j] = index
+    return faces
+
+
+def band_cells(counts: tuple[int, ...], band: int) -> tuple[slice, slice]:
+    """Selects the cells of one band in an array (n, k, ...)."""
+    start = sum(counts[:band])
+    return slice(None), slice(start, start + counts[band])
+
+
+def zipper(outer: Index, outer_angle: Floats, inner: Index, inner_angle: Floats) -> Index:
+    """Triangles between two counter-clockwise closed loops by merging their angles, counter-clockwise seen from +Z."""
+    a = (outer_angle - inner_angle[0]) % (2.0 * pi)
+    b = (inner_angle - inner_angle[0]) % (2.0 * pi)
+    first = int(np.argmin(a))
+    outer, a = np.roll(outer, -first), np.roll(a, -first)
+    n, m = len(outer), len(inner)
+    next_a, next_b = np.append(a[1:], a[0] + 2.0 * pi), np.append(b[1:], 2.0 * pi)
+    order = np.argsort(np.concatenate([next_a, next_b]), kind="stable")
+    is_outer = order < n
+    i = np.asarray(np.cumsum(is_outer) - is_outer, dtype=np.int64)
+    j = np.asarray(np.cumsum(~is_outer) - ~is_outer, dtype=np.int64)
+    tip = np.where(is_outer, outer[(i + 1) % n], inner[(j + 1) % m])
+    return np.stack([inner[j % m], outer[i % n], tip], axis=1)
+
+
+def filled(planes: list[Floats]) -> Index | None:
+    """Triangles (t, 3) of the area within polygons (n, 2), counter-clockwise, less those that run clockwise.
+
+    Numbers run through all polygons in order. None where the loops cross, so that they bound no face.
+    """
+    import manifold3d
+
+    loops = [np.ascontiguousarray(plane) for plane in planes]
+    triangles: Index = np.asarray(manifold3d.triangulate(loops)).astype(np.int64)
+    wanted = sum(len(loop) - 2 if polygon_area(loop) > 0.0 else len(loop) + 2 for loop in loops)
+    covered = triangle_areas(np.concatenate(loops), triangles)
+    return None if len(triangles) != wanted or covered.min() < -1e-9 * covered.sum() else triangles
+
+
+def polygon_area(plane: Floats) -> float:
+    """Signed area of a polygon (n, 2), mm²."""
+    x, y = plane.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def triangle_areas(points: Floats, triangles: Index) -> Floats:
+    """Signed areas (t,) of triangles (t, 3) of points (n, 2), mm²."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.asarray(0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])))
