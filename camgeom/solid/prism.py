@@ -129,6 +129,7 @@ def bounded(planes: list[Floats]) -> Index:
 
     Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
     """
+    planes = [np.ascontiguousarray(plane) for plane in planes]
     if len(planes) == 2 and (ring := _star_ring(*planes)) is not None:
         return ring
     triangles = filled(planes)
