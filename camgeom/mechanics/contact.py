@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.hertz import line_flexibility, line_pressure
 from camgeom.mechanics.material import Material
-from camgeom.maths.panels import Panels, highest
 
 TOLERANCE = 1e-12
 """change of a slice's load, share of the mean one, at which the sharing has settled"""

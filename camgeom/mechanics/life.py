@@ -24,11 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.extremum import bracketed_root
+from camgeom.maths.panels import DERIVATIVE, POINTS, TURN, Panels, chebyshev, evaluate
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.material import Material
-from camgeom.maths.panels import DERIVATIVE, POINTS, Panels, chebyshev, evaluate
-from camgeom.mechanics.panels import TURN
-from camgeom.maths.extremum import bracketed_root
 
 Ints = NDArray[np.intp]
 Count = Literal["from-behind", "both"]

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from camgeom.maths import Floats
+from camgeom.maths.panels import highest, panels, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
@@ -20,7 +21,6 @@ from camgeom.mechanics.hertz import LineContact, line_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.maths.panels import highest, panels, roots
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 

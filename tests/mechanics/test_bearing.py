@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate
 
+from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import (
     bearing_life,
@@ -19,8 +20,6 @@ from camgeom.mechanics.bearing import (
     stud_deflection,
     stud_stress,
 )
-from camgeom.mechanics.panels import TURN
-from camgeom.maths.panels import panels
 from tests.reference.pin_machine import PIN_MOTION, PITCH_RADIUS, ROLLER_RADIUS, SPEED, pin_load
 
 PIN = pin_load().sampled()

@@ -9,13 +9,13 @@ import pytest
 from scipy import integrate, optimize
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.maths.panels import TURN
 from camgeom.mechanics import groove
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.groove import groove_contact
 from camgeom.mechanics.life import cam_life, damage_profile, roller_life
 from camgeom.mechanics.load import FollowerLoad
 from camgeom.mechanics.material import STEEL, Material, pair_compliance
-from camgeom.mechanics.panels import TURN
 from tests.reference.pin_machine import (
     CAM,
     LENGTH,

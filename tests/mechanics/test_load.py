@@ -10,12 +10,11 @@ from pydantic import ValidationError
 from scipy import integrate, interpolate, optimize
 
 from camgeom.errors import DesignError, ProfileError
+from camgeom.maths.extremum import bracketed_root
+from camgeom.maths.panels import TURN, highest, panels, roots
 from camgeom.mechanics import groove
 from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
 from camgeom.mechanics.load import FollowerLoad, drive_torque, normal_force, reversals
-from camgeom.mechanics.panels import TURN
-from camgeom.maths.extremum import bracketed_root
-from camgeom.maths.panels import highest, panels, roots
 from camgeom.motion import Program, Segment
 from tests.reference.pin_machine import (
     INSERTION_FROM,
