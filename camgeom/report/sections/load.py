@@ -29,8 +29,8 @@ from camgeom.maths import Floats
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
 if TYPE_CHECKING:
-    from camgeom.mechanics.face_duty import PlanarDrive
     from camgeom.maths.panels import Panels
+    from camgeom.mechanics.face_duty import PlanarDrive
     from camgeom.mechanics.roller_duty import Duty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
