@@ -19,8 +19,7 @@ from camgeom.dynamics.indexing.sweep import sweep
 from camgeom.dynamics.indexing.system import TorsionSystem
 from camgeom.dynamics.linear.accuracy import Accuracy
 from camgeom.dynamics.linear.method import INTEGRATORS
-from camgeom.dynamics.linear.solution import Solution
-from camgeom.dynamics.linear.solve import transient
+from camgeom.dynamics.linear.solve import Solution, transient
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged
 from camgeom.motion import Program, Segment

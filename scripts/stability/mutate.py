@@ -34,10 +34,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "mechanics/turret_duty": ("oracle/test_indexing_cams.py", "oracle/test_globoidal.py"),
     "mechanics/hertz": ("mechanics/test_hertz.py",),
     "mechanics/life": ("mechanics/test_fatigue.py",),
-    "dynamics/linear/runge_kutta": ("dynamics/test_integrators.py",),
-    "dynamics/linear/split": ("dynamics/test_integrators.py",),
-    "dynamics/linear/magnus": ("dynamics/test_integrators.py",),
-    "dynamics/linear/exact": ("dynamics/test_integrators.py",),
+    "dynamics/linear/maps": ("dynamics/test_integrators.py", "dynamics/test_integrators_split.py"),
+    "dynamics/linear/solve": ("dynamics/test_integrators.py",),
 }
 LIMIT = 100
 """s that the tests of one mutant may take; a mutant that hangs counts as killed"""

@@ -207,7 +207,7 @@ class TestResponse:
     def test_undamped_resonance_is_refused(self, motion: Program) -> None:
         free = FollowerTrain(mass=1.0, stiffness=100.0**2)
         with pytest.raises(NotConverged, match="resonance"):
-            steady_state(free, motion, 100.0 / 7.0, Accuracy(steps=200, method="magnus4"))
+            steady_state(free, motion, 100.0 / 7.0, Accuracy(steps=200, method="gauss8"))
 
     def test_bad_trains_are_named(self, motion: Program) -> None:
         with pytest.raises(ProfileError, match="mass"):

@@ -463,8 +463,8 @@ class TestHardCases:
 
         squared = natural_modes(rest, Still()).torsional()[0].squared[0]
         with pytest.raises(NotConverged, match="resonance"):
-            steady_state(rest, Still(), np.sqrt(squared) / 7.0, Accuracy(steps=512, method="magnus4"))
-        off = steady_state(rest, Still(), np.sqrt(squared) / 7.5, Accuracy(steps=512, method="magnus4"))
+            steady_state(rest, Still(), np.sqrt(squared) / 7.0, Accuracy(steps=512, method="gauss8"))
+        off = steady_state(rest, Still(), np.sqrt(squared) / 7.5, Accuracy(steps=512, method="gauss8"))
         assert np.abs(off.solution.position).max() == 0.0
         assert "never dies out" in off.solution.cautions[0]
 
@@ -502,8 +502,6 @@ class TestHardCases:
         assert coarse.solution.grid.steps == len(mt.knots) - 1
         assert np.isfinite(coarse.solution.state).all()
         assert not np.isfinite(coarse.solution.error).any()
-        with pytest.raises(NotConverged, match=r"rk4 is unstable.*at least"):
-            steady_state(DRIVE, mt, 1000.0 * RPM, Accuracy(steps=1, method="rk4"))
 
     @pytest.mark.slow
     def test_a_million_steps(self, mt: Program) -> None:

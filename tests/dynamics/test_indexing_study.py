@@ -130,6 +130,7 @@ def test_follower_study(lift: Program) -> None:
         ({"sweep": (100.0, 50.0)}, "must rise"),
         ({"tolerance": 0.0}, "tolerance"),
         ({"method": "wilsom"}, "method"),
+        ({"method": "magnus4"}, "magnus4 is no longer offered"),
         ({"cam_inertia": float("nan")}, "cam_inertia"),
     ],
 )

@@ -15,10 +15,9 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
 from camgeom.dynamics.indexing.energy import Indefinite
 from camgeom.dynamics.indexing.response import refuse_indefinite
-from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, solved
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, solved, watch_position
 from camgeom.dynamics.linear.method import Side
-from camgeom.dynamics.linear.solution import Solution
-from camgeom.dynamics.linear.solve import transient, watch_position
+from camgeom.dynamics.linear.solve import Solution, transient
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from tests.reference.integrators_constant import ConstantSystem, ForceLaw

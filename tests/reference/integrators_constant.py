@@ -9,8 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Side
-from camgeom.dynamics.linear.split import Split
+from camgeom.dynamics.linear.method import Coefficients, Side, Split
 from camgeom.maths import Floats
 
 
@@ -46,11 +45,6 @@ class ConstantSystem:
     def split(self, theta: Floats, side: Side = "right") -> Split | None:
         """None: nothing that is worth splitting."""
         return None
-
-    @property
-    def smooth(self) -> bool:
-        """Coefficients vary with the motion alone."""
-        return True
 
     @property
     def linear(self) -> bool:

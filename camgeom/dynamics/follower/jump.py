@@ -16,10 +16,9 @@ import numpy.typing as npt
 
 from camgeom.dynamics.follower.response import FollowerResponse, equilibrium, steady_state
 from camgeom.dynamics.follower.train import FollowerSystem, FollowerTrain, Load, Motion
-from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
-from camgeom.dynamics.linear.choice import choose
-from camgeom.dynamics.linear.exact import FINE, advance
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, predicted_steps
 from camgeom.dynamics.linear.maps import step_maps
+from camgeom.dynamics.linear.solve import FINE, advance
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
@@ -160,9 +159,8 @@ def flight(
     on = FollowerSystem(train, motion, np.array([speed]), scale, load=load)
     off = replace(on, flight=True)
     knots = np.asarray(motion.knots)
-    _, steps = choose(on, knots, 1e-9, (FINE,))
     fastest = float(train.natural_frequency().max()) / speed * (knots[-1] - knots[0])
-    grid = aligned_grid(knots, round(max(float(steps[0]), fastest * STEPS_PER_RADIAN)))
+    grid = aligned_grid(knots, round(max(float(predicted_steps(on, knots, 1e-9, FINE)[0]), fastest * STEPS_PER_RADIAN)))
     return _fly(on, off, grid, turns)
 
 

@@ -13,11 +13,9 @@ import numpy.typing as npt
 
 from camgeom.dynamics.follower.train import CamShaft, FollowerSystem, FollowerTrain, Load, Motion
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, Once, solved
-from camgeom.dynamics.linear.exact import advance
 from camgeom.dynamics.linear.method import Side
 from camgeom.dynamics.linear.peaks import Output, Peak, peak
-from camgeom.dynamics.linear.solution import Solution, acceleration
-from camgeom.dynamics.linear.solve import periodic, transient
+from camgeom.dynamics.linear.solve import Solution, acceleration, advance, periodic, transient
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 

@@ -19,8 +19,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.linear.method import Coefficients, Side
-from camgeom.dynamics.linear.split import Split
+from camgeom.dynamics.linear.method import Coefficients, Side, Split
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
@@ -152,11 +151,6 @@ class FollowerSystem:
     def split(self, theta: Floats, side: Side = "right") -> Split | None:
         """None: nothing that is worth splitting."""
         return None
-
-    @property
-    def smooth(self) -> bool:
-        """Coefficients vary with the motion alone."""
-        return True
 
     @property
     def linear(self) -> bool:

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.indexing.response import Response, output
-from camgeom.dynamics.linear.exact import advance
 from camgeom.dynamics.linear.peaks import INSIDE, peak, sampled
-from camgeom.dynamics.linear.solution import Solution
+from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 

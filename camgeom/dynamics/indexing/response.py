@@ -14,11 +14,9 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
 from camgeom.dynamics.indexing.system import Fluctuation, Torque, TorsionSystem
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, Once, solved
-from camgeom.dynamics.linear.exact import advance
 from camgeom.dynamics.linear.method import Side
 from camgeom.dynamics.linear.peaks import Output, Peak, peak
-from camgeom.dynamics.linear.solution import Solution, acceleration
-from camgeom.dynamics.linear.solve import periodic, transient
+from camgeom.dynamics.linear.solve import Solution, acceleration, advance, periodic, transient
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 

@@ -12,16 +12,13 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import IndexingDrive, Motion
 from camgeom.dynamics.indexing.response import CONSTANT, Response, refuse_indefinite, watch
 from camgeom.dynamics.indexing.system import Fluctuation, TorsionSystem
-from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, pool
-from camgeom.dynamics.linear.choice import cheapest, choose
-from camgeom.dynamics.linear.method import Method
-from camgeom.dynamics.linear.solve import periodic, verified
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, predicted_steps, verified
+from camgeom.dynamics.linear.method import Method, find
+from camgeom.dynamics.linear.solve import periodic
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 
-POLLED = 12
-"""speeds that choose the method for all"""
 GROUP = 64
 """speeds solved together; more would outgrow the cache"""
 
@@ -98,12 +95,10 @@ def _groups(
 ) -> list[Group]:
     """Speeds that share a method and a grid, with the steps to begin with."""
     system = TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
+    method = find(accuracy.method)
     if accuracy.steps is not None:
-        return [(part, accuracy.fixed(), accuracy.steps) for part in _parts(np.arange(len(speeds)))]
-    knots = system.knots
-    few = TorsionSystem(drive, motion, speeds[:: max(1, len(speeds) // POLLED)], fluctuation, exact=exact)
-    method = cheapest(few, knots, accuracy.tolerance, pool(system, accuracy))
-    _, steps = choose(system, knots, accuracy.tolerance, (method,))
+        return [(part, method, accuracy.steps) for part in _parts(np.arange(len(speeds)))]
+    steps = predicted_steps(system, system.knots, accuracy.tolerance, method)
     # neighbours share a grid: fewer groups, at most two fifths more steps
     rungs = np.exp2(np.ceil(np.log2(steps) * 2.0) / 2.0).round().astype(int)
     out: list[Group] = []

@@ -17,8 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
-from camgeom.dynamics.linear.method import Coefficients, Side
-from camgeom.dynamics.linear.split import Split
+from camgeom.dynamics.linear.method import Coefficients, Side, Split
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
@@ -91,11 +90,6 @@ class TorsionSystem:
     def batch(self) -> int:
         """Number of speeds."""
         return len(self.speed)
-
-    @property
-    def smooth(self) -> bool:
-        """Whether the contact stiffness is constant; rollers that come and go change it faster than the motion does."""
-        return not self.drive.contact_table
 
     @property
     def linear(self) -> bool:

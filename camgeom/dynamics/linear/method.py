@@ -1,4 +1,4 @@
-"""Integrators as data: linear, periodic equations of motion in the cam angle, and one-step maps of every method.
+"""Equations of motion that are linear and periodic in the cam angle, and the one-step methods that solve them, as data.
 
 An equation of motion is written in the cam angle theta instead of the time, a dash meaning d/dtheta:
 
@@ -9,34 +9,30 @@ angles on the second (n) and the m coordinates last. A method is a frozen record
 map* is the affine map [P | r] with y(theta + h) = P y(theta) + r, y = (q, q') or (q, q', q'') stacked. Maps are
 formed for all steps and all speeds at once; who needs a steady state composes them, who needs a transient walks along
 them.
+
+Gauss stages are what everything is solved with: stable at every step, of order 2 s, and cheap where only the contact
+varies (`Split`). The Newmark family is there to repeat what papers computed with it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import factorial, inf, sqrt
+from math import factorial, sqrt
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
-from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-
-if TYPE_CHECKING:
-    from camgeom.dynamics.linear.split import Split
 
 Side = Literal["left", "right"]
 
 WILSON_BOUND = (1.0 + sqrt(3.0)) / 2.0
 """1.3660254: below it Wilson-theta is only conditionally stable (papers round it to 1.37)."""
-WORK_SET = 2048
-"""steps x speeds x stages / 4 whose matrices are formed together; about 4 MB for three coordinates and four stages"""
-
-
-class StepTooLong(NotConverged):
-    """The step exceeds what the method bears; shorter ones will do."""
+AUTO = "gauss8"
+"""what "auto" takes: at every tolerance as fast as the best of the others, or faster (docs/benchmarks.md)"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +45,28 @@ class Coefficients:
     damping: Floats
     stiffness: Floats
     force: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """An equation of motion of which only one direction varies: D = D0 + u r^T, S = S0 + u p^T.
+
+    damping D0 (b, m, m), stiffness S0 (b, m, m) and, at cam angles (n,), force F, push u, rate r, place p, each (b, n,
+    m). An axis b of length 1 stands for all speeds.
+    """
+
+    damping: Floats
+    stiffness: Floats
+    force: Floats
+    push: Floats
+    rate: Floats
+    place: Floats
+
+    def acceleration(self, position: Floats, rate: Floats) -> Floats:
+        """q'' (b, n, m) for q and q' (b, n, m)."""
+        effort = (self.place * position).sum(-1) + (self.rate * rate).sum(-1)
+        plain = rate @ np.swapaxes(self.damping, -1, -2) + position @ np.swapaxes(self.stiffness, -1, -2)
+        return np.asarray(self.force - plain - self.push * effort[..., None])
 
 
 class System(Protocol):
@@ -65,11 +83,6 @@ class System(Protocol):
 
     @property
     def linear(self) -> bool: ...
-
-    @property
-    def smooth(self) -> bool:
-        """Whether D and S vary no faster than the motion, as the predicted errors of the Magnus methods take it."""
-        ...
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
@@ -99,19 +112,16 @@ class Collocated:
     alpha_m: float = 0.0
     alpha_f: float = 0.0
     dispersion: float = 1.0 / 12.0
-    cost_us: float = 5.5
     caution: str = ""
     order: int = 2
     rows: int = 3
-    stability: float = inf
 
 
 @dataclass(frozen=True)
 class RungeKutta:
-    """A Runge-Kutta method given by its tableau a (s, s), b (s,), c (s,).
+    """An implicit Runge-Kutta method given by its tableau a (s, s), b (s,), c (s,).
 
-    stability is the largest omega h of an undamped oscillation; dispersion the phase error per radian over (omega
-    h)^order.
+    dispersion is the phase error per radian over (omega h)^order.
     """
 
     name: str
@@ -120,35 +130,11 @@ class RungeKutta:
     c: tuple[float, ...]
     order: int
     dispersion: float
-    cost_us: float
-    stability: float = inf
-    caution: str = ""
-    rows: int = 2
-
-    @property
-    def explicit(self) -> bool:
-        """Whether every stage needs only the stages before it."""
-        return all(value == 0.0 for i, row in enumerate(self.a) for value in row[i:])
-
-
-@dataclass(frozen=True)
-class Magnus:
-    """Matrix exponential of the averaged system: order 2 (midpoint) or 4 (two Gauss points and their commutator).
-
-    Exact for constant coefficients and force, so dispersion only measures how fast they vary (calibrated, see
-    `bench_dynamics`).
-    """
-
-    name: str
-    order: int
-    dispersion: float
-    cost_us: float
-    stability: float = inf
     caution: str = ""
     rows: int = 2
 
 
-Method = Collocated | RungeKutta | Magnus
+Method = Collocated | RungeKutta
 
 
 def wilson(theta: float = 1.40) -> Collocated:
@@ -202,7 +188,7 @@ def gauss_legendre(stages: int) -> RungeKutta:
     c = (np.polynomial.legendre.leggauss(stages)[0] + 1.0) / 2.0
     a, b = _collocation(c)
     pade = factorial(stages) ** 2 / (factorial(2 * stages) * factorial(2 * stages + 1))
-    return RungeKutta(f"gauss{stages}", a, b, _row(c), 2 * stages, pade, cost_us=2.4 + 1.6 * stages + 0.27 * stages**2)
+    return RungeKutta(f"gauss{stages}", a, b, _row(c), 2 * stages, pade)
 
 
 def radau(stages: int) -> RungeKutta:
@@ -217,7 +203,7 @@ def radau(stages: int) -> RungeKutta:
     a, _ = _collocation(c)
     pade = factorial(stages) * factorial(stages - 1) / (factorial(2 * stages - 1) * factorial(2 * stages))
     # stiffly accurate: the end of the step is the last stage
-    return RungeKutta(f"radau{stages}", a, a[-1], _row(c), 2 * stages - 1, pade, 3.4 + 1.6 * stages + 0.27 * stages**2)
+    return RungeKutta(f"radau{stages}", a, a[-1], _row(c), 2 * stages - 1, pade)
 
 
 def _vet_stages(stages: int, least: int) -> None:
@@ -250,38 +236,23 @@ def _collocation(c: Floats) -> tuple[tuple[tuple[float, ...], ...], tuple[float,
     return tuple(_row(row) for row in table[:-1]), _row(table[-1])
 
 
-RK4 = RungeKutta(
-    "rk4",
-    ((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0), (0.0, 0.5, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0)),
-    (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0),
-    (0.0, 0.5, 0.5, 1.0),
-    order=4,
-    dispersion=1.0 / 120.0,
-    cost_us=6.0,
-    stability=2.0 * sqrt(2.0),
-)
-
 _ALL: tuple[Method, ...] = (
     wilson(),
     newmark(),
     generalized_alpha(),
-    RK4,
-    Magnus("magnus2", 2, 2.0e-4, 7.0),
-    Magnus("magnus4", 4, 6.0e-5, 9.0),
     *(gauss_legendre(stages) for stages in range(1, 9)),
     *(radau(stages) for stages in (2, 3, 5)),
 )
 INTEGRATORS: Mapping[str, Method] = MappingProxyType({method.name: method for method in _ALL})
-"""Every integrator by name: wilson, newmark, generalized-alpha, rk4, magnus2, magnus4, gauss1 .. gauss8, radau2, 3,
-5.
-"""
+"""Every integrator by name: wilson, newmark, generalized-alpha, gauss1 .. gauss8, radau2, radau3, radau5"""
 
 
 def find(method: str | Method) -> Method:
     """The method (no unit) of that name, or the method itself; ProfileError names the allowed names."""
     if not isinstance(method, str):
         return method
-    if method not in INTEGRATORS:
+    name = AUTO if method == "auto" else method
+    if name not in INTEGRATORS:
         allowed = "auto, " + ", ".join(INTEGRATORS)
         raise ProfileError([Problem("dynamics.method", "no such integrator", method, allowed)])
-    return INTEGRATORS[method]
+    return INTEGRATORS[name]

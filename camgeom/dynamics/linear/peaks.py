@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.linear.exact import advance
 from camgeom.dynamics.linear.method import Side, System
-from camgeom.dynamics.linear.solution import Solution
+from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.maths import Floats
 
 Output = Callable[[Floats, Floats, Floats, Side], Floats]

@@ -1,22 +1,100 @@
-"""Transients and periodic steady states of a linear periodic system, with the error measured by halving the step."""
+"""Transients and periodic steady states of a system on a grid of cam angles.
+
+A linear system is a walk along its one-step maps. A small non-linear correction g(theta, q, q') is evaluated at the
+stages of the last pass and enters the next as a known force; the matrices of the linear part, already inverted, stay.
+Each pass shrinks the error by the ratio of the correction to the linear force, 1e-3 or less for an indexing drive, so
+four to six passes reach rounding.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
-from camgeom.dynamics.linear.exact import exact_periodic, exact_transient
-from camgeom.dynamics.linear.method import Method, StepTooLong, System, find
-from camgeom.dynamics.linear.solution import Growing, Solution, acceleration, closing_state, turn_after_turn
-from camgeom.dynamics.linear.walk import MAX_STEPS, Grid, Walk
-from camgeom.errors import NotConverged
+from camgeom.dynamics.linear.maps import Stages, stages_of, step_maps
+from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
+from camgeom.dynamics.linear.walk import Chain, Grid, Walk
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
 
-SAME_GROWTH = 0.05
-"""share by which the growth found on two grids may differ and still be the growth of the drive"""
-PROBES = 73
-"""cam angles at which frequencies are looked at to choose and to vet a step"""
+NEUTRAL = 1e-9
+"""a multiplier within this of the unit circle neither grows nor decays"""
+SINGULAR = 1e-11
+"""smallest singular value of I - Phi (scaled) below which the steady state is a resonance"""
+PASSES = 150
+SETTLED = 2e-15
+"""change of the state, as a share of its largest value, at which a pass has converged"""
+LOOSE = 1e-7
+"""change that is still accepted when rounding, amplified by a weakly damped mode, keeps it from shrinking further; what
+is left shows in the error by halving"""
+FINE = radau(5)
+"""steps of its own for events, peaks and single angles: L-stable, so that a partial step leaves no stiff ringing"""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """States over one or more turns: theta (n + 1) rad, state (b, n + 1, r) with q, q' (and q'' for the Newmark
+    family).
+
+    error (b,) is the difference to the solution with half as many steps, over the peak of what was watched (so it
+    bounds the error of the coarser of the two), infinity where no halving was asked for. spectral_radius (b,) is the
+    largest multiplier of a turn; attracting (b,) is whether disturbances die out.
+    """
+
+    system: System
+    method: Method
+    grid: Grid
+    theta: Floats
+    state: Floats
+    spectral_radius: Floats
+    error: Floats
+    choice: str
+
+    @property
+    def position(self) -> Floats:
+        """Coordinates q (b, n + 1, m)."""
+        return self.state[..., : self.system.size]
+
+    @property
+    def rate(self) -> Floats:
+        """Derivatives q' (b, n + 1, m) per rad of cam angle."""
+        return self.state[..., self.system.size : 2 * self.system.size]
+
+    @property
+    def attracting(self) -> npt.NDArray[np.bool_]:
+        """Whether the turn-by-turn map shrinks every disturbance (b,)."""
+        return np.asarray(self.spectral_radius < 1.0 - NEUTRAL)
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What to know before trusting the numbers."""
+        notes = [self.method.caution] if self.method.caution else []
+        if not bool(self.attracting.all()):
+            notes.append(
+                "no damping in some motion: a disturbance never dies out, the steady state is only one of many"
+            )
+        return tuple(notes)
+
+    def acceleration(self, side: Side = "right") -> Floats:
+        """q'' (b, n + 1, m) per rad^2 from the equation of motion, at knots the limit from the given side."""
+        return acceleration(self.system, self.theta, self.position, self.rate, side)
+
+
+def acceleration(system: System, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+    """q'' (b, n, m) per rad^2 at cam angles theta (n,) or (b, n) for given q and q'."""
+    parts = system.split(np.atleast_2d(theta), side)
+    if parts is not None:
+        out = parts.acceleration(position, rate)
+    else:
+        here = system.coefficients(np.atleast_2d(theta), side)
+        pull = (here.damping @ rate[..., None])[..., 0] + (here.stiffness @ position[..., None])[..., 0]
+        out = here.force - pull
+    if not system.linear:
+        out = out + system.correction(np.atleast_2d(theta), position, rate, side)
+    return np.asarray(out)
 
 
 def periodic(system: System, grid: Grid, method: str | Method) -> Solution:
@@ -26,13 +104,9 @@ def periodic(system: System, grid: Grid, method: str | Method) -> Solution:
     without damping; the text says which, at which speed index, and what would help.
     """
     method = find(method)
-    vet(system, grid, method)
-    if not system.linear:
-        return exact_periodic(system, grid, method)
-    walk = Walk(method, system, grid)
-    total = walk.period()
-    radius = np.abs(np.linalg.eigvals(total[..., :-1])).max(-1)
-    state = walk.states(closing_state(system, grid, method, total, radius))
+    turn = _turn(system, grid, method)
+    radius = _growth(turn.period)
+    state = turn.closed(lambda total: _closing_state(system, grid, method, total, radius))
     return Solution(system, method, grid, grid.theta, state, radius, np.full(system.batch, np.inf), "")
 
 
@@ -42,118 +116,195 @@ def transient(
     """The motion over `turns` turns from the state begin (b, 2m) of q, q' at the grid's first angle; rest when not
     given.
 
-    Raises NotConverged when the step is too long for an explicit method or the motion grows past every bound.
+    Raises NotConverged when the motion grows past every bound.
     """
     method = find(method)
-    vet(system, grid, method)
-    if not system.linear:
-        return exact_transient(system, grid, method, begin, turns)
-    walk = Walk(method, system, grid)
-    state = np.zeros((system.batch, walk.size))
+    m, turn = system.size, _turn(system, grid, method)
+    state = np.zeros((system.batch, method.rows * m))
     if begin is not None:
-        state[:, : 2 * system.size] = begin
+        state[:, : 2 * m] = begin
     if method.rows == 3:
         here = grid.theta[None, :1]
-        m = system.size
         # the limit from the left: the renewal at the first knot then brings the limit from the right
         state[:, 2 * m :] = acceleration(system, here, state[:, None, :m], state[:, None, m : 2 * m], "left")[:, 0]
-    part, total = walk.run(state)
+    part, total = turn.run(state)
     parts = [part]
     for _ in range(1, turns):
-        parts.append(walk.states(parts[-1][:, -1])[:, 1:])
+        parts.append(turn.run(parts[-1][:, -1])[0][:, 1:])
     out = np.concatenate(parts, 1)
     if not np.isfinite(out).all():
         raise NotConverged(
             f"{method.name}: the motion grows without bound within {turns} turns; see the spectral radius"
         )
-    theta = turn_after_turn(grid, turns)
-    radius = np.abs(np.linalg.eigvals(total[..., :-1])).max(-1)
-    return Solution(system, method, grid, theta, out, radius, np.full(system.batch, np.inf), "")
+    span = grid.theta[-1] - grid.theta[0]
+    theta = np.concatenate([grid.theta, *(grid.theta[1:] + k * span for k in range(1, turns))])
+    return Solution(system, method, grid, theta, out, _growth(total), np.full(system.batch, np.inf), "")
 
 
-Watch = Callable[[Solution], Floats]
-"""What must be accurate: values (b, n + 1, k) on the nodes of a solution."""
+def _turn(system: System, grid: Grid, method: Method) -> Walk | CorrectedWalk:
+    return Walk(method, system, grid) if system.linear else CorrectedWalk(method, system, grid)
 
 
-def watch_position(solution: Solution) -> Floats:
-    """The coordinates themselves (b, n + 1, m)."""
-    return solution.position
+def _growth(total: Floats) -> Floats:
+    """Largest multiplier (b,) of a turn from its map [Phi | p]."""
+    return np.asarray(np.abs(np.linalg.eigvals(total[..., :-1])).max(-1))
 
 
-def verified(
-    solve: Callable[[Grid], Solution],
-    grid: Grid,
-    tolerance: float,
-    watch: Watch = watch_position,
-    max_steps: int = MAX_STEPS,
-) -> Solution:
-    """The solution whose watched values changed by less than `tolerance` of their peak when the step was halved.
+class Growing(NotConverged):
+    """A turn multiplies some disturbance by `radius` > 1: too long a step, or the drive itself."""
 
-    Doubles the steps until then; raises NotConverged when rounding or `max_steps` comes first, with the error reached.
-    """
-    coarse: Solution | None = None
-    reached, stalled, growth = np.inf, 0, np.inf
-    while grid.steps <= max_steps:
-        try:
-            fine = solve(grid)
-        except (StepTooLong, Growing) as refusal:
-            # growth that two grids agree on is the drive's own
-            rate = refusal.radius if isinstance(refusal, Growing) else np.inf
-            if 2 * grid.steps > max_steps or abs(rate - growth) < SAME_GROWTH * (rate - 1.0):
-                raise
-            coarse, grid, growth = None, grid.halved(), rate
-            continue
-        if coarse is not None:
-            error = difference(coarse, fine, watch)
-            worst = float(error.max())
-            if worst <= tolerance:
-                return _replace_error(fine, error)
-            stalled = stalled + 1 if worst > 0.7 * reached and worst < 1e-6 else 0
-            if stalled == 2:
-                raise NotConverged(
-                    f"{fine.method.name}: the error no longer falls below {worst:.1e} of the peak (rounding, or a "
-                    "motion with sharp corners); ask for a tolerance above it"
-                )
-            reached = worst
-        coarse, grid = fine, grid.halved()
-    raise NotConverged(
-        f"tolerance {tolerance:g} not met with {max_steps} steps a turn (error {reached:.1e} of the peak); "
-        "use gauss4 or auto, or a larger tolerance"
-    )
+    def __init__(self, radius: float, text: str) -> None:
+        self.radius = radius
+        super().__init__(text)
 
 
-def difference(coarse: Solution, fine: Solution, watch: Watch) -> Floats:
-    """Change (b,) of the watched values at common cam angles when the step was halved, a share of their peak."""
-    a, b = watch(coarse), watch(fine)
-    gap = np.abs(b[:, ::2] - a).max(1)
-    peak = np.abs(b).max(1)
-    share = np.divide(gap, peak, out=np.where(gap > 0.0, np.inf, 0.0), where=peak > 0.0)
-    return np.asarray(share.max(-1))
-
-
-def _replace_error(solution: Solution, error: Floats) -> Solution:
-    s = solution
-    text = f"{s.method.name}, {s.grid.steps} steps a turn, error {float(error.max()):.1e} of the peak by halving"
-    return Solution(s.system, s.method, s.grid, s.theta, s.state, s.spectral_radius, error, text)
-
-
-def frequencies(system: System, grid: Grid) -> Floats:
-    """Largest magnitudes (b, probes, m) of the natural frequencies in rad per rad of cam angle, looked at round the
-    turn.
-    """
-    theta = np.linspace(grid.theta[0], grid.theta[-1], PROBES)[None, :]
-    stiffness = system.coefficients(theta).stiffness
-    return np.asarray(np.sqrt(np.abs(np.linalg.eigvals(stiffness))))
-
-
-def vet(system: System, grid: Grid, method: Method) -> None:
-    """Refuse steps beyond the stability limit of a method, naming the steps that would do (NotConverged)."""
-    if not np.isfinite(method.stability):
-        return
-    highest = float(frequencies(system, grid).max())
-    need = highest * float(grid.step.max()) / method.stability
-    if need > 1.0:
-        steps = int(np.ceil(grid.steps * need))
-        raise StepTooLong(
-            f"{method.name} is unstable at {grid.steps} steps a turn: the highest mode needs at least {steps}"
+def _closing_state(system: System, grid: Grid, method: Method, total: Floats, radius: Floats) -> Floats:
+    """The state (b, r) that the map of a turn [Phi | p] brings back to itself; refusals as in `periodic`."""
+    if not np.isfinite(radius).all() or float(radius.max()) > 1.0 + NEUTRAL:
+        worst = int(np.nan_to_num(radius, nan=np.inf).argmax())
+        raise Growing(
+            float(radius[worst]),
+            f"the turn grows by {radius[worst]:.6g} at speed {worst}: a parametric instability of an undamped drive or "
+            f"too long a step for {method.name} ({grid.steps} a turn); give damping, move the speed, or use auto",
         )
+    size, rate = total.shape[1], _typical_rate(system, grid)
+    scale = np.ones((system.batch, size))
+    scale[:, : system.size] = rate[:, None]
+    if method.rows == 3:
+        scale[:, 2 * system.size :] = 1.0 / rate[:, None]
+    matrix = np.eye(size) - total[..., :-1] * scale[:, :, None] / scale[:, None, :]
+    smallest = np.linalg.svd(matrix, compute_uv=False)[:, -1]
+    if np.any(smallest < SINGULAR):
+        worst = int(smallest.argmin())
+        raise NotConverged(
+            f"resonance: a harmonic of the turn meets an undamped natural frequency (speed {worst}, I - Phi has the "
+            f"singular value {smallest[worst]:.1e}); no steady state exists there. Give damping or move the speed"
+        )
+    return np.asarray(np.linalg.solve(matrix, (total[..., -1] * scale)[..., None])[..., 0] / scale)
+
+
+def _typical_rate(system: System, grid: Grid) -> Floats:
+    """A rate (b,) in rad per rad that brings q and q' to one size."""
+    stiffness = system.coefficients(grid.theta[None, :1]).stiffness
+    size = np.abs(stiffness).sum(-1).max(axis=(-1, -2))
+    return np.asarray(np.broadcast_to(np.sqrt(np.maximum(size, 1.0)), (system.batch,)))
+
+
+def advance(system: System, start: Floats, step: Floats, state: Floats) -> Floats:
+    """State (b, n, 2m) of q and q' one fine step of length (b, n) rad after the states (b, n, 2m) at cam angles
+    start.
+    """
+    if system.linear:
+        maps = step_maps(FINE, system, start, step)
+        return np.asarray((maps[..., :-1] @ state[..., None])[..., 0] + maps[..., -1])
+    held = stages_of(FINE, system, start, step, keep_inverse=True)
+    maps = held.maps()
+    plain = (maps[..., :-1] @ state[..., None])[..., 0] + maps[..., -1]
+    out, before = plain, np.inf
+    force: Floats | None = None
+    for _ in range(PASSES):
+        force = _stage_force(system, held, state, force)
+        fresh = plain + _pushed(held, force)
+        change = _change(fresh, out)
+        out = fresh
+        if change <= SETTLED or (change <= LOOSE and change >= 0.5 * before):
+            return out
+        before = change
+    raise NotConverged(_advice(before))
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedWalk:
+    """One period of a system with a non-linear correction, as `Walk` is one of a linear system."""
+
+    method: Method
+    system: System
+    grid: Grid
+    stages: Stages = field(init=False, repr=False)
+    maps: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.method, RungeKutta):
+            allowed = "auto, gauss1 .. gauss8, radau2, 3, 5"
+            text = "the exact contact needs a Gauss method"
+            raise ProfileError([Problem("dynamics.method", text, self.method.name, allowed)])
+        held = stages_of(self.method, self.system, self.grid.start[None], self.grid.step[None], keep_inverse=True)
+        object.__setattr__(self, "stages", held)
+        object.__setattr__(self, "maps", held.maps())
+
+    @property
+    def period(self) -> Floats:
+        """The affine map [Phi | p] (b, r, r + 1) of a whole period without the correction."""
+        return Chain.of(self.maps.copy()).whole()
+
+    def run(self, begin: Floats) -> tuple[Floats, Floats]:
+        """States (b, n + 1, r) along the grid from the state begin (b, r), and the map as `period` gives it."""
+        return self.closed(lambda total: begin), self.period
+
+    def closed(self, close: Callable[[Floats], Floats]) -> Floats:
+        """States (b, n + 1, r) with the correction settled, each pass begun where `close` of its whole map says."""
+        force: Floats | None = None
+        old: Floats | None = None
+        before = np.inf
+        for _ in range(PASSES):
+            maps = self.maps.copy()
+            if force is not None:
+                maps[..., -1] += _pushed(self.stages, force)
+            chain = Chain.of(maps)
+            first = close(chain.whole())
+            state = np.concatenate([first[:, None], chain.states(first)], 1)
+            if not np.isfinite(state).all():
+                raise NotConverged(_advice(np.inf))
+            if old is not None:
+                change = _change(state, old)
+                if change <= SETTLED or (change <= LOOSE and change >= 0.5 * before):
+                    return state
+                before = change
+            force = _stage_force(self.system, self.stages, state[:, :-1], force)
+            old = state
+        raise NotConverged(_advice(before))
+
+
+def _stage_force(system: System, held: Stages, state: Floats, force: Floats | None) -> Floats:
+    """The correction (b, n, s m) at the stages of steps that start in states (b, n, 2m) under the last stage force."""
+    m = system.size
+    b, n, sm = held.rows.shape[:3]
+    s = sm // m
+    bend = (held.rows[..., :-1] @ state[..., None])[..., 0] + held.rows[..., -1]
+    if force is not None:
+        bend = bend + held.bent(force)
+    bend = bend.reshape(b, n, s, m)
+    a, c = np.array(held.method.a), np.array(held.method.c)
+    h = held.step[:, :, None, None]
+    rate = state[:, :, None, m:] + h * (a @ bend)
+    place = state[:, :, None, :m] + h * c[:, None] * state[:, :, None, m:] + h * h * ((a @ a) @ bend)
+    theta = np.broadcast_to(held.theta, (held.theta.shape[0], n, s)).reshape(-1, n * s)
+    out = system.correction(theta, place.reshape(b, n * s, m), rate.reshape(b, n * s, m)).reshape(b, n, s, m)
+    if c[-1] == 1.0:
+        # a stage at the end of the step looks at a knot from inside
+        out[:, :, -1] = system.correction(held.theta[:, :, -1], place[:, :, -1], rate[:, :, -1], "left")
+    return np.asarray(out.reshape(b, n, sm))
+
+
+def _pushed(held: Stages, force: Floats) -> Floats:
+    """What stage forces (b, n, s m) add to the state (b, n, 2m) at the end of the step."""
+    b, n, sm = force.shape
+    s = len(held.method.b)
+    extra = held.bent(force).reshape(b, n, s, sm // s)
+    position, speed = held.weights()
+    return np.concatenate([(position @ extra)[:, :, 0], (speed @ extra)[:, :, 0]], -1)
+
+
+def _change(new: Floats, old: Floats) -> float:
+    """Largest change of a state component over its largest value."""
+    axes = tuple(range(new.ndim - 1))
+    scale = np.abs(new).max(axis=axes)
+    gap = np.abs(new - old).max(axis=axes)
+    return float(np.divide(gap, scale, out=np.zeros_like(gap), where=scale > 0.0).max())
+
+
+def _advice(change: float) -> str:
+    return (
+        f"the non-linear contact does not settle (last change {change:.1e} of the state): the windup is no longer "
+        "small, or nothing damps a resonance. Lower the speed, stiffen the input shaft or give damping"
+    )

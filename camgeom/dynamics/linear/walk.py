@@ -1,14 +1,16 @@
-"""Grids of cam angles aligned with the knots of the motion, and the composition of one-step maps along them."""
+"""Grids of cam angles aligned with the knots of the motion, and one-step maps composed along them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import ceil, isqrt
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.linear.maps import step_maps
+from camgeom.dynamics.linear.maps import restart, step_maps
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -149,6 +151,7 @@ class Walk:
         """Length of the state: (q, q') or (q, q', q'') stacked."""
         return self.method.rows * self.system.size
 
+    @cached_property
     def period(self) -> Floats:
         """The affine map [Phi | p] (b, r, r + 1) of a whole period; Phi is the monodromy matrix."""
         total = np.broadcast_to(np.eye(self.size, self.size + 1), (self.system.batch, self.size, self.size + 1))
@@ -156,12 +159,14 @@ class Walk:
             total = after(self._chain(low).whole(), total)
         return total
 
-    def states(self, begin: Floats) -> Floats:
-        """States (b, n + 1, r) along the grid from the state begin (b, r)."""
-        return self.run(begin)[0]
+    def closed(self, close: Callable[[Floats], Floats]) -> Floats:
+        """States (b, n + 1, r) along the grid from the state that `close` makes of the map of the whole period."""
+        return self.run(close(self.period))[0]
 
     def run(self, begin: Floats) -> tuple[Floats, Floats]:
-        """States along the grid and the map of the whole period, in one pass."""
+        """States (b, n + 1, r) along the grid from the state begin (b, r), and the map of the whole period, in one
+        pass.
+        """
         out = np.empty((self.system.batch, self.grid.steps + 1, self.size))
         out[:, 0] = begin
         total = np.broadcast_to(np.eye(self.size, self.size + 1), (self.system.batch, self.size, self.size + 1))
@@ -183,8 +188,6 @@ class Walk:
         start = self.grid.start[cut]
         single = step_maps(self.method, self.system, start, self.grid.step[cut])
         if isinstance(self.method, Collocated):
-            from camgeom.dynamics.linear.collocated import restart
-
             # the carried acceleration is renewed before each step that starts at a knot
             at_knot = self.grid.starts_at_knot[cut]
             if at_knot.any():
