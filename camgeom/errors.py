@@ -1,7 +1,8 @@
-"""The four ways camgeom says no. Every message names what is wrong and what would be right."""
+"""The ways camgeom says no. Every message names what is wrong and what would be right, with the nearest spelling."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -74,3 +75,18 @@ def _short(value: object, limit: int = 60) -> str:
     """A value as text, shortened so that a hostile value cannot flood the terminal."""
     text = repr(value)
     return text if len(text) <= limit else f"{text[: limit - 1]}…"
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The most similar of the known words, None where nothing is close."""
+    import difflib
+
+    lower = {k.lower().replace("_", "-"): k for k in known}
+    close = difflib.get_close_matches(word[:80].lower().replace("_", "-"), list(lower), n=1, cutoff=0.6)
+    return lower[close[0]] if close else None
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A hint with the nearest spelling, empty where nothing is close."""
+    meant = nearest(word, known)
+    return f"did you mean {meant!r}?" if meant else ""

@@ -98,7 +98,7 @@ class _Parser(argparse.ArgumentParser):
 def _plainer(message: str) -> str:
     import re
 
-    from camgeom.spelling import did_you_mean
+    from camgeom.errors import did_you_mean
 
     unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)' \(choose", message, re.DOTALL)
     if unknown:

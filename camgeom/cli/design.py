@@ -1,38 +1,75 @@
-"""`camgeom design`: of a globoidal drive a profile from what the drive has to do, with the reason of every choice."""
+"""`camgeom design`: a checked profile from what the cam has to do, with the reason of every choice."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from camgeom.cli import Console, UsageError
-from camgeom.cli import design_planar as cli_design_planar
-from camgeom.cli.text import aligned
+from camgeom.cli.tables import aligned, number_in
 
-KINDS = ("globoidal",)
+if TYPE_CHECKING:
+    from camgeom.design import Design
+
+PLANAR = ("disc", "conjugate", "constant-width")
+"""kinds whose smallest base radius is sought, for the motion and follower of a profile"""
+KINDS = ("globoidal", *PLANAR)
+MOST_BYTES = 4_000_000
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Design, print the reasons and write the profile; returns the exit status."""
-    from camgeom.design.brief import Wanted
-    from camgeom.design.globoidal import design
     from camgeom.export.files import atomic_write
 
-    if arguments.kind in cli_design_planar.KINDS:
-        limits = {key: _number(arguments, key, None) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
-        return cli_design_planar.run(arguments, limits, console)
     if arguments.kind not in KINDS:
-        known = ", ".join((*KINDS, *cli_design_planar.KINDS))
-        raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {known}")
-    ratio, angle = _number(arguments, "ratio", None), _number(arguments, "motion_angle", None)
+        raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {', '.join(KINDS)}")
+    made = _planar(arguments) if arguments.kind in PLANAR else _globoidal(arguments)
+    if arguments.file:
+        with atomic_write(Path(arguments.file)) as file:
+            file.write(made.text.encode())
+    if arguments.json:
+        data = {
+            "choices": [asdict(choice) for choice in made.choices],
+            "checks": [finding.as_dict() for finding in made.findings],
+            "profile": made.text,
+        }
+        console.out(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
+        return 0
+    shown = [(c.what, c.value if isinstance(c.value, str) else f"{c.value:g} mm", c.why) for c in made.choices]
+    for line in aligned(shown):
+        console.out(line)
+    failed = sorted({finding.check for finding in made.findings if not finding.passed})
+    doubts = f"; look at {', '.join(failed)}" if failed else ""
+    console.out(f"{len(made.findings) - len(failed)} checks pass{doubts}")
+    console.out(f"wrote {arguments.file}" if arguments.file else f"\n{made.text}")
+    return 0
+
+
+def _planar(arguments: argparse.Namespace) -> Design:
+    """The smallest planar cam for the profile given, or for the kind's starter."""
+    from camgeom.cams import starter
+    from camgeom.design.planar import design
+    from camgeom.profile.text import decode, read_bytes
+
+    limits = {key: _number(arguments, key) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
+    source: str | None = arguments.profile
+    text = starter(arguments.kind) if source is None else decode(read_bytes(Path(source), MOST_BYTES, source), source)
+    return design(text, source or "", arguments.kind, limits, arguments.best_offset)
+
+
+def _globoidal(arguments: argparse.Namespace) -> Design:
+    """The globoidal drive for a requirement."""
+    from camgeom.design.globoidal import Wanted, design
+
+    ratio, angle = _number(arguments, "ratio"), _number(arguments, "motion_angle")
     if (ratio is None) == (angle is None):
         raise UsageError("give either --motion-angle or --ratio (time of motion over time of dwell)")
     if ratio is not None and ratio <= 0.0:
         raise UsageError(f"--ratio: needs a positive number (found {ratio:g})")
-    stops = _number(arguments, "stops", None)
+    stops = _number(arguments, "stops")
     if stops is None or stops != int(stops):
         raise UsageError("--stops: needs a whole number from 2 to 48")
     wanted = Wanted(
@@ -42,38 +79,14 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         _number(arguments, "inertia", 0.1) or 0.0,
         _number(arguments, "torque", 0.0) or 0.0,
         _number(arguments, "life", 20000.0) or 0.0,
-        _number(arguments, "center_distance", None),
-        _number(arguments, "envelope", None),
+        _number(arguments, "center_distance"),
+        _number(arguments, "envelope"),
         arguments.name or f"globoidal indexer {int(stops)} stops",
     )
-    found = design(wanted)
-    if arguments.file:
-        with atomic_write(Path(arguments.file)) as file:
-            file.write(found.text.encode())
-    if arguments.json:
-        data = {
-            "choices": [asdict(choice) for choice in found.choices],
-            "checks": [finding.as_dict() for finding in found.findings],
-            "profile": found.text,
-        }
-        console.out(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
-        return 0
-    for line in aligned([(c.what, c.value, c.why) for c in found.choices]):
-        console.out(line)
-    console.out(f"{len(found.findings)} checks pass")
-    console.out(f"wrote {arguments.file}" if arguments.file else f"\n{found.text}")
-    return 0
+    return design(wanted)
 
 
-def _number(arguments: argparse.Namespace, key: str, default: float | None) -> float | None:
+def _number(arguments: argparse.Namespace, key: str, default: float | None = None) -> float | None:
     """The number given for an option. Raises UsageError where it is none."""
-    text = getattr(arguments, key)
-    if text is None:
-        return default
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value):
-        raise UsageError(f"--{key.replace('_', '-')}: needs a number (found {text[:60]!r})")
-    return value
+    value = number_in(getattr(arguments, key), f"--{key.replace('_', '-')}")
+    return default if value is None else value

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import refuse_nameless, refuse_unwritable
-from camgeom.cli.text import aligned
+from camgeom.cli.tables import aligned, number_in
 
 if TYPE_CHECKING:
     from camgeom.inspection import Inspection
@@ -33,7 +32,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     fits = get_args(Fit)
     if arguments.fit not in fits:
         raise UsageError(f"--fit: unknown fit {arguments.fit[:40]!r}; allowed: {', '.join(fits)}")
-    radius, limit = _length(arguments.probe_radius, "--probe-radius"), _length(arguments.limit, "--limit")
+    radius = number_in(arguments.probe_radius, "--probe-radius", "mm", 0.0, LARGEST)
+    limit = number_in(arguments.limit, "--limit", "mm", 0.0, LARGEST)
     refuse_nameless(arguments.out)
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
@@ -54,19 +54,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     for file in files:
         console.out(f"  wrote {file}")
     return 0 if passed else 1
-
-
-def _length(text: str | None, option: str) -> float | None:
-    """A length in mm that is not negative. Raises UsageError for anything else."""
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not (isfinite(value) and 0.0 <= value <= LARGEST):
-        raise UsageError(f"{option}: needs a number of mm (found {text[:60]!r}); allowed: 0 to {LARGEST:g} mm")
-    return value
 
 
 def _lines(data: dict[str, Any], found: Inspection) -> list[str]:

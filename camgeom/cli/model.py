@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -12,15 +13,43 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from camgeom.cli import Console, UsageError
+from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import DesignError, ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
+    from camgeom.checks import Finding
     from camgeom.model import Model
     from camgeom.report.result import Result
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
+KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "flank": (
+        ("max_pressure_angle_deg", "largest pressure angle", "deg"),
+        ("min_relative_radius_mm", "smallest relative radius", "mm"),
+        ("undercut_margin", "undercut margin", ""),
+    ),
+    "solid": (
+        ("volume_mm3", "volume", "mm3"),
+        ("mass_kg", "mass", "kg"),
+        ("triangles", "triangles", ""),
+        ("chord_error_mm", "chord error", "mm"),
+    ),
+    "contact": (
+        ("peak_pressure_mpa", "peak contact pressure", "MPa"),
+        ("peak_slice_pressure_mpa", "peak over the slices", "MPa"),
+        ("peak_force_n", "peak contact force", "N"),
+    ),
+    "fatigue": (("roller_life_h", "roller life", "h"), ("cam_life_h", "cam life", "h")),
+    "cutter": (
+        ("least_rest_mm", "least stock left by the tool", "mm"),
+        ("most_rest_mm", "most stock left by the tool", "mm"),
+        ("scallop_mm", "ridges between its rows", "mm"),
+        ("cutting_time_min", "time at the feeds", "min"),
+    ),
+}
+"""Figures worth a line: section, key, words, unit."""
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
@@ -30,18 +59,14 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.report.result import chosen, compute, explain, with_costs, write_result
 
     if arguments.formats == "list":
-        from camgeom.cli.text import format_lines
-
-        for line in format_lines(arguments.json):
-            console.out(line)
-        return 0
-    tolerance = _tolerance(arguments.tolerance)
+        return formats(arguments, console)
+    tolerance = number_in(arguments.tolerance, "--tolerance", "mm", *TOLERANCE_RANGE)
     only = names(arguments.only, "--only")
     sections = _sections(only) if arguments.command == "report" and only else None
     products, checks = (_shown(sections), None) if sections else chosen(arguments.command, only)
     refuse_nameless(arguments.out)
     profile = read(arguments.profile)
-    formats = _formats(arguments, profile.output.formats, products)
+    wanted = _formats(arguments, profile.output.formats, products)
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
     folder = output_folder(arguments.out, profile.name)
@@ -49,10 +74,10 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         refuse_unwritable(folder)
     model = Model(profile, tolerance, progress(console))
     result = compute(model, products, checks)
-    files, complete = _export(model, result, formats, folder, console) if "exports" in products else ([], True)
+    files, complete = _export(model, result, wanted, folder, console) if "exports" in products else ([], True)
     page = _report(model, folder, sections, result if "checks" in products else None) if "report" in products else None
     files += [page] if page is not None else []
-    files += _extras(model, folder, formats, page, result, console)
+    files += _extras(model, folder, wanted, page, result, console)
     result.data["files"] = [str(file) for file in files]
     result.data.update(model.ledger.notes)
     result = with_costs(result, model)
@@ -79,8 +104,6 @@ def _print(result: Result, arguments: argparse.Namespace, console: Console, file
     if arguments.json:
         console.out(json.dumps(result.data, indent=2, allow_nan=False))
         return
-    from camgeom.cli.text import summary
-
     for line in summary(result, files):
         console.out(line)
     for line in result.data.get("explain", ()):
@@ -105,20 +128,6 @@ class ProgressObserver:
         if elapsed > QUIET_FOR:
             done = f"done in {seconds:.1f} s" if event == "done" else "..."
             self._console.progress(f"{elapsed:6.1f} s  {name.replace('_', ' ')} {done}")
-
-
-def _tolerance(text: str | None) -> float | None:
-    """The --tolerance in mm. Raises UsageError where it is no number in range."""
-    if text is None:
-        return None
-    low, high = TOLERANCE_RANGE
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not (isfinite(value) and low <= value <= high):
-        raise UsageError(f"--tolerance: needs a number of mm (found {text[:60]!r}); allowed: {low:g} to {high:g} mm")
-    return value
 
 
 def names(text: str | None, option: str) -> tuple[str, ...] | None:
@@ -253,3 +262,68 @@ def _report(model: Model, folder: Path, sections: tuple[str, ...] | None, judged
     from camgeom.report.sections import write_report
 
     return write_report(model, folder / "report.html", sections, judged.findings if judged else None)
+
+
+def summary(result: Result, files: Iterable[Path]) -> list[str]:
+    """All lines for one result."""
+    data = result.data
+    lines = [f"{data['name']} ({data['kind']}): {_verdict(result)}"]
+    lines += _findings(result.findings)
+    if result.refused and all(result.refused != finding.advice for finding in result.findings):
+        lines.append(f"  no solid: {result.refused}")
+    for why in dict.fromkeys(why for _, why in result.unanswered):
+        lines.append(f"  no {' or '.join(name for name, said in result.unanswered if said == why)}: {why}")
+    figures = [
+        (words, f"{number(data[section][key])} {unit}".rstrip())
+        for section, entries in KEY_FIGURES.items()
+        for key, words, unit in entries
+        if data.get(section, {}).get(key) is not None
+    ]
+    lines += [f"  {line}" for line in aligned([(w, v) for w, v in _motion_figures(data) + figures])]
+    return lines + [f"  wrote {file}" for file in files]
+
+
+def _verdict(result: Result) -> str:
+    failed = sum(not finding.passed for finding in result.findings)
+    if result.findings:
+        total = len(result.findings)
+        return f"FAIL, {failed} of {total} findings" if failed else f"PASS, {total} findings"
+    return "no solid" if result.refused else "done"
+
+
+def _findings(findings: Iterable[Finding]) -> list[str]:
+    """One aligned line a finding, the failed ones first; the advice below each failed one."""
+    ordered = sorted(findings, key=lambda finding: finding.passed)
+    rows = [
+        (
+            "PASS" if finding.passed else "FAIL",
+            finding.check,
+            number(finding.value),
+            finding.unit,
+            "" if finding.limit is None else f"limit {number(finding.limit)}",
+            "" if finding.cam_angle_deg is None else f"at {finding.cam_angle_deg:.2f} deg",
+            finding.where,
+        )
+        for finding in ordered
+    ]
+    lines = []
+    given: set[str] = set()
+    for finding, line in zip(ordered, aligned(rows, right=(2,))):
+        lines.append(f"  {line}")
+        if not finding.passed and finding.advice and finding.advice not in given:
+            lines.append(f"        {finding.advice}")
+            given.add(finding.advice)
+    return lines
+
+
+def _motion_figures(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """Peak velocity and acceleration in time where a speed is known, else over cam angle."""
+    motion = data.get("motion", {})
+    figures = []
+    for word in ("velocity", "acceleration"):
+        keys = [key for key in motion if key.startswith(f"peak_{word}_") and not key.endswith("_at_deg")]
+        timed = [key for key in keys if "_per_s" in key] or keys
+        if timed:
+            unit = timed[0].removeprefix(f"peak_{word}_").replace("_per_", "/")
+            figures.append((f"peak {word}", f"{number(motion[timed[0]])} {unit}"))
+    return figures

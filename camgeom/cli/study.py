@@ -1,4 +1,4 @@
-"""`camgeom study`: a table of variants as CSV, a plot, and a short summary."""
+"""`camgeom study`: a table of variants as CSV, a page with a plot, and a short summary."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ import argparse
 import csv
 import io
 import json
+from collections.abc import Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import finite, names, output_folder, refuse_nameless, refuse_unwritable
-from camgeom.cli.text import aligned, number
+from camgeom.cli.tables import aligned, number
+from camgeom.design import light_checks
+from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
+from camgeom.drawing.content import Axis, Block, Chart, Column, Figure, Page, Panel, Section, Series, Table, Text
 from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
@@ -47,7 +54,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
     refuse_nameless(arguments.out)
     only = names(arguments.only, "--only")
-    products, checks = (STUDIED, _light_checks()) if only is None else chosen("run", only)
+    products, checks = (STUDIED, light_checks()) if only is None else chosen("run", only)
     if left := {"exports", "report"} & set(products):
         allowed = ", ".join(name for name in PRODUCTS if name not in left)
         raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
@@ -86,13 +93,6 @@ def _jobs(text: str | None) -> int | None:
     if not text.isdecimal() or not 1 <= int(text[:6]) <= 256:
         raise UsageError(f"--jobs: needs a whole number of processes (found {text[:60]!r}); allowed: 1 to 256")
     return int(text)
-
-
-def _light_checks() -> tuple[str, ...]:
-    """The checks that need no solid."""
-    from camgeom.checks import checks
-
-    return tuple(name for name, one in checks().items() if "solid" not in one.needs)
 
 
 def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None) -> tuple[Figures, str, str]:
@@ -147,7 +147,7 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
 
 def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
     """The page with the plot; the file appears whole or not at all."""
-    from camgeom.cli.study_page import page
+    from camgeom.cli.study import page
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
@@ -166,3 +166,85 @@ def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[
     cells = [[number(record[key])[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the CSV file"]
+
+
+PLOTTED = (
+    ("flank.max_pressure_angle_deg", "Largest pressure angle", "°"),
+    ("flank.undercut_margin", "Undercut margin", ""),
+    ("solid.mass_kg", "Mass", "kg"),
+    ("contact.peak_pressure_mpa", "Peak contact pressure", "MPa"),
+    ("contact.peak_torque_n_m", "Peak torque", "N m"),
+    ("fatigue.roller_life_h", "Roller life", "h"),
+)
+MOST_LINES = 6
+MOST_ROWS = 200
+
+
+def page(study: Study, rows: Sequence[Row], name: str) -> Page:
+    """The page of a finished study."""
+    counts = {status: sum(row.status == status for row in rows) for status in dict.fromkeys(row.status for row in rows)}
+    blocks: list[Block] = []
+    plotted = _chart(study, rows)
+    if plotted is not None:
+        blocks.append(plotted)
+    blocks.append(_table(study, rows))
+    if len(rows) > MOST_ROWS:
+        note = f"The table shows the first {MOST_ROWS} of {len(rows)} variants; study.csv has them all."
+        blocks.append(Text((note,)))
+    return Page(
+        title=name,
+        kind=f"study of {', '.join(one.key for one in study.axes)}",
+        passed=None,
+        figures=tuple(Figure(f"variants: {status}", count) for status, count in counts.items()),
+        sections=(Section("study", "Variants", tuple(blocks)),),
+    )
+
+
+def _chart(study: Study, rows: Sequence[Row]) -> Chart | None:
+    """A panel for each figure that was measured, over the numeric axis with the most values."""
+    numeric = [i for i, one in enumerate(study.axes) if all(not isinstance(v, str) for v in one.values)]
+    if not numeric:
+        return None
+    across = max(numeric, key=lambda i: len(study.axes[i].values))
+    if len(study.axes[across].values) < 2:
+        return None
+    panels = []
+    for key, label, unit in PLOTTED:
+        series = _lines(study.axes, rows, across, key, label)
+        if series:
+            panels.append(Panel(Axis(label, unit), series))
+    caption = f"Figures over {study.axes[across].key}; variants without a result leave the line out"
+    return Chart(caption, Axis(study.axes[across].key), tuple(panels)) if panels else None
+
+
+def _lines(axes: Sequence[Varied], rows: Sequence[Row], across: int, key: str, label: str) -> tuple[Series, ...]:
+    """One line for each setting of the other axes (the first few), over the axis `across`."""
+    others = [i for i in range(len(axes)) if i != across]
+    lines = []
+    for setting in product(*(axes[i].values for i in others)):
+        points = sorted(
+            (float(row.values[across]), float(value))
+            for row in rows
+            if tuple(row.values[i] for i in others) == setting and (value := row.figures.get(key)) is not None
+        )
+        if len(points) >= 2:
+            x, y = np.array(points).T
+            name = ", ".join(f"{axes[i].key} {_shown(v)}" for i, v in zip(others, setting)) or label
+            lines.append(Series(name, x, y))
+        if len(lines) == MOST_LINES:
+            break
+    return tuple(lines)
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _table(study: Study, rows: Sequence[Row]) -> Table:
+    measured = [(key, label, unit) for key, label, unit in PLOTTED if any(key in row.figures for row in rows)]
+    heads = [*(Column(one.key) for one in study.axes), Column("Status"), *(Column(l, u) for _, l, u in measured)]
+    cells = tuple(
+        (*row.values, row.status, *(row.figures.get(key) for key, _, _ in measured), row.reason[:200])
+        for row in rows[:MOST_ROWS]
+    )
+    return Table("Variants", (*heads, Column("Reason")), cells)

@@ -1,16 +1,54 @@
-"""`camgeom laws`, `formats`, `new` and `schema`: tables and texts that need no model."""
+"""`camgeom laws`, `formats`, `new` and `schema`, which need no model; tables and numbers as every command has them."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from math import isfinite
+from collections.abc import Iterable, Sequence
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
 from camgeom.cli import Console, UsageError
-from camgeom.cli.text import aligned, format_lines
-from camgeom.spelling import did_you_mean
+from camgeom.errors import did_you_mean
+
+
+def aligned(rows: Sequence[Sequence[str]], right: Iterable[int] = ()) -> list[str]:
+    """Rows of cells as lines with aligned columns, two blanks between them; `right` columns are set right."""
+    if not rows:
+        return []
+    set_right = set(right)
+    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+    return [
+        "  ".join(cell.rjust(w) if c in set_right else cell.ljust(w) for c, (cell, w) in enumerate(zip(row, widths)))
+        .rstrip()
+        for row in rows
+    ]
+
+
+def number(value: Any, digits: int = 6) -> str:
+    """A number in a few significant digits; a dash where there is none."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return str(value)
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def number_in(text: str | None, option: str, unit: str = "", low: float = -inf, high: float = inf) -> float | None:
+    """The number given for an option, None where none is. Raises UsageError where it is no number in the range."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if isfinite(value) and low <= value <= high:
+        return value
+    allowed = f"; allowed: {low:g} to {high:g} {unit}" if high < inf else ""
+    raise UsageError(f"{option}: needs a number{unit and f' of {unit}'} (found {text[:60]!r}){allowed}")
 
 
 def law_rows() -> list[dict[str, Any]]:
@@ -93,8 +131,15 @@ def _free(name: str) -> Path:
 
 
 def formats(arguments: argparse.Namespace, console: Console) -> int:
-    """Print the file formats."""
-    for line in format_lines(arguments.json):
+    """Print the file formats with the cams each is for and what it is."""
+    from camgeom.report.files import format_rows
+
+    rows = format_rows()
+    if arguments.json:
+        console.out(json.dumps(rows, indent=2))
+        return 0
+    cells = [(row["format"], row["cams"], row["about"]) for row in rows]
+    for line in aligned([("format", "for", "what it is"), *cells]):
         console.out(line)
     return 0
 

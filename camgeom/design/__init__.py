@@ -1,1 +1,34 @@
 """Many models: studies, and the choice of sizes from a requirement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from camgeom.checks import Finding
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One choice with its reason; a number is in mm."""
+
+    what: str
+    value: str | float
+    why: str
+
+
+@dataclass(frozen=True)
+class Design:
+    """A finished design: the profile's text, the choices, and what the checks said of it."""
+
+    text: str
+    choices: tuple[Choice, ...]
+    findings: tuple[Finding, ...]
+
+
+def light_checks() -> tuple[str, ...]:
+    """The checks that need no solid."""
+    from camgeom.checks import checks
+
+    return tuple(name for name, one in checks().items() if "solid" not in one.needs)

@@ -11,12 +11,201 @@ from dataclasses import dataclass
 from math import atan, ceil, degrees, floor, hypot, pi, radians, sin, sqrt, tan
 
 from camgeom.checks import Finding, findings
-from camgeom.design.brief import SEAT, Candidate, Wanted, profile_text
-from camgeom.design.series import BORES, ROLLERS, material_for, speed_class
-from camgeom.errors import DesignError, ProfileError
+from camgeom.design import Choice, Design
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.model import Model
 from camgeom.motion import LAWS
 from camgeom.profile import parse
+
+
+@dataclass(frozen=True)
+class RollerSize:
+    """A stud cam follower: diameter and ring width, mm; dynamic and static ratings, N."""
+
+    diameter: float
+    width: float
+    dynamic: float
+    static: float
+
+
+ROLLERS = (
+    RollerSize(16, 11, 3000, 3000),
+    RollerSize(19, 11, 3500, 4000),
+    RollerSize(22, 12, 4500, 5200),
+    RollerSize(26, 12, 5200, 6000),
+    RollerSize(30, 14, 6800, 8300),
+    RollerSize(32, 14, 7000, 8800),
+    RollerSize(35, 18, 9700, 14000),
+    RollerSize(40, 20, 10900, 14500),
+    RollerSize(47, 24, 15500, 25000),
+    RollerSize(52, 24, 16800, 29000),
+    RollerSize(62, 29, 26000, 48000),
+    RollerSize(72, 29, 28000, 53000),
+    RollerSize(80, 35, 38000, 77000),
+    RollerSize(90, 35, 39000, 80000),
+)
+"""Usual outside diameters and widths of stud cam followers; ratings are figures on the cautious side of what such sizes
+have. The figures of the follower that is bought replace them in the profile."""
+
+BORES = (12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90, 100, 110, 120)
+"""mm, usual shaft diameters"""
+
+
+@dataclass(frozen=True)
+class TrackMaterial:
+    """A cam material for a load class: up to a contact pressure (MPa), with a hardness (HRC)."""
+
+    name: str
+    pressure: float
+    hardness: float
+    load_class: str
+
+
+MATERIALS = (
+    TrackMaterial("45 quenched and tempered", 600.0, 30.0, "light, below 600 MPa (HRC 10 to 40)"),
+    TrackMaterial("40Cr surface-hardened", 1000.0, 52.0, "medium, 600 to 1000 MPa (HRC 40 to 60)"),
+    TrackMaterial("20Cr carburised 0.8 to 1.2 mm", 1300.0, 60.0, "heavy, 1000 to 1300 MPa (HRC 60 and above)"),
+)
+"""T/WLJC 15-2018: load classes of the track and the steels named for them"""
+
+
+def speed_class(speed: float) -> str:
+    """The class of a track speed in m/s (T/WLJC 15-2018)."""
+    return "low, below 0.5 m/s" if speed < 0.5 else "medium, 0.5 to 1 m/s" if speed <= 1.0 else "high, above 1 m/s"
+
+
+def material_for(pressure: float, speed: float) -> TrackMaterial | None:
+    """The mildest material for a contact pressure (MPa) and track speed (m/s); None where none will do.
+
+    A fast track wears: above 1 m/s it is surface-hardened even where the pressure is light.
+    """
+    fit = [one for one in MATERIALS if pressure <= one.pressure and (speed <= 1.0 or one.hardness > 40.0)]
+    return fit[0] if fit else None
+
+
+SEAT = 2.0
+"""mm between the turret's body and the blank (T/WLJC 15-2018: 1 to 5 mm)"""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the drive has to do: angles deg, lengths mm, speed r/min, inertia kg m², torque N m, life h.
+
+    Either the centre distance or the envelope (the largest length of cam and turret together) is given.
+    """
+
+    stops: int
+    motion_angle: float
+    speed: float
+    inertia: float
+    torque: float
+    life: float
+    center_distance: float | None = None
+    envelope: float | None = None
+    name: str = "globoidal indexer"
+
+    def problems(self) -> list[Problem]:
+        """What is out of range."""
+        found = []
+        for key, low, high in (
+            ("stops", 2, 48), ("motion_angle", 30.0, 330.0), ("speed", 0.1, 3000.0), ("inertia", 0.0, 1e4),
+            ("torque", 0.0, 1e6), ("life", 1.0, 1e7), ("center_distance", 40.0, 1500.0), ("envelope", 80.0, 5000.0),
+        ):
+            value = getattr(self, key)
+            if value is not None and not low <= value <= high:
+                found.append(Problem(f"--{key.replace('_', '-')}", "out of range", value, f"{low:g} to {high:g}"))
+        if (self.center_distance is None) == (self.envelope is None):
+            found.append(Problem("--center-distance", "give either the centre distance or the envelope"))
+        return found
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Numbers of one trial; mm."""
+
+    centre: float
+    pitch: float
+    roller: RollerSize
+    length: float
+    width: float
+    rollers: int
+    form: str
+    law: str
+    bore: float
+
+    @property
+    def globoid(self) -> float:
+        """Globoid radius."""
+        return round(self.pitch - 0.5 * self.length + SEAT, 2)
+
+
+def profile_text(wanted: Wanted, trial: Candidate, material: tuple[str, float, float] | None) -> str:
+    """The profile."""
+    start = 0.5 * (360.0 - wanted.motion_angle)
+    name, pressure, hardness = material or ("hardened steel", 1300.0, 60.0)
+    return f"""# Designed by `camgeom design globoidal` from: {wanted.stops} stops, moving {wanted.motion_angle:g} deg,
+# {wanted.speed:g} r/min, inertia {wanted.inertia:g} kg m2, load {wanted.torque:g} N m, life {wanted.life:g} h.
+
+name = {_quoted(wanted.name)}
+
+[cam]
+kind = "globoidal"
+form = "{trial.form}"
+hand = "right"
+center_distance = {trial.centre:g}
+width = {trial.width:g}
+globoid_radius = {trial.globoid:g}
+tip_clearance = 0.8
+bore = {trial.bore:g}
+
+[follower]
+kind = "turret"
+stops = {wanted.stops}
+rollers = {trial.rollers}
+pitch_radius = {trial.pitch:g}
+inertia = {wanted.inertia:g}
+
+[roller]
+shape = "cylinder"
+diameter = {trial.roller.diameter:g}
+length = {trial.length:g}
+dynamic_rating = {trial.roller.dynamic:g}
+static_rating = {trial.roller.static:g}
+
+[[motion]]
+until = {start:.10g}
+
+[[motion]]
+until = {start + wanted.motion_angle:.10g}
+to = {360.0 / wanted.stops:.12g}
+law = "{trial.law}"
+
+[[motion]]
+until = 360
+
+[operation]
+speed = {wanted.speed:g}
+friction = {1e3 * wanted.torque:g}
+
+[material.cam]
+name = "{name}"
+hardness = {hardness:g}
+contact_limit = {pressure:g}
+contact_cycles = 1e7
+
+[limits]
+life_h = {wanted.life:g}
+min_wall_mm = {max(1.0, round(0.1 * trial.roller.diameter, 1)):g}
+
+[output]
+tolerance = 0.01
+formats = ["3mf", "stl"]
+"""
+
+
+def _quoted(text: str) -> str:
+    return '"' + "".join(c for c in text if c.isprintable() and c not in '"\\') + '"'
+
 
 AIM = radians(40.0)
 """pressure angle aimed at on the pitch radius; along the roller it grows, and 50 degrees is the limit"""
@@ -30,24 +219,6 @@ JUDGED = (
 """checks that need no solid, the quick ones first: the trial of a candidate"""
 TRIAL_TOLERANCE = 0.05
 """mm; of the solid that the finished design is checked with"""
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One choice with its reason."""
-
-    what: str
-    value: str
-    why: str
-
-
-@dataclass(frozen=True)
-class Design:
-    """A finished design: the profile's text, the choices, and what the checks said of it."""
-
-    text: str
-    choices: tuple[Choice, ...]
-    findings: tuple[Finding, ...]
 
 
 def design(wanted: Wanted) -> Design:

@@ -6,20 +6,24 @@ turn, whose extremes are refined, so that they are good to rounding as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import atan2, degrees, hypot, inf, pi, sqrt, tan
+from math import atan2, ceil, degrees, hypot, inf, pi, radians, sqrt, tan
 from typing import Any, final
 
 import numpy as np
 
-from camgeom.errors import DesignError
+from camgeom.checks import findings
+from camgeom.design import Choice, Design, light_checks
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
 from camgeom.motion.program import Program
-from camgeom.profile import Profile
+from camgeom.profile import Profile, parse
 from camgeom.solid.prism import Prism
+from camgeom.track.follower import TranslatingFollower
 from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
 
 PER_TURN = 720
@@ -207,14 +211,89 @@ def best_offset(program: Program, pressure_angle: float, sense: float = 1.0, bac
     return 0.5 * (low + high)
 
 
+STEP = 0.01
+"""mm; a designed radius or offset is rounded to this"""
+
+
+def design(text: str, source: str, kind: str, limits: Mapping[str, float | None], best: bool) -> Design:
+    """The profile in the text with the smallest base radius, and with `best` the best offset too, that keep the limits.
+
+    `limits` are pressure_angle (deg), convex_radius (mm) and contact_pressure (MPa), None for what the profile says.
+    Raises ProfileError where the profile is of another kind or a limit asks too much of it, DesignError where no radius
+    keeps the limits.
+    """
+    profile = parse(text, source)
+    if profile.kind != kind:
+        raise ProfileError([Problem("cam.kind", "is not the kind to design", profile.kind, kind)], source)
+    wanted = _wanted(profile, limits)
+    choices = []
+    if best:
+        offset = _offset(profile, wanted)
+        text = with_key(text, "follower", "offset", offset)
+        profile = parse(text, source)
+        choices.append(Choice("follower.offset", offset, "gives the smallest prime radius for the pressure angle"))
+    radius = ceil(smallest_base_radius(profile, wanted) / STEP) * STEP
+    kept = margins(profile, radius, wanted)
+    tight = min(kept, key=lambda name: kept[name]) if kept else ""
+    asked = [
+        f"pressure angle {wanted.pressure_angle_deg:g} deg" if wanted.pressure_angle_deg is not None else "",
+        f"convex radius {wanted.convex_radius_mm:g} mm",
+        f"contact pressure {wanted.contact_pressure_mpa:g} MPa" if wanted.contact_pressure_mpa is not None else "",
+    ]
+    why = f"the smallest for {', '.join(filter(None, asked))}; {tight} decides" if tight else "nothing limits it"
+    choices.append(Choice("cam.base_radius", round(radius, 6), why))
+    text = with_key(text, "cam", "base_radius", round(radius, 6))
+    return Design(text, tuple(choices), findings(Model(parse(text, source)), light_checks()))
+
+
+def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
+    """The limits given, else those of the profile."""
+    own = profile.limits.for_follower(profile.follower)
+    angle, pressure = limits["pressure_angle"], limits["contact_pressure"]
+    pressure = own.contact_pressure_mpa if pressure is None else pressure
+    if pressure is not None and profile.operation is None:
+        raise ProfileError([Problem("--contact-pressure", "the profile has no [operation] to compute it from")])
+    return Wanted(own.pressure_angle_deg if angle is None else angle, limits["convex_radius"] or 0.0, pressure)
+
+
+def _offset(profile: Profile, wanted: Wanted) -> float:
+    """The best offset of a translating roller follower, mm, to a hundredth."""
+    follower, cam = profile.follower, profile.cam
+    simple = isinstance(follower, TranslatingFollower) and follower.face == "roller" and profile.kind == "disc"
+    if not simple or wanted.pressure_angle_deg is None:
+        raise ProfileError([Problem("--best-offset", "only a roller on a slide has an offset to choose")])
+    sense = float(getattr(cam, "sense", 1.0))
+    return round(best_offset(profile.setup().program, radians(wanted.pressure_angle_deg), sense) / STEP) * STEP
+
+
+def with_key(text: str, table: str, key: str, value: float) -> str:
+    """The TOML text with one number of a table replaced or added; everything else, comments too, stays as it is."""
+    lines = text.splitlines()
+    heads = [i for i, line in enumerate(lines) if line.lstrip().startswith("[")]
+    first = next((i for i in heads if re.match(rf"\s*\[\s*{re.escape(table)}\s*\]", lines[i])), None)
+    if first is None:
+        return "\n".join([*lines, "", f"[{table}]", f"{key} = {value:.12g}", ""])
+    last = next((i for i in heads if i > first), len(lines))
+    for i in range(first + 1, last):
+        found = re.match(rf"(\s*{re.escape(key)}\s*=\s*)[^#\s]+(.*)$", lines[i])
+        if found:
+            lines[i] = f"{found[1]}{value:.12g}{found[2]}"
+            break
+    else:
+        lines.insert(first + 1, f"{key} = {value:.12g}")
+    return "\n".join(lines) + "\n"
+
+
 __all__ = [
     "Balance",
     "Wanted",
     "balance",
     "best_offset",
+    "design",
     "margins",
     "smallest_base_radius",
     "smallest_flat_base",
     "smallest_prime_radius",
     "tool_path",
+    "with_key",
 ]

@@ -14,9 +14,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from camgeom.errors import ExportError
+from camgeom.errors import ExportError, did_you_mean
 from camgeom.maths.mesh import Mesh
-from camgeom.spelling import did_you_mean
 
 if TYPE_CHECKING:
     from camgeom.model import Model

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.maths import Floats
-from camgeom.spelling import did_you_mean
 
 FEWEST, MOST = 6, 1_000_000
 MAX_BYTES = 200_000_000

@@ -1,23 +1,26 @@
-"""Motion laws and the program round the cam. `LAWS` and `make` are loaded when first asked for."""
+"""Motion laws and the program round the cam; each name is loaded when it is first asked for.
+
+`camgeom.law` enters a motion law into the catalogue `LAWS` with its `Claims` and `Parameter`s; it returns `Piece`s, and
+where it joins moving neighbours it takes their `Ends`. `make` builds a law by name.
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from camgeom.motion.laws import LAWS, make
-    from camgeom.motion.program import Program, Segment
+    from camgeom.motion.law import LAWS, Claims, Ends, Parameter, make
+    from camgeom.motion.program import Program
+    from camgeom.motion.segment import Segment
+    from camgeom.motion.table import Piece
 
-__all__ = ["LAWS", "Program", "Segment", "make"]
+__all__ = ["LAWS", "Claims", "Ends", "Parameter", "Piece", "Program", "Segment", "make"]
+
+_HOME = {"Program": "program", "Segment": "segment", "Piece": "table"}
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("LAWS", "make"):
-        from camgeom.motion import laws
-
-        return getattr(laws, name)
-    if name in ("Program", "Segment"):
-        from camgeom.motion import program
-
-        return getattr(program, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME.get(name, 'law')}"), name)

@@ -10,9 +10,7 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.motion.curve import ParamValue
-from camgeom.motion.law import Ends, LawEntry
-from camgeom.motion.laws import LAWS
+from camgeom.motion.law import LAWS, Ends, LawEntry, ParamValue
 from camgeom.motion.segment import Segment, Span
 
 HIGHEST = 3

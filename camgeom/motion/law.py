@@ -1,19 +1,165 @@
-"""The catalogue that every law enters by `@law`: parameters, source, claims, and how it is built and checked."""
+"""A normalised motion law as data, and the catalogue that every law enters by `@law` with its source and claims."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Literal, final
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any, Literal, final
 
 import numpy as np
+import numpy.typing as npt
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.maths import Floats
-from camgeom.motion.curve import Claims, Law, ParamValue, finish
-from camgeom.motion.piece import Piece
-from camgeom.spelling import did_you_mean
+from camgeom.motion.table import JUMP_TOLERANCE, Piece, Side, Table
+
+ParamValue = Any
+"""A number, a truth value, a text or a (nested) tuple of numbers: what TOML can say, made hashable."""
+ORDER_LIMIT = 9
+"""Derivatives are compared up to this order when smoothness is measured."""
+
+
+@final
+@dataclass(frozen=True)
+class Claims:
+    """Characteristic values of a law for unit lift over unit travel, all dimensionless.
+
+    vm, am, jm   peak |s'|, |s''|, |s'''|; am is inf where the velocity jumps, jm is inf where the acceleration jumps,
+                 the ends against a dwell included
+    vam          peak |s' s''|, the drive torque of a pure inertia
+    arms         root mean square of s''
+    order_start, order_end   the highest derivative that is continuous against a dwell (0: not even the velocity)
+    order_inside             the same at the inner breaks; inf where the law is smooth inside
+    """
+
+    vm: float
+    am: float
+    jm: float
+    vam: float
+    arms: float
+    order_start: int
+    order_end: int
+    order_inside: float = math.inf
+
+    @property
+    def order(self) -> int:
+        """The highest derivative that is continuous from dwell to dwell."""
+        return int(min(self.order_start, self.order_end, self.order_inside))
+
+
+@final
+@dataclass(frozen=True)
+class Law:
+    """A motion law on 0 <= x <= 1 with s(0) = 0 and s(1) = 1, dimensionless, as contiguous pieces.
+
+    Every piece is a power series and waves, so derivatives of any order and integrals are exact.
+
+    >>> from camgeom.motion import make
+    >>> make("cycloidal").jet(0.25, order=1).round(6)
+    array([0.090845, 1.      ])
+    """
+
+    name: str
+    pieces: tuple[Piece, ...]
+    source: str = ""
+    claims: Claims | None = None
+    params: tuple[tuple[str, ParamValue], ...] = ()
+
+    @cached_property
+    def table(self) -> Table:
+        """The pieces as arrays."""
+        return Table.of(self.pieces)
+
+    def jet(self, x: npt.ArrayLike, order: int = 3, side: Side = "right") -> Floats:
+        """s and its derivatives with respect to x, (order + 1, *x.shape), dimensionless.
+
+        At a break the right-hand piece is used, or the left-hand one with side="left". Raises ValueError where an x
+        lies outside 0..1 or is not a number.
+        """
+        points = np.asarray(x, dtype=float)
+        if not np.all((points >= 0.0) & (points <= 1.0)):
+            raise ValueError(f"law {self.name!r} is defined on 0 <= x <= 1")
+        return self.table.jet(points.ravel(), order, side).reshape(order + 1, *points.shape)
+
+    @cached_property
+    def knots(self) -> tuple[float, ...]:
+        """The ends and the inner places where some derivative jumps."""
+        return (0.0, *(edge for edge, _ in self._breaks), 1.0)
+
+    @cached_property
+    def _breaks(self) -> tuple[tuple[float, int], ...]:
+        """Inner breaks: (x, lowest derivative that jumps)."""
+        after = np.arange(1, len(self.pieces))
+        lowest = lowest_jump(self.table.steps(after - 1, after, ORDER_LIMIT))
+        inner = self.table.edges[1:-1]
+        return tuple((float(x), int(r)) for x, r in zip(inner, lowest, strict=True) if r <= ORDER_LIMIT)
+
+    def peaks(self) -> Claims:
+        """The characteristic values measured on the law itself, dimensionless (see `Claims`)."""
+        table = self.table
+        inside = min((order - 1 for _, order in self._breaks), default=math.inf)
+        start, end = self._rest_order("first"), self._rest_order("last")
+        order = min(start, end, inside)
+        torque = table.peak(3, lambda d: d[1] * d[2], lambda d: d[2] * d[2] + d[1] * d[3])
+        impulsive = order < 1
+        return Claims(
+            vm=abs(table.derivative_peak(1).value),
+            am=math.inf if impulsive else abs(table.derivative_peak(2).value),
+            jm=math.inf if order < 2 else abs(table.derivative_peak(3).value),
+            vam=math.inf if impulsive else abs(torque.value),
+            arms=math.inf if impulsive else math.sqrt(table.mean_square(2)),
+            order_start=start,
+            order_end=end,
+            order_inside=inside,
+        )
+
+    def integral(self, x: npt.ArrayLike = 1.0) -> Floats:
+        """The integral of s from 0 to x, (*x.shape), dimensionless; exact, piece by piece."""
+        total, parts = 0.0, []
+        for piece in self.pieces:
+            parts.append(piece.integrated(total))
+            total = parts[-1].value(piece.end)
+        points = np.asarray(x, dtype=float)
+        return np.asarray(Table.of(parts).jet(points.ravel(), 0)[0].reshape(points.shape))
+
+    def mean_square(self, order: int = 2) -> float:
+        """The mean square of a derivative over the travel, dimensionless."""
+        return self.table.mean_square(order)
+
+    def _rest_order(self, end: Literal["first", "last"]) -> int:
+        """The number of derivatives that vanish at an end, counted up to the limit."""
+        piece = 0 if end == "first" else len(self.pieces) - 1
+        jet = self.table.limit(np.array([piece]), ORDER_LIMIT, end)[:, 0]
+        bound = self.table.bounds(ORDER_LIMIT)[:, piece]
+        moving = np.abs(jet[1:]) > JUMP_TOLERANCE * bound[1:]
+        return int(np.argmax(moving)) if moving.any() else ORDER_LIMIT
+
+
+def lowest_jump(steps: Floats) -> npt.NDArray[np.intp]:
+    """The lowest derivative that steps, (m,), of steps (orders, m); the number of orders where none does."""
+    jumps = steps != 0.0
+    return np.where(jumps.any(axis=0), np.argmax(jumps, axis=0), len(steps))
+
+
+def finish(pieces: Sequence[Piece], lift: float = 1.0) -> tuple[Piece, ...]:
+    """Anchor the first piece at x = 0 and the last at x = 1, so that both end positions are exact to the last digit."""
+    first, *rest = pieces
+    if not rest:
+        first, rest = first.between(0.0, 0.5), [first.between(0.5, 1.0)]
+    first, last = first.about(first.start), rest[-1].about(rest[-1].end)
+    scale = max(abs(lift), *(abs(c) for c in (*first.power, *last.power)))
+    if abs(first.power[0]) > 1e-9 * scale or abs(last.power[0] - lift) > 1e-9 * scale:
+        raise ValueError(f"the pieces run from {first.power[0]!r} to {last.power[0]!r}, not from 0 to {lift!r}")
+    ends = (first, last)
+    targets = (0.0, lift)
+    exact = [replace(piece, power=(value, *piece.power[1:])) for piece, value in zip(ends, targets, strict=True)]
+    return (exact[0], *rest[:-1], exact[1])
+
 
 __all__ = [
     "LAWS",
@@ -153,8 +299,42 @@ def _law(entry: LawEntry, values: tuple[tuple[str, ParamValue], ...]) -> Law:
     return Law(entry.name, finish(pieces), entry.source, entry.claims_for(params), values)
 
 
-LAWS: dict[str, LawEntry] = {}
-"""Every motion law by name; filled by `@law` when `camgeom.motion.laws` is imported."""
+HOME = "camgeom.motion"
+"""the package whose modules laws_... hold the laws that camgeom brings along"""
+
+
+@final
+class Catalogue(Mapping[str, LawEntry]):
+    """Laws by name, filled by `@law`; camgeom's own modules of laws are imported one after the other as names ask."""
+
+    def __init__(self) -> None:
+        self.entered: dict[str, LawEntry] = {}
+        homes = (module.name for module in iter_modules([str(Path(__file__).parent)]))
+        self._waiting = sorted(name for name in homes if name.startswith("laws_"))
+
+    def _more(self) -> bool:
+        """Import the next module of laws; False where there is none left."""
+        if not self._waiting:
+            return False
+        import_module(f"{HOME}.{self._waiting.pop(0)}")
+        return True
+
+    def __getitem__(self, name: str) -> LawEntry:
+        while name not in self.entered and self._more():
+            pass
+        return self.entered[name]
+
+    def __iter__(self) -> Iterator[str]:
+        while self._more():
+            pass
+        return iter(self.entered)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+LAWS = Catalogue()
+"""Every motion law by name."""
 
 
 def law(
@@ -174,9 +354,10 @@ def law(
 
     def enter(factory: Factory) -> Factory:
         summary = (factory.__doc__ or "").strip().splitlines()[0]
-        if name in LAWS:
+        own = factory.__module__.startswith(f"{HOME}.laws_")
+        if name in (LAWS.entered if own else LAWS):
             raise ValueError(f"two laws are called {name!r}")
-        LAWS[name] = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
+        LAWS.entered[name] = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
         return factory
 
     return enter
@@ -185,3 +366,24 @@ def law(
 def freeze(value: ParamValue) -> ParamValue:
     """The value with lists turned into tuples, so that it can be compared and looked up."""
     return tuple(freeze(item) for item in value) if isinstance(value, list | tuple) else value
+
+
+def unknown_law(name: str, key: str) -> Problem:
+    """What to say of a law that is not in the catalogue, with the nearest spelling."""
+    return Problem(key, "no motion law of this name", name, "a name from `camgeom laws`", did_you_mean(name, LAWS))
+
+
+def entry(name: str) -> LawEntry:
+    """The catalogue entry of a law; raises ProfileError with the nearest spelling."""
+    if name not in LAWS:
+        raise ProfileError([unknown_law(name, "law")])
+    return LAWS[name]
+
+
+def make(name: str, /, **params: ParamValue) -> Law:
+    """The normalised motion law of this name, dimensionless; raises ProfileError naming the law or each parameter.
+
+    >>> make("modified-sine").peaks().vm.__round__(6)
+    1.759603
+    """
+    return entry(name).make(params)

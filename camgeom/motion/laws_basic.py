@@ -8,9 +8,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.curve import Claims
-from camgeom.motion.law import Parameter, law
-from camgeom.motion.piece import Piece
+from camgeom.motion.law import Claims, Parameter, law
+from camgeom.motion.table import Piece
 
 NORTON = "R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009"
 ROTHBART = "H. A. Rothbart (ed.), Cam Design Handbook, McGraw-Hill 2004"

@@ -10,10 +10,9 @@ import math
 from collections.abc import Sequence
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.curve import Claims
-from camgeom.motion.law import Parameter, law
+from camgeom.motion.law import Claims, Parameter, law
 from camgeom.motion.laws_basic import CYCLOID, HARMONIC
-from camgeom.motion.piece import Piece
+from camgeom.motion.table import Piece
 
 PARABOLA = Claims(2.0, 4.0, math.inf, 8.0, 4.0, 1, 1, 1)
 SINE = Claims(1.759603386, 5.527957071, 69.46635729, 5.457752763, 3.908855931, 2, 2, 3)

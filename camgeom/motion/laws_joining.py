@@ -14,12 +14,11 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.motion.curve import ParamValue
-from camgeom.motion.law import Ends, Parameter, law
+from camgeom.motion.law import Ends, Parameter, ParamValue, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import check_rise, fit, read_rows
-from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
+from camgeom.motion.table import Piece
 
 HERMITE = "two-point Hermite interpolation, C. de Boor, A Practical Guide to Splines, Springer 2001, ch. I"
 SPLINES = "C. de Boor, A Practical Guide to Splines, Springer 2001, ch. IX and XIII"

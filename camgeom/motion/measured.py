@@ -13,8 +13,8 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.motion.law import Ends
-from camgeom.motion.piece import Piece
 from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
+from camgeom.motion.table import Piece
 
 LEAST_ROWS = 8
 """as many as the polynomial of highest degree has coefficients"""

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, final
 
-from camgeom.motion.curve import ParamValue
-from camgeom.motion.law import freeze
+from camgeom.motion.law import ParamValue, freeze
 
 TURN = 2.0 * math.pi
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from camgeom.maths import Floats
-from camgeom.motion.piece import Piece
+from camgeom.motion.table import Piece
 
 
 def clamped(inner: Floats, degree: int) -> Floats:

@@ -1,17 +1,184 @@
-"""Many pieces evaluated at once: jets of any order, jumps at the edges, peaks, and mean squares, all vectorised."""
+"""Pieces, one formula on one interval each, and rows of them as arrays: jets of any order, jumps, peaks, mean squares.
+
+A jet is evaluated by repeated Horner for the power series and by half angles for the waves, one piece or many at once.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.motion.kernel import Block, Indices, fill, stretched
-from camgeom.motion.piece import Piece
+
+Wave = tuple[float, float, float]
+"""(w, a, b): the term a (cos(w u) - 1) + b sin(w u), which is zero at the anchor."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """f(x) on start <= x <= end: sum_k power[k] u^k + sum (a (cos(w u) - 1) + b sin(w u)), u = x - anchor.
+
+    Every term but power[0] vanishes at the anchor, so the value there is exact; an anchor at the end of a motion keeps
+    the last digits there. Every derivative and every integral of a piece is again a piece.
+    """
+
+    start: float
+    end: float
+    anchor: float
+    power: tuple[float, ...]
+    waves: tuple[Wave, ...] = ()
+    kept: int = -1
+    """derivatives up to this order continue the piece before by construction (a spline); -1 where nothing is known"""
+
+    def value(self, x: float, order: int = 0) -> float:
+        """The derivative of the given order at x (scalar; arrays are evaluated by `Table`)."""
+        u = x - self.anchor
+        total = 0.0
+        for k in range(len(self.power) - 1, order - 1, -1):
+            total = total * u + self.power[k] * math.perm(k, order)
+        for w, a, b in self.waves:
+            c, s = math.cos(w * u), math.sin(w * u)
+            versine = -2.0 * math.sin(0.5 * w * u) ** 2
+            quarter = (a * (c if order else versine) + b * s, b * c - a * s)[order % 2]
+            total += w**order * (-1.0 if order % 4 >= 2 else 1.0) * quarter
+        return total
+
+    def scaled(self, factor: float, offset: float = 0.0) -> Piece:
+        """offset + factor f."""
+        power = (offset + factor * self.power[0], *(factor * c for c in self.power[1:]))
+        return replace(self, power=power, waves=tuple((w, factor * a, factor * b) for w, a, b in self.waves))
+
+    def mirrored(self) -> Piece:
+        """1 - f(1 - x): the same motion run backwards from the other end."""
+        power = tuple(c if k % 2 else -c for k, c in enumerate(self.power))
+        return Piece(
+            1.0 - self.end,
+            1.0 - self.start,
+            1.0 - self.anchor,
+            (1.0 - self.power[0], *power[1:]),
+            tuple((w, -a, b) for w, a, b in self.waves),
+        )
+
+    def about(self, anchor: float) -> Piece:
+        """The same function written about another anchor (Taylor shift of the powers, rotation of the waves)."""
+        shift = anchor - self.anchor
+        power = [
+            sum(self.power[k] * math.comb(k, r) * shift ** (k - r) for k in range(len(self.power) - 1, r - 1, -1))
+            for r in range(len(self.power))
+        ]
+        waves: list[Wave] = []
+        for w, a, b in self.waves:
+            c, s = math.cos(w * shift), math.sin(w * shift)
+            power[0] += -2.0 * a * math.sin(0.5 * w * shift) ** 2 + b * s
+            waves.append((w, a * c + b * s, b * c - a * s))
+        return replace(self, anchor=anchor, power=tuple(power), waves=tuple(waves))
+
+    def between(self, start: float, end: float) -> Piece:
+        """The same formula on another interval."""
+        return replace(self, start=start, end=end)
+
+    def integrated(self, value_at_start: float) -> Piece:
+        """The antiderivative that takes the given value at `start`; exact, term by term."""
+        slope = self.power[0] - sum(a for _, a, _ in self.waves)
+        power = (0.0, slope, *(c / (k + 2) for k, c in enumerate(self.power[1:])))
+        raw = Piece(self.start, self.end, self.anchor, power, tuple((w, -b / w, a / w) for w, a, b in self.waves))
+        return replace(raw, power=(value_at_start - raw.value(self.start), *power[1:]))
+
+
+Indices = npt.NDArray[np.intp]
+Row = Floats | float
+
+
+class Block(NamedTuple):
+    """Pieces of one shape (degree, number of waves) as columns: power (degree + 1, m); w, a, b (waves, m)."""
+
+    power: Floats
+    w: Floats
+    a: Floats
+    b: Floats
+
+    def fill(self, out: Floats, column: Indices, u: Floats) -> None:
+        """Write the jets at the points u (n,) of the pieces `column` (n,) into out (order + 1, n)."""
+        waves = zip(self.w, self.a, self.b, strict=True)
+        fill(out, (row[column] for row in self.power[::-1]), (tuple(row[column] for row in wave) for wave in waves), u)
+
+    def bound(self, reach: Floats, order: int) -> Floats:
+        """Upper bounds (order + 1, m) of |derivative| where |u| <= reach (m,): the scale that rounding is judged by."""
+        out = np.zeros((order + 1, len(reach)))
+        for r in range(order + 1):
+            for k in range(len(self.power) - 1, r - 1, -1):
+                out[r] *= reach
+                out[r] += math.perm(k, r) * np.abs(self.power[k])
+            for w, a, b in zip(self.w, self.a, self.b, strict=True):
+                out[r] += (np.abs(a) + np.abs(b)) * w**r
+        return out
+
+
+def fill(out: Floats, power: Iterable[Row], waves: Iterable[tuple[Row, Row, Row]], u: Floats) -> None:
+    """Write the jet at u (n,) into out (order + 1, n); `power` from the highest down, rows are (n,) or numbers."""
+    top = 0
+    # Repeated Horner: afterwards out[r] is the r-th derivative divided by r!.
+    for step, c in enumerate(power):
+        if step == 0:
+            out[0] = c
+            out[1:] = 0.0
+            continue
+        top = min(step, len(out) - 1)
+        for r in range(top, 0, -1):
+            if r < step:
+                out[r] *= u
+            out[r] += out[r - 1]
+        out[0] *= u
+        out[0] += c
+    for r in range(2, top + 1):
+        out[r] *= math.factorial(r)
+    for w, a, b in waves:
+        _add_wave(out, w, a, b, u)
+
+
+def _add_wave(out: Floats, w: Row, a: Row, b: Row, u: Floats) -> None:
+    """Add the jet of a (cos(w u) - 1) + b sin(w u); half angles keep the digits of cos - 1 near the anchor."""
+    half = u * (0.5 * w)
+    sine = np.sin(half)
+    versine = sine * sine
+    versine *= -2.0
+    np.cos(half, out=half)
+    sine *= half
+    sine *= 2.0
+    out[0] += _mix(a, versine, b, sine)
+    if len(out) == 1:
+        return
+    versine += 1.0
+    terms = _mix(a, versine, b, sine), _mix(b, versine, -a, sine)
+    factor: Row = w
+    for r in range(1, len(out)):
+        out[r] += (-factor if r % 4 >= 2 else factor) * terms[r % 2]
+        factor = factor * w
+
+
+def _mix(a: Row, x: Floats, b: Row, y: Floats) -> Floats:
+    """a x + b y; most waves are a pure sine or cosine, and half the work is saved there."""
+    if isinstance(a, float) and a == 0.0:
+        return b * y
+    if isinstance(b, float) and b == 0.0:
+        return a * x
+    return a * x + b * y
+
+
+def stretched(piece: Piece, rate: float) -> tuple[tuple[float, ...], tuple[Wave, ...]]:
+    """The powers and waves of a piece for an argument that runs 1/rate times as long."""
+    if rate == 1.0:
+        return piece.power, piece.waves
+    power = tuple([c * rate**k for k, c in enumerate(piece.power)])
+    return power, tuple([(w * rate, a, b) for w, a, b in piece.waves])
+
 
 Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]

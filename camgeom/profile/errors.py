@@ -10,9 +10,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from camgeom.errors import Problem
+from camgeom.errors import Problem, did_you_mean, nearest
 from camgeom.profile.text import Path_, dotted
-from camgeom.spelling import did_you_mean, nearest
 
 Model = type[BaseModel]
 Sections = Mapping[str, Sequence[Model]]

@@ -8,14 +8,12 @@ from math import pi, radians
 from pathlib import Path
 from typing import Any
 
-from camgeom.errors import Problem, ProfileError
-from camgeom.motion.law import LAWS, Ends, LawEntry
-from camgeom.motion.laws import entry
+from camgeom.errors import Problem, ProfileError, did_you_mean
+from camgeom.motion.law import LAWS, Ends, LawEntry, entry
 from camgeom.motion.program import Program, Segment
 from camgeom.profile.errors import UNKNOWN, Sections, choice_problem, keys_of, plain
 from camgeom.profile.sections import MotionSegment
 from camgeom.profile.text import beside
-from camgeom.spelling import did_you_mean
 from camgeom.track.follower import AnyFollower, SwingingFollower, TurretFollower
 
 MAX_SEGMENTS = 10_000

@@ -12,8 +12,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from camgeom.cams import cam_class, kinds
-from camgeom.motion.law import LawEntry, Parameter
-from camgeom.motion.laws import LAWS
+from camgeom.motion.law import LAWS, LawEntry, Parameter
 from camgeom.profile import Profile
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLERS

@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 
 from camgeom.errors import ProfileError
 from camgeom.motion import LAWS, make
-from camgeom.motion.curve import Claims, Law
+from camgeom.motion.law import Claims, Law
 from camgeom.motion.law import law as enter_law
 
 CASES = [(name, {}, entry.claims) for name, entry in LAWS.items()]
@@ -288,14 +288,14 @@ def test_a_name_is_taken_once() -> None:
         enter_law("cycloidal", source="", claims=LAWS["cycloidal"].claims)(LAWS["cycloidal"].factory)
 
 
-@pytest.mark.parametrize("module", ["curve", "law", "laws", "program", "segment", "table"])
+@pytest.mark.parametrize("module", ["law", "program", "segment", "table"])
 def test_examples_in_docstrings(module: str) -> None:
     result = doctest.testmod(importlib.import_module(f"camgeom.motion.{module}"))
     assert result.failed == 0
 
 
 def test_laws_load_nothing_heavy() -> None:
-    code = "import sys, camgeom.motion.laws, camgeom.motion.program; print(sorted(sys.modules))"
+    code = "import sys, camgeom.motion.law, camgeom.motion.program; print(sorted(sys.modules))"
     modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     for heavy in ("scipy", "trimesh", "pyvista", "matplotlib"):
         assert f"'{heavy}'" not in modules

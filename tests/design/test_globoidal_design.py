@@ -8,9 +8,7 @@ from dataclasses import replace
 import pytest
 
 from camgeom.cli import main
-from camgeom.design.brief import Wanted
-from camgeom.design.globoidal import design
-from camgeom.design.series import MATERIALS, ROLLERS, material_for
+from camgeom.design.globoidal import MATERIALS, ROLLERS, Wanted, design, material_for
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from camgeom.cli import main
-from camgeom.cli.design_planar import with_key
 from camgeom.design.planar import (
     Wanted,
     balance,
@@ -20,6 +19,7 @@ from camgeom.design.planar import (
     smallest_flat_base,
     smallest_prime_radius,
     tool_path,
+    with_key,
 )
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write

@@ -157,7 +157,7 @@ def test_worker_processes_give_the_same_rows(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_page_draws_a_line_for_each_setting() -> None:
-    from camgeom.cli.study_page import page
+    from camgeom.cli.study import page
 
     study = made("operation.speed=100:300:3", "motion[1].law=cycloidal,3-4-5")
     rows = [

@@ -18,8 +18,8 @@ from camgeom.dynamics.follower.train import CamShaft, FollowerSystem, FollowerTr
 from camgeom.dynamics.linear.accuracy import Accuracy
 from camgeom.errors import NotConverged, ProfileError
 from camgeom.motion import Program, Segment, make
-from camgeom.motion.curve import Law, finish
-from camgeom.motion.piece import Piece
+from camgeom.motion.law import Law, finish
+from camgeom.motion.table import Piece
 
 RISE = pi / 2.0
 LIFT = 10.0

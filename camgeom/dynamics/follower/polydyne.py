@@ -21,8 +21,8 @@ from camgeom.dynamics.follower.train import FollowerTrain, Motion
 from camgeom.dynamics.linear.method import Side
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.motion.curve import Law, finish
-from camgeom.motion.piece import Piece, Wave
+from camgeom.motion.law import Law, finish
+from camgeom.motion.table import Piece, Wave
 
 ROUNDING = 1e-9
 """derivative of the wanted law at its ends, over its largest coefficient, that counts as zero"""

@@ -84,7 +84,7 @@ def chosen(only: Collection[str] | None) -> tuple[str, ...]:
         return known
     strange = [name for name in only if name not in known]
     if strange:
-        from camgeom.spelling import did_you_mean
+        from camgeom.errors import did_you_mean
 
         text = "unknown report section"
         raise ProfileError([Problem("--only", text, n, ", ".join(known), did_you_mean(n, known)) for n in strange])
