@@ -1,17 +1,24 @@
-"""Cutter positions as a table: ends and axes of the tool, contact, time and machine axes, CSV."""
+"""What the machine shop gets: the tool's way as a table, in APT and in G-code, and a map of the stock it leaves."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.export import writer
-from camgeom.export.files import atomic_write
+from camgeom.errors import ExportError
+from camgeom.export import Body, write_mesh, writer
+from camgeom.export.files import atomic_write, write_csv
+from camgeom.maths import Floats
+from camgeom.maths.mesh import Mesh
 
 if TYPE_CHECKING:
-    from camgeom.machining.plan import Machining
+    from camgeom.machining.outcome import Outcome
+    from camgeom.machining.plan import Machining, Pass
+    from camgeom.machining.rest import RestField
+
 
 COLUMNS = (
     "pass", "move", "cam_angle_deg", "x_mm", "y_mm", "z_mm", "i", "j", "k", "contact_x_mm", "contact_y_mm",
@@ -30,15 +37,227 @@ def write_cutter_csv(path: Path, machining: Machining) -> int:
     """
     from camgeom.machining.plan import seconds
 
-    with atomic_write(path) as stream:
-        stream.write((",".join(COLUMNS) + "\n").encode())
-        for number, made in enumerate(machining.passes("cam"), 1):
-            for move, times in zip(made.moves, seconds(made.moves, machining.spec)):
+    def tables() -> Iterator[tuple[str, Floats]]:
+        for number, tool_pass in enumerate(machining.passes("cam"), 1):
+            for move, times in zip(tool_pass.moves, seconds(tool_pass.moves, machining.spec)):
                 at = move.positions
                 rows = [np.degrees(at.phi)[None], at.tip, at.axis, at.contacts[0], at.normals[0], times[None]]
-                table = np.concatenate(rows).T
-                for start in range(0, len(table), _CHUNK):
-                    block = table[start : start + _CHUNK].tolist()
-                    lines = (f"{number},{move.kind}," + ",".join(map(repr, row)) for row in block)
-                    stream.write(("\n".join(lines) + "\n").encode("ascii"))
+                yield f"{number},{move.kind},", np.concatenate(rows).T
+
+    return write_csv(path, COLUMNS, tables())
+
+
+SAME_FEED = 0.01
+"""share by which the feed of the tool's end may change before it is said anew"""
+_IN_APT, _IN_GCODE = "$/", "()%;"
+"""characters with a meaning of their own"""
+_GOTO = "GOTO/{:.6f},{:.6f},{:.6f},{:.8f},{:.8f},{:.8f}\n"
+
+
+@writer(".apt", "cutter location data in APT: GOTO/x,y,z,i,j,k of the tool's end and axis", takes="machining")
+def write_apt(path: Path, machining: Machining) -> int:
+    """Write the passes as APT: mm, cam frame, positions to 1e-6 mm, axes to 1e-8; returns the bytes written.
+
+    GOTO is the end of the tool on its axis (the lowest point of a ball, the middle of a wheel's end) and the unit
+    vector from there to the spindle. FEDRAT, mm/min of the tool's end, follows the surface speed at the contact to one
+    per cent. Raises ExportError where the file cannot be written.
+    """
+    spec, tool = machining.spec, machining.tool
+    height = spec.length or max(path.height for path in machining.paths)
+    cutter = ",".join(f"{value:.6f}" for value in tool.apt(height))
+    head = [
+        f"PARTNO/{_capitals(machining.title, _IN_APT)[:64]}",
+        "PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN AND Z ON THE CAM AXIS",
+        f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
+        f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, STOCK LEFT {spec.allowance:.6g} MM",
+        f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
+        "UNITS/MM",
+        "MULTAX/ON",
+        f"CUTTER/{cutter}",
+        f"LOADTL/{spec.tool_number},LENGTH,{height:.6f}",
+        f"SPINDL/{spec.spindle:.6g},RPM,CLW",
+        "COOLNT/ON",
+    ]
+    with atomic_write(path) as stream:
+        stream.write(("\n".join(head) + "\n").encode("ascii"))
+        for tool_pass in machining.passes("cam"):
+            stream.write(f"PPRINT/PASS {_capitals(tool_pass.name, _IN_APT)}\n".encode("ascii"))
+            for text in _apt_moves(machining, tool_pass):
+                stream.write(text.encode("ascii"))
+        stream.write(b"COOLNT/OFF\nSPINDL/OFF\nFINI\n")
         return stream.tell()
+
+
+def _apt_moves(machining: Machining, tool_pass: Pass) -> Iterator[str]:
+    """The lines of one pass, some at a time."""
+    from camgeom.machining.plan import seconds
+
+    last: Floats | None = None
+    said = 0.0
+    for move, times in zip(tool_pass.moves, seconds(tool_pass.moves, machining.spec)):
+        at = move.positions
+        way = np.concatenate([at.tip[:, :1] if last is None else last, at.tip], axis=1)
+        length = np.sqrt((np.diff(way, axis=1) ** 2).sum(axis=0))
+        feeds = 60.0 * length / np.where(times > 0.0, times, np.inf)
+        last = at.tip[:, -1:]
+        table = np.concatenate([at.tip, at.axis]).T
+        for start in range(0, len(table), _CHUNK):
+            lines = []
+            for row, feed in zip(table[start : start + _CHUNK].tolist(), feeds[start : start + _CHUNK].tolist()):
+                if move.kind == "rapid":
+                    lines.append("RAPID\n")
+                    said = 0.0
+                elif feed > 0.0 and abs(feed - said) > SAME_FEED * feed:
+                    lines.append(f"FEDRAT/{feed:.3f},MMPM\n")
+                    said = feed
+                lines.append(_GOTO.format(*row))
+            yield "".join(lines)
+
+
+LINEAR = "%.4f"
+ROTARY = "%.5f"
+"""decimals of mm and degrees: 0.05 µm and, at 100 mm from the axis, 0.01 µm"""
+FASTEST = 1e6
+"""1/min or mm/min; a faster block would only be a rounding of its own length"""
+
+
+@writer(".gcode", "G-code for a rotary-table mill, feed by surface speed (G93, or G94)", takes="machining")
+def write_gcode(path: Path, machining: Machining) -> int:
+    """Write the passes as G-code in mm and degrees, absolute; returns the bytes written.
+
+    Blocks are straight in the machine's coordinates, and their chord error on the part keeps spec.tolerance. In G93
+    every cutting block has its own F, 1/min, so that the contact moves at spec.feed; in G94 F is mm/min of the linear
+    axes, or degrees/min where only the rotary ones move. Raises DesignError where the machine's axes cannot hold the
+    tool, ExportError where the file cannot be written.
+    """
+    spec, machine = machining.spec, machining.machine
+    inverse = spec.feed_mode == "inverse-time"
+    where = "TOOL END" if machine.pivot == 0.0 else "SWING AXIS"
+    notes = [
+        f"CAMGEOM: {machining.title}",
+        f"TOOL T{spec.tool_number}: {machining.tool.about}; COORDINATES OF THE {where}",
+        *machine.about,
+        f"CHORD ERROR AT MOST {spec.tolerance:.6g} MM; STOCK LEFT {spec.allowance:.6g} MM",
+        f"{'G93: F IS 1/MIN' if inverse else 'G94'}; SURFACE SPEED {spec.feed:.6g} MM/MIN AT THE CONTACT",
+    ]
+    head = ["%", *(f"({_capitals(note, _IN_GCODE)})" for note in notes), "G21 G90 G17 G40 G49 G80 G94"]
+    head += [f"T{spec.tool_number} M6", f"S{spec.spindle:.0f} M3", "M8"]
+    with atomic_write(path) as stream:
+        stream.write(("\n".join(head) + "\n").encode("ascii"))
+        for tool_pass in machining.passes("machine"):
+            stream.write(f"({_capitals('PASS ' + tool_pass.name, _IN_GCODE)})\n".encode("ascii"))
+            for text in _gcode_moves(path, machining, tool_pass, inverse):
+                stream.write(text.encode("ascii"))
+        stream.write(b"G94\nM9\nM5\nM30\n%\n")
+        return stream.tell()
+
+
+def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: bool) -> Iterator[str]:
+    """The blocks of one pass, some at a time."""
+    from camgeom.machining.machine import in_degrees
+    from camgeom.machining.plan import seconds
+
+    machine = machining.machine
+    letters = machine.letters
+    block = "".join(f" {letter}{LINEAR if i < 3 else ROTARY}" for i, letter in enumerate(letters))
+    last: Floats | None = None
+    mode = ""
+    for move, times in zip(tool_pass.moves, seconds(tool_pass.moves, machining.spec)):
+        table = in_degrees(machine, machine.solve(move.positions))
+        if last is not None and move.kind != "rapid":
+            # Every move counts its turns from nought; a tool in the cut must not go round once more.
+            table[3:] += 360.0 * np.round((last[3:] - table[3:, :1]) / 360.0)
+        table[:3], table[3:] = np.round(table[:3], 4) + 0.0, np.round(table[3:], 5) + 0.0
+        if not np.all(np.isfinite(table)):
+            raise ExportError(f"{path}: a coordinate of pass {tool_pass.name!r} is not finite")
+        if move.kind == "rapid":
+            yield "G94\n" if inverse and mode != "G94" else ""
+            mode = "G94"
+            yield "".join("G0" + block % tuple(row) + "\n" for row in table.T.tolist())
+        else:
+            before = table[:, :1] if last is None else last
+            feeds = _feeds(np.concatenate([before, table], axis=1), times, inverse)
+            rows = np.concatenate([table, feeds[None]]).T
+            yield "G93\n" if inverse and mode != "G93" else ""
+            mode = "G93"
+            for start in range(0, len(rows), _CHUNK):
+                part = rows[start : start + _CHUNK].tolist()
+                yield "".join(f"G1{block % tuple(row[:-1])} F{_feed(row[-1])}\n" for row in part)
+        last = table[:, -1:]
+
+
+def _feeds(table: Floats, times: Floats, inverse: bool) -> Floats:
+    """F of every block between the columns of a table (mm, degrees)."""
+    minutes = np.maximum(times, 1e-9) / 60.0
+    if inverse:
+        return np.asarray(np.minimum(1.0 / minutes, FASTEST))
+    step = np.diff(table, axis=1)
+    linear = np.sqrt((step[:3] ** 2).sum(axis=0))
+    turning = np.sqrt((step[3:] ** 2).sum(axis=0))
+    return np.asarray(np.clip(np.where(linear > 0.5e-4, linear, turning) / minutes, 1e-3, FASTEST))
+
+
+def _feed(value: float) -> str:
+    """F with seven digits, always with a point: some controls take a number without one for thousandths."""
+    return f"{value:.{max(1, 6 - len(str(int(value))))}f}"
+
+
+def _capitals(text: str, reserved: str) -> str:
+    """Text in capitals without what a control would read: anything reserved or outside printable ASCII."""
+    shown = "".join(c if c.isascii() and c.isprintable() and c not in reserved else " " for c in text)
+    return " ".join(shown.upper().split())
+
+
+ROUND = "drums and globoids"
+"""cams whose flanks run round a body: what a tool leaves there changes from place to place"""
+REST_COLUMNS = ("track", "side", "cam_angle_deg", "roller_mm", "x_mm", "y_mm", "z_mm", "rest_mm")
+
+
+@writer(".rest.csv", "stock that the tool leaves on flanks (gouges negative), CSV", "machined", ROUND)
+def write_rest_csv(path: Path, outcome: Outcome) -> int:
+    """Write the stock at points of every flank, mm, one a line; returns the bytes written.
+
+    Raises ExportError for a planar cam, whose contour leaves the same stock everywhere, or where the file cannot be
+    written.
+    """
+    fields = _rest_fields(path, outcome)
+
+    def table(field: RestField) -> Floats:
+        angle, height = np.degrees(field.phi)[:, None], field.delta
+        columns = np.broadcast_arrays(angle, height, *field.flank.x, field.rest)
+        return np.stack([column[field.valid] for column in columns], axis=1)
+
+    return write_csv(path, REST_COLUMNS, ((f"{_named(field, ',')},", table(field)) for field in fields))
+
+
+@writer(".rest.vtu", "flanks with the stock that the tool leaves as a field, VTU; exact", "machined", ROUND)
+def write_rest_vtu(path: Path, outcome: Outcome) -> int:
+    """Write every flank as a surface with `rest_mm` on its points; returns the bytes written. Errors as for the CSV."""
+    bodies = []
+    for field in _rest_fields(path, outcome):
+        mesh = _rest_surface(field)
+        if len(mesh.faces):
+            bodies.append(Body(_named(field, " "), mesh))
+    return write_mesh(bodies, path)
+
+
+def _rest_fields(path: Path, outcome: Outcome) -> tuple[RestField, ...]:
+    if not outcome.fields:
+        raise ExportError(f"{path}: the contour of a planar cam leaves the same stock everywhere")
+    return outcome.fields
+
+
+def _named(field: RestField, mark: str) -> str:
+    """The flank of a field: its track and side."""
+    return f"{field.track.name}{mark}{field.side:+.0f}"
+
+
+def _rest_surface(field: RestField) -> Mesh:
+    """The flank's grid as triangles; cells with a corner off the blank are left out."""
+    n, m = field.rest.shape
+    index = np.arange(n * m).reshape(n, m)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    whole = field.valid[:-1, :-1] & field.valid[1:, :-1] & field.valid[1:, 1:] & field.valid[:-1, 1:]
+    faces = np.concatenate([np.stack([a, b, c], -1)[whole], np.stack([a, c, d], -1)[whole]]).astype(np.int32)
+    points = np.moveaxis(field.flank.x, 0, -1).reshape(-1, 3)
+    return Mesh(np.ascontiguousarray(points), faces, ("flank",), None, {"rest_mm": field.rest.ravel().copy()})

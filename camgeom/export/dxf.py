@@ -4,23 +4,31 @@ Every curve stands there twice: as one clamped cubic spline, C1 throughout, on a
 of exact points on a layer `..._POLYLINE`. Their measured distances from the exact curve stand in the notes of the
 drawing, and with the curve's name in the entity's extended data (application CAMGEOM). The entities of one view share
 its origin; views after the first stand above it, at an origin that their notes give.
+
+The views are outlines and tool paths of planar cams, developed grooves, and the indexing turret. A planar cam stands in
+the cam frame, seen from +Z; other views say in their notes where they are.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from io import StringIO
+from math import asin, ceil, degrees, floor, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
 from camgeom.export.files import atomic_write
-from camgeom.export.flat import PlaneView, plane_views
 from camgeom.maths import Floats
-from camgeom.maths.curves import Polyline, Spline, chords, fitted
+from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
+from camgeom.solid.blank import Bore
+from camgeom.track import TURN, Arc, Swing, Track
+from camgeom.track.developed import developed, drum_radii
+from camgeom.track.follower import TurretFollower
+from camgeom.track.outline import CircleOutline, Outline, ParallelOutline
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -163,3 +171,237 @@ def _draw(document: Any, space: Any, one: _Drawn, origin: Floats, height: float)
     high = one.bounds[1]
     text = space.add_mtext(one.notes(origin), dxfattribs={**notes, "char_height": height})
     text.set_location((float(high[0]) + origin[0] + 3.0 * height, float(high[1]) + origin[1]))
+
+
+Layer = Literal["blank", "bore", "centre", "turret", "rollers", "mark"]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A full circle: layer, centre and radius, mm."""
+
+    layer: Layer
+    centre: tuple[float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Straight lines and arcs through points; bulges are tan(quarter of the arc's angle) from each point on."""
+
+    layer: Layer
+    points: tuple[tuple[float, float], ...]
+    bulges: tuple[float, ...] = ()
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class Label:
+    """Words at a place, mm."""
+
+    at: tuple[float, float]
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneView:
+    """One flat view; `notes` say what it shows and where its origin is."""
+
+    name: str
+    curves: tuple[PlaneCurve, ...] = ()
+    discs: tuple[Disc, ...] = ()
+    strokes: tuple[Stroke, ...] = ()
+    labels: tuple[Label, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[PlaneView, ...]:
+    """The flat views of a cam of any kind; cutter_radius (mm) asks for the paths of a round tool's centre."""
+    views: list[PlaneView] = []
+    if model.planar is not None:
+        views.append(_outlines(model, model.planar.outlines, cutter_radius))
+    elif hasattr(model.cam, "outlines"):
+        # Plates have corners, where a tool's path is not the parallel curve.
+        views.append(_outlines(model, model.cam.outlines(model.setup), None))
+    elif hasattr(model.cam, "radius"):
+        views += _drum(model)
+    if isinstance(model.setup.follower, TurretFollower):
+        views.append(_turret(model, model.setup.follower))
+    return tuple(views)
+
+
+def _outline_curve(name: str, role: Role, outline: Outline) -> PlaneCurve:
+    """An outline as a plane curve over the cam angle."""
+
+    def at(phi: Floats) -> tuple[Floats, Floats]:
+        curve = outline.curve(phi)
+        n = curve.normals
+        return curve.points, curve.speed * np.stack([-n[1], n[0]])
+
+    return PlaneCurve(name, role, at, outline.knots())
+
+
+def _outlines(model: Model, outlines: dict[str, Outline], cutter_radius: float | None) -> PlaneView:
+    curves = [
+        _outline_curve(name, "pitch" if name.endswith("pitch curve") else "profile", outline)
+        for name, outline in outlines.items()
+    ]
+    notes = ["cam frame, seen from +Z, origin on the cam axis"]
+    hollow = model.planar.radii[1] if cutter_radius and model.planar is not None else None
+    if cutter_radius and hollow is not None and cutter_radius >= hollow.value:
+        notes.append(
+            f"no cutter path: a tool of radius {cutter_radius:g} mm does not reach into the hollow of radius "
+            f"{hollow.value:.6g} mm at cam angle {degrees(hollow.cam_angle) % 360.0:.6g} deg"
+        )
+    elif cutter_radius:
+        for name, outline in outlines.items():
+            if not name.endswith("pitch curve"):
+                # The tool stands where the roller does: outside, but within the outer flank of a face groove.
+                away = -cutter_radius if name == "outer flank" else cutter_radius
+                path = ParallelOutline(outline, away)
+                curves.append(_outline_curve(f"{name}, path of a cutter of radius {cutter_radius:g}", "cutter", path))
+        notes.append(f"cutter paths: centre of a round tool of radius {cutter_radius:g} mm")
+    discs, strokes = _openings(model)
+    base = getattr(model.cam, "base_radius", None)
+    if base:
+        discs.append(Disc("centre", (0.0, 0.0), float(base)))
+    return PlaneView("profile", tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
+
+
+def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:
+    """Bore, keyway, phase marks and plate rim of the model's parts, each once."""
+    discs: dict[Disc, None] = {}
+    strokes: dict[Stroke, None] = {}
+    for part in model.parts:
+        one: Any = part
+        for layer, loops in (("blank", (getattr(one, "rim", None),)), ("mark", getattr(one, "holes", ()))):
+            for loop in loops:
+                if loop is not None and isinstance(loop.outline, CircleOutline):
+                    discs[Disc(layer, loop.outline.centre, loop.outline.radius)] = None  # type: ignore[arg-type]
+        bore = getattr(one, "bore", None)
+        if isinstance(bore, Bore):
+            strokes[_bore_stroke(bore)] = None
+    return list(discs), list(strokes)
+
+
+def _bore_stroke(bore: Bore) -> Stroke:
+    """The exact outline of a bore with its keyway, as lines and arcs."""
+    r, h = 0.5 * bore.diameter, 0.5 * bore.keyway_width
+    if not h:
+        return Stroke("bore", ((r, 0.0), (-r, 0.0)), (1.0, 1.0), closed=True)
+    half, top, wall = 0.5 * TURN - asin(h / r), r + bore.keyway_depth, sqrt(r * r - h * h)
+    # Two arcs, each of less than half a turn, from the keyway's upper wall round to its lower one.
+    bulge = float(np.tan(0.25 * half))
+    points = ((wall, h), (-r, 0.0), (wall, -h), (top, -h), (top, h))
+    return Stroke("bore", points, (bulge, bulge, 0.0, 0.0, 0.0), closed=True)
+
+
+def _drum(model: Model) -> list[PlaneView]:
+    cam: Any = model.cam
+    half = 0.5 * float(cam.width) if hasattr(cam, "width") else None
+    low, high = (-half, half) if half is not None else (0.0, float(cam.length))
+    tracks = model.cutters
+    sense, roller = tracks[0].sense, model.setup.roller
+    turns = range(
+        floor(min(t.span[0] for t in tracks) / TURN + 1e-9), ceil(max(t.span[1] for t in tracks) / TURN - 1e-9)
+    )
+    base = [span.start for span in model.setup.program.spans]
+    knots = [TURN * turn + start for turn in turns for start in base] + [TURN * turns.stop]
+    room = roller.diameter if roller is not None and len(turns) > 1 else 1.0
+    views = []
+    for word, radius in drum_radii(float(cam.radius), float(cam.quoted_radius(model.setup))):
+        places = [(radius * ((TURN - k) if sense > 0.0 else k), k) for k in knots]
+        left, right = sorted((places[0][0], places[-1][0]))
+        views.append(
+            PlaneView(
+                f"developed at the {word} radius",
+                developed(tracks, radius),
+                (),
+                (
+                    Stroke("blank", ((left, low), (right, low), (right, high), (left, high)), closed=True),
+                    *(Stroke("centre", ((x, low), (x, high + room))) for x, _ in places),
+                ),
+                tuple(Label((x, high + room), f"{degrees(k):.6g} deg") for x, k in places),
+                (
+                    f"groove rolled out at the {word} radius {radius:.9g} mm, seen from outside",
+                    f"x = azimuth times radius, circumference {TURN * radius:.9g} mm; y = z of the cam frame",
+                    "thin lines: boundaries of the motion's segments, cam angle",
+                ),
+            )
+        )
+    return views
+
+
+def _turret(model: Model, follower: TurretFollower) -> PlaneView:
+    """The turret seen along its axis at cam angle zero; origin at the cam axis' foot, x towards the turret axis."""
+    track = model.tracks[0]
+    joint = track.joint
+    assert isinstance(joint, Swing)
+    centre, spin = np.array(joint.centre), np.array(joint.axis)
+    towards = np.array([centre[0], centre[1], 0.0])
+    distance = float(np.hypot(*towards[:2]))
+    first = towards / distance
+    second = np.array([0.0, 0.0, 1.0]) if abs(spin[2]) < 0.5 else np.cross(spin, first)
+    frame = np.stack([first, second])
+    strokes: list[Stroke] = []
+    discs = [Disc("centre", (distance, 0.0), follower.pitch_radius)]
+    radius = follower.pitch_radius
+    for k in range(follower.count):
+        turned = Track(**{**vars(track), "shift": track.shift + k * TURN / follower.count})
+        pose = turned.pose(np.zeros(1), 0)
+        a, u = frame @ pose.a[0][:, 0], frame @ pose.u[0][:, 0]
+        delta, r = _meridian(track)
+        if float(np.hypot(*u)) < 0.5:
+            middle = (float(a[0]), float(a[1]))
+            discs.append(Disc("rollers", middle, float(r.max())))
+        else:
+            across = np.array([-u[1], u[0]])
+            one, two = a + delta[:, None] * u + r[:, None] * across, a + delta[:, None] * u - r[:, None] * across
+            outline = np.concatenate([one, two[::-1]])
+            strokes.append(Stroke("rollers", tuple(map(tuple, outline.tolist())), closed=True))
+            middle_at = a + 0.5 * sum(track.contact) * u
+            middle = (float(middle_at[0]), float(middle_at[1]))
+        strokes.append(Stroke("centre", ((distance, 0.0), middle)))
+    strokes.append(Stroke("centre", ((0.0, 0.0), (distance, 0.0))))
+    strokes += _section(model)
+    notes = (
+        f"turret seen along its axis, {follower.stops} stops, {follower.count} rollers, cam angle 0",
+        f"origin at the cam axis, turret axis at x = {distance:.9g} mm; pitch radius {radius:.9g} mm",
+    )
+    return PlaneView("turret", (), tuple(discs), tuple(strokes), (), notes)
+
+
+def _meridian(track: Track) -> tuple[Floats, Floats]:
+    """Places along a roller and its radii there, (m,) each, over the contact length and up to the tip."""
+    low, high = sorted((min(*track.contact, track.tip), max(*track.contact, track.tip)))
+    count = 65 if isinstance(track.meridian, Arc) else 2
+    t = np.linspace(track.meridian.parameter(low), track.meridian.parameter(high), count)
+    delta, _, _, r, _, _ = track.meridian.jet(t)
+    return delta, r
+
+
+def _section(model: Model) -> list[Stroke]:
+    """The cam's blank in the plane of both axes, both halves of it: its exact lines and arcs."""
+    blank = getattr(model.cam, "blank", None)
+    if blank is None:
+        return []
+    made = blank(model.setup)
+    arcs = made.arcs or (None,) * (len(made.outline) - 1)
+    bulges = [_bulge(p, q, arc) for p, q, arc in zip(made.outline, made.outline[1:], arcs)]
+    strokes = []
+    for sign in (1.0, -1.0):
+        points = tuple((sign * r, z) for r, z in made.outline)
+        strokes.append(Stroke("blank", points, (*(sign * b for b in bulges), 0.0)))
+    for _, z in (made.outline[0], made.outline[-1]):
+        reach = made.outline[0][0]
+        strokes.append(Stroke("blank", ((-reach, z), (reach, z))))
+    return strokes
+
+
+def _bulge(p: tuple[float, float], q: tuple[float, float], centre: tuple[float, float] | None) -> float:
+    """tan of a quarter of the arc from p to q about the centre, positive counter-clockwise; 0 for a line."""
+    if centre is None:
+        return 0.0
+    one, two = complex(p[0] - centre[0], p[1] - centre[1]), complex(q[0] - centre[0], q[1] - centre[1])
+    angle = float(np.angle(two / one))
+    return float(np.tan(0.25 * angle))

@@ -10,8 +10,7 @@ from typing import IO
 
 from camgeom import __version__
 from camgeom.export import Body, writer
-from camgeom.export.files import atomic_write
-from camgeom.export.rows import rows
+from camgeom.export.files import atomic_write, number_lines
 
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _CONTENT_TYPES = (
@@ -71,9 +70,11 @@ def _write_model(model: IO[bytes], title: str, bodies: Sequence[Body]) -> None:
         kind = "model" if body.mesh.watertight else "surface"
         put(f'<object id="{number + 2}" type="{kind}" name="{escape(_plain(body.name))}" pid="1" pindex="{number}">')
         put("<mesh>\n<vertices>\n")
-        model.writelines(_ahead(rows(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS)))
+        vertices = number_lines(body.mesh.vertices, (b'<vertex x="', b'" y="', b'" z="'), b'"/>\n', _DECIMALS)
+        model.writelines(_ahead(vertices))
         put("</vertices>\n<triangles>\n")
-        model.writelines(_ahead(rows(body.mesh.faces, (b'<triangle v1="', b'" v2="', b'" v3="'), b'"/>\n')))
+        triangles = number_lines(body.mesh.faces, (b'<triangle v1="', b'" v2="', b'" v3="'), b'"/>\n')
+        model.writelines(_ahead(triangles))
         put("</triangles>\n</mesh></object>\n")
     items = "".join(f'<item objectid="{number + 2}"/>\n' for number in range(len(bodies)))
     put(f"</resources>\n<build>\n{items}</build>\n</model>\n")

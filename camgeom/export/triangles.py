@@ -1,4 +1,4 @@
-"""Binary STL: triangles only, float32."""
+"""Triangles for other programs: binary STL (float32), Wavefront OBJ (text), binary PLY (exact, with fields)."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from camgeom.export import Body, writer
-from camgeom.export.files import atomic_write
+from camgeom.export import Body, common_fields, writer
+from camgeom.export.files import atomic_write, number_lines
 from camgeom.maths.mesh import Mesh
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = b"camgeom, lengths in mm".ljust(80)
 _CHUNK = 8192
 """Triangles at a time, so that the working arrays stay in the cache."""
+_PLY_CHUNK = 65536
 
 
 @writer(".stl", "binary STL; coordinates rounded to float32, names and fields lost")
@@ -50,3 +51,77 @@ def _blocks(mesh: Mesh) -> Iterator[memoryview]:
         for axis in range(3):
             block["normal"][:, axis] = normal[axis] / length
         yield block.data
+
+
+@writer(".obj", "Wavefront OBJ text with groups; coordinates to 1e-9 mm")
+def write_obj(path: Path, bodies: Sequence[Body]) -> int:
+    """Write the bodies to an OBJ file in mm, coordinates to 1e-9 mm; returns the bytes written.
+
+    Each body is an object (`o`), each of its face groups a group (`g body_group`). Fields have no place in the format.
+    Raises ExportError where the file cannot be written.
+    """
+    with atomic_write(path) as stream:
+        stream.write(b"# camgeom, lengths in mm\n")
+        first = 1
+        for body in bodies:
+            mesh, name = body.mesh, _word(body.name)
+            stream.write(f"o {name}\n".encode())
+            stream.writelines(number_lines(mesh.vertices, (b"v ", b" ", b" "), b"\n", decimals=9))
+            group = np.zeros(len(mesh.faces), np.uint8) if mesh.group is None else mesh.group
+            for number, label in enumerate(mesh.groups):
+                faces = mesh.faces[group == number]
+                if len(faces):
+                    stream.write(f"g {name}_{_word(label)}\n".encode())
+                    stream.writelines(number_lines(faces + np.int32(first), (b"f ", b" ", b" "), b"\n"))
+            first += len(mesh.vertices)
+        return stream.tell()
+
+
+def _word(name: str) -> str:
+    """A name as one word on one line."""
+    return "_".join("".join(c if c.isprintable() else " " for c in name).split()) or "unnamed"
+
+
+@writer(".ply", "binary PLY with result fields on the vertices; exact")
+def write_ply(path: Path, bodies: Sequence[Body]) -> int:
+    """Write the bodies to a little-endian PLY file in mm; returns the bytes written.
+
+    Vertices carry x, y, z and every field as doubles, bit for bit; faces carry `group` and `body`, whose names stand in
+    comments. Raises ExportError where the bodies' fields differ or the file cannot be written.
+    """
+    names = common_fields(path, bodies)
+    with atomic_write(path) as stream:
+        stream.write(_ply_header(bodies, names))
+        for body in bodies:
+            columns = np.column_stack([body.mesh.vertices, *(body.mesh.fields[name] for name in names)])
+            stream.write(np.ascontiguousarray(columns, dtype="<f8").data)
+        face = np.dtype([("count", "u1"), ("corners", "<i4", 3), ("group", "u1"), ("body", "<i4")])
+        first = 0
+        for number, body in enumerate(bodies):
+            mesh = body.mesh
+            for start in range(0, len(mesh.faces), _PLY_CHUNK):
+                part = slice(start, start + _PLY_CHUNK)
+                block = np.empty(len(mesh.faces[part]), dtype=face)
+                block["count"], block["body"] = 3, number
+                block["corners"] = mesh.faces[part] + np.int32(first)
+                block["group"] = 0 if mesh.group is None else mesh.group[part]
+                stream.write(block.data)
+            first += len(mesh.vertices)
+        return stream.tell()
+
+
+def _ply_header(bodies: Sequence[Body], names: Sequence[str]) -> bytes:
+    lines = ["ply", "format binary_little_endian 1.0", "comment camgeom, lengths in mm"]
+    for number, body in enumerate(bodies):
+        lines.append(f"comment body {number} {_ascii_word(body.name)}")
+        lines += [f"comment body {number} group {i} {_ascii_word(group)}" for i, group in enumerate(body.mesh.groups)]
+    lines.append(f"element vertex {sum(len(body.mesh.vertices) for body in bodies)}")
+    lines += [f"property double {_ascii_word(name)}" for name in ("x", "y", "z", *names)]
+    lines.append(f"element face {sum(len(body.mesh.faces) for body in bodies)}")
+    lines += ["property list uchar int vertex_indices", "property uchar group", "property int body", "end_header"]
+    return ("\n".join(lines) + "\n").encode("ascii")
+
+
+def _ascii_word(name: str) -> str:
+    """A name as one ASCII word, as the header wants it."""
+    return "_".join(name.encode("ascii", "backslashreplace").decode().split()) or "unnamed"

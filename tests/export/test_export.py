@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
 from camgeom.export import Body, as_bodies, format_of, formats, write, write_mesh
-from camgeom.export.rows import rows
+from camgeom.export.files import number_lines
 from camgeom.maths.creases import shade
 from camgeom.maths.mesh import Mesh
 
@@ -296,7 +296,7 @@ def test_shading_splits_between_groups_and_is_smooth_elsewhere() -> None:
     st.integers(0, 9),
 )
 def test_text_rows_are_the_rounded_numbers_without_needless_zeros(values: list[float], decimals: int) -> None:
-    text = b"".join(rows(np.array(values)[:, None], (b"<",), b">\n", decimals)).decode()
+    text = b"".join(number_lines(np.array(values)[:, None], (b"<",), b">\n", decimals)).decode()
     for line, value in zip(text.splitlines(), values, strict=True):
         number = line[1:-1]
         assert abs(float(number) - value) <= 0.5 * 10.0**-decimals * (1.0 + 1e-6) + 1e-10
@@ -306,10 +306,10 @@ def test_text_rows_are_the_rounded_numbers_without_needless_zeros(values: list[f
 def test_text_rows_refuse_what_they_cannot_hold() -> None:
     for value in (1e9, np.nan, np.inf):
         with pytest.raises(ValueError, match="too large"):
-            list(rows(np.array([[value]]), (b"",), b"\n", 3))
+            list(number_lines(np.array([[value]]), (b"",), b"\n", 3))
     with pytest.raises(ValueError, match="decimals = 10"):
-        list(rows(np.zeros((1, 1)), (b"",), b"\n", 10))
-    assert list(rows(np.zeros((0, 1)), (b"",), b"\n")) == []
+        list(number_lines(np.zeros((1, 1)), (b"",), b"\n", 10))
+    assert list(number_lines(np.zeros((0, 1)), (b"",), b"\n")) == []
 
 
 def test_an_unknown_extension_names_the_nearest(tmp_path: Path) -> None:

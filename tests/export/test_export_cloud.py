@@ -10,72 +10,68 @@ import pytest
 import trimesh
 
 from camgeom.errors import ExportError
-from camgeom.export.cloud import Cloud, flank_points, write_cloud_csv, write_cloud_npz, write_cloud_ply
-from camgeom.model import read
+from camgeom.export import write
+from camgeom.export.files import write_csv
+from camgeom.export.points import flank_points
+from camgeom.model import Model, read
 from tests.places import PROFILES
 
-
-@pytest.fixture
-def cloud() -> dict[str, np.ndarray]:
-    rng = np.random.default_rng(1)
-    normals = rng.normal(size=(500, 3))
-    return {
-        "points": 60.0 * rng.normal(size=(500, 3)),
-        "normals": normals / np.linalg.norm(normals, axis=1)[:, None],
-        "curvature_1_per_mm": 10.0 ** rng.uniform(-12.0, 3.0, 500),
-    }
+POINTS_TEXT = ["x", "y", "z", "nx", "ny", "nz"]
 
 
-def columns(cloud: Cloud) -> np.ndarray:
-    return np.column_stack(list(cloud.values()))
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return read(PROFILES / "pin_insertion.toml")
 
 
-def test_ply_keeps_every_bit(tmp_path: Path, cloud: Cloud) -> None:
+def columns(model: Model) -> np.ndarray:
+    return np.column_stack(list(flank_points(model).values()))
+
+
+def test_ply_keeps_every_bit(tmp_path: Path, model: Model) -> None:
     path = tmp_path / "flank.points.ply"
-    assert write_cloud_ply(path, cloud) == path.stat().st_size
+    assert write(model, path) == path.stat().st_size
     head, _, body = path.read_bytes().partition(b"end_header\n")
     names = [line.split()[-1] for line in head.decode().splitlines() if line.startswith("property double")]
-    assert names == ["x", "y", "z", "nx", "ny", "nz", "curvature_1_per_mm"]
-    np.testing.assert_array_equal(np.frombuffer(body, "<f8").reshape(-1, 7), columns(cloud))
-    read = trimesh.load(path)
-    np.testing.assert_array_equal(read.vertices, cloud["points"])
+    assert names == [*POINTS_TEXT, *list(flank_points(model))[2:]]
+    np.testing.assert_array_equal(np.frombuffer(body, "<f8").reshape(-1, len(names)), columns(model))
+    np.testing.assert_array_equal(trimesh.load(path).vertices, flank_points(model)["points"])
 
 
-def test_csv_keeps_every_bit(tmp_path: Path, cloud: Cloud) -> None:
+def test_csv_keeps_every_bit(tmp_path: Path, model: Model) -> None:
     path = tmp_path / "flank.points.csv"
-    assert write_cloud_csv(path, cloud) == path.stat().st_size
-    assert path.read_text().splitlines()[0] == "x,y,z,nx,ny,nz,curvature_1_per_mm"
-    np.testing.assert_array_equal(np.loadtxt(path, delimiter=",", skiprows=1), columns(cloud))
+    assert write(model, path) == path.stat().st_size
+    assert path.read_text().splitlines()[0] == ",".join([*POINTS_TEXT, *list(flank_points(model))[2:]])
+    np.testing.assert_array_equal(np.loadtxt(path, delimiter=",", skiprows=1), columns(model))
 
 
-def test_npz_keeps_every_bit(tmp_path: Path, cloud: Cloud) -> None:
+def test_npz_keeps_every_bit(tmp_path: Path, model: Model) -> None:
     path = tmp_path / "flank.points.npz"
-    assert write_cloud_npz(path, cloud) == path.stat().st_size
-    with np.load(path) as read:
-        assert set(read) == set(cloud)
+    assert write(model, path) == path.stat().st_size
+    cloud = flank_points(model)
+    with np.load(path) as archive:
+        assert set(archive) == set(cloud)
         for name in cloud:
-            np.testing.assert_array_equal(read[name], cloud[name])
+            np.testing.assert_array_equal(archive[name], cloud[name])
 
 
-@pytest.mark.parametrize("write", [write_cloud_ply, write_cloud_csv, write_cloud_npz])
-@pytest.mark.parametrize(
-    ("name", "values", "message"),
-    [
-        ("normals", np.zeros((499, 3)), r"normals has shape \(499, 3\) beside 500 points"),
-        ("curvature", np.full(500, np.nan), "curvature has a value that is not finite"),
-        ("points", np.zeros((0, 3)), r"a cloud has points \(n, 3\), n > 0"),
-        ("points", np.zeros((500, 2)), r"a cloud has points \(n, 3\), n > 0"),
-    ],
-)
-def test_a_broken_cloud_is_refused(tmp_path: Path, cloud: dict, write, name: str, values, message: str) -> None:
-    with pytest.raises(ExportError, match=message):
-        write(tmp_path / "flank.points.ply", {**cloud, name: values})
+@pytest.mark.parametrize("ending", ["ply", "csv", "npz"])
+def test_a_number_that_is_not_finite_is_refused(tmp_path: Path, model: Model, monkeypatch, ending: str) -> None:
+    broken = flank_points(model)
+    broken["relative_curvature_per_mm"][3] = np.nan
+    monkeypatch.setattr("camgeom.export.points.flank_points", lambda _: broken)
+    with pytest.raises(ExportError, match="relative_curvature_per_mm has a value that is not finite"):
+        write(model, tmp_path / f"flank.points.{ending}")
     assert not list(tmp_path.iterdir())
 
 
-def test_flank_points_touch_the_roller_with_the_normal_towards_its_axis() -> None:
+def test_a_cell_without_a_number_stays_empty(tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", ("name", "x", "y"), [("banana,", np.array([[1.5, np.nan], [-0.1, 2.0]]))])
+    assert (tmp_path / "a.csv").read_text() == "name,x,y\nbanana,1.5,\nbanana,-0.1,2.0\n"
+
+
+def test_flank_points_touch_the_roller_with_the_normal_towards_its_axis(model: Model) -> None:
     """The pin-insertion cam's roller is a cylinder of radius 11 mm: every point is that far from its axis."""
-    model = read(str(PROFILES / "pin_insertion.toml"))
     cloud = flank_points(model)
     pose = model.tracks[0].pose(np.radians(cloud["cam_angle_deg"]), 0)
     centre = (pose.a[0] + cloud["roller_mm"] * pose.u[0]).T

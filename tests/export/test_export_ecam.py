@@ -13,7 +13,7 @@ import pytest
 
 from camgeom.errors import ExportError
 from camgeom.export import write
-from camgeom.export.master_table import master_table, quintic, straight
+from camgeom.export.ecam import master_table, quintic, straight
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from tests.places import PROFILES

@@ -1,0 +1,186 @@
+"""Points of the exact flanks and outlines, for measuring machines and for comparison: CSV, PLY, NPZ.
+
+`.points` are all points that the surveys know, with normals and curvatures; `.cmm.csv` the few that a measuring machine
+visits; `.outline.csv` the plane curves of a disc.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.errors import CamgeomError, ExportError
+from camgeom.export import writer
+from camgeom.export.files import atomic_write, write_csv
+from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid
+from camgeom.model.surfaces import FlankSurface, flank_surfaces, within
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.track.outline import Outline
+
+
+def flank_points(model: Model) -> dict[str, Floats]:
+    """Points of every flank of a model in the cam frame, mm, exact, with what is known there.
+
+    points, normals              (n, 3): the normal points out of the cam's material
+    cam_angle_deg, roller_mm     when and where along the roller (from its reference plane) the point is touched
+    pressure_angle_deg           between the normal and the velocity of the contact point
+    curvature_1_per_mm, _2_      principal curvatures of the cam, the larger first; positive where it is convex
+    relative_curvature_per_mm    of cam against roller across the contact line
+    track, side                  number of the roller track; +1 or -1 for its flanks
+
+    Raises ExportError for a cam whose follower has no roller.
+    """
+    parts: dict[str, list[Floats]] = {}
+    for number, survey in enumerate(model.flanks):
+        for side in survey.track.sides:
+            flank = survey.flank(side)
+            shape = flank.x.shape[1:]
+            first, second = flank.forms.principal()
+            columns = {
+                "points": flank.points.reshape(-1, 3),
+                "normals": 0.0 - flank.normals.reshape(-1, 3),
+                "cam_angle_deg": np.degrees(np.broadcast_to(flank.phi[:, None], shape)),
+                "roller_mm": np.broadcast_to(survey.track.meridian.jet(survey.stations)[0], shape),
+                "pressure_angle_deg": np.degrees(flank.pressure_angle()),
+                "curvature_1_per_mm": np.maximum(first, second),
+                "curvature_2_per_mm": np.minimum(first, second),
+                "relative_curvature_per_mm": flank.k_rel,
+                "track": np.full(shape, float(number)),
+                "side": np.full(shape, float(side)),
+            }
+            for name, values in columns.items():
+                parts.setdefault(name, []).append(values if values.ndim == 2 and name[-1] == "s" else values.ravel())
+    if not parts:
+        raise ExportError("no flank points: the follower has no roller")
+    return {name: np.concatenate(values) for name, values in parts.items()}
+
+
+@writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", "model", "cams with rollers")
+def write_points_ply(path: Path, model: Model) -> int:
+    """Write the flank points to a little-endian PLY file of doubles (x y z nx ny nz, scalars); returns its bytes.
+
+    Raises ExportError for a cam without rollers, where a number is not finite, or the file cannot be written.
+    """
+    names, table = _table(_cloud(path, model))
+    lines = ["ply", "format binary_little_endian 1.0", "comment camgeom, lengths in mm"]
+    lines += [f"element vertex {len(table)}", *(f"property double {name}" for name in names), "end_header"]
+    with atomic_write(path) as stream:
+        stream.write(("\n".join(lines) + "\n").encode("ascii"))
+        stream.write(table.data)
+        return stream.tell()
+
+
+@writer(".points.csv", "flank points with normals and curvatures, CSV; exact", "model", "cams with rollers")
+def write_points_csv(path: Path, model: Model) -> int:
+    """Write the flank points to a CSV file, one a line; returns the bytes written. Raises as `write_points_ply`."""
+    names, table = _table(_cloud(path, model))
+    return write_csv(path, names, [("", table)])
+
+
+@writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", "model", "cams with rollers")
+def write_points_npz(path: Path, model: Model) -> int:
+    """Write the flank points to a numpy archive, the arrays by name; returns the bytes written. Raises as above."""
+    cloud = _cloud(path, model)
+    with atomic_write(path) as stream:
+        np.savez(stream, allow_pickle=False, **cloud)
+        return stream.seek(0, 2)
+
+
+def _cloud(path: Path, model: Model) -> dict[str, Floats]:
+    """The flank points; ExportError naming the file where there are none or a number is not finite."""
+    try:
+        cloud = flank_points(model)
+    except ExportError as error:
+        raise ExportError(f"{path}: {error}") from error
+    for name, values in cloud.items():
+        if not np.all(np.isfinite(values)):
+            raise ExportError(f"{path}: {name} has a value that is not finite")
+    return cloud
+
+
+def _table(cloud: dict[str, Floats]) -> tuple[list[str], Floats]:
+    """Column names and the (n, k) table of flank points."""
+    vectors = {"points": ["x", "y", "z"], "normals": ["nx", "ny", "nz"]}
+    names = [column for name in cloud for column in vectors.get(name, [name])]
+    return names, np.ascontiguousarray(np.column_stack(list(cloud.values())), dtype="<f8")
+
+
+STEP = 1.0
+"""deg of cam angle between points"""
+ACROSS = 3
+"""points along the roller"""
+INSET = 0.1
+"""share of the touched stretch that is left free at its ends"""
+COLUMNS = (
+    "flank", "cam_angle_deg", "station_mm", "x_mm", "y_mm", "z_mm", "normal_x", "normal_y", "normal_z",
+    "polar_angle_deg", "polar_radius_mm", "pitch_x_mm", "pitch_y_mm", "pitch_z_mm", "pitch_angle_deg",
+    "pitch_radius_mm",
+)  # fmt: skip
+
+
+@writer(".cmm.csv", "inspection points of every flank: Cartesian, polar, normals, roller centres, CSV", takes="model")
+def write_cmm_csv(path: Path, model: Model, step: float = STEP, across: int = ACROSS) -> int:
+    """Write nominal points of every flank in the cam frame; returns the bytes written.
+
+    step    deg of cam angle; across: points along the roller (or over the height of a disc)
+    Points lie on the exact flank and within the blank; normals point out of the material; the polar angle is counted
+    from +X towards +Y. Roller-centre columns stay empty where the follower has no roller. `camgeom inspect` reads
+    the same columns with measured coordinates. Raises ExportError where the cam has no flank or the file cannot be
+    written.
+    """
+    try:
+        surfaces, inside = flank_surfaces(model), within(model)
+        rows = [(surface.name, _inspection_rows(surface, step, across)) for surface in surfaces]
+    except CamgeomError as error:
+        raise ExportError(f"{path}: {error}") from error
+    return write_csv(path, COLUMNS, ((f"{name},", table[inside(table[:, 2:5].T)]) for name, table in rows))
+
+
+def _inspection_rows(surface: FlankSurface, step: float, across: int) -> Floats:
+    """Numbers (k, 15) of one flank; NaN where there is no roller."""
+    low, high = surface.span
+    count = max(3, round(np.degrees(high - low) / step))
+    angles = np.linspace(low, high, count, endpoint=False) if surface.closed else np.linspace(low, high, count + 1)
+    bottom, top = surface.touched
+    share = np.linspace(INSET, 1.0 - INSET, across) if across > 1 else np.array([0.5])
+    phi, t = (grid.ravel() for grid in np.meshgrid(angles, bottom + share * (top - bottom), indexing="ij"))
+    patch = surface.at(phi, t)
+    pitch = surface.pitch(phi, t)
+    pitch = np.full((3, len(phi)), np.nan) if pitch is None else pitch
+    columns = [np.degrees(phi), surface.station(t), *patch.x, *patch.n, *_polar(patch.x), *pitch, *_polar(pitch)]
+    return np.column_stack(columns) + 0.0  # no negative zeros
+
+
+def _polar(x: Floats) -> tuple[Floats, Floats]:
+    """Angle (deg, 0 to 360) and radius (mm) of points (3, n) about the cam axis."""
+    return np.degrees(np.arctan2(x[1], x[0])) % 360.0, np.hypot(x[0], x[1])
+
+
+PER_TURN = 3600
+OUTLINE_COLUMNS = ("curve", "cam_angle_deg", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm")
+
+
+@writer(
+    ".outline.csv", "profile and pitch curves, normals, curvature, CSV; exact", takes="model", cams="planar cams"
+)
+def write_outline_csv(path: Path, model: Model) -> int:
+    """Write every outline of a planar cam, a tenth of a degree apart and one-sided at knots; returns the bytes written.
+
+    Points lie on the exact curve, numbers read back to the last bit; normals point outwards, curvature is positive
+    where the curve is convex. Raises ExportError for a cam that is not planar, or where the file cannot be written.
+    """
+    if model.planar is None:
+        raise ExportError(f"{path}: only planar cams have outlines")
+
+    def table(outline: Outline) -> Floats:
+        phi, _ = piece_grid(outline.knots(), PER_TURN)
+        curve = outline.curve(phi)
+        return np.stack([np.degrees(phi), *curve.points, *curve.normals, curve.curvature], axis=1)
+
+    outlines = model.planar.outlines
+    return write_csv(path, OUTLINE_COLUMNS, ((f"{name},", table(outline)) for name, outline in outlines.items()))
