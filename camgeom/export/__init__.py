@@ -1,7 +1,7 @@
 """Writers of files, found by extension.
 
-One format, or one family of them, is one file here. A writer is a function decorated with @writer: it takes the path and
-the bodies (or what `takes` says), writes through `atomic_write` and returns the number of bytes.
+One format, or one family of them, is one file here. A writer is a function decorated with @writer: it takes the path
+and the bodies (or what `takes` says), writes through `atomic_write` and returns the number of bytes.
 """
 
 from __future__ import annotations

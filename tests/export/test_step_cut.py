@@ -15,8 +15,7 @@ from camgeom.export.step.brep import Solid
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import WORLD, Circle, Cone, Frame, Plane, SplineCurve, SplineSurface
-from camgeom.export.step.meeting import corner
-from camgeom.export.step.tracing import Crossing
+from camgeom.export.step.meeting import Crossing, corner
 from camgeom.model import read
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.oracle.refined_volume import limit_volume

@@ -14,10 +14,10 @@ from camgeom.cli import main
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.export.step import StepOptions
+from camgeom.export.step.bodies import mechanism, roller_solid
 from camgeom.export.step.brep import Solid
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.file import step_text
-from camgeom.export.step.mechanism import mechanism, roller_solid
 from camgeom.model import Model, read
 from camgeom.track import Arc, Slide, Straight, Track
 from tests.export.step_bodies import pin_program

@@ -9,10 +9,10 @@ import pytest
 
 from camgeom.errors import DesignError
 from camgeom.export.step import step_text
+from camgeom.export.step.bodies import EXACT
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.groove import ribbed_solid
-from camgeom.export.step.parts import EXACT
-from camgeom.export.step.planar import face_groove_solid, planar_solid
+from camgeom.export.step.solids import face_groove_solid, planar_solid
 from camgeom.motion import Program, Segment
 from camgeom.solid.blank import Blank, Bore
 from camgeom.solid.drum import RibbedCylinder

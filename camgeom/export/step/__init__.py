@@ -45,7 +45,7 @@ def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: floa
 
     What the file holds, and how near to the exact shape, is left in the model's notes under "step".
     """
-    from camgeom.export.step.parts import model_bodies
+    from camgeom.export.step.bodies import model_bodies
 
     return _written(path, model, model_bodies, schema, tolerance)
 
@@ -58,8 +58,8 @@ def _written(
     tolerance: float | None,
 ) -> int:
     """Write what is made of a model and note what the file holds; returns its bytes."""
+    from camgeom.export.step.bodies import notes
     from camgeom.export.step.file import schema_of
-    from camgeom.export.step.parts import notes
     from camgeom.export.step.solids import TOLERANCE
 
     options = StepOptions(schema=schema_of(schema))
@@ -82,7 +82,7 @@ def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float 
 @writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
 def write_assembly(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
     """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
-    from camgeom.export.step.mechanism import mechanism
+    from camgeom.export.step.bodies import mechanism
 
     return _written(path, model, mechanism, schema, tolerance)
 

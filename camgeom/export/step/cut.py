@@ -19,13 +19,11 @@ from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, verte
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
 from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
-from camgeom.export.step.meeting import corner
+from camgeom.export.step.meeting import Crossing, corner, fit_curve, iso_curve
 from camgeom.export.step.patches import SECTORS, Patch, Strip, blank_patches, keyway_start, strip
-from camgeom.export.step.regions import Chain, regions_of
 from camgeom.export.step.sheet import Band
 from camgeom.export.step.solids import TOLERANCE
-from camgeom.export.step.tagged import OUTSIDE, blank_mesh, strip_mesh, subtract_tagged
-from camgeom.export.step.tracing import Crossing, fit_curve, iso_curve
+from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, regions_of, strip_mesh, subtract_tagged
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.cut import CutBlank, IndexingCut

@@ -6,7 +6,6 @@ at any cam angle and any share across it, so that mesh and STEP file describe on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import final
 
@@ -16,10 +15,9 @@ from camgeom.errors import DesignError
 from camgeom.export.step.brep import Solid
 from camgeom.export.step.geometry import WORLD, Cone
 from camgeom.export.step.sheet import Band, sheet
-from camgeom.export.step.solids import TOLERANCE, Outline, bore_outline, closed_solid
+from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
-from camgeom.solid.blank import Bore
 from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
 from camgeom.track import Track
 from camgeom.track.section import Column, Level, cylinder_level
@@ -88,11 +86,6 @@ def crest(start: SurfacePoints, stop: SurfacePoints, radius: float) -> Band:
         return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=-1)
 
     return Band("land", point, candidates=(Cone(WORLD, radius),))
-
-
-def bore_holes(bore: Bore | None) -> Sequence[Outline]:
-    """The bore as a list of hole outlines, empty for a solid blank."""
-    return [] if bore is None else [bore_outline(bore.diameter, bore.keyway_width, bore.keyway_depth)]
 
 
 @final

@@ -1,4 +1,4 @@
-"""Solids from exact outlines and meridians: prisms with holes (planar cams) and bodies of revolution.
+"""Solids from exact outlines and meridians: prisms with holes, plates with a groove in one face, bodies of revolution.
 
 An outline is a callable: no polygon, no resampling. Where it is straight or circular between two knots the file gets
 planes and cylinders, elsewhere splines within the tolerance.
@@ -14,10 +14,14 @@ from typing import final
 
 import numpy as np
 
+from camgeom.errors import DesignError
 from camgeom.export.step.brep import Colour, Face, Loop, Solid
 from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.sheet import Band, Sheet, sheet
 from camgeom.maths import Floats
+from camgeom.solid.blank import Bore
+from camgeom.solid.prism import FaceGroove, Prism
+from camgeom.solid.prism import Loop as BodyLoop
 
 TOLERANCE = 1e-5
 """mm; default deviation of fitted curves and surfaces, a tenth of what a drawing could ask"""
@@ -73,6 +77,11 @@ def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float
         return np.asarray(np.where((t > across[0])[:, None], key, arc))
 
     return Outline(point, knots, ("bore", "bore", "keyway", "keyway", "keyway"))
+
+
+def bore_holes(bore: Bore | None) -> Sequence[Outline]:
+    """The bore as a list of hole outlines, empty for a solid blank."""
+    return [] if bore is None else [bore_outline(bore.diameter, bore.keyway_width, bore.keyway_depth)]
 
 
 def wall(outline: Outline, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Sheet:
@@ -198,3 +207,58 @@ def revolved_solid(
     ]
     body = sheet(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
     return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), holes, tolerance)
+
+
+def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Solid:
+    """The prism as a solid whose fitted faces are within `tolerance` mm of the exact ones.
+
+    Raises DesignError where the outline turns back on itself or the bore breaks through it.
+    """
+    loops = [closed(loop, body.name) for loop in (body.outer, *body.holes)]
+    keep_bore_inside(loops[0], body.bore, body.name)
+    holes = [*loops[1:], *bore_holes(body.bore)]
+    return prism_solid(loops[0], body.z0, body.z1, holes, body.name, tolerance=tolerance)
+
+
+def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Solid:
+    """The plate with a groove in its upper face; raises as `planar_solid`."""
+    rim, inner, outer = (closed(loop, body.name) for loop in (body.rim, body.inner, body.outer))
+    keep_bore_inside(inner, body.bore, body.name)
+    outside = wall(rim, body.z0, body.z1, 1.0, tolerance)
+    far, near = (wall(o, body.floor, body.z1, side, tolerance) for o, side in ((outer, -1.0), (inner, 1.0)))
+    bore = [wall(hole, body.z0, body.z1, -1.0, tolerance) for hole in bore_holes(body.bore)]
+    flats = (
+        flat_end("end", body.z0, False, [outside.first, *(hole.first for hole in bore)]),
+        flat_end("end", body.z1, True, [outside.last, far.last]),
+        flat_end("end", body.z1, True, [near.last, *(hole.last for hole in bore)]),
+        flat_end("floor", body.floor, True, [far.first, near.first]),
+    )
+    sheets = (outside, far, near, *bore)
+    faces = (*(face for found in sheets for face in found.faces), *flats)
+    return Solid(body.name, faces, deviation=max(found.deviation for found in sheets))
+
+
+def closed(loop: BodyLoop, body: str, samples: int = 721) -> Outline:
+    """A loop's outline. Raises DesignError where it has a cusp or turns back (its speed vanishes or changes sign)."""
+    outline = loop.outline
+    knots = outline.knots()
+    phi = np.linspace(knots[0], knots[-1], samples)
+    speed = outline.curve(phi).speed
+    if float((speed * np.sign(speed[0])).min()) <= 0.0:
+        worst = int(np.argmin(speed * np.sign(speed[0])))
+        raise DesignError(
+            f"{body!r}: the outline {loop.name!r} turns back on itself at cam angle {np.degrees(phi[worst]):.6g} deg, "
+            "so it bounds no body; use a smaller roller, a larger cam or a gentler motion"
+        )
+    return Outline(lambda t: np.ascontiguousarray(outline.curve(t).points.T), tuple(knots.tolist()), loop.name)
+
+
+def keep_bore_inside(outline: Outline, bore: Bore | None, body: str, samples: int = 721) -> None:
+    """Raise DesignError where a bore about the axis reaches the outline."""
+    if bore is None:
+        return
+    nearest = float(np.hypot(*outline.point(np.linspace(outline.knots[0], outline.knots[-1], samples)).T).min())
+    if nearest <= bore.reach:
+        raise DesignError(
+            f"{body!r}: the bore reaches {bore.reach:.6g} mm from the axis, the outline is {nearest:.6g} mm from it"
+        )

@@ -1,27 +1,32 @@
-"""The cam together with what it drives, as an assembly: bodies of the cam, turret and rollers, each placed.
+"""From a model to the bodies of a STEP file: those of the cam, or the cam together with what it drives.
 
-Everything stands as it does at cam angle zero, in the cam frame. A roller is one product placed many times.
+The assembly stands as it does at cam angle zero, in the cam frame. A roller is one product placed many times.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import DesignError
-from camgeom.export.step.brep import Assembly, Colour, Placed, Solid
+from camgeom.errors import CamgeomError, DesignError
+from camgeom.export.step.brep import Assembly, Colour, Facets, Placed, Solid
+from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
-from camgeom.export.step.parts import model_bodies
-from camgeom.export.step.solids import TOLERANCE, revolved_solid
+from camgeom.export.step.groove import grooved_solid, ribbed_solid
+from camgeom.export.step.solids import TOLERANCE, face_groove_solid, planar_solid, revolved_solid
 from camgeom.maths import Floats
+from camgeom.solid.cut import CutBlank, IndexingCut
+from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
+from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.solid.turret import STUD_SHARE, StackedTurret, TurretBody
 from camgeom.track import TURN, Arc, Swing, Track
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+
 
 Point = tuple[float, float]
 Side = tuple[Point, Point, Point | None, str]
@@ -30,6 +35,66 @@ POLE = 0.01
 """share of a ball's radius at which it is cut flat, so that no face ends in a point"""
 TURRET_COLOUR: Colour = (0.72, 0.74, 0.78)
 ROLLER_COLOUR: Colour = (0.85, 0.65, 0.25)
+
+EXACT: dict[type, Callable[[Any, float], Solid]] = {
+    GroovedCylinder: grooved_solid,
+    RibbedCylinder: ribbed_solid,
+    Prism: planar_solid,
+    FaceGroove: face_groove_solid,
+    CutBlank: cut_solid,
+    IndexingCut: cut_solid,
+}
+"""How a kind of part becomes a boundary representation: (part, tolerance mm) -> Solid."""
+
+
+def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Solid | Facets | Assembly:
+    """A model's bodies: exact where the kind of part has a boundary representation, else the triangles of its mesh.
+
+    Several bodies become an assembly. Raises DesignError where the cam is undercut and no body is made of it.
+    """
+    try:
+        model.refuse_folded()
+    except DesignError as error:
+        bodies: list[Solid | Facets] = [_facets(model, index, error) for index in range(len(model.solids))]
+    else:
+        bodies = [_body(model, index, tolerance) for index in range(len(model.parts))]
+    if len(bodies) == 1:
+        return bodies[0]
+    return Assembly(model.profile.name, tuple(Placed(body) for body in bodies))
+
+
+def _body(model: Model, index: int, tolerance: float) -> Solid | Facets:
+    part = model.parts[index]
+    build = EXACT.get(type(part))
+    if build is None:
+        return _facets(model, index, f"a {type(part).__name__} has no exact faces")
+    try:
+        return replace(build(part, tolerance), density=model.profile.material.cam.density * 1e-9)
+    except CamgeomError as error:
+        return _facets(model, index, error)
+
+
+def _facets(model: Model, index: int, reason: object) -> Facets:
+    solid = model.solids[index]
+    return Facets(solid.name, solid.mesh, deviation=solid.chord_error, reason=str(reason))
+
+
+def notes(shape: Solid | Facets | Assembly) -> list[dict[str, Any]]:
+    """What a file holds, body by body, as plain data: exact faces or triangles, and their deviation in mm."""
+    placed = [part.body for part in shape.parts] if isinstance(shape, Assembly) else [shape]
+    found = []
+    for body in dict.fromkeys(placed):
+        exact = isinstance(body, Solid)
+        note: dict[str, Any] = {
+            "name": body.name,
+            "faces": "exact" if exact else "triangles",
+            "deviation_mm": body.deviation,
+            "count": placed.count(body),
+        }
+        if isinstance(body, Facets):
+            note["reason"] = body.reason
+        found.append(note)
+    return found
 
 
 def mechanism(model: Model, tolerance: float = TOLERANCE) -> Assembly:
@@ -122,4 +187,3 @@ def _stand(track: Track, cam_angle: float) -> Frame:
 def _turned(values: tuple[float, float, float], turn: complex) -> Floats:
     z = (values[0] + 1j * values[1]) * turn
     return np.array([z.real, z.imag, values[2]])
-
