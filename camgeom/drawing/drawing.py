@@ -9,7 +9,8 @@ import numpy as np
 
 from camgeom.drawing.content import Dimension, Drawing, Leader
 from camgeom.drawing.plots import NARROW, WIDE, spread
-from camgeom.drawing.sheet import FONT, Box, Sheet, path_data, px, straightened, text_width
+from camgeom.drawing.shapes import Box, Dot, Lines
+from camgeom.drawing.sheet import FONT, Sheet, straightened, text_width
 from camgeom.maths import Floats
 
 _ROW = 27.0
@@ -64,17 +65,12 @@ def drawing_sheet(drawing: Drawing, width: float, scale: float | None = None) ->
     below = _depth(rows, "below") + 8.0
     sheet = Sheet(width, view.box[3] + below + listed + 4.0)
     for region in drawing.regions:
-        data = "".join(path_data(straightened(view.at(loop)), closed=True) for loop in region.loops)
-        sheet.add(f'<path class="d-cut" fill-rule="evenodd" d="{data}"/>')
+        sheet.add(Lines("d-cut", tuple(straightened(view.at(loop)) for loop in region.loops), True, True))
     for path in drawing.paths:
-        data = path_data(straightened(view.at(path.points)), closed=path.closed)
-        data += "".join(path_data(straightened(view.at(hole)), closed=True) for hole in path.holes)
-        rule = ' fill-rule="evenodd"' if path.holes else ""
-        sheet.add(f'<path class="d-{path.kind}"{rule} d="{data}"/>')
+        lines = tuple(straightened(view.at(line)) for line in (path.points, *path.holes))
+        sheet.add(Lines(f"d-{path.kind}", lines, path.closed, bool(path.holes)))
     for circle in drawing.circles:
-        x, y = view.one(circle.centre)
-        style, radius = f"d-{circle.kind}", circle.radius * view.scale
-        sheet.add(f'<circle class="{style}" cx="{px(x)}" cy="{px(y)}" r="{px(radius)}"/>')
+        sheet.add(Dot(f"d-{circle.kind}", view.one(circle.centre), circle.radius * view.scale))
     for dimension, offset in rows:
         _draw_dimension(sheet, view, dimension, offset)
     if wide:
@@ -195,7 +191,7 @@ def _draw_dimension(sheet: Sheet, view: _View, dimension: Dimension, offset: flo
     for tip, inward in ((a, 1.0), (b, -1.0)):
         back = tip + (-9.0 if short else 9.0) * inward
         corners = np.array([spot(tip, line), spot(back, line - 2.2), spot(back, line + 2.2)])
-        sheet.polyline(corners, "d-arrow", closed=True)
+        sheet.add(Lines("d-arrow", (corners,), closed=True))
 
 
 def _sides(drawing: Drawing, view: _View) -> tuple[list[Leader], list[Leader]]:
@@ -221,8 +217,8 @@ def _draw_notes(sheet: Sheet, view: _View, drawing: Drawing, rows: _Rows) -> Non
         at = spread(wanted, _NOTE_GAP, view.box[1] + FONT, view.box[3] - 4.0)
         for leader, y in zip(notes, at.tolist()):
             tip = view.one(leader.to)
-            sheet.polyline(np.array([tip, (x - 14.0 * sign, y), (x - 4.0 * sign, y)]), "leader")
-            sheet.dot(*tip, 2.2, "dot")
+            sheet.add(Lines("leader", (np.array([tip, (x - 14.0 * sign, y), (x - 4.0 * sign, y)]),)))
+            sheet.add(Dot("dot", tip, 2.2))
             sheet.text(x, y + 0.34 * FONT, leader.text, "start" if sign > 0 else "end", "note")
 
 
@@ -230,9 +226,9 @@ def _draw_list(sheet: Sheet, view: _View, drawing: Drawing, top: float) -> None:
     """Numbers at the points, notes in a list under the view."""
     for number, leader in enumerate(drawing.leaders, start=1):
         x, y = view.one(leader.to)
-        sheet.dot(x, y, 8.0, "balloon")
+        sheet.add(Dot("balloon", (x, y), 8.0))
         sheet.text(x, y + 0.34 * FONT, str(number), "middle", "on-balloon", FONT - 2.0)
         base = top + _NOTE_GAP * number
-        sheet.dot(9.0, base - 0.34 * FONT, 8.0, "balloon")
+        sheet.add(Dot("balloon", (9.0, base - 0.34 * FONT), 8.0))
         sheet.text(9.0, base, str(number), "middle", "on-balloon", FONT - 2.0)
         sheet.text(24.0, base, leader.text)

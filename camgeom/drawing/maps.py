@@ -8,7 +8,8 @@ import numpy.typing as npt
 from camgeom.drawing.colours import picture, scale, value_range
 from camgeom.drawing.content import Axis, Map
 from camgeom.drawing.plots import NARROW, WIDE, Frame, axis_title, draw_x_texts, linked, place_label, x_ticks, y_ticks
-from camgeom.drawing.sheet import FONT, Sheet, Ticks, outside, px, text_box, text_width, ticks
+from camgeom.drawing.shapes import Dot, Picture, Rectangle, Segments, Window
+from camgeom.drawing.sheet import FONT, Sheet, Ticks, outside, text_box, text_width, ticks
 from camgeom.maths import Floats
 
 _SMOOTH = 160
@@ -33,15 +34,15 @@ def map_sheet(chart: Map, width: float) -> Sheet:
     _draw_isolines(sheet, chart, frame, bar)
     for yv, text in zip(y.at.tolist(), y.texts):
         sheet.text(left - 6.0, frame.one(x.low, yv)[1] + 0.34 * FONT, text, "end", "tick")
-    sheet.rect(frame.box, "frame")
+    sheet.add(Rectangle("frame", frame.box))
     draw_x_texts(sheet, frame)
     for mark in chart.marks:
-        sheet.dot(*frame.one(mark.x, mark.y), 3.5, "dot")
+        sheet.add(Dot("dot", frame.one(mark.x, mark.y), 3.5))
     for mark in chart.marks:
         place_label(sheet, frame.box, *frame.one(mark.x, mark.y), mark.text, np.empty((0, 2)), "on-map")
     title = axis_title(chart.x, x)
     sheet.text(0.5 * (left + width - 10.0), frame.box[3] + 2.75 * FONT, title, "middle", "axis")
-    sheet.add(linked(chart.x, frame, [(frame.box[1], frame.box[3])]))
+    sheet.add(*linked(chart.x, frame, [(frame.box[1], frame.box[3])]))
     return sheet
 
 
@@ -67,9 +68,8 @@ def _draw_bar(sheet: Sheet, chart: Map, bar: Ticks, width: float, narrow: bool) 
     table = scale(chart.diverging, 32)
     step = (x1 - x0) / len(table)
     for i, (r, g, b) in enumerate(table.tolist()):
-        sheet.add(
-            f'<rect x="{px(x0 + i * step)}" y="4" width="{px(step + 0.5)}" height="11" fill="#{r:02x}{g:02x}{b:02x}"/>'
-        )
+        edge = x0 + i * step
+        sheet.add(Rectangle("", (edge, 4.0, edge + step + 0.51, 15.0), f"#{r:02x}{g:02x}{b:02x}"))
     end = -1e9
     for value, text in zip(bar.at.tolist(), bar.texts):
         x = x0 + (value - bar.low) / (bar.high - bar.low) * (x1 - x0)
@@ -82,14 +82,7 @@ def _draw_cells(sheet: Sheet, chart: Map, frame: Frame, low: float, high: float)
     x0, y0 = frame.one(*(float(e[0]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
     x1, y1 = frame.one(*(float(e[1]) for e in (_ends(chart.x_at), _ends(chart.y_at))))
     href = picture(_refined(chart.values), low, high, chart.diverging)
-    left, top, right, bottom = frame.box
-    view = f"{px(left)} {px(top)} {px(right - left)} {px(bottom - top)}"
-    x, y, wide, high_px = view.split()
-    sheet.add(
-        f'<svg x="{x}" y="{y}" width="{wide}" height="{high_px}" viewBox="{view}">'
-        f'<image x="{px(x0)}" y="{px(y1)}" width="{px(x1 - x0)}" height="{px(y0 - y1)}" '
-        f'preserveAspectRatio="none" href="{href}"/></svg>'
-    )
+    sheet.add(Window(frame.box, (Picture((x0, y1, x1, y0), href),)))
 
 
 def _refined(values: Floats) -> Floats:
@@ -113,8 +106,7 @@ def _draw_isolines(sheet: Sheet, chart: Map, frame: Frame, bar: Ticks) -> None:
     for value, _, segments in found:
         if len(segments):
             ends = frame.at(segments[..., 0], segments[..., 1])
-            data = "".join(f"M{px(a)} {px(b)}L{px(c)} {px(d)}" for a, b, c, d in ends.reshape(-1, 4).tolist())
-            sheet.add(f'<path class="{"iso below" if value < 0.0 else "iso"}" d="{data}"/>')
+            sheet.add(Segments("iso below" if value < 0.0 else "iso", ends))
     x0, y0, x1, y1 = frame.box
     inner = (x0 + 12.0, y0 + 4.0, x1 - 12.0, y1 - 4.0)
     for _, text, segments in found:

@@ -1,22 +1,34 @@
-"""Paper as plain shapes in millimetres: taken from SVG sheets, written as SVG or PDF with the same styles.
+"""A sheet of paper: shapes in millimetres, taken from sheets of pixels, written as SVG or PDF with the same styles.
 
-The pieces of `Sheet` carry class names only; here the classes have the fixed colours and line widths of a print. Cut
-faces are hatched with real lines, so that no back end needs patterns. PDF 1.4 (ISO 32000's predecessor), units of
+Shapes carry style names only; here the styles have the fixed colours and line widths of a print. Cut
+faces are hatched with real lines, so that neither writer needs patterns. PDF 1.4 (ISO 32000's predecessor), units of
 1/72 inch, y upwards; the fourteen standard faces need no embedding, and their advance widths (thousandths of the size)
 are those of the published Adobe font metrics.
 """
 
 from __future__ import annotations
 
-import re
 import zlib
 from dataclasses import dataclass, field, replace
 from html import escape
 from typing import final
-from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from camgeom.drawing.shapes import (
+    Anchor,
+    Cursor,
+    Dot,
+    Grid,
+    Lines,
+    Painted,
+    Pen,
+    Picture,
+    Rectangle,
+    Shape,
+    Window,
+    Words,
+)
 from camgeom.drawing.sheet import FONT, Sheet
 from camgeom.maths import Floats
 
@@ -75,43 +87,8 @@ STYLES: dict[str, Style] = {
     "strong": Style(fill=INK, bold=True), "": Style(fill=INK),
 }  # fmt: skip
 """by class name; of several names the last known one counts"""
-UNSEEN = {"cursor"}
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Outline:
-    """Polylines (k, 2) in mm of paper, y down, drawn as one shape."""
-
-    style: str
-    lines: tuple[Floats, ...]
-    closed: tuple[bool, ...]
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Dot:
-    """A circle: centre and radius, mm."""
-
-    style: str
-    centre: tuple[float, float]
-    radius: float
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Words:
-    """A line of text with its baseline at (x, y), mm; size is that of the face, mm."""
-
-    style: str
-    x: float
-    y: float
-    text: str
-    anchor: str
-    size: float
-
-
-Shape = Outline | Dot | Words
+Printed = Lines | Dot | Words
+"""the shapes that paper bears"""
 
 
 @final
@@ -122,37 +99,36 @@ class Paper:
     width: float
     height: float
     title: str = ""
-    shapes: list[Shape] = field(default_factory=list)
+    shapes: list[Printed] = field(default_factory=list)
 
     def place(self, sheet: Sheet, x: float, y: float) -> None:
         """Put an SVG sheet with its upper left corner at (x, y), mm."""
-        root = ET.fromstring(f"<svg>{''.join(sheet.pieces)}</svg>")
-        for element in root:
-            self.shapes += [moved(shape, x, y) for shape in _shapes(element)]
+        for shape in sheet.shapes:
+            self.shapes += _printed(shape, np.array([x, y]))
 
     def lines(self, style: str, *lines: list[tuple[float, float]], closed: bool = False) -> None:
         """Polylines of one style, mm."""
         arrays = tuple(np.array(line, dtype=float) for line in lines)
-        self.shapes.append(Outline(style, arrays, (closed,) * len(arrays)))
+        self.shapes.append(Lines(style, arrays, closed))
 
     def box(self, style: str, x0: float, y0: float, x1: float, y1: float) -> None:
         """A rectangle, mm."""
         self.lines(style, [(x0, y0), (x1, y0), (x1, y1), (x0, y1)], closed=True)
 
     def words(
-        self, x: float, y: float, text: str, *, size: float = FONT * PX, style: str = "words", anchor: str = "start"
+        self, x: float, y: float, text: str, *, size: float = FONT * PX, style: str = "words", anchor: Anchor = "start"
     ) -> None:
         """A line of text, mm."""
         self.shapes.append(Words(style, x, y, text, anchor, size))
 
     @property
-    def ordered(self) -> list[Shape]:
+    def ordered(self) -> list[Printed]:
         """The shapes in drawing order, words last: no line crosses them."""
         return sorted(self.shapes, key=lambda shape: isinstance(shape, Words))
 
     def svg(self) -> str:
         """The sheet as an SVG document at its true size."""
-        body = "".join(_svg(shape) for shape in self.ordered)
+        body = "".join(map(_PEN.svg, self.ordered))
         return (
             f'<?xml version="1.0" encoding="UTF-8"?>\n<svg xmlns="http://www.w3.org/2000/svg" width="{self.width:g}mm" '
             f'height="{self.height:g}mm" viewBox="0 0 {self.width:g} {self.height:g}" '
@@ -167,76 +143,33 @@ def style_of(classes: str) -> Style:
     return STYLES[known[-1]] if known else STYLES[""]
 
 
-def moved(shape: Shape, x: float, y: float) -> Shape:
-    """A shape shifted on the paper, mm."""
-    if isinstance(shape, Outline):
-        return replace(shape, lines=tuple(line + np.array([x, y]) for line in shape.lines))
+def _printed(shape: Shape, corner: Floats) -> list[Printed]:
+    """What a shape of a sheet leaves on paper, in mm, with the sheet's upper left corner there.
+
+    A window stands open, since no line that is printed leaves it; pictures and cursors are for screens.
+    """
+    if isinstance(shape, Words):
+        x, y = (corner + PX * np.array([shape.x, shape.y])).tolist()
+        return [replace(shape, x=x, y=y, size=PX * shape.size)]
     if isinstance(shape, Dot):
-        return replace(shape, centre=(shape.centre[0] + x, shape.centre[1] + y))
-    return replace(shape, x=shape.x + x, y=shape.y + y)
-
-
-def _shapes(element: ET.Element) -> list[Shape]:
-    """The shapes of one SVG element of a sheet; pixels become mm."""
-    style = element.get("class", "")
-    if element.tag in ("g", "svg"):  # an inner svg only clips, at the same scale
-        return [shape for child in element for shape in _shapes(child)]
-    if set(style.split()) & UNSEEN:
+        x, y = (corner + PX * np.array(shape.centre)).tolist()
+        return [Dot(shape.style, (x, y), PX * shape.radius)]
+    if isinstance(shape, Window):
+        return [printed for inner in shape.shapes for printed in _printed(inner, corner)]
+    if isinstance(shape, Picture | Cursor):
         return []
-    number = {key: float(element.get(key, "0")) * PX for key in ("x", "y", "width", "height", "cx", "cy", "r")}
-    if element.tag == "text":
-        size = float(element.get("font-size", str(FONT))) * PX
-        anchor = element.get("text-anchor", "start")
-        return [Words(style, number["x"], number["y"], "".join(element.itertext()), anchor, size)]
-    if element.tag == "circle":
-        return [Dot(style, (number["cx"], number["cy"]), number["r"])]
-    if element.tag == "rect":
-        x, y, w, h = (number[key] for key in ("x", "y", "width", "height"))
-        return [Outline(style, (np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]]),), (True,))]
-    lines, closed = _path(element.get("d", ""))
-    if not lines:
-        return []
-    outline = Outline(style, tuple(PX * line for line in lines), closed)
-    if "d-cut" in style.split():
-        return [Outline("hatch", hatching(outline.lines), ()), outline]
-    return [outline]
-
-
-_TOKEN = re.compile(r"[MLHVZlhz]|-?\d+(?:\.\d+)?(?:e-?\d+)?")
-
-
-def _path(data: str) -> tuple[list[Floats], tuple[bool, ...]]:
-    """Polylines of the path commands that sheets use: M L H V l h z."""
-    lines: list[list[tuple[float, float]]] = []
-    closed: list[bool] = []
-    tokens = _TOKEN.findall(data)
-    at, command = 0, ""
-    x = y = 0.0
-    while at < len(tokens):
-        if tokens[at].isalpha():
-            command = tokens[at]
-            at += 1
-            if command in "zZ":
-                closed[-1] = True
-                continue
-        count = 1 if command in "HVh" else 2
-        values = [float(token) for token in tokens[at : at + count]]
-        at += count
-        if command == "H":
-            x = values[0]
-        elif command == "V":
-            y = values[0]
-        elif command == "h":
-            x += values[0]
-        elif command == "l":
-            x, y = x + values[0], y + values[1]
-        else:
-            x, y = values
-        if command == "M":
-            lines.append([])
-            closed.append(False)
-        lines[-1].append((x, y))
-    return [np.array(line) for line in lines], tuple(closed)
+    if isinstance(shape, Lines):
+        lines = Lines(shape.style, tuple(corner + PX * line for line in shape.lines), shape.closed, shape.even_odd)
+        return [Lines("hatch", hatching(lines.lines)), lines] if shape.style == "d-cut" else [lines]
+    if isinstance(shape, Rectangle):
+        x0, y0, x1, y1 = shape.box
+        ends = np.array([[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]])
+    elif isinstance(shape, Grid):
+        x0, y0, x1, y1 = shape.box
+        ends = np.array([[[x, y0], [x, y1]] for x in shape.x] + [[[x0, y], [x1, y]] for y in shape.y])
+    else:
+        ends = shape.ends
+    return [Lines(shape.style, tuple(corner + PX * ends), closed=isinstance(shape, Rectangle))]
 
 
 def hatching(loops: tuple[Floats, ...], spacing: float = HATCH) -> tuple[Floats, ...]:
@@ -258,27 +191,22 @@ def hatching(loops: tuple[Floats, ...], spacing: float = HATCH) -> tuple[Floats,
     return tuple(found)
 
 
-def _svg(shape: Shape) -> str:
+def _paint(shape: Painted) -> str:
+    """The style of a shape on paper as attributes."""
     style = style_of(shape.style)
     if isinstance(shape, Words):
         weight = ' font-weight="bold"' if style.bold else ""
         halo = f' stroke="#ffffff" stroke-width="{0.25 * shape.size:.3f}" paint-order="stroke"' if style.halo else ""
-        anchor = f' text-anchor="{shape.anchor}"' if shape.anchor != "start" else ""
-        place = f'x="{shape.x:.3f}" y="{shape.y:.3f}" font-size="{shape.size:.3f}"'
-        return f'<text {place}{anchor}{weight}{halo} fill="{style.fill}">{escape(shape.text)}</text>'
-    paint = f'fill="{style.fill or "none"}"'
+        return f'{weight}{halo} fill="{style.fill}"'
+    paint = f' fill="{style.fill or "none"}"'
     if style.stroke:
         dash = f' stroke-dasharray="{" ".join(map(str, style.dash))}"' if style.dash else ""
-        paint += f' stroke="{style.stroke}" stroke-width="{style.width:g}"{dash}'
-    if isinstance(shape, Dot):
-        x, y = shape.centre
-        return f'<circle cx="{x:.3f}" cy="{y:.3f}" r="{shape.radius:.3f}" {paint}/>'
-    ends = [*shape.closed, *(False,) * (len(shape.lines) - len(shape.closed))]
-    data = "".join(
-        "M" + "L".join(f"{x:.3f} {y:.3f}" for x, y in line.tolist()) + ("Z" if closed else "")
-        for line, closed in zip(shape.lines, ends)
-    )
-    return f'<path d="{data}" fill-rule="evenodd" stroke-linejoin="round" {paint}/>'
+        paint += f' stroke="{style.stroke}" stroke-width="{style.width:g}" stroke-linejoin="round"{dash}'
+    return paint
+
+
+_PEN = Pen(_paint, 1000)
+"""coordinates to a thousandth of a millimetre"""
 
 
 def pdf(paper: Paper) -> bytes:
@@ -319,7 +247,7 @@ def _literal(text: str) -> bytes:
     return plain.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
 
 
-def _drawn(paper: Paper, shape: Shape) -> str:
+def _drawn(paper: Paper, shape: Printed) -> str:
     """Drawing operators of a shape."""
     style = style_of(shape.style)
     if isinstance(shape, Words):
@@ -340,12 +268,13 @@ def _colour(text: str, operator: str) -> str:
     return " ".join(f"{part:.3f}" for part in parts) + f" {operator}"
 
 
-def _polylines(paper: Paper, shape: Outline) -> str:
-    ends = [*shape.closed, *(False,) * (len(shape.lines) - len(shape.closed))]
+def _polylines(paper: Paper, shape: Lines) -> str:
     parts = []
-    for line, closed in zip(shape.lines, ends):
+    for line in shape.lines:
         points = [f"{POINT * x:.3f} {POINT * (paper.height - y):.3f}" for x, y in line.tolist()]
-        parts.append(" ".join([f"{points[0]} m", *(f"{point} l" for point in points[1:]), *(["h"] if closed else [])]))
+        parts.append(
+            " ".join([f"{points[0]} m", *(f"{point} l" for point in points[1:]), *(["h"] if shape.closed else [])])
+        )
     return " ".join(parts)
 
 

@@ -10,15 +10,13 @@ from typing import final
 import numpy as np
 
 from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Chart, Panel, Series
+from camgeom.drawing.shapes import Box, Cursor, Dot, Grid, Lines, Rectangle, Shape, Window
 from camgeom.drawing.sheet import (
     FONT,
-    Box,
     Sheet,
     Ticks,
     outside,
     overlap,
-    path_data,
-    px,
     text_box,
     text_width,
     thin_line,
@@ -96,15 +94,15 @@ def axis_title(axis: Axis, scale: Ticks) -> str:
 
 def draw_grid(sheet: Sheet, frame: Frame, *, bottom: bool) -> None:
     """Grid lines, y tick texts, the frame; x tick texts where this is the lowest panel."""
-    x0, y0, x1, y1 = frame.box
-    grid = [f"M{px(frame.one(x, 0)[0])} {px(y0)}V{px(y1)}" for x in frame.x.at.tolist()]
-    grid += [f"M{px(x0)} {px(frame.one(0, y)[1])}H{px(x1)}" for y in frame.y.at.tolist()]
-    sheet.add(f'<path class="grid" d="{"".join(grid)}"/>')
+    x0, _, x1, _ = frame.box
+    across = tuple(frame.one(x, 0)[0] for x in frame.x.at.tolist())
+    up = tuple(frame.one(0, y)[1] for y in frame.y.at.tolist())
+    sheet.add(Grid("grid", frame.box, across, up))
     if frame.y.low < 0.0 < frame.y.high:
         sheet.line(x0, frame.one(0, 0)[1], x1, frame.one(0, 0)[1], "zero")
     for y, text in zip(frame.y.at.tolist(), frame.y.texts):
         sheet.text(x0 - 6.0, frame.one(0, y)[1] + 0.34 * FONT, text, "end", "tick")
-    sheet.rect(frame.box, "frame")
+    sheet.add(Rectangle("frame", frame.box))
     if bottom:
         draw_x_texts(sheet, frame)
 
@@ -184,13 +182,11 @@ def dense(xy: Floats, step: float = 4.0) -> Floats:
     return np.column_stack([np.interp(at, length, xy[:, 0]), np.interp(at, length, xy[:, 1])])
 
 
-def linked(axis: Axis, frame: Frame, spans: list[tuple[float, float]]) -> str:
-    """A cursor that the page moves to the common cam angle, over the given heights (px); empty for another axis."""
+def linked(axis: Axis, frame: Frame, spans: list[tuple[float, float]]) -> tuple[Cursor, ...]:
+    """A cursor that the page moves to the common cam angle, over the given heights (px); none for another axis."""
     if axis.label != CAM_ANGLE.label:
-        return ""
-    heights = " ".join(f"{px(top)} {px(bottom)}" for top, bottom in spans)
-    x0, _, x1, _ = frame.box
-    return f'<path class="cursor" data-cam="{px(x0)} {px(x1)} {frame.x.low:g} {frame.x.high:g} {heights}" d=""/>'
+        return ()
+    return (Cursor((frame.box[0], frame.box[2]), frame.x.low, frame.x.high, tuple(spans)),)
 
 
 @final
@@ -222,7 +218,7 @@ def chart_sheet(chart: Chart, width: float) -> Sheet:
     middle = min(max(0.5 * (left + width - right), 0.5 * text_width(title)), width - 0.5 * text_width(title))
     sheet.text(middle, bottom + 2.75 * FONT, title, "middle", "axis")
     span = Frame((left, slots[0].y0, width - right, bottom), scale, slots[0].scale)
-    sheet.add(linked(chart.x, span, [(slot.y0, slot.y1) for slot in slots]))
+    sheet.add(*linked(chart.x, span, [(slot.y0, slot.y1) for slot in slots]))
     return sheet
 
 
@@ -296,7 +292,7 @@ def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: 
     named = slot.panel is chart.panels[0] and _named_zones(chart, sheet.width)
     for zone in chart.zones:
         low, high = (float(np.clip(frame.one(v, 0.0)[0], x0, x1)) for v in (zone.low, zone.high))
-        sheet.rect((low, y0, high, y1), "zone")
+        sheet.add(Rectangle("zone", (low, y0, high, y1)))
         fits = text_width(zone.label) + 6.0 < high - low  # a zone too narrow for its word is shaded only
         if named and zone.label and fits:
             sheet.text(0.5 * (low + high), y0 - 5.0, zone.label, "middle", "faint")
@@ -307,7 +303,7 @@ def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: 
         _draw_limit(sheet, frame, limit.value, limit.label, limit.vertical, lines)
     for mark in slot.panel.marks:
         x, y = frame.one(mark.x, mark.y)
-        sheet.dot(x, y, 3.0, "dot")
+        sheet.add(Dot("dot", (x, y), 3.0))
     for mark in slot.panel.marks:
         x, y = frame.one(mark.x, mark.y)
         place_label(sheet, frame.box, x, y, mark.text, lines)
@@ -327,7 +323,7 @@ def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
         x = max(x, frame.box[2] - need + 14.0) if number == 0 else x
         for style, name in entries:
             if style.startswith("b"):
-                sheet.rect((x, base - 9.0, x + _SWATCH, base), style)
+                sheet.add(Rectangle(style, (x, base - 9.0, x + _SWATCH, base)))
             else:
                 sheet.line(x, base - 4.5, x + _SWATCH, base - 4.5, f"line {style}")
             sheet.text(x + _SWATCH + 6.0, base, name, "start", "tick")
@@ -338,21 +334,19 @@ def _draw_lines(sheet: Sheet, frame: Frame, panel: Panel) -> Floats:
     """Bands, then lines, clipped to the frame; returns points along all of them (k, 2), px."""
     entries = _entries(panel)
     points: list[Floats] = []
-    body: list[str] = []
+    body: list[Shape] = []
     for (style, _), band in zip(entries[len(panel.series) :], panel.bands):
         low, high = (frame.at(band.x, v) for v in (band.low, band.high))
-        body.append(f'<path class="{style}" d="{path_data(np.vstack([low, high[::-1]]), closed=True)}"/>')
+        body.append(Lines(style, (np.vstack([low, high[::-1]]),), closed=True))
         points += [dense(low), dense(high)]
     for (style, _), series in zip(entries, panel.series):
         xy = frame.at(series.x, series.y)
         rising = bool(np.all(np.diff(series.x) >= 0.0))
         drawn = thin_line(xy[:, 0], xy[:, 1]) if rising else xy
-        body.append(f'<path class="line {style}" d="{path_data(drawn)}"/>')
+        body.append(Lines(f"line {style}", (drawn,)))
         points.append(dense(drawn))
     x0, y0, x1, y1 = frame.box
-    view = f"{px(x0 - 1)} {px(y0 - 1)} {px(x1 - x0 + 2)} {px(y1 - y0 + 2)}"
-    left, top, wide, tall = view.split()
-    sheet.add(f'<svg x="{left}" y="{top}" width="{wide}" height="{tall}" viewBox="{view}">{"".join(body)}</svg>')
+    sheet.add(Window((x0 - 1.0, y0 - 1.0, x1 + 1.0, y1 + 1.0), tuple(body)))
     return np.vstack(points) if points else np.empty((0, 2))
 
 

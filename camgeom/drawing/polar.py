@@ -6,7 +6,8 @@ import numpy as np
 
 from camgeom.drawing.content import Polar
 from camgeom.drawing.plots import STYLES, axis_title, dense, place_label
-from camgeom.drawing.sheet import FONT, Sheet, path_data, px, text_width, ticks
+from camgeom.drawing.shapes import Dot, Lines
+from camgeom.drawing.sheet import FONT, Sheet, text_width, ticks
 from camgeom.maths import Floats
 
 _LINE = 1.5 * FONT
@@ -31,13 +32,13 @@ def polar_sheet(chart: Polar, width: float) -> Sheet:
     for number, series in enumerate(chart.series):
         style = (number if series.style is None else series.style) % STYLES
         xy = at(series.x, series.y)
-        sheet.add(f'<path class="b{style}" d="{path_data(xy, closed=True)}"/>' if number == 0 else "")
-        sheet.add(f'<path class="line s{style}" d="{path_data(xy, closed=True)}"/>')
+        sheet.add(*((Lines(f"b{style}", (xy,), closed=True),) if number == 0 else ()))
+        sheet.add(Lines(f"line s{style}", (xy,), closed=True))
         lines.append(dense(xy))
     frame = (2.0, top, width - 2.0, sheet.height - 2.0)
     marks = [(at(np.array(m.x), np.array(m.y)).tolist(), m.text) for m in chart.marks]
     for (x, y), _ in marks:
-        sheet.dot(x, y, 3.5, "dot")
+        sheet.add(Dot("dot", (x, y), 3.5))
     _draw_ring_values(sheet, cx, cy, radius, rings.at / rings.high, rings.texts, np.vstack(lines))
     for (x, y), text in marks:
         place_label(sheet, frame, x, y, text, np.vstack(lines))
@@ -47,7 +48,7 @@ def polar_sheet(chart: Polar, width: float) -> Sheet:
 def _draw_rings(sheet: Sheet, cx: float, cy: float, radius: float, shares: Floats) -> None:
     for share in shares[1:].tolist():
         style = "frame" if share > 0.999 else "grid"
-        sheet.add(f'<circle class="{style}" cx="{px(cx)}" cy="{px(cy)}" r="{px(radius * share)}"/>')
+        sheet.add(Dot(style, (cx, cy), radius * share))
     for degrees in range(0, 360, 30):
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         sheet.line(cx, cy, cx + radius * c, cy - radius * s, "grid")

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from html import escape
-from typing import Literal, final
+from typing import final
 
 import numpy as np
 
+from camgeom.drawing.shapes import Anchor, Box, Pen, Segments, Shape, Words
 from camgeom.maths import Floats
 
 FONT = 13.0
@@ -38,9 +39,6 @@ _DEGREE_STEPS = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0
 _FLAT = 1e-7
 """a range this small against its values is rounding noise and is shown as a constant"""
 _PLAIN = (1e-3, 1e7)
-
-Anchor = Literal["start", "middle", "end"]
-Box = tuple[float, float, float, float]
 
 
 def text_width(text: str, size: float = FONT) -> float:
@@ -74,39 +72,23 @@ class Sheet:
 
     width: float
     height: float
-    pieces: list[str] = field(default_factory=list)
+    shapes: list[Shape] = field(default_factory=list)
     words: list[tuple[Box, str]] = field(default_factory=list)
 
-    def add(self, piece: str) -> None:
-        """Append markup that is already safe."""
-        self.pieces.append(piece)
+    def add(self, *shapes: Shape) -> None:
+        """Append shapes."""
+        self.shapes += shapes
 
     def text(self, x: float, y: float, text: str, anchor: Anchor = "start", style: str = "", size: float = FONT) -> Box:
         """Write a line of text with its baseline at y and keep its box."""
         box = text_box(x, y, text, anchor, size)
         self.words.append((box, text))
-        attributes = f' class="{style}"' if style else ""
-        attributes += f' text-anchor="{anchor}"' if anchor != "start" else ""
-        attributes += f' font-size="{size:g}"' if size != FONT else ""
-        self.add(f'<text x="{px(x)}" y="{px(y)}"{attributes}>{escape(text)}</text>')
+        self.add(Words(style, x, y, text, anchor, size))
         return box
 
     def line(self, x0: float, y0: float, x1: float, y1: float, style: str) -> None:
         """A straight line."""
-        self.add(f'<path class="{style}" d="M{px(x0)} {px(y0)}L{px(x1)} {px(y1)}"/>')
-
-    def polyline(self, xy: Floats, style: str, *, closed: bool = False, extra: str = "") -> None:
-        """A line through points (n, 2), px."""
-        self.add(f'<path class="{style}" d="{path_data(xy, closed=closed)}"{extra}/>')
-
-    def rect(self, box: Box, style: str) -> None:
-        """A rectangle."""
-        x0, y0, x1, y1 = box
-        self.add(f'<rect class="{style}" x="{px(x0)}" y="{px(y0)}" width="{px(x1 - x0)}" height="{px(y1 - y0)}"/>')
-
-    def dot(self, x: float, y: float, radius: float, style: str) -> None:
-        """A filled circle."""
-        self.add(f'<circle class="{style}" cx="{px(x)}" cy="{px(y)}" r="{px(radius)}"/>')
+        self.add(Segments(style, np.array([[[x0, y0], [x1, y1]]])))
 
     def clash(self, box: Box, gap: float = 2.0) -> float:
         """Area (px²) of a box that words already cover."""
@@ -114,28 +96,15 @@ class Sheet:
 
     def render(self, title: str, style: str = "") -> str:
         """The SVG element; `title` is its name for screen readers."""
+        x, y = f"{self.width:.1f}".removesuffix(".0"), f"{self.height:.1f}".removesuffix(".0")
         return (
-            f'<svg class="plot {style}" viewBox="0 0 {px(self.width)} {px(self.height)}" width="{px(self.width)}" '
-            f'height="{px(self.height)}" role="img" aria-label="{escape(title)}" font-size="{FONT:g}">'
-            + "".join(self.pieces)
-            + "</svg>"
+            f'<svg class="plot {style}" viewBox="0 0 {x} {y}" width="{x}" height="{y}" role="img" '
+            f'aria-label="{escape(title)}" font-size="{FONT:g}">{"".join(map(_PAGE.svg, self.shapes))}</svg>'
         )
 
 
-def px(value: float) -> str:
-    """A coordinate to a tenth of a pixel."""
-    text = f"{value:.1f}"
-    return text[:-2] if text.endswith(".0") else text
-
-
-def path_data(xy: Floats, *, closed: bool = False) -> str:
-    """SVG path through points (n, 2), px, as relative moves in tenths of a pixel without drift."""
-    tenths = np.rint(np.asarray(xy, dtype=np.float64) * 10.0).astype(np.int64)
-    steps = np.diff(tenths, axis=0)
-    steps = steps[np.any(steps != 0, axis=1)]
-    start = f"M{tenths[0, 0] / 10:g} {tenths[0, 1] / 10:g}"
-    moves = " ".join(f"{dx / 10:g} {dy / 10:g}" for dx, dy in steps.tolist())
-    return start + (f"l{moves}" if moves else "h0") + ("z" if closed else "")
+_PAGE = Pen(lambda shape: f' class="{shape.style}"' if shape.style else "", 10, FONT)
+"""classes of report.css, coordinates to a tenth of a pixel"""
 
 
 def thin_line(x: Floats, y: Floats, tolerance: float = 0.15, bucket: float = 1.0) -> Floats:

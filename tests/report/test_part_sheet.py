@@ -13,7 +13,8 @@ import pytest
 from pypdf import PdfReader
 
 import camgeom
-from camgeom.drawing.paper import POINT, Dot, Outline, Paper, Words, advance, hatching, pdf
+from camgeom.drawing.paper import POINT, Paper, advance, hatching, pdf
+from camgeom.drawing.shapes import Dot, Lines, Words
 from camgeom.drawing.sheet import overlap, text_box
 from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read
@@ -50,7 +51,7 @@ def test_no_words_over_words_and_nothing_outside_the_frame(name: str) -> None:
         for other, words in found[k + 1 :]:
             assert overlap(box, other) < 0.15, (text, words)
     for shape in paper.shapes:
-        if isinstance(shape, Outline) and shape.lines:
+        if isinstance(shape, Lines) and shape.lines:
             points = np.concatenate(shape.lines)
             assert points.min(axis=0) == pytest.approx(np.maximum(points.min(axis=0), (LEFT, TOP)), abs=0.05)
             assert points.max(axis=0) == pytest.approx(np.minimum(points.max(axis=0), (RIGHT, BOTTOM)), abs=0.05)
@@ -65,7 +66,7 @@ def test_the_views_are_at_the_stated_scale(name: str, size: float) -> None:
     heights = [
         float(np.ptp(np.concatenate(shape.lines)[:, 1]))
         for shape in paper.shapes
-        if isinstance(shape, Outline) and shape.style == "d-cut"
+        if isinstance(shape, Lines) and shape.style == "d-cut"
     ]
     assert max(heights) == pytest.approx(size * over / under, abs=0.15)
 
