@@ -19,7 +19,7 @@ def undercut(model: Model) -> Iterable[Finding]:
     limit = model.profile.limits.undercut_margin
     passed = worst.value > 0.0 and worst.value >= limit
     advice = "" if passed else "use a smaller roller, a larger cam or a gentler motion: the flank folds on itself"
-    where = f"at {worst.delta:.6g} mm along the roller axis"
+    where = f"at {worst.place:.6g} mm along the roller axis"
     yield Finding("undercut", worst.value, limit, "1", passed, degrees(worst.cam_angle) % 360.0, advice, where)
 
 

@@ -27,7 +27,7 @@ def face_curvature(model: Model) -> Iterable[Finding]:
         return
     advice = "" if worst.value > 0.0 else f"the profile folds under the flat face: {model.planar.fold_advice}"
     angle = degrees(worst.cam_angle) % 360.0
-    yield Finding("face-curvature", worst.value, 0.0, "mm", worst.value > 0.0, angle, advice, worst.touch)
+    yield Finding("face-curvature", worst.value, 0.0, "mm", worst.value > 0.0, angle, advice, worst.where)
 
 
 @check("self-crossing", "planar")
@@ -54,7 +54,7 @@ def face_width(model: Model) -> Iterable[Finding]:
     passed = given >= needed.value
     advice = "" if passed else f"the contact leaves the face: make face_width at least {needed.value:.6g} mm"
     angle = degrees(needed.cam_angle) % 360.0
-    yield Finding("face-width", given, needed.value, "mm", passed, angle, advice, needed.touch)
+    yield Finding("face-width", given, needed.value, "mm", passed, angle, advice, needed.where)
 
 
 @check("width", "planar")

@@ -32,13 +32,13 @@ def pressure_angle(model: Model) -> Iterable[Finding]:
         angle = degrees(found.cam_angle) % 360.0
         passed = degrees(found.value) <= limit
         yield Finding(
-            "pressure-angle", degrees(found.value), limit, "deg", passed, angle, "" if passed else ADVICE, found.touch
+            "pressure-angle", degrees(found.value), limit, "deg", passed, angle, "" if passed else ADVICE, found.where
         )
         return
     worst = max((survey.pressure_angle for survey in model.flanks), key=lambda e: e.value)
     value = degrees(worst.value)
     passed = value <= limit
     advice = "" if passed else ADVICE
-    where = f"at {worst.delta:.6g} mm along the roller axis"
+    where = f"at {worst.place:.6g} mm along the roller axis"
     angle = degrees(worst.cam_angle) % 360.0
     yield Finding("pressure-angle", value, limit, "deg", passed, angle, advice, where)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,20 @@ GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 FAN = 17
 ROUNDS = 9
 """rounds of FAN samples: a bracket shrinks to 1e-8 of its width, and the value at a peak to its square"""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The largest (or least) value of a quantity, and where.
+
+    cam_angle  rad; place: along what has it (a roller: delta, mm), 0 where there is but one place
+    where      the name of what has it (a flank, a touch, a wall), where there are several
+    """
+
+    value: float
+    cam_angle: float
+    place: float = 0.0
+    where: str = ""
 
 
 def piece_grid(knots: Floats, per_turn: int, least: int = 9) -> tuple[Floats, npt.NDArray[np.int64]]:

@@ -17,6 +17,7 @@ from camgeom.errors import DesignError, Problem, ProfileError
 if TYPE_CHECKING:
     from camgeom.checks import Finding
     from camgeom.model import Model
+    from camgeom.track.planar import Planar
 
 PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "exports", "report")
 COMMANDS: dict[str, tuple[str, ...]] = {
@@ -103,8 +104,32 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
 
 def _flank(model: Model) -> dict[str, Any]:
     data = flank_data(model) if model.tracks else {}
-    for facts in (model.planar, model.pair):
-        data |= facts.data() if facts is not None else {}
+    if model.planar is not None:
+        data |= _planar(model.planar)
+    if model.pair is not None:
+        data |= {"pair_least_gap_mm": model.pair.least, "pair_largest_gap_mm": float(model.pair.gap.max())}
+    return data
+
+
+def _planar(planar: Planar) -> dict[str, Any]:
+    """Extremes of a planar cam's profile."""
+    low, high = planar.pressure_angle_range
+    convex, hollow = planar.radii
+    data: dict[str, Any] = {
+        "max_pressure_angle_deg": degrees(planar.pressure_angle.value),
+        "max_pressure_angle_at_deg": degrees(planar.pressure_angle.cam_angle) % 360.0,
+        "pressure_angle_range_deg": [degrees(low.value), degrees(high.value)],
+        "min_convex_radius_mm": convex.value if convex else None,
+        "min_hollow_radius_mm": hollow.value if hollow else None,
+        "top_dwell_share": planar.top_share,
+        "curvature_jumps_deg": [degrees(jump.cam_angle) for jump in planar.curvature_jumps],
+    }
+    for key, one in (("min_face_radius", planar.face_radius), ("face_width_needed", planar.face_needed)):
+        data |= {f"{key}_mm": one.value, f"{key}_at_deg": degrees(one.cam_angle) % 360.0} if one else {}
+    if planar.width_residual is not None:
+        data |= {"width_mm": planar.span, "width_residual_mm": planar.width_residual.value}
+    if planar.sliding is not None:
+        data["max_sliding_mm_per_rad"] = planar.sliding.value
     return data
 
 
@@ -225,7 +250,7 @@ def _angles(model: Model) -> dict[str, Any]:
     return {
         "max_pressure_angle_deg": degrees(angle.value),
         "max_pressure_angle_at_deg": degrees(angle.cam_angle) % 360.0,
-        "max_pressure_angle_delta_mm": angle.delta,
+        "max_pressure_angle_delta_mm": angle.place,
         "max_axis_pressure_angle_deg": degrees(axis.value),
     }
 

@@ -67,10 +67,6 @@ class PairResidual:
         """Smallest gap, mm; negative where the pair jams."""
         return float(self.gap.min())
 
-    def data(self) -> dict[str, float]:
-        """The residual as plain data for result.json."""
-        return {"pair_least_gap_mm": self.least, "pair_largest_gap_mm": float(self.gap.max())}
-
     @property
     def spread(self) -> float:
         """Largest less smallest gap, mm: what no setting of the clearance takes away."""

@@ -6,34 +6,23 @@ material: convex is positive, also on the outer flank of a face groove.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, inf, pi
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
-from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.maths.extremum import Extreme
 from camgeom.motion.program import Program
 from camgeom.track.outline import Crossing, Outline, crossing
+from camgeom.track.survey import largest, smallest
 from camgeom.track.touch import Contacting, Touch
 
-PER_TURN = 720
 SMALLEST_JUMP = 1e-6
 """share of the largest curvature above which a step counts as a jump"""
-
-
-@dataclass(frozen=True)
-class Found:
-    """An extreme: its value, its cam angle (rad) and the touch it belongs to."""
-
-    value: float
-    cam_angle: float
-    touch: str
 
 
 @dataclass(frozen=True)
@@ -69,65 +58,37 @@ class Planar:
         return {touch.way for touch in self.touches} == {1.0, -1.0}
 
     @cached_property
-    def _grids(self) -> dict[str, tuple[Floats, npt.NDArray[np.int64], Contacting]]:
-        found = {}
-        for touch in self.touches:
-            phi, owner = piece_grid(touch.knots(), PER_TURN)
-            found[touch.name] = phi, owner, touch.at(phi)
-        return found
-
-    def largest(self, what: Callable[[Contacting, Touch], Floats]) -> Found:
-        """The largest value of a quantity over all touches and the whole turn."""
-        best: Found | None = None
-        for touch in self.touches:
-            phi, owner, sampled = self._grids[touch.name]
-
-            def exact(x: Floats, touch: Touch = touch) -> Floats:
-                return what(touch.at(x), touch)
-
-            value, angle = refined_maximum(exact, phi, owner, what(sampled, touch))
-            if best is None or value > best.value:
-                best = Found(value, angle, touch.name)
-        assert best is not None
-        return best
-
-    def smallest(self, what: Callable[[Contacting, Touch], Floats]) -> Found:
-        """The smallest value of a quantity over all touches and the whole turn."""
-        found = self.largest(lambda at, touch: -what(at, touch))
-        return Found(-found.value, found.cam_angle, found.touch)
-
-    @cached_property
-    def pressure_angle(self) -> Found:
+    def pressure_angle(self) -> Extreme:
         """Largest magnitude of the pressure angle, rad."""
-        return self.largest(lambda at, _: np.abs(at.pressure_angle))
+        return largest(self.touches, lambda at: np.abs(at.pressure_angle))
 
     @cached_property
-    def pressure_angle_range(self) -> tuple[Found, Found]:
+    def pressure_angle_range(self) -> tuple[Extreme, Extreme]:
         """Least and greatest signed pressure angle, rad."""
-        return self.smallest(lambda at, _: at.pressure_angle), self.largest(lambda at, _: at.pressure_angle)
+        return smallest(self.touches, lambda at: at.pressure_angle), largest(self.touches, lambda at: at.pressure_angle)
 
     @cached_property
-    def curvature_range(self) -> tuple[Found, Found]:
+    def curvature_range(self) -> tuple[Extreme, Extreme]:
         """Least and greatest curvature of the cam's material, 1/mm; negative where it is hollow."""
 
-        def curvature(at: Contacting, touch: Touch) -> Floats:
-            return touch.material * at.curve.curvature
+        def curvature(at: Contacting) -> Floats:
+            return at.touch.material * at.curve.curvature
 
-        return self.smallest(curvature), self.largest(curvature)
+        return smallest(self.touches, curvature), largest(self.touches, curvature)
 
     @cached_property
-    def radii(self) -> tuple[Found | None, Found | None]:
+    def radii(self) -> tuple[Extreme | None, Extreme | None]:
         """Smallest convex and smallest hollow radius of curvature of the profile, mm; None where there is none.
 
         A grinding wheel or cutter reaches every place of the profile where it is smaller than the hollow radius.
         """
         low, high = self.curvature_range
-        convex = Found(1.0 / high.value, high.cam_angle, high.touch) if high.value > 0.0 else None
-        hollow = Found(-1.0 / low.value, low.cam_angle, low.touch) if low.value < 0.0 else None
+        convex = replace(high, value=1.0 / high.value) if high.value > 0.0 else None
+        hollow = replace(low, value=-1.0 / low.value) if low.value < 0.0 else None
         return convex, hollow
 
     @cached_property
-    def face_radius(self) -> Found | None:
+    def face_radius(self) -> Extreme | None:
         """Smallest radius of curvature of a profile that flat faces envelop, mm; it must be positive. None: no face.
 
         Unlike a curvature it goes smoothly through zero where the profile begins to fold.
@@ -135,14 +96,14 @@ class Planar:
         flat = tuple(touch for touch in self.touches if touch.kind == "flat")
         if not flat:
             return None
-        return self.smallest(lambda at, _: 1.0 / at.curve.curvature)
+        return smallest(self.touches, lambda at: 1.0 / at.curve.curvature)
 
     def refuse_folded(self) -> None:
         """Raise DesignError where a flat face envelops a profile that folds back on itself."""
         worst = self.face_radius
         if worst is not None and worst.value <= 0.0:
             raise DesignError(
-                f"{worst.touch}: the profile folds at cam angle {degrees(worst.cam_angle) % 360.0:.6g} deg (radius of "
+                f"{worst.where}: the profile folds at cam angle {degrees(worst.cam_angle) % 360.0:.6g} deg (radius of "
                 f"curvature {worst.value:.6g} mm, must be above 0), so that it bounds no solid; {self.fold_advice}"
             )
 
@@ -166,7 +127,7 @@ class Planar:
         """Cam angles at which the curvature of a profile jumps (one-sided values at the knots)."""
         found = []
         for touch in self.touches[:1] if self.span is not None else self.touches:
-            _, owner, at = self._grids[touch.name]
+            (_, owner), at = touch.grid, touch.sampled
             k = touch.material * at.curve.curvature
             first = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
             last = np.r_[first[1:], len(owner)] - 1
@@ -180,33 +141,33 @@ class Planar:
         return tuple(found)
 
     @cached_property
-    def face_needed(self) -> Found | None:
+    def face_needed(self) -> Extreme | None:
         """Width that a flat face needs, mm: centred on its line (translating), or its length from the pivot on."""
         flat = [touch for touch in self.touches if touch.kind == "flat"]
         if not flat:
             return None
         if getattr(flat[0].joint, "centre", None) is not None:
-            return self.largest(lambda at, _: np.abs(at.along))
-        return self.largest(lambda at, touch: 2.0 * np.abs(at.along - touch.way * self.centre))
+            return largest(self.touches, lambda at: np.abs(at.along))
+        return largest(self.touches, lambda at: 2.0 * np.abs(at.along - at.touch.way * self.centre))
 
     @cached_property
-    def sliding(self) -> Found | None:
+    def sliding(self) -> Extreme | None:
         """Largest sliding of the cam over a follower that does not roll, mm per rad of cam angle."""
         if all(touch.rolling for touch in self.touches):
             return None
-        return self.largest(lambda at, _: at.sliding)
+        return largest(self.touches, lambda at: at.sliding)
 
     @cached_property
-    def width_residual(self) -> Found | None:
+    def width_residual(self) -> Extreme | None:
         """Largest deviation of the cam's width between parallel faces from the nominal, mm; None without such faces."""
         if self.span is None or len(self.touches) != 2 or self.touches[0].kind != "flat":
             return None
         near, far = self.touches
-        phi = self._grids[near.name][0]
+        phi, _ = near.grid
         one, two = near.at(phi).curve, far.at(phi).curve
         width = ((one.points - two.points) * one.normals).sum(axis=0)
         at = int(np.argmax(np.abs(width - self.span)))
-        return Found(float(width[at] - self.span), float(phi[at]), near.name)
+        return Extreme(float(width[at] - self.span), float(phi[at]), where=near.name)
 
     @property
     def top_share(self) -> float:
@@ -214,27 +175,6 @@ class Planar:
         top = max(max(span.before, span.after) for span in self.program.spans)
         rest = sum(s.end - s.start for s in self.program.spans if s.before == s.after == top)
         return rest / (2.0 * pi)
-
-    def data(self) -> dict[str, Any]:
-        """The facts as plain data for result.json."""
-        low, high = self.pressure_angle_range
-        convex, hollow = self.radii
-        data: dict[str, Any] = {
-            "max_pressure_angle_deg": degrees(self.pressure_angle.value),
-            "max_pressure_angle_at_deg": degrees(self.pressure_angle.cam_angle) % 360.0,
-            "pressure_angle_range_deg": [degrees(low.value), degrees(high.value)],
-            "min_convex_radius_mm": convex.value if convex else None,
-            "min_hollow_radius_mm": hollow.value if hollow else None,
-            "top_dwell_share": self.top_share,
-            "curvature_jumps_deg": [degrees(jump.cam_angle) for jump in self.curvature_jumps],
-        }
-        for key, one in (("min_face_radius", self.face_radius), ("face_width_needed", self.face_needed)):
-            data |= {f"{key}_mm": one.value, f"{key}_at_deg": degrees(one.cam_angle) % 360.0} if one else {}
-        if self.width_residual is not None:
-            data |= {"width_mm": self.span, "width_residual_mm": self.width_residual.value}
-        if self.sliding is not None:
-            data["max_sliding_mm_per_rad"] = self.sliding.value
-        return data
 
 
 def planar_of(cam: Any, setup: Any) -> Planar | None:

@@ -1,34 +1,123 @@
-"""A survey of a flank: refined extremes of pressure angle, curvature, undercut margin and sliding."""
+"""Surveys: the largest and least values of what is asked of a cam's contacts, refined beyond the samples.
+
+A contact is one flank of a roller, sampled at stations along it, or a planar cam's touch. Whatever is asked of it, its
+extreme lies between two samples: it is refined on the exact surface, between the knots of the motion.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Protocol, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from camgeom.track.section import Column, Level
 
 PER_TURN = 720
 STATIONS = 9
+FLANKS = {"flank +": 1.0, "flank -": -1.0}
+"""sides of a track by the name that an extreme's `where` has"""
+
+Grid = tuple[Floats, npt.NDArray[np.int64]]
+"""Cam angles (n,), rad, one-sided at every knot, and the piece of the motion each belongs to."""
+T = TypeVar("T", covariant=True)
+S = TypeVar("S")
 
 
-@dataclass(frozen=True)
-class Extreme:
-    """An extreme value with its cam angle (rad), its place along the roller (delta, mm) and its flank (+1 or -1)."""
+class Contact(Protocol[T]):
+    """One contact of the cam, which can be asked at any cam angle."""
 
-    value: float
-    cam_angle: float
-    delta: float
+    @property
+    def where(self) -> str:
+        """Its name."""
+
+    @property
+    def grid(self) -> Grid:
+        """Where it is sampled."""
+
+    @property
+    def sampled(self) -> T:
+        """The contact at the samples, with values (n,) or, at all its stations, (n, m)."""
+
+    def at(self, phi: Floats, station: int) -> T:
+        """The contact at one of its stations, with values (n,) or (n, 1)."""
+
+    def place(self, phi: float, station: int) -> float:
+        """Where along the follower a station is, mm."""
+
+
+def largest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], refine: bool = True) -> Extreme:
+    """The largest value of a quantity over all contacts, stations and cam angles.
+
+    refine  False: of the samples alone, for what means something only beside the other stations
+    """
+    best: Extreme | None = None
+    for contact in contacts:
+        phi, owner = contact.grid
+        sampled = what(contact.sampled).reshape(len(phi), -1)
+        station = int(np.argmax(sampled.max(axis=0)))
+        values = sampled[:, station]
+        if refine:
+
+            def exact(x: Floats, contact: Contact[S] = contact, station: int = station) -> Floats:
+                return what(contact.at(x, station)).reshape(len(x))
+
+            value, angle = refined_maximum(exact, phi, owner, values)
+        else:
+            value, angle = float(values.max()), float(phi[int(np.argmax(values))])
+        if best is None or value > best.value:
+            best = Extreme(value, angle, contact.place(angle, station), contact.where)
+    assert best is not None
+    return best
+
+
+def smallest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats]) -> Extreme:
+    """The smallest value of a quantity over all contacts, stations and cam angles."""
+    low = largest(contacts, lambda at: -what(at))
+    return replace(low, value=-low.value)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FlankContact:
+    """One flank of a track, at stations t (m,) along the roller, or (n, m) as a function of the cam angles (n,)."""
+
+    track: Track
     side: float
+    grid: Grid
+    stations: Floats | Callable[[Floats], Floats]
+
+    @property
+    def where(self) -> str:
+        """Its name."""
+        return next(name for name, side in FLANKS.items() if side == self.side)
+
+    @cached_property
+    def sampled(self) -> Flank:
+        """The flank at the samples, at all stations."""
+        return Flank(self.track, self.grid[0], self._stations(self.grid[0]), self.side)
+
+    def at(self, phi: Floats, station: int) -> Flank:
+        """The flank at one station."""
+        return Flank(self.track, phi, self._stations(phi)[..., station : station + 1], self.side)
+
+    def place(self, phi: float, station: int) -> float:
+        """delta of a station, mm."""
+        t = self._stations(np.array([phi])).reshape(-1)[station : station + 1]
+        return float(self.track.meridian.jet(t)[0][0])
+
+    def _stations(self, phi: Floats) -> Floats:
+        return self.stations(phi) if callable(self.stations) else self.stations
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Survey:
     """One track sampled over its span on both flanks (or the sides it works on).
@@ -43,7 +132,7 @@ class Survey:
     foot: tuple[Level, float] | None = None
 
     @cached_property
-    def _grid(self) -> tuple[Floats, npt.NDArray[np.int64]]:
+    def _grid(self) -> Grid:
         return piece_grid(self.track.knots(), PER_TURN)
 
     @property
@@ -72,102 +161,63 @@ class Survey:
 
     def flank(self, side: float) -> Flank:
         """The sampled flank over the contact stretch, (n, m)."""
-        return self._flanks[side]
+        return next(contact.sampled for contact in self.contacts if contact.side == side)
 
     @cached_property
-    def _flanks(self) -> dict[float, Flank]:
-        return {side: Flank(self.track, self.phi, self.stations, side) for side in self.track.sides}
+    def contacts(self) -> tuple[FlankContact, ...]:
+        """The flanks over the contact stretch."""
+        return self._over(self.stations)
+
+    def _over(self, stations: Floats) -> tuple[FlankContact, ...]:
+        return tuple(FlankContact(self.track, side, self._grid, stations) for side in self.track.sides)
 
     @cached_property
     def pressure_angle(self) -> Extreme:
         """Largest pressure angle over the contact stretch, rad."""
-        return self._extreme(self.track, self.stations, lambda f: f.pressure_angle(), 1.0)
+        return largest(self.contacts, lambda flank: flank.pressure_angle())
 
     @cached_property
     def axis_pressure_angle(self) -> Extreme:
         """Largest pressure angle taken at the roller axis, rad."""
-        return self._extreme(self.track, self.stations, lambda f: f.pressure_angle("axis"), 1.0)
+        return largest(self.contacts, lambda flank: flank.pressure_angle("axis"))
 
     def pressure_angle_at(self, delta: float) -> Extreme:
         """Largest pressure angle at one place along the roller, rad."""
         t = np.array([self.track.meridian.parameter(delta)])
-        return self._extreme(self.track, t, lambda f: f.pressure_angle(), 1.0)
+        return largest(self._over(t), lambda flank: flank.pressure_angle())
 
     @cached_property
     def relative_curvature(self) -> Extreme:
         """Smallest relative curvature of cam against roller over the contact stretch, 1/mm."""
-        return self._extreme(self.track, self.stations, lambda f: f.k_rel, -1.0)
+        return smallest(self.contacts, lambda flank: flank.k_rel)
 
     @cached_property
     def largest_relative_curvature(self) -> Extreme:
         """Largest relative curvature over the contact stretch, 1/mm: the sharpest contact."""
-        return self._extreme(self.track, self.stations, lambda f: f.k_rel, 1.0)
+        return largest(self.contacts, lambda flank: flank.k_rel)
 
     @cached_property
     def margin(self) -> Extreme:
         """Smallest undercut margin 1 - r k over the cut wall."""
-        if self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended:
-            return self._extreme(self.cutter, self.wall, lambda f: f.margin, -1.0)
-        return min((self._footed_margin(side) for side in self.cutter.sides), key=lambda e: e.value)
+        plain = self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended
+        walls = (
+            FlankContact(self.cutter, side, self._grid, self.wall if plain else partial(self._footed, side))
+            for side in self.cutter.sides
+        )
+        return smallest(walls, lambda flank: flank.margin)
 
-    def _footed_margin(self, side: float) -> Extreme:
-        """The same on one side of a wall whose foot is at another place of the roller at each angle.
+    def _footed(self, side: float, phi: Floats) -> Floats:
+        """Stations (n, m) over a wall whose foot is at another place of the roller at each angle.
 
         A wall may end on a surface; that of a ball ends where the two sides meet, short of the pole.
         """
-        cutter, (phi, owner) = self.cutter, self._grid
+        cutter = self.cutter
         top = cutter.meridian.parameter(max(cutter.contact, key=lambda d: abs(d - cutter.tip)))
-
-        def stations(x: Floats, share: Floats) -> Floats:
-            column = Column(cutter, x)
-            low = column.bottom_t() if self.foot is None else column.reach(side, *self.foot)
-            return np.asarray(low + (top - low) * share)
-
-        share = np.linspace(0.0 if self.foot else 1e-3, 1.0, STATIONS)
-        sampled = -Flank(cutter, phi, stations(phi, share), side).margin
-        column = int(np.argmax(sampled.max(axis=0)))
-        own = share[column : column + 1]
-        value, angle = refined_maximum(
-            lambda x: -Flank(cutter, x, stations(x, own), side).margin[:, 0], phi, owner, sampled[:, column]
-        )
-        t = stations(np.array([angle]), own)
-        return Extreme(-value, angle, float(cutter.meridian.jet(t)[0][0, 0]), side)
+        column = Column(cutter, phi)
+        low = column.bottom_t() if self.foot is None else column.reach(side, *self.foot)
+        return np.asarray(low + (top - low) * np.linspace(0.0 if self.foot else 1e-3, 1.0, STATIONS))
 
     @cached_property
     def sliding(self) -> Extreme:
         """Largest sliding along the contact line of a roller that rolls purely at its middle, mm per rad."""
-
-        def speed(flank: Flank) -> Floats:
-            round_it, along = flank.sliding()
-            return np.asarray(np.hypot(round_it, along))
-
-        return self._extreme(self.track, self.stations, speed, 1.0, refine=False)
-
-    def _extreme(
-        self, track: Track, stations: Floats, what: Callable[[Flank], Floats], sign: float, refine: bool = True
-    ) -> Extreme:
-        phi, owner = self._grid
-        best: Extreme | None = None
-        for side in track.sides:
-            sampled = sign * what(self._sampled(track, stations, side))
-            column = int(np.argmax(sampled.max(axis=0)))
-            t = stations[column : column + 1]
-
-            def along(x: Floats, t: Floats = t, side: float = side) -> Floats:
-                return np.asarray(sign * what(Flank(track, x, t, side))[:, 0])
-
-            values = sampled[:, column]
-            if refine:
-                value, angle = refined_maximum(along, phi, owner, values)
-            else:
-                value, angle = float(values.max()), float(phi[int(np.argmax(values))])
-            if best is None or value > sign * best.value:
-                delta = float(track.meridian.jet(t)[0][0])
-                best = Extreme(sign * value, angle, delta, side)
-        assert best is not None
-        return best
-
-    def _sampled(self, track: Track, stations: Floats, side: float) -> Flank:
-        if track is self.track and stations is self.stations:
-            return self._flanks[side]
-        return Flank(track, self.phi, stations, side)
+        return largest(self.contacts, lambda flank: np.hypot(*flank.sliding()), refine=False)

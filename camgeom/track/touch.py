@@ -7,20 +7,24 @@ other: the two flanks of a face groove, the two faces of a frame, the two discs 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid
 from camgeom.track import Joint
 from camgeom.track.outline import Curve, Outline
+from camgeom.track.survey import PER_TURN, Grid
 
 
 @dataclass(frozen=True, eq=False)
 class Contacting:
     """One touch at cam angles phi (n,).
 
+    touch            whose contact it is
     curve            the cam's outline there
     lever            velocity of the contact point along the force on the follower, per unit of the joint coordinate
                      (1 or mm/rad), signed: positive where the force drives towards larger lift
@@ -31,6 +35,7 @@ class Contacting:
     sliding          speed of the cam over a follower that does not roll, mm per rad
     """
 
+    touch: Touch
     curve: Curve
     lever: Floats
     pressure_angle: Floats
@@ -74,8 +79,29 @@ class Touch:
         """True where a roller rolls on the cam."""
         return self.kind == "roller"
 
-    def at(self, phi: Floats) -> Contacting:
+    @property
+    def where(self) -> str:
+        """Its name, as of a contact that is surveyed."""
+        return self.name
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Cam angles (n,), rad, at which it is sampled, one-sided at every knot, and the piece of each."""
+        return piece_grid(self.knots(), PER_TURN)
+
+    @cached_property
+    def sampled(self) -> Contacting:
+        """The contact at the samples."""
+        return self.at(self.grid[0])
+
+    def place(self, phi: float, station: int) -> float:
+        """It has one station, and no place along it."""
+        del phi, station
+        return 0.0
+
+    def at(self, phi: Floats, station: int = 0) -> Contacting:
         """The contact at cam angles phi (n,). Raises DesignError where the outline has no direction."""
+        del station
         phi = np.asarray(phi, dtype=float)
         curve = self.outline.curve(phi + self.lag)
         turn = np.exp(-1j * self.sense * phi)
@@ -86,6 +112,7 @@ class Touch:
         lever = n[0] * e[0] + n[1] * e[1]
         own = inf if self.radius == 0.0 else 1.0 / self.radius
         return Contacting(
+            self,
             curve,
             self.material * lever,
             self._pressure_angle(turn, curve),

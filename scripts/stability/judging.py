@@ -220,16 +220,17 @@ def _verify_jump(model: Model) -> None:
 def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
     """Where the margin is negative the roller must cut into its own flank beside the worst place."""
     from camgeom.track.flank import Flank
+    from camgeom.track.survey import FLANKS
 
     survey = min(model.flanks, key=lambda s: s.margin.value)
     at = survey.margin
     if at.value > -1e-3:
         return
     # At the roller's very end a neighbouring position may pass the point with its end: a little higher up too.
-    far = max(survey.cutter.contact, key=lambda d: abs(d - at.delta))
-    deltas = at.delta + (far - at.delta) * np.array([0.0, 0.02, 0.1, 0.3])
+    far = max(survey.cutter.contact, key=lambda d: abs(d - at.place))
+    deltas = at.place + (far - at.place) * np.array([0.0, 0.02, 0.1, 0.3])
     t = np.array([survey.cutter.meridian.parameter(float(d)) for d in deltas])
-    x = Flank(survey.cutter, np.array([at.cam_angle]), t, at.side).points[0]
+    x = Flank(survey.cutter, np.array([at.cam_angle]), t, FLANKS[at.where]).points[0]
     judges = _judges(model, data)
     depth = min(float(judge.least(x, loose=bool(judge.loose)).min()) for judge in judges)
     if depth >= -1e-13 * float(np.abs(x).max()):

@@ -14,7 +14,7 @@ from camgeom.report.result import compute
 from camgeom.track.flank import Flank
 from camgeom.track.follower import CylinderRoller, SphereRoller
 from camgeom.track.section import Column
-from camgeom.track.survey import Survey
+from camgeom.track.survey import FLANKS, Survey
 from tests.reference.machines import pin_cam, pin_setup, program
 
 DISC = {
@@ -100,7 +100,7 @@ def test_a_rib_is_judged_down_to_its_foot_and_no_deeper():
     to_the_tip, to_the_foot = Survey(track, cutter).margin, Survey(track, cutter, cam.wall_foot).margin
     assert to_the_foot.value > to_the_tip.value
     at = to_the_foot
-    foot = Flank(cutter, np.array([at.cam_angle]), np.array([at.delta]), at.side).points[0, 0]
+    foot = Flank(cutter, np.array([at.cam_angle]), np.array([at.place]), FLANKS[at.where]).points[0, 0]
     assert np.hypot(*foot[:2]) >= cam.floor_radius - 1e-9
 
 

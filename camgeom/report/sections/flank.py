@@ -27,12 +27,14 @@ from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 from camgeom.report.sections.motion import mark, zones
 from camgeom.track.flank import Flank
+from camgeom.track.survey import FLANKS
 
 if TYPE_CHECKING:
+    from camgeom.maths.extremum import Extreme
     from camgeom.model import Model
     from camgeom.track.pair import PairResidual
     from camgeom.track.planar import Planar
-    from camgeom.track.survey import Extreme, Survey
+    from camgeom.track.survey import Survey
     from camgeom.track.touch import Contacting
 
 PER_TURN = 720
@@ -94,7 +96,7 @@ def _row(
     value = shown(found.value)
     angle = degrees(found.cam_angle)
     # A roller that stays in the cam for several turns is counted through them; the table speaks of the cam.
-    return survey.track.name, name, value, unit, angle if _whole(survey) else angle % 360.0, found.delta
+    return survey.track.name, name, value, unit, angle if _whole(survey) else angle % 360.0, found.place
 
 
 def _sides(survey: Survey) -> list[tuple[float, str]]:
@@ -105,7 +107,7 @@ def _sides(survey: Survey) -> list[tuple[float, str]]:
 def lines(model: Model, survey: Survey, curved: bool = True) -> Chart:
     """Pressure angle at both ends and the middle of the contact, and relative curvature, along the turn."""
     angle = np.degrees(survey.phi)
-    side = survey.pressure_angle.side
+    side = FLANKS[survey.pressure_angle.where]
     found = survey.flank(side)
     stations = survey.track.meridian.jet(survey.stations)[0]
     picks = (0, len(stations) // 2, len(stations) - 1)
@@ -152,9 +154,9 @@ def maps(survey: Survey) -> tuple[Map, ...]:
     delta = survey.track.meridian.jet(t)[0]
     axis, along = _axis(survey), Axis("Along the roller axis", "mm")
     worst = survey.pressure_angle
-    found = Flank(survey.track, phi, t, worst.side)
+    found = Flank(survey.track, phi, t, FLANKS[worst.where])
     angle = np.degrees(phi)
-    marks = (Mark(degrees(worst.cam_angle), worst.delta, f"{number(degrees(worst.value))}°"),)
+    marks = (Mark(degrees(worst.cam_angle), worst.place, f"{number(degrees(worst.value))}°"),)
     pressure = Map(
         "Pressure angle over the flank", axis, along, Axis("Pressure angle", "°"), *_even(angle, delta),
         np.degrees(found.pressure_angle()).T[_order(delta)], marks=marks,
