@@ -103,7 +103,10 @@ class Model(Shape):
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
-        return impact_of(self.profile, self.setup, self.tracks) if self.profile.impact_spec is not None else None
+        if self.profile.impact_spec is None:
+            return None
+        touches = () if self.planar is None else self.planar.touches
+        return impact_of(self.profile, self.setup, self.tracks, touches)
 
     @fact
     def machining(self) -> Machining:

@@ -11,19 +11,22 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.material import pair_compliance
 from camgeom.model.loads import follower_load, operation_of
-from camgeom.track.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import Setup
 
 if TYPE_CHECKING:
+    from camgeom.dynamics.impact.pair import Pair
     from camgeom.dynamics.impact.problem import ImpactProblem, Load
     from camgeom.dynamics.impact.run import ImpactRun
-    from camgeom.dynamics.impact.side import Pair
     from camgeom.profile import Profile
     from camgeom.track import Track
+    from camgeom.track.touch import Touch
 
 MILLI = 1e-3
 
 
-def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactRun:
+def impact_of(
+    profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]
+) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
     Raises ProfileError where the cam does not drive both ways or has no play.
@@ -32,10 +35,12 @@ def impact_of(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Impa
 
     spec = profile.impact_spec
     assert spec is not None
-    return solve(impact_problem(profile, setup, tracks), turns=spec.turns, rtol=spec.tolerance)
+    return solve(impact_problem(profile, setup, tracks, touches), turns=spec.turns, rtol=spec.tolerance)
 
 
-def impact_problem(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> ImpactProblem:
+def impact_problem(
+    profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]
+) -> ImpactProblem:
     """The contact problem of the profile's cam in SI units; raises as `impact_of`."""
     spec = profile.impact_spec
     assert spec is not None
@@ -43,9 +48,9 @@ def impact_problem(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) ->
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
     base = getattr(cam, "base_radius", None) or getattr(cam, "radius", None) or radius
-    pair, load = impact_pair(profile, setup, tracks), impact_load(profile, setup)
+    pair, load = impact_pair(profile, setup, tracks, touches), impact_load(profile, setup)
     if load.applied is not None and load.applied.jumps:
-        pair = replace(pair, lift=pair.lift.split(load.applied.jumps))  # type: ignore[type-var]
+        pair = replace(pair, lift=pair.lift.split(load.applied.jumps))
     return spec.problem(
         pair,
         inertia=float(follower_load(profile, setup).mass),  # type: ignore[arg-type]
@@ -76,7 +81,8 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
         cam: Any = other.cam
         if problems := cam.problems(setup):
             raise ProfileError(problems, profile.source)
-        found[law] = impact_problem(other, setup, tuple(cam.tracks(setup)))
+        touches = tuple(cam.touches(setup)) if hasattr(cam, "touches") else ()
+        found[law] = impact_problem(other, setup, tuple(cam.tracks(setup)), touches)
     return found
 
 
@@ -106,50 +112,19 @@ def impact_load(profile: Profile, setup: Setup) -> Load:
     return Load(-unit * (spring + weight), unit * rate / length, unit * friction, 0.01 * fastest or 1e-3, applied)
 
 
-def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...]) -> Pair:
+def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]) -> Pair:
     """The two opposing contacts of the profile's cam, in m and rad. Raises ProfileError where it has none."""
-    from camgeom.dynamics.impact.flank import groove_pair
-    from camgeom.dynamics.impact.frame import FramePair
-    from camgeom.dynamics.impact.lift import Lift
-    from camgeom.dynamics.impact.pairs import RockerPair, SlidePair
+    from camgeom.dynamics.impact.pair import groove_pair, planar_pair
 
-    spec, cam, follower = profile.impact_spec, profile.cam, setup.follower
+    spec, cam = profile.impact_spec, profile.cam
     assert spec is not None
     cut = 2.0 * getattr(cam, "running_clearance", 0.0)
-    play = MILLI * (spec.clearance or getattr(follower, "clearance", 0.0) or cut)
-    if play <= 0.0:
+    clearance = MILLI * (spec.clearance or getattr(setup.follower, "clearance", 0.0) or cut)
+    if clearance <= 0.0:
         raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
-    kind = profile.kind
-    if kind == "conjugate" and isinstance(follower, SwingingFollower) and setup.roller is not None:
-        if (follower.side == "left") != (getattr(cam, "sense", 1.0) > 0.0):
-            message = "the contact solver knows rockers whose main roller meets the cam from ahead of the pivot"
-            allowed = "left with direction = ccw, or right with cw"
-            raise ProfileError([Problem("follower.side", message, follower.side, allowed)])
-        return RockerPair(
-            Lift.from_program(setup.program, 1.0),
-            MILLI * float(getattr(cam, "center_distance", 0.0)),
-            MILLI * follower.arm,
-            MILLI * float(getattr(cam, "return_arm", None) or follower.arm),
-            MILLI * 0.5 * setup.roller.diameter,
-            MILLI * float(getattr(cam, "base_radius", 0.0)),
-            play,
-            spec.clearance_kind,
-            cam.angle_between(setup) if hasattr(cam, "angle_between") else None,
-        )
-    if kind == "conjugate" and isinstance(follower, TranslatingFollower) and setup.roller is not None:
-        return SlidePair(
-            Lift.from_program(setup.program, MILLI),
-            MILLI * float(getattr(cam, "base_radius", 0.0)),
-            MILLI * cam.slide_return_radius(setup) if hasattr(cam, "slide_return_radius") else 0.0,
-            MILLI * 0.5 * setup.roller.diameter,
-            play,
-            spec.clearance_kind,
-            # seen from behind, a cam that turns clockwise turns the other way and the offset changes its side
-            MILLI * follower.offset * getattr(cam, "sense", 1.0),
-        )
-    if kind == "constant-width" and isinstance(follower, FrameFollower):
-        return FramePair(Lift.from_program(setup.program, MILLI), MILLI * float(getattr(cam, "base_radius", 0.0)), play)
+    if {touch.way for touch in touches} == {1.0, -1.0}:
+        return planar_pair(setup.program, touches, clearance, spec.clearance_kind)
     if len(tracks) == 1 and len(tracks[0].sides) == 2 and hasattr(cam, "quoted_radius"):
-        return groove_pair(tracks[0], play, cam.quoted_radius(setup))
+        return groove_pair(tracks[0], clearance, cam.quoted_radius(setup))
     allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
-    raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", kind, allowed)])
+    raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", profile.kind, allowed)])

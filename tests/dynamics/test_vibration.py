@@ -162,13 +162,20 @@ def test_a_slide_between_two_discs_and_its_mirror_image():
     assert rows[0]["over_turns"]["energy_residual"] < 1e-6
 
 
-def test_a_rocker_on_the_other_side_is_refused():
-    text = (PROFILES / "conjugate_rocker.toml").read_text().replace('direction = "ccw"', 'direction = "cw"')
-    with pytest.raises(ProfileError, match=r"follower\.side"):
-        compute(Model(parse(text + "\n[impact]\nturns = 2\n")), ("dynamics",))
-    both = text.replace("arm = 90", 'arm = 90\nside = "right"')
-    found = compute(Model(parse(both + "\n[impact]\nturns = 2\n")), ("dynamics",)).data["dynamics"]["impact"]
-    assert found["conversions_deg"][:2] == pytest.approx([40.57, 110.45], abs=0.05)
+def test_rockers_on_either_side_and_their_mirror_images():
+    text = (PROFILES / "conjugate_rocker.toml").read_text() + "\n[impact]\nturns = 2\n"
+
+    def impact(side, direction):
+        changed = text.replace("arm = 90", f'arm = 90\nside = "{side}"')
+        changed = changed.replace('direction = "ccw"', f'direction = "{direction}"')
+        return compute(Model(parse(changed)), ("dynamics",)).data["dynamics"]["impact"]
+
+    ahead, behind = impact("left", "ccw"), impact("right", "ccw")
+    assert ahead == impact("right", "cw")
+    assert behind == impact("left", "cw")
+    assert ahead["conversions_deg"][:2] == pytest.approx([40.57, 110.45], abs=0.05)
+    assert behind["conversions_deg"][:2] != pytest.approx(ahead["conversions_deg"][:2], abs=1e-3)
+    assert behind["over_turns"]["energy_residual"] < 1e-6
 
 
 def test_laws_of_a_groove_are_cut_anew():

@@ -16,11 +16,9 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.dynamics.impact.frame import FrameSide
 from camgeom.dynamics.impact.laws import ImpactDamping
+from camgeom.dynamics.impact.pair import Face, Roller, Side
 from camgeom.dynamics.impact.problem import ImpactProblem
-from camgeom.dynamics.impact.roller import CurveSide, DiscCurve
-from camgeom.dynamics.impact.side import Side
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
@@ -142,28 +140,22 @@ class _Fixed:
 def _stacked(sides: list[Side]) -> Any:
     """Sides that differ in their clearance alone as one side whose numbers are arrays."""
     first = sides[0]
-    if isinstance(first, CurveSide):
-        curves = [side.curve for side in sides if isinstance(side, CurveSide)]
-        curve: Any = first.curve
-        if isinstance(curve, DiscCurve):
-            shifts: Any = np.array([c.shift for c in curves if isinstance(c, DiscCurve)])
-            curve = replace(curve, shift=shifts)
-        gaps: Any = np.array([side.gap for side in sides if isinstance(side, CurveSide)])
-        limits: Any = None if first.limit is None else np.array([side.limit for side in sides])
-        return replace(first, curve=curve, gap=gaps, begins=limits)
-    if isinstance(first, FrameSide):
-        gaps = np.array([side.gap for side in sides if isinstance(side, FrameSide)])
+    if isinstance(first, Roller):
+        rollers = [side for side in sides if isinstance(side, Roller)]
+        begins: Any = None if first.begins is None else np.array([side.begins for side in rollers])
+        shifts: Any = np.array([side.shift for side in rollers])
+        gaps: Any = np.array([side.gap for side in rollers])
+        return replace(first, shift=shifts, gap=gaps, begins=begins)
+    if isinstance(first, Face):
+        gaps = np.array([side.gap for side in sides if isinstance(side, Face)])
         return replace(first, gap=gaps)
     raise ProfileError([Problem("method", "the fixed-step method knows rollers and frames", None, "the event solver")])
 
 
 def _picked(side: Any, on: NDArray[np.intp]) -> Any:
     """The stacked side of some of the clearances."""
-    if isinstance(side, FrameSide):
-        gap: Any = side.gap
-        return replace(side, gap=gap[on])
-    curve = side.curve
-    if isinstance(curve, DiscCurve):
-        shift: Any = curve.shift
-        curve = replace(curve, shift=shift[on])
-    return replace(side, curve=curve, gap=side.gap[on], begins=None)
+    if isinstance(side, Roller):
+        shift: Any = side.shift
+        side = replace(side, shift=shift[on], begins=None)
+    gap: Any = side.gap
+    return replace(side, gap=gap[on])

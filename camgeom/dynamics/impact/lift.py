@@ -23,6 +23,7 @@ from camgeom.motion.program import Program
 
 Jet = tuple[float, float, float]
 """lift, first and second derivative over the cam angle in radians"""
+Row = tuple[float, ...]
 TURN = 2.0 * math.pi
 
 
@@ -147,7 +148,12 @@ class Lift:
         return Lift(tuple(arcs))
 
     @cached_property
-    def starts(self) -> tuple[float, ...]:
+    def inner(self) -> Floats:
+        """Cam angles [rad] spread over the arcs, none of them on a knot."""
+        return np.concatenate([np.linspace(a.start, a.end, 183)[1:-1] for a in self.arcs])
+
+    @cached_property
+    def starts(self) -> Row:
         """Cam angles [rad] at which the arcs begin."""
         return tuple(arc.start for arc in self.arcs)
 
@@ -157,7 +163,8 @@ class Lift:
 
     def compiled(self) -> LiftJets:
         """The quick evaluator of this motion."""
-        return LiftJets([arc.compiled() for arc in self.arcs], [arc.end - arc.start for arc in self.arcs])
+        spans = [arc.end - arc.start for arc in self.arcs]
+        return LiftJets([arc.compiled() for arc in self.arcs], spans, self.starts)
 
     def many(self, angle: ArrayLike, order: int = 2) -> Floats:
         """Lift [m or rad] and derivatives per rad, shape (order + 1, n), at any cam angles [rad]."""
@@ -183,11 +190,12 @@ class Lift:
 class LiftJets:
     """Plain functions of the arcs: `at(k, x)` is the jet at the angle x [rad] past the start of arc k, x in any arc."""
 
-    __slots__ = ("jets", "spans")
+    __slots__ = ("jets", "spans", "starts")
 
-    def __init__(self, jets: Sequence[Callable[[float], Jet]], spans: Sequence[float]) -> None:
+    def __init__(self, jets: Sequence[Callable[[float], Jet]], spans: Sequence[float], starts: Row) -> None:
         self.jets = tuple(jets)
         self.spans = tuple(spans)
+        self.starts = starts
 
     def at(self, k: int, x: float) -> Jet:
         """Lift and two derivatives at x [rad] past the start of arc k, stepping into the neighbours as needed."""

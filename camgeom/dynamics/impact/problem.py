@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, final
 
 from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDamping, LinePatch
 from camgeom.dynamics.impact.lift import ForceTable
-from camgeom.dynamics.impact.side import Pair
+from camgeom.dynamics.impact.pair import Pair
 from camgeom.errors import Problem, ProfileError
 
 

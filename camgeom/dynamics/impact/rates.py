@@ -202,7 +202,7 @@ class Machine:
         which, whole = 0 if free else regime.state - 1, self.problem.law.uses_curvature
         touch, forces = self.touches[which], self._forces(regime)
         resistance = self.resistances[arc]
-        radius = float(getattr(self.problem.pair.sides[which], "radius", 0.0))
+        radius, carrier = self.problem.pair.sides[which].rolls
 
         def rate(t: float, y: Any) -> tuple[Any, complex]:
             x = w * (t - begin)
@@ -219,7 +219,7 @@ class Machine:
                 force = elastic + lost
                 own = spins.real if which == 0 else spins.imag
                 # The contact point of a turning roller: that of the centre, less the surface speed of the spin.
-                centre = ht + radius * self.carrier_turn(which)
+                centre = ht + radius * carrier
                 slide = centre * q1 - radius * own - gt * w
                 rub = mu(slide) * force
                 torque += force * h - rub * centre
@@ -230,11 +230,6 @@ class Machine:
             return np.array([complex(eta1, torque * inverse - s2 * w * w), turning]), complex(given, spent)
 
         return rate
-
-    def carrier_turn(self, which: int) -> float:
-        """How fast the roller's carrier turns anticlockwise per unit of the coordinate (-1 rocker, 0 slide)."""
-        arm = getattr(self.problem.pair.sides[which], "arm", None)
-        return -1.0 if hasattr(arm, "pivot") else 0.0
 
 
 def _follower(y: Any) -> tuple[float, float]:

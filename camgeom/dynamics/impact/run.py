@@ -225,8 +225,8 @@ def evaluate(
         slide = ht * q1[on] - gt * w
         lever = ht
         if spins is not None:
-            radius = float(getattr(problem.pair.sides[side], "radius", 0.0))
-            lever = ht + radius * machine.carrier_turn(side)
+            radius, carrier = problem.pair.sides[side].rolls
+            lever = ht + radius * carrier
             slide = lever * q1[on] - radius * (spins.real if side == 0 else spins.imag)[on] - gt * w
         rub = problem.friction.coefficient_many(slide) * force if problem.friction is not None else 0.0
         torque[on] += force * h - rub * lever

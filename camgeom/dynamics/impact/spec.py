@@ -19,8 +19,8 @@ from camgeom.dynamics.impact.laws import (
     PrintedStiffness,
     RampedDamping,
 )
+from camgeom.dynamics.impact.pair import Pair
 from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin
-from camgeom.dynamics.impact.side import Pair
 from camgeom.keys import Length, Section
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]

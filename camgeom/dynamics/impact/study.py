@@ -6,24 +6,19 @@ only convergence that can be shown is that of the first turn, against a run with
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from multiprocessing import get_context
 from time import perf_counter
-from typing import Any, NamedTuple, final
+from typing import NamedTuple, final
 
 import numpy as np
 
-from camgeom.dynamics.impact.lift import Lift
-from camgeom.dynamics.impact.pair import TablePair
-from camgeom.dynamics.impact.problem import ImpactProblem, State
+from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.program import Program
 
 WORTH_SPAWNING = 1.0
 """s of work left that pays for starting processes, which takes about half of that"""
@@ -219,33 +214,6 @@ def clearance_study(
     return study(problems, **options)  # type: ignore[arg-type]
 
 
-def compare_profiles(
-    problem: ImpactProblem, program: Program, laws: Sequence[str], unit: float, **options: int | float | bool | None
-) -> list[StudyRow]:
-    """Rows over motion laws: the program with the law of every moving segment replaced, everything else kept.
-
-    `unit` is m (or rad) per unit of the program's lift; the options are those of `study`.
-    """
-    if isinstance(problem.pair, TablePair):
-        text = "the levers of a groove belong to its motion: name the laws in [impact] instead"
-        raise ProfileError([Problem("impact.laws", text)])
-    problems = {}
-    for law in laws:
-        segments = [s if s.dwells else replace(s, law=law, params=()) for s in program.segments]
-        other = Program.from_segments(segments, program.spans[0].before)
-        pair: Any = problem.pair
-        problems[law] = replace(problem, pair=replace(pair, lift=Lift.from_program(other, unit)))
-    return study(problems, **options)  # type: ignore[arg-type]
-
-
-def decade_growth(rows: Sequence[StudyRow]) -> list[float]:
-    """Local exponent of the growth of the mean peak acceleration with the clearance, between neighbouring rows."""
-    return [
-        math.log(b.acceleration.mean / a.acceleration.mean) / math.log(b.clearance / a.clearance)
-        for a, b in pairwise(rows)
-    ]
-
-
 def _row(job: Job) -> StudyRow:
     label, problem, turns, skip, rtol, tighter = job
     run = solve(problem, turns=turns, rtol=rtol)
@@ -267,7 +235,7 @@ def _statistic(values: Sequence[float]) -> Statistic:
 
 
 def _clearance(problem: ImpactProblem) -> float:
-    return float(getattr(problem.pair, "clearance", problem.pair.play))
+    return problem.pair.clearance
 
 
 def _powers(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -282,24 +250,3 @@ def _powers(run: ImpactRun, turns: Sequence[tuple[float, float]]) -> tuple[float
 def _per_turn(run: ImpactRun, values: Sequence[float]) -> tuple[float, float]:
     turns = run.recorded.time / run.problem.period
     return values[0] / turns, values[1] / turns
-
-
-def free_flight(problem: ImpactProblem) -> tuple[float, float, float]:
-    """Estimate of the drive conversion: flight time [s], speed gained in the coordinate, approach speed [m/s].
-
-    The follower leaves one side where the acceleration changes sign with the jerk j and crosses the play phi_m freely:
-    t = (6 phi_m/|j|)^(1/3), eta' = 1/2 |j| t^2, growing with the clearance to the power 2/3.
-    """
-    pair, w = problem.pair, problem.speed
-    lift = pair.lift
-    angle = np.linspace(0.0, 2.0 * math.pi, 7201)
-    second, third = lift.many(angle, 3)[2:]
-    turning = 1 + np.flatnonzero((second[:-2] > 0.0) & (second[1:-1] <= 0.0) & (second[2:] < 0.0))
-    if not turning.size:
-        return 0.0, 0.0, 0.0
-    place = int(turning[np.argmax(np.abs(third[turning]))])
-    jerk = abs(float(third[place])) * w**3
-    time = math.cbrt(6.0 * pair.play / jerk) if jerk > 0.0 else 0.0
-    speed = 0.5 * jerk * time * time
-    lever = float(pair.sides[State.RETURN - 1].many(lift, angle[place : place + 1], np.zeros(1))[1][0])
-    return time, speed, abs(lever) * speed
