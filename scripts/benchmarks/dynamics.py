@@ -14,11 +14,11 @@ from kit import Plot, Row, Table, best, milli, run, short
 from scipy.integrate import solve_ivp
 
 from camgeom.dynamics.indexing.drive import IndexingDrive
-from camgeom.dynamics.indexing.response import output, steady_state
-from camgeom.dynamics.indexing.sweep import sweep
+from camgeom.dynamics.indexing.response import steady_state, sweep
 from camgeom.dynamics.indexing.system import TorsionSystem
 from camgeom.dynamics.linear.accuracy import Accuracy
 from camgeom.dynamics.linear.method import INTEGRATORS
+from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import Solution, transient
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged

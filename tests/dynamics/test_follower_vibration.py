@@ -10,11 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from camgeom.dynamics.follower.jump import flight, jump, jump_speed, preload_share
 from camgeom.dynamics.follower.polydyne import operator, polydyne
 from camgeom.dynamics.follower.residual import residual_spectrum
-from camgeom.dynamics.follower.response import OUTPUTS, from_rest, steady_state
-from camgeom.dynamics.follower.train import CamShaft, FollowerSystem, FollowerTrain
+from camgeom.dynamics.follower.response import flight, from_rest, jump, jump_speed, preload_share, steady_state
+from camgeom.dynamics.follower.train import OUTPUTS, CamShaft, FollowerSystem, FollowerTrain
 from camgeom.dynamics.linear.accuracy import Accuracy
 from camgeom.errors import NotConverged, ProfileError
 from camgeom.motion import Program, Segment, make
@@ -220,7 +219,7 @@ class TestResponse:
             FollowerSystem(
                 replace(TRAIN, tappet_mass=1.0), motion, np.array([1.0]), shaft=CamShaft(inertia=1, stiffness=1)
             )
-        with pytest.raises(ProfileError, match="give the shaft"):
+        with pytest.raises(ProfileError, match="no such output"):
             steady_state(TRAIN, motion, 10.0).output("windup")
         with pytest.raises(ProfileError, match="contact_force"):
             steady_state(TRAIN, motion, 10.0).output("force")

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
-from camgeom.dynamics.indexing.energy import Indefinite
+from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive
 from camgeom.dynamics.indexing.response import refuse_indefinite
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, solved, watch_position
-from camgeom.dynamics.linear.method import Side
+from camgeom.dynamics.linear.method import Motion, Side
 from camgeom.dynamics.linear.solve import Solution, transient
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.follower.train import FollowerTrain, Motion
-from camgeom.dynamics.linear.method import Side
+from camgeom.dynamics.follower.train import FollowerTrain
+from camgeom.dynamics.linear.method import Motion, Side
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.motion.law import Law, finish

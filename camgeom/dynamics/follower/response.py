@@ -1,119 +1,36 @@
-"""Response of an elastic follower: periodic steady state and transient, with contact force, linkage force and shaft
-torque. SI.
+"""Response of an elastic follower, and jump: where it loses contact, how fast it may run, and how it flies. SI.
+
+While contact holds the system is linear and its contact force may be read off; the first angle at which it turns
+negative is the lift-off. Preload acts linearly: 1 N more adds k/(k + k_s) N everywhere (springs in series with the
+contact included), so the preload that just holds contact follows from one run. Flight is followed by events: lift-off
+where the force falls to zero, landing where the gap closes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.follower.train import CamShaft, FollowerSystem, FollowerTrain, Load, Motion
-from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, Once, solved
-from camgeom.dynamics.linear.method import Side
-from camgeom.dynamics.linear.peaks import Output, Peak, peak
-from camgeom.dynamics.linear.solve import Solution, acceleration, advance, periodic, transient
-from camgeom.errors import Problem, ProfileError
+from camgeom.dynamics.follower.train import CamShaft, FollowerResponse, FollowerSystem, FollowerTrain, Load
+from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy, predicted_steps
+from camgeom.dynamics.linear.maps import step_maps
+from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.response import periodic_response, transient_response
+from camgeom.dynamics.linear.solve import FINE, advance
+from camgeom.dynamics.linear.walk import Grid, aligned_grid
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
 
-OUTPUTS: Mapping[str, str] = MappingProxyType(
-    {
-        "deviation": "m, follower mass from its rigid position",
-        "position": "m, follower mass",
-        "velocity": "m/s of the follower mass",
-        "acceleration": "m/s2 of the follower mass",
-        "contact_force": "N between cam and follower along the motion, positive when it presses",
-        "linkage_force": "N in the linkage, positive when it pushes the follower mass up",
-        "cam_torque": "N m on the cam, contact force times ds/dtheta",
-        "windup": "rad, cam from its nominal angle",
-        "shaft_torque": "N m in the cam shaft, positive when it drives the cam",
-    }
-)
-"""The outputs of a follower response by name, with unit and meaning."""
-
-
-@dataclass(frozen=True, eq=False)
-class FollowerResponse:
-    """Motion of an elastic follower at speeds (b,); outputs are computed when asked for."""
-
-    system: FollowerSystem
-    solution: Solution
-
-    @property
-    def theta(self) -> Floats:
-        """Cam angles (n + 1) of the nodes in rad."""
-        return self.solution.theta
-
-    def output(self, name: str, side: Side = "right") -> Floats:
-        """An output of `OUTPUTS` (b, n + 1) at the nodes; at a knot the limit from the given side."""
-        return output(self.system, name)(self.theta[None], self.solution.position, self.solution.rate, side)
-
-    def at(self, theta: npt.ArrayLike, name: str) -> Floats:
-        """An output (b, k) at any cam angles (k,) of the solution, rad, by true steps from the nodes."""
-        angles = np.atleast_1d(np.asarray(theta, dtype=float))
-        index = np.clip(np.searchsorted(self.theta, angles, "right") - 1, 0, len(self.theta) - 2)
-        y = np.concatenate([self.solution.position, self.solution.rate], -1)[:, index]
-        y = advance(self.system, self.theta[None, index], (angles - self.theta[index])[None], y)
-        m = self.system.size
-        return output(self.system, name)(angles[None], y[..., :m], y[..., m:], "right")
-
-    def peak(self, name: str) -> Peak:
-        """Extremes of an output between the nodes too, with their cam angles."""
-        return peak(self.solution, output(self.system, name))
-
-
-def output(system: FollowerSystem, name: str) -> Output:
-    """The function that gives an output of `OUTPUTS`; ProfileError names them for any other name."""
-    if name not in OUTPUTS or (name in ("windup", "shaft_torque") and system.shaft is None):
-        hint = "give the shaft" if name in OUTPUTS else ""
-        raise ProfileError([Problem("dynamics.output", "no such output", name, ", ".join(OUTPUTS), hint)])
-    order = {"position": 0, "velocity": 1, "acceleration": 2}
-
-    def value(theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
-        if name == "deviation":
-            return q[..., -1]
-        if name in order:
-            part = (q, u, None)[order[name]]
-            own = acceleration(system, theta, q, u, side) if part is None else part
-            rigid = system.lift(theta, order[name], side)[order[name]]
-            return np.asarray((rigid + own[..., -1]) * system.speed[:, None] ** order[name])
-        if name in ("contact_force", "cam_torque"):
-            force, slope = system.contact(theta, q, u, side)
-            return force if name == "contact_force" else force * slope
-        if name == "linkage_force":
-            return _linkage(system, theta, q, u, side)
-        return _shaft(system, name, q, u)
-
-    return value
-
-
-def _linkage(system: FollowerSystem, theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
-    """Force (b, n) in N in the linkage."""
-    t, w = system.train, system.speed[:, None]
-    if t.two_masses:
-        return np.asarray(t.stiffness * (q[..., -2] - q[..., -1]) + t.damping * w * (u[..., -2] - u[..., -1]))
-    if system.shaft is None:
-        return np.asarray(-t.stiffness * q[..., 0] - t.damping * w * u[..., 0])
-    return system.contact(theta, q, u, side)[0]
-
-
-def _shaft(system: FollowerSystem, name: str, q: Floats, u: Floats) -> Floats:
-    """Windup (b, n) in rad or shaft torque in N m."""
-    if name == "windup" or system.shaft is None:
-        return q[..., 0]
-    return np.asarray(-system.shaft.stiffness * q[..., 0] - system.shaft.damping * system.speed[:, None] * u[..., 0])
-
-
-def watch(solution: Solution) -> Floats:
-    """What a response must have right: the deviations and the contact force, (b, n + 1, m + 1)."""
-    system = solution.system
-    if not isinstance(system, FollowerSystem):
-        raise TypeError("a follower's response watches a follower's system")
-    force = system.contact(solution.theta[None], solution.position, solution.rate)[0]
-    return np.concatenate([solution.position, force[..., None]], -1)
+BISECTIONS = 60
+MAX_EVENTS = 20_000
+STEPS_PER_RADIAN = 4.0
+"""steps per radian of the fastest mode: short against any loss of contact, and FINE errs by less than rounding"""
+FAN = np.linspace(0.0, 1.0, 33)[1:]
+ROUNDS = 9
+"""32^9 > 1e13: an event is placed to rounding"""
 
 
 def steady_state(
@@ -125,12 +42,11 @@ def steady_state(
     shaft: CamShaft | None = None,
     load: Load | None = None,
 ) -> FollowerResponse:
-    """Periodic steady state at speeds (b,) in rad/s, contact never lost (see `follower_jump` for that).
+    """Periodic steady state at speeds (b,) in rad/s, contact never lost (see `flight` for that).
 
     Raises NotConverged for a resonance without damping, ProfileError for a motion whose velocity jumps.
     """
-    system = FollowerSystem(train, motion, np.atleast_1d(speed), scale, shaft, load)
-    return FollowerResponse(system, _solve(system, accuracy, lambda g, m: periodic(system, g, m)))
+    return periodic_response(FollowerSystem(train, motion, np.atleast_1d(speed), scale, shaft, load), accuracy)
 
 
 def from_rest(
@@ -145,18 +61,197 @@ def from_rest(
 ) -> FollowerResponse:
     """Transient over `turns` turns from static equilibrium at the first cam angle."""
     system = FollowerSystem(train, motion, np.atleast_1d(speed), scale, shaft, load)
-    begin = np.concatenate([equilibrium(system), np.zeros((system.batch, system.size))], -1)
-    return FollowerResponse(system, _solve(system, accuracy, lambda grid, m: transient(system, grid, m, begin, turns)))
+    return transient_response(system, accuracy, system.rest(), turns)
 
 
-def equilibrium(system: FollowerSystem) -> Floats:
-    """Deviations (b, m) of the follower standing still at the first cam angle under preload, spring and load."""
-    theta = np.array([[float(system.motion.knots[0])]])
-    slow = FollowerSystem(system.train, system.motion, np.array([1e-9]), system.scale, system.shaft, system.load)
-    here = slow.coefficients(theta)
-    found = np.linalg.solve(here.stiffness[:, 0], here.force[:, 0, :, None])[..., 0]
-    return np.broadcast_to(found, (system.batch, system.size)).copy()
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """Contact of a steady state at speeds (b,): smallest force in N and where (rad), whether it is lost, preload to
+    hold it.
+
+    required_preload (b,) in N is the preload at which the smallest force is just zero (never below zero).
+    """
+
+    minimum_force: Floats
+    minimum_at: Floats
+    lost: npt.NDArray[np.bool_]
+    required_preload: Floats
 
 
-def _solve(system: FollowerSystem, accuracy: Accuracy, once: Once) -> Solution:
-    return solved(system, np.asarray(system.motion.knots), accuracy, once, watch)
+def jump(response: FollowerResponse) -> Jump:
+    """Loss of contact of a force-closed follower in a response whose contact was never released.
+
+    Raises ProfileError for a form-closed follower, which cannot leave its groove.
+    """
+    train = response.system.train
+    if train.closure != "force":
+        raise ProfileError(
+            [Problem("dynamics.closure", "a form-closed follower does not jump", train.closure, "force")]
+        )
+    force = response.peak("contact_force")
+    needed = np.maximum(0.0, train.preload - force.minimum / preload_share(train))
+    return Jump(force.minimum, force.minimum_at, force.minimum < 0.0, needed)
+
+
+def preload_share(train: FollowerTrain) -> float:
+    """Contact force per preload, no unit: the springs between cam and mass in series against the return spring."""
+    chain = 1.0 / train.stiffness + (1.0 / train.contact_stiffness if train.two_masses else 0.0)
+    return 1.0 / (1.0 + train.return_stiffness * chain)
+
+
+def jump_speed(
+    train: FollowerTrain,
+    motion: Motion,
+    low: float,
+    high: float,
+    accuracy: Accuracy = STANDARD,
+    scale: float = 1e-3,
+    load: Load | None = None,
+    samples: int = 65,
+) -> float:
+    """Lowest speed in rad/s between low and high at which the contact force falls to zero.
+
+    The range is looked at in `samples` steady states and the first crossing closed in to 1e-9. Raises NotConverged when
+    contact holds everywhere, ProfileError when it is already lost at `low`.
+    """
+    if not 0.0 < low < high:
+        raise ProfileError([Problem("dynamics.speed_range", "needs 0 < low < high", (low, high))])
+
+    def force(speeds: Floats) -> Floats:
+        return steady_state(train, motion, speeds, accuracy, scale, load=load).peak("contact_force").minimum
+
+    left, right = low, high
+    for count in (samples, 9, 9, 9):
+        speeds = np.linspace(left, right, count)
+        values = force(speeds)
+        lost = values < 0.0
+        if lost[0]:
+            text = "contact is lost at the lowest speed already"
+            raise ProfileError([Problem("dynamics.speed_range", text, low, "", "give more preload")])
+        if not lost.any():
+            raise NotConverged(
+                f"contact holds up to {high:.6g} rad/s (smallest force {values.min():.6g} N); look higher"
+            )
+        k = int(lost.argmax())
+        left, right, ends = float(speeds[k - 1]), float(speeds[k]), (float(values[k - 1]), float(values[k]))
+    for _ in range(BISECTIONS):
+        if right - left <= 1e-9 * right:
+            break
+        # the secant, kept off the ends so that both close in
+        share = min(max(ends[0] / (ends[0] - ends[1]), 0.02), 0.98)
+        middle = left + share * (right - left)
+        value = float(force(np.array([middle]))[0])
+        if abs(value) <= 1e-13 * max(abs(ends[0]), abs(ends[1])):
+            return middle
+        if value < 0.0:
+            right, ends = middle, (ends[0], value)
+        else:
+            left, ends = middle, (value, ends[1])
+    return 0.5 * (left + right)
+
+
+@dataclass(frozen=True)
+class Event:
+    """Lift-off or landing at a cam angle in rad; closing speed in m/s at a landing."""
+
+    kind: Literal["lift-off", "landing"]
+    theta: float
+    closing_speed: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """Motion with loss of contact: theta (n + 1) rad, deviation (n + 1, m) in m, flying (n + 1,), events, largest gap
+    in m.
+    """
+
+    theta: Floats
+    deviation: Floats
+    flying: npt.NDArray[np.bool_]
+    events: tuple[Event, ...]
+    largest_gap: float
+
+
+def flight(
+    train: FollowerTrain,
+    motion: Motion,
+    speed: float,
+    turns: int = 2,
+    scale: float = 1e-3,
+    load: Load | None = None,
+) -> Flight:
+    """Motion over `turns` turns from static equilibrium at a speed in rad/s, contact released and taken up again.
+
+    Raises ProfileError for a tappet mass without contact stiffness (it could not leave the cam) and NotConverged when
+    the contact chatters more than `MAX_EVENTS` times.
+    """
+    if train.tappet_mass > 0.0 and not train.two_masses:
+        text = "flight needs a contact stiffness where there is a tappet mass"
+        raise ProfileError([Problem("dynamics.contact_stiffness", text, 0.0, "> 0")])
+    on = FollowerSystem(train, motion, np.array([speed]), scale, load=load)
+    off = replace(on, flight=True)
+    knots = np.asarray(motion.knots)
+    fastest = float(train.natural_frequency().max()) / speed * (knots[-1] - knots[0])
+    grid = aligned_grid(knots, round(max(float(predicted_steps(on, knots, 1e-9, FINE)[0]), fastest * STEPS_PER_RADIAN)))
+    return _fly(on, off, grid, turns)
+
+
+def _fly(on: FollowerSystem, off: FollowerSystem, grid: Grid, turns: int) -> Flight:
+    """Step by step over the grid, each step cut at its events."""
+    m, span = on.size, grid.theta[-1] - grid.theta[0]
+    maps = [step_maps(FINE, system, grid.start, grid.step)[0] for system in (on, off)]
+    state = on.rest()[0]
+    flying, gap = False, 0.0
+    theta, states, airborne = [float(grid.theta[0])], [state], [flying]
+    events: list[Event] = []
+    for turn in range(turns):
+        for k, (start, step) in enumerate(zip(grid.start, grid.step, strict=True)):
+            begin, left, whole = float(start), float(step), True
+            while left > 0.0:
+                system = off if flying else on
+                one = maps[int(flying)][k]
+                end = one[:, :-1] @ state + one[:, -1] if whole else _ahead(system, begin, np.array([left]), state)[0]
+                if not _over(system, begin + np.array([left]), end[None], flying)[0]:
+                    state, left = end, 0.0
+                else:
+                    used, state = _event(system, begin, left, state, flying)
+                    begin, left, whole = begin + used, left - used, False
+                    closing = -float(state[m]) * float(on.speed[0]) if flying else 0.0
+                    events.append(Event("landing" if flying else "lift-off", begin + turn * span, closing))
+                    flying = not flying
+                    if len(events) > MAX_EVENTS:
+                        raise NotConverged("the contact chatters without end; give the contact or the linkage damping")
+                gap = max(gap, float(state[0])) if flying else gap
+            theta.append(float(start + step) + turn * span)
+            states.append(state)
+            airborne.append(flying)
+    return Flight(np.array(theta), np.array(states)[:, :m], np.array(airborne), tuple(events), gap)
+
+
+def _event(system: FollowerSystem, begin: float, step: float, state: Floats, flying: bool) -> tuple[float, Floats]:
+    """Cam angle used and state at the first end of the phase inside a step, closed in by shrinking fans of trial
+    steps.
+    """
+    low, high = 0.0, step
+    for _ in range(ROUNDS):
+        trial = low + (high - low) * FAN
+        over = _over(system, begin + trial, _ahead(system, begin, trial, state), flying)
+        over[-1] = True
+        k = int(over.argmax())
+        low, high = (float(trial[k - 1]) if k else low), float(trial[k])
+    return high, _ahead(system, begin, np.array([high]), state)[0]
+
+
+def _ahead(system: FollowerSystem, begin: float, steps: Floats, state: Floats) -> Floats:
+    """States (k, 2m) after steps (k,) from one state."""
+    start = np.full((1, len(steps)), begin)
+    return np.asarray(advance(system, start, steps[None], np.broadcast_to(state, (1, len(steps), len(state))))[0])
+
+
+def _over(system: FollowerSystem, theta: Floats, state: Floats, flying: bool) -> npt.NDArray[np.bool_]:
+    """Whether the phase has ended in states (k, 2m): contact by a pull, flight by a closed gap that still closes."""
+    m = system.size
+    if flying:
+        return np.asarray((state[:, 0] <= 0.0) & (state[:, m] < 0.0))
+    force, _ = system.contact(theta[None], state[None, :, :m], state[None, :, m:], "left")
+    return np.asarray(force[0] < 0.0)

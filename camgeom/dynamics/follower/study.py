@@ -8,11 +8,11 @@ from math import degrees, pi
 
 import numpy as np
 
-from camgeom.dynamics.follower.jump import Flight, Jump, flight, jump, jump_speed
 from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
-from camgeom.dynamics.follower.response import FollowerResponse, from_rest, steady_state
-from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerTrain, Load, Motion
+from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
+from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerTrain, Load
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -95,7 +95,7 @@ class FollowerStudy:
         }
 
     def jump_speed_rpm(self, lowest_rpm: float, highest_rpm: float) -> float:
-        """Lowest speed in r/min between two at which contact is lost; raises as `follower_jump.jump_speed`."""
+        """Lowest speed in r/min between two at which contact is lost; raises as `jump_speed`."""
         found = jump_speed(
             self.train, self.motion, lowest_rpm * RPM, highest_rpm * RPM, self.accuracy, self.scale, self.load
         )
@@ -116,10 +116,7 @@ class FollowerStudy:
             "least_contact_force_cam_angle_deg": degrees(float(contact.minimum_at[0])),
             "peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0]),
             "spectral_radius": float(steady.solution.spectral_radius[0]),
-            "error": float(steady.solution.error[0]) if np.isfinite(steady.solution.error[0]) else None,
-            "integrator": steady.solution.choice
-            or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
-            "cautions": list(steady.solution.cautions),
+            **steady.certainty(),
         }
         if self.jump is not None:
             out["contact_lost"] = bool(self.jump.lost[0])

@@ -12,14 +12,16 @@ inertias (kg m2), stiffnesses N m/rad and forces N m.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from typing import Literal, Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from camgeom.dynamics.linear.method import Coefficients, Side, Split
+from camgeom.dynamics.linear.method import Coefficients, Motion, Side, Split
+from camgeom.dynamics.linear.response import Response, positive_speeds
+from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
@@ -28,15 +30,23 @@ Load = Callable[[Floats], Floats]
 """Applied force (., n) in N against the lift over cam angles (., n)."""
 JUMP = 1e-9
 """share of the largest velocity above which a step in velocity at a knot is a knock"""
-
-
-class Motion(Protocol):
-    """The motion program: lift over the cam angle in rad."""
-
-    @property
-    def knots(self) -> npt.NDArray[np.float64]: ...
-
-    def jet(self, theta: npt.NDArray[np.float64], order: int = 3, side: Side = "right") -> npt.NDArray[np.float64]: ...
+OUTPUTS: Mapping[str, str] = MappingProxyType(
+    {
+        "deviation": "m, follower mass from its rigid position",
+        "position": "m, follower mass",
+        "velocity": "m/s of the follower mass",
+        "acceleration": "m/s2 of the follower mass",
+        "contact_force": "N between cam and follower along the motion, positive when it presses",
+        "linkage_force": "N in the linkage, positive when it pushes the follower mass up",
+        "cam_torque": "N m on the cam, contact force times ds/dtheta",
+        "windup": "rad, cam from its nominal angle",
+        "shaft_torque": "N m in the cam shaft, positive when it drives the cam",
+    }
+)
+"""The outputs of an elastic follower by name, with unit and meaning."""
+TURNING = ("windup", "shaft_torque")
+"""outputs of an elastic cam shaft"""
+ORDERS: Mapping[str, int] = MappingProxyType({"position": 0, "velocity": 1, "acceleration": 2})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +123,7 @@ class FollowerSystem:
     """Equation of motion at speeds (b,) in rad/s; coordinates are deviations from the rigid motion.
 
     Order: windup of the cam (rad, with a shaft), tappet (m, with two masses), follower mass (m). In flight the spring
-    at the cam carries nothing (see `follower_jump`).
+    at the cam carries nothing (see `flight`).
     """
 
     train: FollowerTrain
@@ -126,10 +136,7 @@ class FollowerSystem:
     mass: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        speed = np.atleast_1d(np.asarray(self.speed, dtype=float))
-        if not (np.isfinite(speed).all() and (speed > 0.0).all()):
-            raise ProfileError([Problem("operation.speed", "must be positive and finite", speed.tolist(), "> 0")])
-        object.__setattr__(self, "speed", speed)
+        object.__setattr__(self, "speed", positive_speeds(self.speed))
         t = self.train
         masses = ([self.shaft.inertia] if self.shaft else []) + ([t.tappet_mass] if t.two_masses else []) + [t.mass]
         object.__setattr__(self, "mass", np.array(masses))
@@ -147,6 +154,56 @@ class FollowerSystem:
     def batch(self) -> int:
         """Number of speeds."""
         return len(self.speed)
+
+    @property
+    def knots(self) -> Floats:
+        """Cam angles in rad at which some derivative of the motion jumps."""
+        return np.asarray(self.motion.knots)
+
+    @property
+    def outputs(self) -> Mapping[str, str]:
+        """`OUTPUTS`; without an elastic shaft those of the shaft are missing."""
+        if self.shaft is not None:
+            return OUTPUTS
+        return {name: meaning for name, meaning in OUTPUTS.items() if name not in TURNING}
+
+    @property
+    def judged(self) -> str:
+        """The force that decides whether the follower stays on its cam."""
+        return "contact_force"
+
+    def read(self, name: str, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+        """An output (b, n) of `OUTPUTS` from q and q' (b, n, m) at cam angles theta (1 or b, n)."""
+        q, u = position, rate
+        if name == "deviation":
+            return q[..., -1]
+        if name in ORDERS:
+            order = ORDERS[name]
+            own = (q, u)[order] if order < 2 else acceleration(self, theta, q, u, side)
+            return np.asarray((self.lift(theta, order, side)[order] + own[..., -1]) * self.speed[:, None] ** order)
+        if name in ("contact_force", "cam_torque"):
+            force, slope = self.contact(theta, q, u, side)
+            return force if name == "contact_force" else force * slope
+        if name == "linkage_force":
+            return self._linkage(theta, q, u, side)
+        if name == "windup" or self.shaft is None:
+            return q[..., 0]
+        return np.asarray(-self.shaft.stiffness * q[..., 0] - self.shaft.damping * self.speed[:, None] * u[..., 0])
+
+    def _linkage(self, theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
+        """Force (b, n) in N in the linkage."""
+        t, w = self.train, self.speed[:, None]
+        if t.two_masses:
+            return np.asarray(t.stiffness * (q[..., -2] - q[..., -1]) + t.damping * w * (u[..., -2] - u[..., -1]))
+        if self.shaft is None:
+            return np.asarray(-t.stiffness * q[..., 0] - t.damping * w * u[..., 0])
+        return self.contact(theta, q, u, side)[0]
+
+    def rest(self) -> Floats:
+        """State (b, 2m) of the follower standing still at the first cam angle under preload, spring and load."""
+        here = replace(self, speed=np.array([1e-9])).coefficients(self.knots[None, :1])
+        still = np.linalg.solve(here.stiffness[:, 0], here.force[:, 0, :, None])[..., 0]
+        return np.broadcast_to(np.concatenate([still, np.zeros_like(still)], -1), (self.batch, 2 * self.size)).copy()
 
     def split(self, theta: Floats, side: Side = "right") -> Split | None:
         """None: nothing that is worth splitting."""
@@ -251,6 +308,9 @@ class FollowerSystem:
         out[..., 0] = (linear - slope * force) / (self.mass[0] * w * w)
         out[..., 1] = (force - straight) / (self.mass[1] * w * w)
         return out
+
+
+FollowerResponse = Response[FollowerSystem]
 
 
 def _refuse_knocks(motion: Motion) -> None:

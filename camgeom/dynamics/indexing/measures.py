@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.indexing.response import Response, output
+from camgeom.dynamics.indexing.system import DriveResponse
 from camgeom.dynamics.linear.peaks import INSIDE, peak, sampled
+from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -43,7 +44,7 @@ class EnergyBalance:
         return np.asarray(np.abs(np.sum(parts, axis=0)) / np.where(scale > 0.0, scale, 1.0))
 
 
-def energy_balance(response: Response) -> EnergyBalance:
+def energy_balance(response: DriveResponse) -> EnergyBalance:
     """Mean powers over the last turn of a response, by Gauss quadrature of true partial steps.
 
     kinetic is the energy gained over the turn divided by its time: zero for a steady state.
@@ -92,7 +93,7 @@ def energy_balance(response: Response) -> EnergyBalance:
     return EnergyBalance(mean(input_torque * omega), mean(loss), mean(linear), mean(outside), _gained(response) / total)
 
 
-def _gained(response: Response) -> Floats:
+def _gained(response: DriveResponse) -> Floats:
     """Energy gained (b,) in J over the last turn, kinetic and elastic."""
     system, solution, d = response.system, response.solution, response.system.drive
     out = []
@@ -131,7 +132,7 @@ class Residual:
     settled: npt.NDArray[np.bool_]
 
 
-def residual_vibration(response: Response, band: float = 1e-4) -> Residual:
+def residual_vibration(response: DriveResponse, band: float = 1e-4) -> Residual:
     """Residual vibration in the longest dwell; band in rad of load-plate deviation defines settling.
 
     A dwell goes on over the turn's end where the response is periodic; of a transient the last turn counts. Peaks are
@@ -161,7 +162,7 @@ def _between(solution: Solution, low: float, high: float) -> Solution:
     return replace(solution, theta=solution.theta[i : j + 1], state=solution.state[:, i : j + 1])
 
 
-def _settling(response: Response, parts: list[Solution], band: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _settling(response: DriveResponse, parts: list[Solution], band: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Time (b,) in s from the dwell's begin to the last exit from the band, and whether there is none up to its end."""
     angles, values, begun = [], [], 0.0
     for part in parts:
@@ -184,7 +185,7 @@ def _settling(response: Response, parts: list[Solution], band: float) -> tuple[F
     return np.where(outside.any(-1), place, 0.0) / response.speed, last < count - 1
 
 
-def longest_dwell(response: Response) -> tuple[float, float]:
+def longest_dwell(response: DriveResponse) -> tuple[float, float]:
     """Cam angles in rad between which the turret rests longest; beyond 2 pi where a periodic state rests over the end.
     """
     motion = response.system.motion

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
-from camgeom.dynamics.indexing.energy import Indefinite, modes
+from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive, modes
+from camgeom.dynamics.linear.method import Motion
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 

@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from camgeom.dynamics.indexing.drive import IndexingDrive, Motion
+from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.measures import EnergyBalance, Residual, energy_balance, residual_vibration
 from camgeom.dynamics.indexing.modes import (
     Campbell,
@@ -26,10 +26,10 @@ from camgeom.dynamics.indexing.modes import (
     natural_modes,
     speed_classes,
 )
-from camgeom.dynamics.indexing.response import CONSTANT, Response, from_rest, steady_state
-from camgeom.dynamics.indexing.sweep import Sweep, sweep
-from camgeom.dynamics.indexing.system import Fluctuation
+from camgeom.dynamics.indexing.response import CONSTANT, Sweep, from_rest, rigid_peak, steady_state, sweep
+from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -74,12 +74,12 @@ class IndexingStudy:
         return critical_speeds(self.modes)
 
     @cached_property
-    def steady(self) -> Response:
+    def steady(self) -> DriveResponse:
         """Periodic steady state."""
         return steady_state(self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, exact=self.exact)
 
     @cached_property
-    def start(self) -> Response:
+    def start(self) -> DriveResponse:
         """First turn from rest."""
         return from_rest(self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, exact=self.exact)
 
@@ -125,19 +125,14 @@ class IndexingStudy:
             "medium_speed_limit_rpm": self.classes.medium_rpm,
             "speed_class": self.classes.of(speed_rpm),
             "peak_load_acceleration_rad_s2": float(load.magnitude[0]),
-            "peak_load_acceleration_cam_angle_deg": degrees(
-                _where(load.maximum, load.maximum_at, load.minimum, load.minimum_at)
-            ),
-            "amplification": float(load.magnitude[0] / steady.rigid_peak()[0]),
+            "peak_load_acceleration_cam_angle_deg": degrees(float(load.magnitude_at[0])),
+            "amplification": float(load.magnitude[0] / rigid_peak(steady)[0]),
             "peak_contact_torque_n_m": float(contact.magnitude[0]),
             "peak_output_torque_n_m": float(steady.peak("output_torque").magnitude[0]),
             "peak_input_torque_n_m": float(steady.peak("input_torque").magnitude[0]),
             "spectral_radius": float(steady.solution.spectral_radius[0]),
             "input_power_w": float(self.energy.input[0]),
-            "error": float(steady.solution.error[0]) if np.isfinite(steady.solution.error[0]) else None,
-            "integrator": steady.solution.choice
-            or f"{steady.solution.method.name}, {steady.solution.grid.steps} steps",
-            "cautions": list(steady.solution.cautions),
+            **steady.certainty(),
             "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
             "critical_speeds": self._near_critical(speed_rpm),
             **self._data_figures(),
@@ -204,11 +199,6 @@ class IndexingStudy:
             "residual_acceleration_rad_s2": float(found.acceleration[0]),
             "settling_time_s": float(found.settling_s[0]) if found.settled[0] else None,
         }
-
-
-def _where(top: Floats, top_at: Floats, bottom: Floats, bottom_at: Floats) -> float:
-    """Cam angle in rad of the larger of both extremes."""
-    return float(top_at[0] if abs(top[0]) >= abs(bottom[0]) else bottom_at[0])
 
 
 def indexing_study(

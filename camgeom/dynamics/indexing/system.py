@@ -11,13 +11,16 @@ derivatives in the cam angle by q. = omega q', q.. = omega^2 q'' + omega omega' 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
-from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Motion
-from camgeom.dynamics.linear.method import Coefficients, Side, Split
+from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
+from camgeom.dynamics.linear.method import Coefficients, Motion, Side, Split
+from camgeom.dynamics.linear.response import Response, positive_speeds
+from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
@@ -44,6 +47,22 @@ class Fluctuation:
         return factor, slope
 
 
+OUTPUTS: Mapping[str, str] = MappingProxyType(
+    {
+        "cam_windup": "rad, q1: cam behind its rigid position",
+        "turret_deviation": "rad, q2: turret from its rigid position",
+        "load_deviation": "rad, q3: load plate from its rigid position",
+        "cam_acceleration": "rad/s2 of the cam",
+        "turret_acceleration": "rad/s2 of the turret",
+        "load_acceleration": "rad/s2 of the load plate",
+        "contact_torque": "N m between cam and turret, at the turret, positive when the cam holds the turret back",
+        "output_torque": "N m in the output shaft",
+        "input_torque": "N m in the input shaft, positive when it drives the cam",
+    }
+)
+"""The outputs of an indexing drive by name, with unit and meaning."""
+DEVIATIONS = tuple(OUTPUTS)[:3]
+ACCELERATIONS = tuple(OUTPUTS)[3:6]
 SEEN = 12
 """jets of the motion kept: the same cam angles are asked for by the equation of motion, its check and its outputs"""
 SAME = 1e-9
@@ -73,10 +92,7 @@ class TorsionSystem:
 
     def __post_init__(self) -> None:
         d = self.drive
-        speed = np.atleast_1d(np.asarray(self.speed, dtype=float))
-        if not (np.isfinite(speed).all() and (speed > 0.0).all()):
-            raise ProfileError([Problem("operation.speed", "must be positive and finite", speed.tolist(), "> 0")])
-        object.__setattr__(self, "speed", speed)
+        object.__setattr__(self, "speed", positive_speeds(self.speed))
         object.__setattr__(self, "mass", np.array([d.cam_inertia, d.turret_inertia, d.load_inertia]))
         fixed = (d.matrix(d.spring_terms(), TORSION), d.matrix(d.damping_terms(), TORSION))
         object.__setattr__(self, "_fixed", fixed)
@@ -95,6 +111,24 @@ class TorsionSystem:
     def linear(self) -> bool:
         """Whether the contact is linearised about the rigid motion."""
         return not self.exact
+
+    @property
+    def outputs(self) -> Mapping[str, str]:
+        """`OUTPUTS`."""
+        return OUTPUTS
+
+    @property
+    def judged(self) -> str:
+        """The acceleration of the load plate, which an indexing drive is built for."""
+        return "load_acceleration"
+
+    def read(self, name: str, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
+        """An output (b, n) of `OUTPUTS` from q and q' (b, n, 3) at cam angles theta (1 or b, n)."""
+        if name in DEVIATIONS:
+            return position[..., DEVIATIONS.index(name)]
+        if name in ACCELERATIONS:
+            return _acceleration(self, ACCELERATIONS.index(name), theta, position, rate, side)
+        return _torque(self, name, theta, position, rate, side)
 
     @property
     def knots(self) -> Floats:
@@ -216,6 +250,9 @@ class TorsionSystem:
         return np.asarray(out)
 
 
+DriveResponse = Response[TorsionSystem]
+
+
 def _entries(fixed: Floats, e11: Floats, e12: Floats, e21: Floats, e22: Floats) -> Floats:
     """fixed (3, 3) plus the entries of the contact, each (b, n): (b, n, 3, 3)."""
     e11, e12, e21, e22 = np.broadcast_arrays(e11, e12, e21, e22)
@@ -226,3 +263,30 @@ def _entries(fixed: Floats, e11: Floats, e12: Floats, e21: Floats, e22: Floats) 
     out[..., 1, 0] += e21
     out[..., 1, 1] += e22
     return out
+
+
+def _acceleration(system: TorsionSystem, k: int, theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
+    """theta_k.. (b, n) in rad/s2."""
+    omega, slope = system.rates(theta)
+    bend = acceleration(system, theta, q, u, side)[..., k]
+    tau = system.jet(theta, 2, side)
+    rigid = (1.0, 0.0) if k == 0 else (tau[1], tau[2])
+    return np.asarray(omega**2 * (bend + rigid[1]) + omega * slope * (u[..., k] + rigid[0]))
+
+
+def _torque(system: TorsionSystem, name: str, theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
+    """Torque (b, n) in N m."""
+    d = system.drive
+    omega, _ = system.rates(theta)
+    if name == "input_torque":
+        return np.asarray(-d.input_stiffness * q[..., 0] - d.input_damping * omega * u[..., 0])
+    if name == "output_torque":
+        return np.asarray(
+            d.output_stiffness * (q[..., 2] - q[..., 1]) + d.output_damping * omega * (u[..., 2] - u[..., 1])
+        )
+    tau = system.jet(theta, 2, side)
+    stretch = q[..., 1] - tau[1] * q[..., 0]
+    rate = omega * (u[..., 1] - tau[1] * u[..., 0] - tau[2] * q[..., 0])
+    if system.exact:
+        return system.exact_contact(theta, q, u, side)[0]
+    return np.asarray(d.contact_stiffness_at(theta) * stretch + d.contact_damping * rate)

@@ -29,6 +29,18 @@ from camgeom.maths import Floats
 
 Side = Literal["left", "right"]
 
+
+class Motion(Protocol):
+    """What drives a system: lift or turret angle over the cam angle in rad, exact to any derivative."""
+
+    @property
+    def knots(self) -> Floats: ...
+
+    def jet(self, theta: Floats, order: int = 3, side: Side = "right") -> Floats:
+        """Value and derivatives per rad (order + 1, ...) at cam angles theta; at a knot the limit from the side."""
+        ...
+
+
 WILSON_BOUND = (1.0 + sqrt(3.0)) / 2.0
 """1.3660254: below it Wilson-theta is only conditionally stable (papers round it to 1.37)."""
 AUTO = "gauss8"

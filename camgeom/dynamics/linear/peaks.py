@@ -43,6 +43,11 @@ class Peak:
         """The larger of both in magnitude (b,)."""
         return np.maximum(np.abs(self.maximum), np.abs(self.minimum))
 
+    @property
+    def magnitude_at(self) -> Floats:
+        """Cam angles (b,) in rad of the larger of both."""
+        return np.where(np.abs(self.maximum) >= np.abs(self.minimum), self.maximum_at, self.minimum_at)
+
 
 def peak(solution: Solution, output: Output) -> Peak:
     """Extremes of an output over a solution, between its nodes too.

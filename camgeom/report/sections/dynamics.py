@@ -15,7 +15,7 @@ from camgeom.report.sections.motion import mark, zones
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
-    from camgeom.dynamics.follower.jump import Flight
+    from camgeom.dynamics.follower.response import Flight
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
     from camgeom.model import Model

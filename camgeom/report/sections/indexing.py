@@ -14,9 +14,9 @@ from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.dynamics.indexing.modes import Mode, Modes
-    from camgeom.dynamics.indexing.response import Response
+    from camgeom.dynamics.indexing.response import Sweep
     from camgeom.dynamics.indexing.study import IndexingStudy
-    from camgeom.dynamics.indexing.sweep import Sweep
+    from camgeom.dynamics.indexing.system import DriveResponse
     from camgeom.motion.program import Program
 
 ORDERS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
@@ -100,14 +100,14 @@ def campbell_chart(found: Modes, speed_rpm: float) -> Chart:
     return Chart(caption, Axis("Cam speed", "r/min", 0.0, reach), (panel,))
 
 
-def _turn(response: Response) -> tuple[Floats, Floats]:
+def _turn(response: DriveResponse) -> tuple[Floats, Floats]:
     """Cam angles of one turn, rad: as the response knows them, and from zero."""
     last = float(response.theta[-1])
     theta = np.linspace(last - 2.0 * pi, last, 1081)
     return theta[:-1], theta[:-1] - theta[0]
 
 
-def over_turn(response: Response) -> Chart:
+def over_turn(response: DriveResponse) -> Chart:
     """Load acceleration against the rigid motion, load deviation, contact and input torque over one turn."""
     theta, shown = _turn(response)
     angle = np.degrees(shown)
@@ -220,9 +220,10 @@ def modes_table(found: Modes, speed_rpm: float) -> Table:
     return Table(f"Natural modes; harmonics of {number(speed_rpm)} r/min", columns, tuple(rows))
 
 
-def peaks(response: Response) -> Table:
+def peaks(response: DriveResponse) -> Table:
     """Extremes of the outputs and what the drive does in the dwell."""
-    from camgeom.dynamics.indexing.response import OUTPUTS
+    from camgeom.dynamics.indexing.response import amplification
+    from camgeom.dynamics.indexing.system import OUTPUTS
 
     rows: list[tuple[Cell, ...]] = []
     for name, meaning in OUTPUTS.items():
@@ -233,7 +234,7 @@ def peaks(response: Response) -> Table:
         )
         unit = meaning.split(",")[0].split(" of ")[0].split(" in ")[0].split(" between ")[0].replace("rad/s2", "rad/s²")
         rows.append((name.replace("_", " "), unit, high[0], degrees(high[1]) % 360.0, low[0], degrees(low[1]) % 360.0))
-    rows.append(("peak load acceleration over rigid", "1", float(response.amplification()[0]), None, None, None))
+    rows.append(("peak load acceleration over rigid", "1", float(amplification(response)[0]), None, None, None))
     columns = (
         Column("Output"), Column("Unit"), Column("Largest"), Column("at", "°"), Column("Smallest"), Column("at", "°"),
     )  # fmt: skip

@@ -1,0 +1,186 @@
+"""Response of a driven system: periodic steady state, transient and sweep, their named outputs and extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.dynamics.linear.accuracy import Accuracy, Once, predicted_steps, solved, verified
+from camgeom.dynamics.linear.method import Side, System, find
+from camgeom.dynamics.linear.peaks import Output, Peak, peak
+from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
+from camgeom.dynamics.linear.walk import aligned_grid
+from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.maths import Floats
+
+GROUP = 64
+"""speeds solved together; more would outgrow the cache"""
+
+
+class Driven(System, Protocol):
+    """A system that a motion drives: speeds (b,) in rad/s, knots in rad, and the outputs that are read from it."""
+
+    @property
+    def speed(self) -> Floats: ...
+
+    @property
+    def knots(self) -> Floats: ...
+
+    @property
+    def outputs(self) -> Mapping[str, str]:
+        """Names of the outputs, with unit and meaning."""
+        ...
+
+    @property
+    def judged(self) -> str:
+        """The output that must be as accurate as the coordinates themselves."""
+        ...
+
+    def read(self, name: str, theta: Floats, position: Floats, rate: Floats, side: Side) -> Floats:
+        """An output (b, n) from q and q' (b, n, m) at cam angles theta (1 or b, n)."""
+        ...
+
+
+S = TypeVar("S", bound=Driven)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Response(Generic[S]):
+    """Motion of a system at one or more speeds (b,): the solution, and outputs computed when asked."""
+
+    system: S
+    solution: Solution
+
+    @property
+    def theta(self) -> Floats:
+        """Cam angles (n + 1) of the nodes in rad."""
+        return self.solution.theta
+
+    @property
+    def speed(self) -> Floats:
+        """Speeds (b,) in rad/s."""
+        return self.system.speed
+
+    def output(self, name: str, side: Side = "right") -> Floats:
+        """An output (b, n + 1) at the nodes; at a knot the limit from the given side."""
+        return output(self.system, name)(self.theta[None], self.solution.position, self.solution.rate, side)
+
+    def at(self, theta: npt.ArrayLike, name: str) -> Floats:
+        """An output (b, k) at any cam angles (k,) of the solution, rad, by true steps from the nodes."""
+        angles = np.atleast_1d(np.asarray(theta, dtype=float))
+        index = np.clip(np.searchsorted(self.theta, angles, "right") - 1, 0, len(self.theta) - 2)
+        y = np.concatenate([self.solution.position, self.solution.rate], -1)[:, index]
+        y = advance(self.system, self.theta[None, index], (angles - self.theta[index])[None], y)
+        m = self.system.size
+        return output(self.system, name)(angles[None], y[..., :m], y[..., m:], "right")
+
+    def peak(self, name: str) -> Peak:
+        """Extremes of an output between the nodes too, with their cam angles."""
+        return peak(self.solution, output(self.system, name))
+
+    def certainty(self) -> dict[str, object]:
+        """What a result file says about the numbers of the first speed: error, integrator, cautions."""
+        solution, error = self.solution, float(self.solution.error[0])
+        return {
+            "error": error if np.isfinite(error) else None,
+            "integrator": solution.choice or f"{solution.method.name}, {solution.grid.steps} steps",
+            "cautions": list(solution.cautions),
+        }
+
+
+def output(system: Driven, name: str) -> Output:
+    """The function that gives an output of the system; ProfileError names them for any other name."""
+    if name not in system.outputs:
+        raise ProfileError([Problem("dynamics.output", "no such output", name, ", ".join(system.outputs))])
+
+    def value(theta: Floats, position: Floats, rate: Floats, side: Side) -> Floats:
+        return system.read(name, theta, position, rate, side)
+
+    return value
+
+
+def periodic_response(system: S, accuracy: Accuracy) -> Response[S]:
+    """Periodic steady state, one step for all speeds; raises as `periodic` and `verified` do."""
+    return _solved(system, accuracy, lambda grid, method: periodic(system, grid, method))
+
+
+def transient_response(system: S, accuracy: Accuracy, begin: Floats, turns: int) -> Response[S]:
+    """Motion over `turns` turns from a state begin (b, 2m) of q, q' at the first cam angle."""
+    return _solved(system, accuracy, lambda grid, method: transient(system, grid, method, begin, turns))
+
+
+def _solved(system: S, accuracy: Accuracy, once: Once) -> Response[S]:
+    return Response(system, solved(system, system.knots, accuracy, once, watch(system)))
+
+
+Answer = tuple[npt.NDArray[np.intp], Response[S] | str]
+"""Speeds by index, and their response or, for a single one, the reason why it has none."""
+
+
+def swept(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> list[Answer[S]]:
+    """Periodic responses over speeds (s,) in rad/s of the system that `at` makes for some of them.
+
+    Neighbours share a grid: fewer groups, at most two fifths more steps. A speed without a steady state does not stop
+    the others.
+    """
+    everywhere = np.arange(len(speeds))
+    if accuracy.steps is not None:
+        steps = accuracy.steps
+        return [answer for part in _parts(everywhere) for answer in _answers(at, speeds, part, steps, accuracy)]
+    whole = at(speeds)
+    predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, find(accuracy.method))
+    rungs = np.exp2(np.ceil(np.log2(predicted) * 2.0) / 2.0).round().astype(int)
+    out: list[Answer[S]] = []
+    for rung in np.unique(rungs):
+        for part in _parts(everywhere[rungs == rung]):
+            out += _answers(at, speeds, part, int(rung), accuracy)
+    return out
+
+
+def _parts(index: npt.NDArray[np.intp]) -> list[npt.NDArray[np.intp]]:
+    return [index[low : low + GROUP] for low in range(0, len(index), GROUP)]
+
+
+def _answers(
+    at: Callable[[Floats], S], speeds: Floats, index: npt.NDArray[np.intp], steps: int, accuracy: Accuracy
+) -> list[Answer[S]]:
+    """Responses of a group begun with some steps; one with a refusal is halved until the refused speed stands alone."""
+    system, method = at(speeds[index]), find(accuracy.method)
+    grid = aligned_grid(system.knots, steps)
+    try:
+        if accuracy.steps is not None:
+            return [(index, Response(system, periodic(system, grid, method)))]
+        solution = verified(lambda g: periodic(system, g, method), grid, accuracy.tolerance, watch(system))
+        return [(index, Response(system, solution))]
+    except NotConverged as reason:
+        if len(index) == 1:
+            return [(index, str(reason))]
+    half = len(index) // 2
+    return [
+        *_answers(at, speeds, index[:half], steps, accuracy),
+        *_answers(at, speeds, index[half:], steps, accuracy),
+    ]
+
+
+def watch(system: Driven) -> Callable[[Solution], Floats]:
+    """What a response must have right: the coordinates and the judged output, (b, n + 1, m + 1)."""
+    judged = output(system, system.judged)
+
+    def watched(solution: Solution) -> Floats:
+        values = judged(solution.theta[None], solution.position, solution.rate, "right")
+        return np.concatenate([solution.position, values[..., None]], -1)
+
+    return watched
+
+
+def positive_speeds(speed: npt.ArrayLike) -> Floats:
+    """Speeds (b,) in rad/s; ProfileError unless all are positive and finite."""
+    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
+    if not (np.isfinite(speeds).all() and (speeds > 0.0).all()):
+        raise ProfileError([Problem("operation.speed", "must be positive and finite", speeds.tolist(), "> 0")])
+    return speeds
