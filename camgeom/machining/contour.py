@@ -10,8 +10,8 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.machining.leads import LEAST, SHARE
 from camgeom.machining.path import Positions
+from camgeom.machining.plan import LEAST, SHARE
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.track import TURN
@@ -169,12 +169,7 @@ class ContourPath:
         if np.any(inner):
             at = degrees(float(self.corners.phi[inner][0])) % 360.0
             raise DesignError(f"{self.name}: no round tool goes into the inner corner at cam angle {at:.6g} deg")
-        phi, owner = piece_grid(self.outline.knots(), PER_TURN)
-
-        def hollow(x: Floats) -> Floats:
-            return np.asarray(-self.material * self.outline.curve(x).curvature)
-
-        sharpest, at = refined_maximum(hollow, phi, owner, hollow(phi))
+        sharpest, at = self._sharpest_hollow
         if sharpest * self.reach >= 1.0:
             raise DesignError(
                 f"{self.name}: a tool of {2.0 * self.reach:.6g} mm (with its stock) does not go into the hollow at cam "
@@ -190,13 +185,18 @@ class ContourPath:
 
     def largest_diameter(self) -> float | None:
         """Largest tool that goes into every hollow, mm; None where there is no hollow."""
+        sharpest = self._sharpest_hollow[0]
+        return 2.0 / sharpest if sharpest > 0.0 else None
+
+    @cached_property
+    def _sharpest_hollow(self) -> tuple[float, float]:
+        """Largest curvature of the profile towards the tool, 1/mm (negative without a hollow), and its cam angle."""
         phi, owner = piece_grid(self.outline.knots(), PER_TURN)
 
         def hollow(x: Floats) -> Floats:
             return np.asarray(-self.material * self.outline.curve(x).curvature)
 
-        sharpest = refined_maximum(hollow, phi, owner, hollow(phi))[0]
-        return 2.0 / sharpest if sharpest > 0.0 else None
+        return refined_maximum(hollow, phi, owner, hollow(phi))
 
     def with_lead(self, wanted: float | None, radius: float) -> ContourPath:
         """The path with room for an arc in and out that stays off the profile.

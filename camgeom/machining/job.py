@@ -10,13 +10,10 @@ import numpy as np
 
 from camgeom.errors import DesignError, ProfileError
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.leads import LEAST
 from camgeom.machining.machine import Machine
-from camgeom.machining.path import ToolPath
-from camgeom.machining.path_mill import CentrePath, FlankPath
-from camgeom.machining.path_touch import SidePath
-from camgeom.machining.plan import Machining
-from camgeom.machining.rows import rows
+from camgeom.machining.path import CentrePath, FlankPath, SidePath, ToolPath
+from camgeom.machining.plan import LEAST, Machining
+from camgeom.machining.rows import Rows, rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
 from camgeom.solid import Part
@@ -59,16 +56,16 @@ def _paths(spec: CutterSpec, track: Track, tool: Tool) -> list[ToolPath]:
         return [CentrePath(track, start)]
     if spec.kind == "wheel" and spec.contact == "side":
         return [SidePath(track, side, tool.radius, spec.allowance, start) for side in track.sides]
-    found: list[ToolPath] = []
+    paths: list[ToolPath] = []
     for side in track.sides:
         path = FlankPath(track, side, tool.radius + spec.allowance, spec.path, spec.axis, start)
         if path.room is not None and path.room <= LEAST and spec.axis == "roller":
             return [CentrePath(track, start)]
-        found.append(path)
-    return found
+        paths.append(path)
+    return paths
 
 
-def _ball_rows(spec: CutterSpec, cutters: Sequence[Track]) -> tuple[Any, ...]:
+def _ball_rows(spec: CutterSpec, cutters: Sequence[Track]) -> tuple[Rows, ...]:
     assert spec.diameter is not None
     flanks = [(track, side) for track in cutters for side in track.sides]
     start = radians(spec.start_angle)

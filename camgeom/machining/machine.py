@@ -9,7 +9,7 @@ to the machine, whose origin is the cam's; with a pivot length, those of the swi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees, radians
+from math import degrees
 from typing import Literal, final
 
 import numpy as np
@@ -17,7 +17,6 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.machining.path import Positions
 from camgeom.maths import Floats
-from camgeom.track import TURN
 
 LETTERS = {
     "A": ("Z", "Y", "X", "B", "C"),
@@ -163,13 +162,3 @@ def in_degrees(machine: Machine, coordinates: Floats) -> Floats:
     shown = coordinates.copy()
     shown[3:] = np.degrees(shown[3:])
     return shown
-
-
-def from_degrees(coordinates: Floats) -> Floats:
-    """The way back of `in_degrees`."""
-    inner = coordinates.copy()
-    inner[3:] *= radians(1.0)
-    return inner
-
-
-__all__ = ["LETTERS", "TURN", "Machine", "Way", "from_degrees", "in_degrees"]

@@ -11,11 +11,10 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.machining.contour import ContourPath
-from camgeom.machining.path import ToolPath, wall_ends
-from camgeom.machining.path_mill import CentrePath, FlankPath
-from camgeom.machining.path_touch import RowPath, SidePath
+from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, roller_at, wall_ends
 from camgeom.machining.plan import Machining, seconds
 from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
+from camgeom.machining.rows import RowPath
 from camgeom.machining.spec import SAME, is_radial, narrowest
 from camgeom.machining.tool import Tool
 from camgeom.track import Straight, Track
@@ -40,17 +39,22 @@ class Outcome:
                 # A tool that stays within the roller's body is never nearer to a flank than beside it.
                 far = () if self.certain or len(track.sides) == 1 else self._beside(track, -side)
                 paths = self._beside(track, side) + far
-                rows = tuple(p for p in self.machining.paths if isinstance(p, RowPath) and _made_by(p, track, side))
+                rows = tuple(p for p in self._along(track, side) if isinstance(p, RowPath))
                 bound = self.machining.spec.allowance if self.certain else -inf
                 found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows, bound))
         return tuple(found)
 
     def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
         """Passes that make one flank: of a ball the lowest, middle and highest row."""
-        found = [p for p in self.machining.paths if getattr(p, "track", None) is track and _makes(p, side)]
-        if len(found) > ROWS_LOOKED_AT and isinstance(found[0], RowPath):
-            return found[0], found[len(found) // 2], found[-1]
-        return tuple(found)
+        paths = self._along(track, side)
+        if len(paths) > ROWS_LOOKED_AT and isinstance(paths[0], RowPath):
+            return paths[0], paths[len(paths) // 2], paths[-1]
+        return paths
+
+    def _along(self, track: Track, side: float) -> tuple[ToolPath, ...]:
+        """Passes that make one flank of a track."""
+        along = (path for path in self.machining.paths if isinstance(path, AlongTrack))
+        return tuple(path for path in along if path.track is track and path.makes(side))
 
     @property
     def certain(self) -> bool:
@@ -192,10 +196,9 @@ class Outcome:
         found = [0.0]
         for track in self.machining.tracks:
             if track.closed and len(track.sides) > 1:
-                low, high = sorted(wall_ends(track))
-                radii = track.meridian.jet(np.linspace(low, high, 33))[3]
-                top = float(track.meridian.jet(np.array([wall_ends(track)[1]]))[3][0])
-                found.append(float(radii.max()) - top)
+                foot, top = wall_ends(track)
+                radii = track.meridian.jet(np.linspace(min(foot, top), max(foot, top), 33))[3]
+                found.append(float(radii.max()) - roller_at(track, top)[1])
         return max(found)
 
     def _gcode_blocks(self) -> int | None:
@@ -227,12 +230,3 @@ class Outcome:
 
 def _cylinder(track: Track) -> bool:
     return isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
-
-
-def _made_by(path: RowPath, track: Track, side: float) -> bool:
-    return path.track is track and path.side == side
-
-
-def _makes(path: ToolPath, side: float) -> bool:
-    """Whether a path works on the flank of that side."""
-    return isinstance(path, CentrePath) or (isinstance(path, FlankPath | RowPath | SidePath) and path.side == side)

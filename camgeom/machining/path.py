@@ -1,20 +1,24 @@
-"""Tool positions beside the track of a roller, exact at every cam angle (cam frame, mm, rad).
+"""Paths of a tool beside the track of a roller, exact at every cam angle (cam frame, mm, rad).
 
 A tool whose side touches the flank at x with normal n has its axis at x - (radius + stock) n. Where the roller is a
 cylinder that is the parallel surface of its pitch surface, and a tool that is not larger than the roller stays within
-the roller's own body: it can cut nothing that the roller does not sweep.
+the roller's own body: it can cut nothing that the roller does not sweep. A wheel may also work with its plane side.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol, final
 
 import numpy as np
 
+from camgeom.machining.spec import AxisRule, WayOfPath
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.track import TURN, Pose, Track
+from camgeom.track.flank import Flank
 
 
 @final
@@ -40,27 +44,24 @@ class Positions:
 
     def part(self, pick: slice) -> Positions:
         """Some of the positions."""
-        return Positions(
-            self.phi[pick],
-            self.tip[:, pick],
-            self.axis[:, pick],
-            self.contacts[:, :, pick],
-            self.normals[:, :, pick],
-            self.travel[:, pick],
-            self.away[:, pick],
-        )
+        return self._each(lambda values: values[..., pick])
+
+    def repeated(self, count: int) -> Positions:
+        """Every position so many times."""
+        return self._each(lambda values: np.repeat(values, count, axis=-1))
 
     def reversed(self) -> Positions:
         """The same positions travelled the other way."""
-        return Positions(
-            self.phi[::-1],
-            self.tip[:, ::-1],
-            self.axis[:, ::-1],
-            self.contacts[:, :, ::-1],
-            self.normals[:, :, ::-1],
-            -self.travel[:, ::-1],
-            self.away[:, ::-1],
-        )
+        back = self.part(slice(None, None, -1))
+        return replace(back, travel=-back.travel)
+
+    def lifted(self, height: float) -> Positions:
+        """The same positions moved by so many mm the way the tool leaves the cut."""
+        return replace(self, tip=self.tip + height * self.away)
+
+    def _each(self, change: Callable[[Floats], Floats]) -> Positions:
+        arrays = self.phi, self.tip, self.axis, self.contacts, self.normals, self.travel, self.away
+        return Positions(*map(change, arrays))
 
 
 class ToolPath(Protocol):
@@ -125,14 +126,28 @@ def knots_from(track: Track, start: float) -> Floats:
     return np.concatenate([[begin], inside, [begin + TURN]])
 
 
+def roller_at(track: Track, t: float) -> tuple[float, float]:
+    """Height along the roller and its radius there, mm, at a meridian parameter."""
+    delta, _, _, radius, _, _ = track.meridian.jet(np.array([t]))
+    return float(delta[0]), float(radius[0])
+
+
+def flank_name(track: Track, side: float) -> str:
+    """The flank of a track on one side; its sign where there are two."""
+    mark = "" if len(track.sides) == 1 else " +" if side > 0.0 else " -"
+    return f"{track.name}, flank{mark}"
+
+
 class AlongTrack:
     """What paths along a roller's track have in common; abstract, the paths are final.
 
     track  the roller's track; start: cam angle rad at which a closed path begins
+    side   +1 or -1, the flank it works on; None: all there are
     """
 
     track: Track
     start: float
+    side: float | None
 
     @property
     def closed(self) -> bool:
@@ -142,6 +157,10 @@ class AlongTrack:
     def knots(self) -> Floats:
         """Cam angles between which it is smooth."""
         return knots_from(self.track, self.start)
+
+    def makes(self, side: float) -> bool:
+        """Whether it works on the flank of that side."""
+        return self.side is None or self.side == side
 
 
 def travel_of(pose: Pose, delta: float, normal: Floats) -> Floats:
@@ -156,3 +175,183 @@ def climbs(positions: Positions) -> bool:
     """True where the material lies on the right hand of a tool's way (clockwise spindle: climb milling)."""
     right = cross(positions.travel, positions.axis)
     return bool(np.median(dot(right, positions.normals[0])) > 0.0)
+
+
+FITTED = 0.5 - 0.5 / 2.0**0.5
+"""shares of the wall's height, from both ends, at which a fitted axis has its exact distance (zeros of a Chebyshev
+polynomial: the rest between and beyond them is then the smallest)"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CentrePath(AlongTrack):
+    """The roller's own path: the tool's axis is the roller's."""
+
+    track: Track
+    start: float = 0.0
+    side: None = None
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return f"{self.track.name}, centre"
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """None at all."""
+        return 0.0
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,)."""
+        track = self.track
+        pose = track.pose(phi, 2)
+        t = 0.5 * sum(wall_ends(track))
+        flanks = [Flank(track, phi, np.array([t]), side, given_pose=pose) for side in track.sides]
+        contacts = np.stack([f.x[:, :, 0] for f in flanks])
+        normals = np.stack([f.n[:, :, 0] for f in flanks])
+        tip = pose.a[0] + track.tip * pose.u[0]
+        travel = travel_of(pose, roller_at(track, t)[0], normals[0])
+        axis = up_of(track) * pose.u[0]
+        return Positions(np.asarray(phi), tip, axis, contacts, normals, travel, axis)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FlankPath(AlongTrack):
+    """A tool smaller than the roller beside one flank.
+
+    side    +1 or -1, as in `Flank`
+    reach   mm, from the tool's axis to the flank: its radius and the stock
+    way     flank: along the normal; shifted: the roller's path moved along the follower's motion by as much as the
+            tool is smaller
+    axis    roller, fitted or radial (see `CutterSpec.axis`)
+    """
+
+    track: Track
+    side: float
+    reach: float
+    way: WayOfPath = "flank"
+    axis: AxisRule = "roller"
+    start: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return flank_name(self.track, self.side)
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """In a groove: by how much the roller is larger."""
+        if len(self.track.sides) == 1:
+            return None
+        return max(0.0, roller_at(self.track, 0.5 * sum(wall_ends(self.track)))[1] - self.reach)
+
+    @cached_property
+    def _stations(self) -> Floats:
+        """Meridian parameters: the middle of the wall, and the two places of a fitted axis."""
+        low, high = wall_ends(self.track)
+        return np.array([0.5 * (low + high), low + FITTED * (high - low), high - FITTED * (high - low)])
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,)."""
+        phi = np.asarray(phi, dtype=float)
+        track, stations = self.track, self._stations[: 3 if self.axis == "fitted" else 1]
+        flank = Flank(track, phi, stations, self.side)
+        pose, x, n = flank.pose, flank.x, flank.n
+        u = pose.u[0]
+        place = x - self.reach * n
+        if self.way == "shifted":
+            place[:, :, 0] = self._shifted(flank)
+        if self.axis == "fitted":
+            axis, tip = self._fitted(place[:, :, 1], place[:, :, 2], pose)
+        elif self.axis == "radial":
+            axis, tip = self._radial(place[:, :, 0])
+        else:
+            axis = up_of(track) * u
+            tip = place[:, :, 0] + (track.tip - dot(place[:, :, 0] - pose.a[0], u)) * u
+        delta = roller_at(track, float(stations[0]))[0]
+        normal = n[:, :, 0]
+        return Positions(phi, tip, axis, x[None, :, :, 0], normal[None], travel_of(pose, delta, normal), axis)
+
+    def _shifted(self, flank: Flank) -> Floats:
+        """Points (3, n) of the tool's axis: the roller's, moved along the follower's motion towards the flank."""
+        pose = flank.pose
+        delta, radius = roller_at(self.track, float(self._stations[0]))
+        point = pose.a[0] + delta * pose.u[0]
+        way = self.track.joint.velocity(point[:, :, None], pose.turn)[:, :, 0]
+        way = way / np.sqrt(dot(way, way))
+        towards = np.where(dot(way, flank.n[:, :, 0]) >= 0.0, 1.0, -1.0)
+        return np.asarray(point + (radius - self.reach) * towards * way)
+
+    def _fitted(self, first: Floats, second: Floats, pose: Pose) -> tuple[Floats, Floats]:
+        """Axis through two points; the end stands back by as much as its tilted rim would reach further down."""
+        line, up = second - first, up_of(self.track) * pose.u[0]
+        axis = line / np.sqrt(dot(line, line)) * np.where(dot(line, up) >= 0.0, 1.0, -1.0)
+        cosine = dot(axis, up)
+        sunk = dot(first - pose.a[0], up) - self.track.tip * up_of(self.track)
+        rim = self.reach * np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+        return axis, first - ((sunk - rim) / cosine) * axis
+
+    def _radial(self, place: Floats) -> tuple[Floats, Floats]:
+        """Axis through the cam's own, at the azimuth and height of a point."""
+        across = np.hypot(place[0], place[1])
+        axis = np.stack([place[0] / across, place[1] / across, np.zeros_like(across)])
+        tip = self.track.tip * axis
+        tip[2] = place[2]
+        return axis, tip
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SidePath(AlongTrack):
+    """A wheel whose plane side lies on one flank: its end is that side, its axis the flank's normal.
+
+    The side touches the middle of the wall, and its rim reaches down to the wall's foot.
+    """
+
+    track: Track
+    side: float
+    radius: float
+    stock: float
+    start: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return flank_name(self.track, self.side)
+
+    @property
+    def height(self) -> float:
+        """Depth of the wheel in the cut, mm."""
+        return depth_of(self.track)
+
+    @property
+    def room(self) -> float | None:
+        """None at all: the wheel comes down from outside."""
+        return 0.0
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,); the axis points from the working side to the back."""
+        phi = np.asarray(phi, dtype=float)
+        track = self.track
+        low, high = wall_ends(track)
+        middle = 0.5 * (low + high)
+        flank = Flank(track, phi, np.array([middle]), self.side)
+        x, n, pose = flank.x[:, :, 0], flank.n[:, :, 0], flank.pose
+        up = up_of(track) * pose.u[0]
+        up = up - dot(up, n) * n
+        up /= np.sqrt(dot(up, up))
+        at_middle, at_foot = roller_at(track, middle)[0], roller_at(track, low)[0]
+        centre = x - self.stock * n + (self.radius - abs(at_middle - at_foot)) * up
+        travel = travel_of(pose, at_middle, n)
+        return Positions(phi, centre, -n, x[None], n[None], travel, up)

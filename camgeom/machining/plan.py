@@ -1,24 +1,91 @@
-"""Everything a shop needs to make one cam's flanks with one tool: passes with their blocks, feeds and what is left."""
+"""All passes that make one cam's flanks with one tool: their blocks, feeds, ways in and out, and rapid ways between.
+
+A tool comes down beside the flank (or in the middle of the groove), goes in on a tangent arc, and back the same way.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
-from camgeom.machining.leads import Move, lead_radius, with_leads
 from camgeom.machining.machine import Machine
-from camgeom.machining.path import Positions, ToolPath, climbs
-from camgeom.machining.path_touch import RowPath, SidePath
-from camgeom.machining.rows import Rows
-from camgeom.machining.sampling import Chords, equal_error, estimate
+from camgeom.machining.path import Positions, SidePath, ToolPath, climbs
+from camgeom.machining.rows import RowPath, Rows
+from camgeom.machining.sampling import Chords, divided, equal_error, estimate
 from camgeom.machining.spec import CutterSpec
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
-from camgeom.track import TURN, Track
+from camgeom.track import Track
+
+LEAST = 1e-6
+"""mm; a smaller arc is none"""
+SHARE = 0.5
+"""of the room beside the flank: an arc of that radius stays within the roller's body"""
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """Positions reached one after another.
+
+    kind     cut: along the flank; feed: in and out; rapid
+    lengths  of a cut, (n,) mm: how far the contact moves along the flank up to each position from the one before
+    """
+
+    kind: str
+    positions: Positions
+    lengths: Floats | None = None
+
+
+def lead_radius(wanted: float | None, room: float | None, tool_radius: float) -> float:
+    """Radius of the arc in and out, mm: the wanted one, but no more than there is room for; 0: straight down."""
+    if room is None:
+        return tool_radius if wanted is None else wanted
+    most = SHARE * room
+    radius = most if wanted is None else min(wanted, most)
+    return radius if radius > LEAST else 0.0
+
+
+def with_leads(cut: Positions, lengths: Floats, radius: float, lift: float, chord: float) -> list[Move]:
+    """The cut with what comes before and after it.
+
+    lengths  (n - 1,) mm, between its contacts, along the flank
+    radius  mm, of the quarter circles in and out; 0: none
+    lift    mm, from the cut to where the tool may move freely
+    chord   mm, error of the arcs' chords
+    """
+    moves = []
+    first, last = cut.part(slice(0, 1)), cut.part(slice(-1, None))
+    arc_in = _arc(first, radius, chord, -1.0)
+    arc_out = _arc(last, radius, chord, 1.0)
+    begin = arc_in.part(slice(0, 1)) if arc_in else first
+    end = arc_out.part(slice(-1, None)) if arc_out else last
+    moves.append(Move("rapid", begin.lifted(lift)))
+    moves.append(Move("feed", begin))
+    if arc_in:
+        moves.append(Move("feed", arc_in.part(slice(1, None))))
+    steps = np.concatenate([[0.0], lengths])
+    moves.append(Move("cut", cut, steps) if arc_in else Move("cut", cut.part(slice(1, None)), steps[1:]))
+    if arc_out:
+        moves.append(Move("feed", arc_out))
+    moves.append(Move("rapid", end.lifted(lift)))
+    return moves
+
+
+def _arc(at: Positions, radius: float, chord: float, way: float) -> Positions | None:
+    """A quarter circle that ends (way -1) or starts (+1) at a position, along its travel; without that position."""
+    if radius <= LEAST:
+        return None
+    n = max(4, int(np.ceil(0.25 * np.pi / np.sqrt(2.0 * chord / radius))))
+    angle = 0.5 * np.pi * np.arange(1, n + 1) / n
+    angle = angle if way > 0.0 else angle[::-1]
+    normal = at.normals[0]
+    off = way * np.sin(angle) * at.travel - (1.0 - np.cos(angle)) * normal
+    return replace(at.repeated(len(angle)), tip=at.tip + radius * off)
+
 
 Space = Literal["cam", "machine"]
 
@@ -81,13 +148,13 @@ class Machining:
 
     def blocks_about(self, space: Space = "cam") -> int:
         """About how many positions all passes take."""
-        found = 0
         if self.rows:
+            blocks = 0
             for i, group in enumerate(self.rows):
                 chords, knots = self._chords_of_rows(i, space), group.paths[0].knots()
-                found += len(group.paths) * estimate(chords, knots, self._chord)
-            return found
-        return sum(estimate(self._chords((path,), space), path.knots(), self._chord) for path in self.paths)
+                blocks += len(group.paths) * estimate(chords, knots, self.spec.tolerance)
+            return blocks
+        return sum(estimate(self._chords((path,), space), path.knots(), self.spec.tolerance) for path in self.paths)
 
     def passes(self, space: Space = "cam") -> Iterator[Pass]:
         """The passes one by one, blocks so spaced that the chord error in a space keeps spec.tolerance.
@@ -104,17 +171,12 @@ class Machining:
             )
         last: Positions | None = None
         for path in self.paths:
-            made = self._pass(path, space)
-            start = made.moves[0].positions
+            tool_pass = self._pass(path, space)
             if last is not None:
-                way = self._transfer(last, start)
-                made = Pass(made.name, (Move("rapid", way), *made.moves[1:]), made.chord_error)
-            last = made.moves[-1].positions
-            yield made
-
-    @property
-    def _chord(self) -> float:
-        return self.spec.tolerance
+                way = self._transfer(last, tool_pass.moves[0].positions)
+                tool_pass = replace(tool_pass, moves=(Move("rapid", way), *tool_pass.moves[1:]))
+            last = tool_pass.moves[-1].positions
+            yield tool_pass
 
     def _pass(self, path: ToolPath, space: Space) -> Pass:
         phi, error = self._blocks(path, space)
@@ -126,7 +188,7 @@ class Machining:
         radius = 0.0
         if path.closed:
             radius = lead_radius(self.spec.lead, path.room, self.tool.radius)
-        moves = with_leads(cut, lengths, radius, path.height + self.spec.retract, 0.5 * self._chord)
+        moves = with_leads(cut, lengths, radius, path.height + self.spec.retract, 0.5 * self.spec.tolerance)
         moves[0] = Move("rapid", self._outside(moves[0].positions))
         moves[-1] = Move("rapid", self._outside(moves[-1].positions))
         return Pass(path.name, tuple(moves), error)
@@ -135,11 +197,11 @@ class Machining:
         """Cam angles of a pass's blocks and their chord error; rows of one flank share them."""
         knots = divided_knots(path.knots())
         if not isinstance(path, RowPath):
-            return equal_error(self._chords((path,), space), knots, self._chord, MOST_BLOCKS)
+            return equal_error(self._chords((path,), space), knots, self.spec.tolerance, MOST_BLOCKS)
         key = (space, path.group)
         if key not in self._shared:
             chords = self._chords_of_rows(path.group, space)
-            self._shared[key] = equal_error(chords, knots, self._chord, MOST_BLOCKS)
+            self._shared[key] = equal_error(chords, knots, self.spec.tolerance, MOST_BLOCKS)
         return self._shared[key]
 
     def _chords_of_rows(self, group: int, space: Space) -> Chords:
@@ -180,8 +242,7 @@ class Machining:
         if c >= 0.0 or a < 1e-6:
             return at
         further = (-b + np.sqrt(b * b - a * c)) / a
-        moved = at.tip + further * at.away
-        return Positions(at.phi, moved, at.axis, at.contacts, at.normals, at.travel, at.away)
+        return at.lifted(further)
 
     def _transfer(self, last: Positions, start: Positions) -> Positions:
         """A rapid way round the blank from the end of one pass to the start of the next.
@@ -206,19 +267,7 @@ class Machining:
         axes = np.stack([flat.real, flat.imag, mixed[2]])
         tip[:, -1], axes[:, -1] = start.tip[:, 0], start.axis[:, 0]
         phi = last.phi[0] + (start.phi[0] - last.phi[0]) * share
-
-        def repeated(values: Floats) -> Floats:
-            return np.repeat(values, count, axis=-1)
-
-        return Positions(
-            phi,
-            tip,
-            axes,
-            repeated(start.contacts),
-            repeated(start.normals),
-            repeated(start.travel),
-            repeated(start.away),
-        )
+        return replace(start.repeated(count), phi=phi, tip=tip, axis=axes)
 
 
 def _beside(at: Positions, sense: float) -> tuple[Floats, Floats]:
@@ -247,12 +296,8 @@ def contact_lengths(path: ToolPath, phi: Floats) -> Floats:
     Summed over chords of at most FINE, which are short of the arc by a share of FINE² / 24.
     """
     parts = np.maximum(1, np.ceil(np.diff(phi) / FINE)).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(parts)])
-    steps = np.repeat(np.diff(phi) / parts, parts)
-    number = np.arange(first[-1]) - np.repeat(first[:-1], parts)
-    fine = np.append(np.repeat(phi[:-1], parts) + steps * number, phi[-1])
-    chords = np.sqrt((np.diff(path.at(fine).contacts, axis=2) ** 2).sum(axis=1))
-    return np.asarray(np.add.reduceat(chords, first[:-1], axis=1).max(axis=0))
+    chords = np.sqrt((np.diff(path.at(divided(phi, parts)).contacts, axis=2) ** 2).sum(axis=1))
+    return np.asarray(np.add.reduceat(chords, np.cumsum(parts) - parts, axis=1).max(axis=0))
 
 
 def seconds(moves: tuple[Move, ...], spec: CutterSpec) -> list[Floats]:
@@ -279,6 +324,3 @@ def seconds(moves: tuple[Move, ...], spec: CutterSpec) -> list[Floats]:
             found.append(60.0 * np.maximum(steps / spec.feed, way / spec.fastest))
         before = at
     return found
-
-
-__all__ = ["MOST_BLOCKS", "MOST_IN_FILE", "TURN", "Machining", "Pass", "Space", "seconds"]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.machining.path import ToolPath
-from camgeom.machining.path_touch import RowPath
+from camgeom.machining.rows import RowPath
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
@@ -65,7 +65,9 @@ class RestField:
 
     @cached_property
     def _stations(self) -> Floats:
-        return stations(self.track, STATIONS)
+        """Meridian parameters (m,) over the stretch that the roller touches."""
+        low, high = (self.track.meridian.parameter(d) for d in self.track.contact)
+        return np.linspace(low, high, STATIONS)
 
     @property
     def delta(self) -> Floats:
@@ -156,12 +158,6 @@ def extreme_of(fields: Sequence[RestField], sign: float) -> RestExtreme | None:
     """The largest (sign +1) or smallest rest over several flanks."""
     found = [at for at in (one.extreme(sign) for one in fields) if at is not None]
     return max(found, key=lambda at: sign * at.value) if found else None
-
-
-def stations(track: Track, count: int) -> Floats:
-    """Meridian parameters over the stretch that the roller touches."""
-    low, high = (track.meridian.parameter(d) for d in track.contact)
-    return np.linspace(low, high, count)
 
 
 def least_distance(path: ToolPath, tool: Tool, x: Floats, phi: Floats) -> Floats:

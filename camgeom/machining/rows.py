@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, sqrt
+from typing import final
 
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.machining.path import up_of, wall_ends
-from camgeom.machining.path_touch import RowPath
+from camgeom.machining.path import AlongTrack, Positions, flank_name, roller_at, travel_of, up_of, wall_ends
 from camgeom.maths import Floats
 from camgeom.maths.surface import dot
 from camgeom.track import Track
@@ -20,6 +20,52 @@ MOST_ROWS = 20_000
 ANGLES_PER_TURN = 90
 NEIGHBOURS = 13
 WIDENINGS = 8
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RowPath(AlongTrack):
+    """A ball that touches one flank along one line of it: the row at the meridian parameter t.
+
+    group  number of the flank among all that a ball works on
+    """
+
+    track: Track
+    side: float
+    radius: float
+    stock: float
+    t: float
+    number: int = 1
+    start: float = 0.0
+    group: int = 0
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return f"{flank_name(self.track, self.side)}, row {self.number}"
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        top = self.track.contact[0] if self.track.tip_sign > 0.0 else self.track.contact[1]
+        return abs(top - roller_at(self.track, self.t)[0]) + self.radius
+
+    @property
+    def room(self) -> float | None:
+        """In a groove: by how much the roller is larger there."""
+        if len(self.track.sides) == 1:
+            return None
+        return max(0.0, roller_at(self.track, self.t)[1] - self.radius - self.stock)
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at cam angles (n,); the tip is the lowest point of the ball."""
+        phi = np.asarray(phi, dtype=float)
+        flank = Flank(self.track, phi, np.array([self.t]), self.side)
+        x, n, pose = flank.x[:, :, 0], flank.n[:, :, 0], flank.pose
+        axis = up_of(self.track) * pose.u[0]
+        centre = x - (self.radius + self.stock) * n
+        travel = travel_of(pose, roller_at(self.track, self.t)[0], n)
+        return Positions(phi, centre - self.radius * axis, axis, x[None], n[None], travel, axis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +170,7 @@ def _lowest(track: Track, reach: float, foot: float, top: float) -> tuple[float,
         if up * short <= 1e-12:
             break
         t = track.meridian.parameter(float(delta[0] + short))
-    delta_foot, delta_low, delta_top = (float(track.meridian.jet(np.array([x]))[0][0]) for x in (foot, t, top))
+    delta_foot, delta_low, delta_top = (roller_at(track, x)[0] for x in (foot, t, top))
     if up * (delta_top - delta_low) <= 0.0:
         raise DesignError(
             f"track {track.name!r}: a ball of {2.0 * reach:.6g} mm (with its stock) is too large for a wall of "

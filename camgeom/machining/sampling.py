@@ -66,7 +66,7 @@ def equal_error(chords: Chords, knots: Floats, tolerance: float, most: int) -> t
         _refuse(int(parts.sum()), most, tolerance)
         if np.all(parts == 1):
             break
-        phi = _divided(phi, parts)
+        phi = divided(phi, parts)
     at = float(np.degrees(phi[int(np.argmax(error))]))
     raise NotConverged(
         f"the tool's path bends too sharply at cam angle {at:.6g} deg: its chord error stays at {error.max():.3g} mm, "
@@ -95,14 +95,14 @@ def _first(chords: Chords, knots: Floats, tolerance: float, most: int) -> Floats
 
 def _density(chords: Chords, knots: Floats, tolerance: float) -> tuple[Floats, Floats]:
     """Coarse cam angles, and the number of blocks needed from the first of them up to each."""
-    coarse = _divided(knots, np.full(len(knots) - 1, PROBES))
+    coarse = divided(knots, np.full(len(knots) - 1, PROBES))
     need = np.sqrt(chords.error(coarse) / (AIM * tolerance))
     # An interval beside one that bends more sharply is cut as if it bent as much at that end.
     near = np.maximum(need, 0.5 * (need + np.maximum(np.r_[need[1:], 0.0], np.r_[0.0, need[:-1]])))
     return coarse, np.concatenate([[0.0], np.cumsum(near)])
 
 
-def _divided(phi: Floats, parts: npt.NDArray[np.int64]) -> Floats:
+def divided(phi: Floats, parts: npt.NDArray[np.int64]) -> Floats:
     """Every interval cut into so many equal parts."""
     steps = np.diff(phi) / parts
     start = np.repeat(phi[:-1], parts)
