@@ -89,26 +89,19 @@ def picture(values: Floats, low: float, high: float, diverging: bool) -> str:
 
 
 def _png(index: Bytes, table: Bytes) -> bytes:
-    """A palette PNG (colour type 3, 8 bit) with transparency."""
-    extra = (b"PLTE", table[:, :3].tobytes()), (b"tRNS", table[:, 3].tobytes())
-    return _png_file(index.shape[1], index.shape[0], 3, index, extra)
-
-
-def png_rgba(pixels: Bytes) -> bytes:
-    """A PNG of pixels (h, w, 4); every row as its difference from the row above, which compresses shading."""
-    rows = np.diff(pixels.reshape(len(pixels), -1), axis=0, prepend=np.zeros((1, 4 * pixels.shape[1]), np.uint8))
-    return _png_file(pixels.shape[1], pixels.shape[0], 6, rows, (), 2)
-
-
-def _png_file(
-    width: int, height: int, kind: int, rows: Bytes, extra: tuple[tuple[bytes, bytes], ...], row_filter: int = 0
-) -> bytes:
-    """An 8-bit PNG of a colour type; ISO/IEC 15948."""
+    """A palette PNG (colour type 3, 8 bit) with transparency; ISO/IEC 15948."""
 
     def chunk(name: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
-    data = np.hstack([np.full((height, 1), row_filter, np.uint8), rows]).tobytes()
-    header = struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)
-    chunks = (chunk(b"IHDR", header), *(chunk(*one) for one in extra), chunk(b"IDAT", zlib.compress(data, 9)))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b"")
+    height, width = index.shape
+    rows = np.hstack([np.zeros((height, 1), np.uint8), index]).tobytes()
+    header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
+    chunks = [
+        chunk(b"IHDR", header),
+        chunk(b"PLTE", table[:, :3].tobytes()),
+        chunk(b"tRNS", table[:, 3].tobytes()),
+        chunk(b"IDAT", zlib.compress(rows, 9)),
+        chunk(b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)

@@ -289,6 +289,8 @@ class Scene:
     readouts: tuple[tuple[Axis, Floats], ...] = ()
     speed: float = 60.0
     """r/min of the real cam, stated beside the animation's slow-motion factor"""
+    still: Drawing | None = None
+    """What stands in its place where no 3D view can start"""
 
     def __post_init__(self) -> None:
         for body in self.bodies:

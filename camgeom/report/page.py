@@ -28,7 +28,6 @@ from camgeom.drawing.maps import map_sheet
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
 from camgeom.drawing.sheet import Sheet, number
-from camgeom.report.poster import poster
 from camgeom.report.scene import scene_json
 
 Plot = Chart | Map | Polar | Drawing
@@ -165,9 +164,12 @@ def _block(block: Block, figures: count[int], tables: count[int]) -> str:
         return _cost(block, next(tables))
     caption = f"<figcaption><b>Figure {next(figures)}</b>{escape(block.caption)}</figcaption>"
     if isinstance(block, Scene):
-        still = f'<img class="poster" src="{poster(block)}" alt="{escape(block.caption.partition(":")[0])}, still">'
+        # A true section and no shaded picture: that one took two thirds of a page's time, for the few browsers without
+        # WebGL or scripts; `--formats png` draws it on request.
+        drawn = "" if block.still is None else sheet(block.still, WIDE).render(block.still.caption, "drawing")
         return (
-            f'<figure class="scene full">{caption}<div class="stage">{still}<p>The 3D view needs scripts.</p></div>'
+            f'<figure class="scene full">{caption}<div class="stage"><div class="poster">{drawn}</div>'
+            "<p>The 3D view needs scripts.</p></div>"
             f'<div class="controls"></div><script type="application/json">{scene_json(block)}</script></figure>'
         )
     style = "drawing" if isinstance(block, Drawing) else ""

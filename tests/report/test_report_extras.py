@@ -2,65 +2,29 @@
 
 from __future__ import annotations
 
-import io
-import zlib
-from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from camgeom.drawing.colours import png_rgba
-from camgeom.drawing.content import Body, Scene
 from camgeom.errors import ExportError
-from camgeom.maths.mesh import Mesh
 from camgeom.model import Model, read
 from camgeom.report import movie, pdf, views
 from camgeom.report.files import EXTRAS, write_extras
-from camgeom.report.poster import poster
+from camgeom.report.page import render
+from camgeom.report.sections import report
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
 from tests.places import PROFILES
 
 
-def _box(low: tuple[float, ...], high: tuple[float, ...]) -> Mesh:
-    ends = [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    corners = np.array(ends, dtype=float)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return Mesh(corners, np.array([(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)], np.int32))
-
-
-def _drawn(*bodies: Body) -> np.ndarray:
-    text = poster(Scene("two boxes", np.array([0.0]), bodies), (200, 150))
-    return np.asarray(Image.open(io.BytesIO(b64decode(text.partition(",")[2]))))
-
-
-def test_png_holds_every_pixel() -> None:
-    pixels = np.random.default_rng(7).integers(0, 256, (9, 13, 4), dtype=np.uint8)
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(png_rgba(pixels)))), pixels)
-    assert zlib.crc32(png_rgba(pixels)) == zlib.crc32(png_rgba(pixels))
-
-
-def test_poster_shows_the_nearer_body_before_the_farther_one() -> None:
-    steel = Body("cam", _box((-10, -10, 0), (10, 10, 10)))
-    high = Body("roller", _box((-4, -4, 10.1), (4, 4, 16)), role="follower")
-    low = Body("roller", _box((-4, -4, -2), (4, 4, -0.1)), role="follower")
-    for above, roller in ((True, high), (False, low)):
-        picture = _drawn(steel, roller).reshape(-1, 4).astype(int)
-        solid = picture[picture[:, 3] == 255]
-        orange = np.mean((solid[:, 0] > 1.4 * solid[:, 1]) & (solid[:, 1] > 1.4 * solid[:, 2]))
-        assert (orange > 0.1) if above else (orange < 0.02)
-    assert np.any(_drawn(steel)[..., 3] == 0)  # the ground is the page's
-    assert np.array_equal(_drawn(steel, high), _drawn(high, steel))
-
-
-def test_faces_on_a_poster_are_whole() -> None:
-    """No pixel inside the outline of a convex body is left open."""
-    alpha = _drawn(Body("cam", _box((-10, -7, 0), (10, 7, 12))))[..., 3]
-    for row in alpha[(alpha > 0).any(axis=1)]:
-        inside = np.flatnonzero(row > 0)
-        assert np.all(row[inside[0] + 1 : inside[-1]] > 100)
+def test_a_page_without_webgl_shows_the_cam_in_place_of_the_3d_view() -> None:
+    page = render(report(read(str(PROFILES / "pin_insertion.toml")), ["solid"]))
+    stage = page[page.index('<div class="stage">') : page.index('<div class="controls">')]
+    assert stage.count("<svg") == 1
+    assert 'class="d-cut"' in stage
+    assert "<canvas" not in stage
 
 
 @pytest.mark.parametrize("profile", ["disc_flat_face", "constant_width_press", "conjugate_rocker"])

@@ -64,10 +64,11 @@ def report(model: Model, only: Collection[str] | None = None, judged: tuple[Find
     Raises ProfileError for an unknown section.
     """
     wanted = chosen(only)
-    from camgeom.report.sections.judgement import head, key_figures, take
+    from camgeom.report.sections.bodies import KEPT
+    from camgeom.report.sections.judgement import head, key_figures
 
     if judged is not None:
-        take(model, judged)
+        KEPT.setdefault(model, {})["checks"] = judged
 
     figures = key_figures(model, wanted)
     sections = []

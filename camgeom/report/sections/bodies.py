@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar, cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+KEPT: WeakKeyDictionary[Model, dict[str, object]] = WeakKeyDictionary()
+
 FINENESS = 1e-4
 """chord error of a picture as a share of the part's size: a tenth of a pixel on a screen"""
 MOST_FACES = 60_000
@@ -27,11 +30,11 @@ STUD = 0.45
 
 
 def kept(model: Model, name: str, compute: Callable[[], T]) -> T:
-    """A picture's part that several sections share: computed once for a model, its cost booked under `name`."""
-    store: dict[str, T] = model.__dict__.setdefault("_report_parts", {})
-    if name not in store:
-        store[name] = model.ledger.charge(name, compute)
-    return store[name]
+    """What several sections share of a model: computed once as long as it lives, its cost booked under `name`."""
+    shared = KEPT.setdefault(model, {})
+    if name not in shared:
+        shared[name] = model.ledger.charge(name, compute)
+    return cast(T, shared[name])
 
 
 def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:

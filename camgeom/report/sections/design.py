@@ -25,7 +25,7 @@ from camgeom.drawing.sheet import number
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, placed, poses, roller_meshes
+from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, kept, placed, poses, roller_meshes
 from camgeom.track import Swing, Track
 from camgeom.track.flank import Flank
 
@@ -43,9 +43,14 @@ def design(model: Model) -> tuple[Block, ...]:
         meshes = cam_meshes(model)
     except DesignError as error:
         return (Text((f"No body can be drawn: {error}.",)), *developed(model))
-    views = (axial(model, meshes), across(model, meshes))
-    flat = not model.tracks or abs(model.tracks[0].axis[2]) > 0.99  # a plate shows its shape from above
-    return (*(views[::-1] if flat else views), *developed(model))
+    return (*views(model, meshes), *developed(model))
+
+
+def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
+    """Both sections, first the one that shows more: a plate shows its shape from above."""
+    flat = not model.tracks or abs(model.tracks[0].axis[2]) > 0.99
+    shown = kept(model, "section drawings", lambda: (axial(model, meshes), across(model, meshes)))
+    return shown[::-1] if flat else shown
 
 
 Meshes = tuple[tuple[str, Mesh], ...]

@@ -10,6 +10,7 @@ import numpy as np
 
 from camgeom.drawing.content import Block, Column, Figure, Finding, Page, Section, Table
 from camgeom.drawing.sheet import number
+from camgeom.report.sections.bodies import kept
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding as Judged
@@ -23,19 +24,11 @@ ENDLESS = 1e29
 """a life at least this long means no load"""
 
 
-def take(model: Model, found: tuple[Judged, ...]) -> None:
-    """Use findings that were judged elsewhere instead of judging again."""
-    model.__dict__["_report_findings"] = found
-
-
 def _findings(model: Model) -> tuple[Judged, ...]:
     """The findings of all checks, judged once for a model."""
     from camgeom.checks import findings
 
-    known: dict[str, tuple[Judged, ...]] = model.__dict__
-    if "_report_findings" not in known:
-        known["_report_findings"] = model.ledger.charge("checks", lambda: findings(model))
-    return known["_report_findings"]
+    return kept(model, "checks", lambda: findings(model))
 
 
 def _shown(finding: Judged) -> Finding:

@@ -20,6 +20,7 @@ from camgeom.report.sections.bodies import (
     poses,
     roller_meshes,
 )
+from camgeom.report.sections.design import views
 from camgeom.report.sections.flank import FLAT, STEEPEST
 from camgeom.report.sections.motion import units
 from camgeom.track import TURN, Track
@@ -78,6 +79,7 @@ def _scene(model: Model) -> Scene:
         shown,
         readouts,
         speed,
+        views(model, cam_meshes(model))[0],
     )
 
 
