@@ -1,7 +1,7 @@
 """Exact cam geometry, watertight solids, contact stress, fatigue life and dynamics from one profile.
 
-The public names are read, Model, check, write, LAWS and the errors; each is imported when it is first asked for, so
-that `import camgeom` costs a millisecond.
+The public names are read, Model, check, write, LAWS, law with what a law is made of, and the errors; each is imported
+when it is first asked for, so that `import camgeom` costs a millisecond.
 """
 
 from __future__ import annotations
@@ -21,20 +21,25 @@ if TYPE_CHECKING:
         ProfileError,
     )
     from camgeom.model import Model, read
-    from camgeom.motion import LAWS
+    from camgeom.motion import LAWS, Claims, Parameter, Piece
+    from camgeom.motion.law import law
     from camgeom.report.files import write
 
 __all__ = [
     "LAWS",
     "CamgeomError",
+    "Claims",
     "DesignError",
     "ExportError",
     "GeometryEngineError",
     "Model",
     "NotConverged",
+    "Parameter",
+    "Piece",
     "Problem",
     "ProfileError",
     "check",
+    "law",
     "read",
     "write",
 ]
@@ -47,6 +52,10 @@ _HOME = {
     "check": "camgeom.checks:findings",
     "write": "camgeom.report.files",
     "LAWS": "camgeom.motion",
+    "law": "camgeom.motion.law",
+    "Claims": "camgeom.motion",
+    "Parameter": "camgeom.motion",
+    "Piece": "camgeom.motion",
     "CamgeomError": "camgeom.errors",
     "Problem": "camgeom.errors",
     "ProfileError": "camgeom.errors",

@@ -37,7 +37,7 @@ class Command:
     options: tuple[str, ...] = ()
 
 
-_MODEL = ("profile", "delivery")
+_MODEL = ("profile", "laws", "delivery")
 COMMANDS: tuple[Command, ...] = (
     Command("run", "everything the profile asks for: solid, checks, solvers, exports, report",
             "camgeom.cli.model:run", _MODEL),
@@ -45,15 +45,16 @@ COMMANDS: tuple[Command, ...] = (
     Command("check", "judge the design; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
     Command("solve", "contact, life and dynamics; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
     Command("report", "the report page", "camgeom.cli.model:run", _MODEL),
-    Command("study", "one row per variant of a profile, CSV and plot", "camgeom.cli.study:run", ("profile", "study")),
-    Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("json",)),
+    Command("study", "one row per variant of a profile, CSV and plot",
+            "camgeom.cli.study:run", ("profile", "laws", "study")),
+    Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
-            "camgeom.cli.design:run", ("design",)),
+            "camgeom.cli.design:run", ("laws", "design")),
     Command("formats", "the file formats with what each is for", "camgeom.cli.tables:formats", ("json",)),
     Command("inspect", "form deviation of measured points after their best fit to the flanks",
-            "camgeom.cli.inspect:run", ("profile", "inspect")),
-    Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("schema",)),
+            "camgeom.cli.inspect:run", ("profile", "laws", "inspect")),
+    Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("laws", "schema")),
 )
 """Every subcommand; one line adds one."""
 
@@ -129,6 +130,11 @@ def _add_profile(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("profile", metavar="PROFILE", help="the TOML profile")
 
 
+def _add_laws(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--laws", metavar="FILE", action="append",
+                     help="a Python file with your own motion laws, each under @camgeom.law(...); repeat for more")
+
+
 def _add_json(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="print the result as JSON and nothing else")
 
@@ -196,6 +202,7 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
 
 _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "profile": _add_profile,
+    "laws": _add_laws,
     "delivery": _add_delivery,
     "json": _add_json,
     "study": _add_study,
@@ -258,6 +265,10 @@ def _run(words: list[str], console: Console) -> int:
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)
     command = next(command for command in COMMANDS if command.name == arguments.command)
+    if files := getattr(arguments, "laws", None):
+        from camgeom.motion.own import load_all
+
+        load_all(files)
     module, _, function = command.handler.partition(":")
     status: int = getattr(import_module(module), function)(arguments, console)
     return status

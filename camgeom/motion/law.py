@@ -349,15 +349,22 @@ def law(
     """Enter a law into the catalogue. The decorated function takes the parameters and returns the pieces of s.
 
     A joining law takes an `Ends` first and returns a motion from 0 to its lift. `claims` hold at the defaults, `cases`
-    at other parameters. The first line of the docstring is the summary that the list of laws shows.
+    at other parameters. The first line of the docstring is the summary that the list of laws shows. Raises ValueError
+    where the name is taken; of a law from outside the package the claims are measured at once, and ProfileError says
+    which does not hold.
     """
 
     def enter(factory: Factory) -> Factory:
-        summary = (factory.__doc__ or "").strip().splitlines()[0]
+        summary = next(iter((factory.__doc__ or "").strip().splitlines()), name)
         own = factory.__module__.startswith(f"{HOME}.laws_")
         if name in (LAWS.entered if own else LAWS):
-            raise ValueError(f"two laws are called {name!r}")
-        LAWS.entered[name] = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
+            raise ValueError(f"two laws are called {name!r}; the name of a law is taken once")
+        entry = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
+        if not own:
+            from camgeom.motion.own import refuse_unkept
+
+            refuse_unkept(entry)
+        LAWS.entered[name] = entry
         return factory
 
     return enter

@@ -19,6 +19,7 @@ import numpy as np
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
+from camgeom.motion.own import load_all, loaded_files
 
 WORTH_SPAWNING = 1.0
 """s of work left that pays for starting processes, which takes about half of that"""
@@ -191,7 +192,7 @@ def cores() -> int:
 def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow]:
     """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
     rows = {}
-    with ProcessPoolExecutor(helpers, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(helpers, get_context("spawn"), load_all, (loaded_files(),)) as pool:
         given = {i: pool.submit(_row, jobs[i]) for i in order}
         for i in order:
             # a job that no helper has taken yet is done here

@@ -1,0 +1,181 @@
+"""Laws from a user's own file: known everywhere once a command names it, refused where they are not what they say."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from math import pi
+from pathlib import Path
+
+import pytest
+
+import camgeom
+from camgeom.cli import main
+from camgeom.design.study import Study, axis
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.motion import LAWS, Program, Segment, make
+from camgeom.motion.own import TRUE_TO, load_laws, loaded_files
+from camgeom.profile import read_data
+from tests.places import PROFILES, ROOT
+
+PIN = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
+HEAD = "from math import inf, sqrt\nfrom camgeom import Claims, Parameter, Piece, law\n"
+CLAIMS = {"vm": 1.5, "am": 6.0, "jm": "inf", "vam": 2 * 3**0.5, "arms": 2 * 3**0.5, "order_start": 1, "order_end": 1}
+
+
+@pytest.fixture(autouse=True)
+def catalogue() -> Iterator[None]:
+    """The catalogue as it was, after each test."""
+    from camgeom.motion import own
+
+    before = dict(LAWS)
+    yield
+    LAWS.entered.clear()
+    LAWS.entered.update(before)
+    own._loaded.clear()
+
+
+ONE_PIECE = "[Piece(0.0, 1.0, 0.0, (0.0, 0.0, 3.0, -2.0))]"
+
+
+def cubic(name: str = "our-cubic", body: str = ONE_PIECE, **claims: object) -> str:
+    """A file with one law, and its claims where they differ from the cubic's."""
+    said = ", ".join(f"{key}={value}" for key, value in {**CLAIMS, **claims}.items())
+    decorator = f'@law("{name}", source="by hand", claims=Claims({said}))'
+    return f'{HEAD}{decorator}\ndef f():\n    """A cubic."""\n    return {body}\n'
+
+
+def written(folder: Path, text: str, name: str = "laws.py") -> str:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def light(model: Model) -> tuple[dict[str, float | int | bool | str | None], str, str]:
+    return {"peak": model.setup.program.peak(1).value}, "good", ""
+
+
+def test_the_law_of_the_readme_is_known_once_its_file_is_read(tmp_path: Path) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n# my_laws.py\n(.*?)```", readme, re.DOTALL)
+    assert load_laws(written(tmp_path, text)) == ("our-power",)
+    assert make("our-power", power=4).peaks().vm == pytest.approx(16.0 / 9.0, rel=1e-12)
+    program = Program.from_segments([Segment(3.0, 10.0, "our-power"), Segment(6.0, 0.0, "3-4-5"), Segment(2 * pi)])
+    assert program.peak(1).value == pytest.approx(-10.0 * 1.875 / 3.0)
+    assert program.jet(1.5, 0)[0] == pytest.approx(5.0)
+
+
+def test_every_command_that_reads_a_profile_takes_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    laws = ["--laws", written(tmp_path, cubic())]
+    Path("own.toml").write_text(re.sub(r'law = "[^"]*"', 'law = "our-cubic"', PIN), encoding="utf-8")
+    assert main(["check", "own.toml"]) == 2
+    assert "our-cubic" in capsys.readouterr().err
+    assert main(["solve", "own.toml", "--json", "--only", "motion", *laws]) == 0
+    assert json.loads(capsys.readouterr().out)["motion"]["continuity"] == 1
+    assert main(["laws", "--json", *laws]) == 0
+    assert {"our-cubic", "cycloidal"} <= {row["name"] for row in json.loads(capsys.readouterr().out)}
+    assert main(["schema", *laws]) == 0
+    assert "our-cubic" in capsys.readouterr().out
+    for command in (["build"], ["run"], ["report"], ["study", "--vary", "cam.diameter=1,2"], ["inspect", "points.csv"]):
+        assert main([command[0], "missing.toml", *command[1:], *laws]) == 2
+        assert "missing.toml" in capsys.readouterr().err
+
+
+def test_worker_processes_know_the_law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from camgeom.design import study as study_module
+
+    monkeypatch.setattr(study_module, "ALONE_FOR", 0.0)
+    load_laws(written(tmp_path, cubic()))
+    assert loaded_files() == (str(tmp_path / "laws.py"),)
+    Path(tmp_path / "own.toml").write_text(re.sub(r'law = "[^"]*"', 'law = "our-cubic"', PIN), encoding="utf-8")
+    study = Study(read_data(tmp_path / "own.toml"), "", (axis("operation.speed=100:200:5"),), light)
+    rows = list(study.rows(2))
+    assert [row.status for row in rows] == ["good"] * 5
+    assert len({row.figures["peak"] for row in rows}) == 1
+
+
+@pytest.mark.parametrize("key", ["vm", "am", "vam", "arms"])
+def test_a_claim_holds_to_its_rounding_and_no_further(tmp_path: Path, key: str) -> None:
+    value = float(CLAIMS[key])
+    load_laws(written(tmp_path, cubic(**{key: value * (1.0 + 0.99 * TRUE_TO)})))
+    assert LAWS["our-cubic"].claims.order == 1
+    with pytest.raises(ProfileError, match=rf"{key}: the claim does not hold"):
+        load_laws(written(tmp_path, cubic(**{key: value * (1.0 + 1.02 * TRUE_TO)})))
+    # A refused file leaves what was known before it.
+    assert LAWS["our-cubic"].claims.vm == pytest.approx(1.5, rel=2 * TRUE_TO)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (cubic(order_start=2), "order_start: the claim does not hold (found 2); allowed: 1 as measured"),
+        (cubic(jm="60.0"), "jm: the claim does not hold"),
+        (cubic("cycloidal"), "two laws are called 'cycloidal'"),
+        (cubic(body="[Piece(0.0, 1.0, 0.0, (0.0, 0.0, 3.0))]"), "not from 0 to 1"),
+        (cubic(body="[Piece(0.0, 0.5, 0.0, (0.0, 1.0)), Piece(0.6, 1.0, 0.0, (0.0, 1.0))]"), "do not follow on one"),
+        (cubic(body="[Piece(0.0, 0.5, 0.0, (0.0, 1.0)), Piece(0.5, 1.0, 1.0, (1.0, 2.0))]"), "lift jumps"),
+        (cubic(body="None"), "does not give a motion (TypeError"),
+        (cubic().replace("claims=", "joins=True, claims="), "needs the parameter `order`"),
+        ("x = (", "line 1: is not Python"),
+        ("import no_such_module_at_all", "line 1: ModuleNotFoundError"),
+        ("raise SystemExit(0)", "line 1: SystemExit"),
+        ("x = 1", "enters no law"),
+        ("\0", "null bytes"),
+    ],
+)
+def test_a_file_that_is_wrong_says_how(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str
+) -> None:
+    before = list(LAWS)
+    path = written(tmp_path, text)
+    assert main(["laws", "--laws", path]) == 2
+    message = capsys.readouterr().err
+    assert said in message
+    assert path in message
+    assert "Traceback" not in message
+    assert list(LAWS) == before
+
+
+def test_a_missing_file_is_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("missing.py", "."):
+        assert main(["laws", "--laws", str(tmp_path / name)]) == 2
+        assert "cannot be read" in capsys.readouterr().err
+
+
+def test_reading_a_file_again_changes_nothing_and_a_changed_one_counts(tmp_path: Path) -> None:
+    path = written(tmp_path, cubic())
+    load_laws(path)
+    entry = LAWS["our-cubic"]
+    load_laws(path)
+    assert LAWS["our-cubic"] is entry
+    written(tmp_path, cubic("our-other"))
+    assert load_laws(path) == ("our-other",)
+    assert "our-cubic" not in LAWS
+
+
+def test_a_joining_law_takes_over_what_moves_beside_it(tmp_path: Path) -> None:
+    honest = "LAWS['polynomial'].factory(ends, order)"
+    text = HEAD + (
+        "from camgeom import LAWS\n"
+        "@law('our-join', source='by hand', claims=LAWS['polynomial'].claims, joins=True, "
+        "order=Parameter(2, 1, 3, 'derivatives', 'integer'))\n"
+        f"def join(ends, order):\n    return {honest}\n"
+    )
+    assert load_laws(written(tmp_path, text)) == ("our-join",)
+    text = text.replace("our-join", "our-other")
+    resting = text.replace(honest, "[p.scaled(ends.lift) for p in LAWS['3-4-5'].make({}).pieces]")
+    with pytest.raises(ProfileError, match="does not take over derivative 1 at its start"):
+        load_laws(written(tmp_path, resting, "resting.py"))
+
+
+def test_the_decorator_in_a_program_measures_at_once() -> None:
+    with pytest.raises(ProfileError, match="am: the claim does not hold"):
+        camgeom.law("our-line", source="by hand", claims=camgeom.Claims(1.5, 7.0, float("inf"), 3.4641, 3.4641, 1, 1))(
+            lambda: [camgeom.Piece(0.0, 1.0, 0.0, (0.0, 0.0, 3.0, -2.0))]
+        )
+    assert "our-line" not in LAWS
