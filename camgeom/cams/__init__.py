@@ -1,38 +1,43 @@
-"""Cam types, one final class a file, found by file name: kind "constant-width" is `constant_width.Cam`, and the
+"""Cam types, one a file, found by file name: kind "constant-width" is `constant_width.ConstantWidth`, and the
 starter profile of that kind is starters/constant-width.toml.
 
-Every `Cam` is a `Section` whose fields are the keys of the profile's [cam] table, with these members:
-
-    FOLLOWERS: ClassVar[tuple[str, ...]]      follower kinds it accepts, the first one the usual
-    MOTION_SPAN: ClassVar[float]              optional: 180.0 where the profile states half a turn of motion and the
-                                              other half follows, s(theta + pi) = lift - s(theta)
-    problems(setup) -> list[Problem]          what cannot be built, with key, value and allowed range
-    parts(setup) -> tuple[Part, ...]          the bodies (see camgeom.solid.drum)
-    tracks(setup) -> tuple[Track, ...]        the roller tracks (empty for flat and knife followers)
-
-A cam that drives a turret also has
-
-    inside(x) -> array                        which contact points (3, ...) lie on the cam's own material
-    gaps(setup)                               free distances of the turret: (name, mm, advice) each
-    passages(setup) -> tuple[Track, ...]      every roller as long as any part of it may be beside the cam
-    SHARED_DRIVE: ClassVar[bool]              optional: True where rollers take turns, so that the best placed one of
-                                              each direction is judged, and tracks are the walls that they touch
-    rollers(setup), dials(setup)              optional, for pictures: all rollers one by one, their discs
-
-A planar cam also has
-
-    touches(setup) -> tuple[Touch, ...]       what touches it: one contact, or two that drive the follower both ways
-    outlines(setup) -> dict[str, Outline]     its closed curves by name
-    span_between(setup) -> float              optional: the constant width between parallel faces, mm
+A cam type is a section of the profile, `Cam`, that answers what cannot be built, and the `Mechanism` that it makes.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any
+from typing import TYPE_CHECKING, ClassVar
+
+from camgeom.errors import Problem
+from camgeom.keys import Section
+from camgeom.track.follower import Setup
+
+if TYPE_CHECKING:
+    from camgeom.solid.mechanism import Mechanism
+
+
+class Cam(Section, ABC):
+    """The [cam] table of a profile: its fields are the keys.
+
+    FOLLOWERS    follower kinds it accepts, the first one the usual
+    MOTION_SPAN  deg of cam angle that the profile states; 180 where the other half follows, s(theta + pi) = lift - s
+    """
+
+    FOLLOWERS: ClassVar[tuple[str, ...]]
+    MOTION_SPAN: ClassVar[float] = 360.0
+
+    @abstractmethod
+    def problems(self, setup: Setup) -> list[Problem]:
+        """What cannot be built, with key, value and allowed range."""
+
+    @abstractmethod
+    def mechanism(self, setup: Setup) -> Mechanism:
+        """The cam bound to its follower, roller and program, which `problems` has nothing against."""
 
 
 @lru_cache(maxsize=1)
@@ -41,11 +46,13 @@ def kinds() -> tuple[str, ...]:
     return tuple(sorted(m.name.replace("_", "-") for m in iter_modules(__path__) if not m.name.startswith("_")))
 
 
-def cam_class(kind: str) -> Any:
-    """The `Cam` section of a kind; KeyError for an unknown kind."""
+def cam_class(kind: str) -> type[Cam]:
+    """The `Cam` of a kind; KeyError for an unknown kind."""
     if kind not in kinds():
         raise KeyError(kind)
-    return import_module(f"{__name__}.{kind.replace('-', '_')}").Cam
+    words = kind.split("-")
+    found: type[Cam] = vars(import_module(f"{__name__}.{'_'.join(words)}"))["".join(map(str.capitalize, words))]
+    return found
 
 
 def starter(kind: str) -> str:
@@ -53,3 +60,8 @@ def starter(kind: str) -> str:
     if kind not in kinds():
         raise KeyError(kind)
     return (Path(__file__).parent / "starters" / f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def sense_of(direction: str) -> float:
+    """+1 for a cam that turns counter-clockwise ("ccw", seen from +Z), -1 clockwise."""
+    return 1.0 if direction == "ccw" else -1.0

@@ -7,8 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from camgeom.cams import Cam, sense_of
 from camgeom.errors import Problem
-from camgeom.keys import Gap, Section
+from camgeom.keys import Gap
+from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore
 from camgeom.track import TURN, Relief
 from camgeom.track.follower import Setup, SphereRoller, TurretFollower
@@ -16,7 +18,7 @@ from camgeom.track.follower import Setup, SphereRoller, TurretFollower
 ReliefAngle = Annotated[float, Field(gt=0.0, le=90.0, allow_inf_nan=False)]
 
 
-class TurretKeys(Section):
+class TurretKeys(Cam):
     """The keys of a cam whose grooves drive the rollers of a turret."""
 
     form: Literal["rib", "groove"] = Field(
@@ -35,11 +37,6 @@ class TurretKeys(Section):
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
     @property
-    def sense(self) -> float:
-        """+1 counter-clockwise, -1 clockwise."""
-        return 1.0 if self.direction == "ccw" else -1.0
-
-    @property
     def way(self) -> float:
         """+1 right hand, -1 left."""
         return 1.0 if self.hand == "right" else -1.0
@@ -48,15 +45,16 @@ class TurretKeys(Section):
         """Angle between neighbouring rollers of the turret, rad."""
         return TURN / follower.count
 
-    def bore_spec(self) -> Bore:
-        """The bore outline."""
-        return Bore(self.bore, self.keyway_width, self.keyway_depth)
+    @property
+    def bore_spec(self) -> Bore | None:
+        """The bore, or None for a solid cam."""
+        return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
 
-    def dwell_ends(self, setup: Setup) -> tuple[float, ...]:
+    def dwell_ends(self, program: Program) -> tuple[float, ...]:
         """Cam angles in [0, 2 pi) at which a dwell begins or ends, rad."""
-        return tuple(angle for angle, _ in _boundaries(setup))
+        return tuple(angle for angle, _ in _boundaries(program))
 
-    def relief_of(self, setup: Setup, lever: float) -> Relief | None:
+    def relief_of(self, program: Program, lever: float) -> Relief | None:
         """The relief of the cutters' turret angle.
 
         lever  mm, of the flank on the side u x v of a right hand, counter-clockwise cam about the turret's axis: the
@@ -64,7 +62,8 @@ class TurretKeys(Section):
         """
         if not self.relief:
             return None
-        return Relief(self.dwell_ends(setup), radians(self.relief_angle), self.sense * self.way * self.relief / lever)
+        height = sense_of(self.direction) * self.way * self.relief / lever
+        return Relief(self.dwell_ends(program), radians(self.relief_angle), height)
 
     def key_problems(self, setup: Setup) -> list[Problem]:
         """What is wrong with the shared keys, each with its allowed range."""
@@ -92,7 +91,7 @@ class TurretKeys(Section):
     def _relief_problems(self, setup: Setup) -> list[Problem]:
         if not self.relief:
             return []
-        ends = _boundaries(setup)
+        ends = _boundaries(setup.program)
         if not ends:
             return [problem("cam.relief", self.relief, "0 for a motion without a dwell")]
         if isinstance(setup.roller, SphereRoller):
@@ -110,9 +109,9 @@ def problem(key: str, value: object, allowed: str) -> Problem:
     return Problem(key, "cannot be built", value, allowed)
 
 
-def _boundaries(setup: Setup) -> list[tuple[float, float]]:
+def _boundaries(program: Program) -> list[tuple[float, float]]:
     """Every cam angle in [0, 2 pi) between a dwell and a motion, with the length of the shorter of the two, rad."""
-    spans = setup.program.spans
+    spans = program.spans
     resting = [span.before == span.after for span in spans]
     runs: list[tuple[float, float, bool]] = []
     for span, still in zip(spans, resting):

@@ -6,11 +6,14 @@ discs are stacked along Z: main 0 <= z <= width, return disc above it after `gap
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from math import asin, radians, sqrt
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
+from camgeom.cams import Cam, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -25,17 +28,19 @@ from camgeom.cams._plate import (
     triangle_problem,
 )
 from camgeom.errors import Problem
-from camgeom.keys import Degrees, Gap, Length, Section
+from camgeom.keys import Degrees, Gap, Length
 from camgeom.solid import Part
 from camgeom.solid.blank import Bore
+from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
-from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import AnyRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, RollerOutline
 from camgeom.track.touch import Touch
 
 
-class Cam(Section):
+@final
+class Conjugate(Cam):
     """Two discs on one shaft; the main roller drives towards larger lift, the return roller back."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("swinging", "translating")
@@ -59,21 +64,12 @@ class Cam(Section):
     mark_radius: Length | None = Field(None, description="mm, cam axis to the phase mark, a quarter turn from +X")
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
-    @property
-    def sense(self) -> float:
-        """+1 counter-clockwise, -1 clockwise."""
-        return 1.0 if self.direction == "ccw" else -1.0
-
-    def quoted_radius(self, setup: Setup) -> float:
-        """Middle of the main roller's contact along its axis, mm (a height z)."""
-        return 0.5 * sum(self._heights(setup)[0])
-
-    def _heights(self, setup: Setup) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Heights z between which the main and the return roller touch, mm."""
-        length = min(self.width, (setup.roller.length if setup.roller else None) or self.width)
-        middles = 0.5 * self.width, 1.5 * self.width + self.gap
-        low, high = ((m - 0.5 * length, m + 0.5 * length) for m in middles)
-        return low, high
+    def mechanism(self, setup: Setup) -> ConjugateMechanism:
+        """The pair with its rocker or slide."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, SwingingFollower | TranslatingFollower)
+        assert roller is not None
+        return ConjugateMechanism(follower, roller, setup.program, sense_of(self.direction), self)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -82,112 +78,167 @@ class Cam(Section):
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, self.base_radius)
         if setup.roller.shape not in ("cylinder", "crowned"):
             found.append(problem("roller.shape", setup.roller.shape, "cylinder or crowned on conjugate cams"))
-        reach = Bore(self.bore, self.keyway_width, self.keyway_depth).reach if self.bore else 0.0
+        mechanism = self.mechanism(setup)
+        reach = mechanism.bore.reach if mechanism.bore else 0.0
         found += mark_problems(self.mark_diameter, self.mark_radius, self.base_radius, reach)
-        follower = setup.follower
+        follower = mechanism.follower
+        if follower.face != "roller":
+            found.append(problem("follower.face", follower.face, "roller"))
         if isinstance(follower, SwingingFollower):
-            return found + self._swing_problems(setup, follower)
-        assert isinstance(follower, TranslatingFollower)
-        return found + self._slide_problems(setup, follower)
+            return found + self._swing_problems(mechanism, follower)
+        return found + self._slide_problems(mechanism, follower)
 
-    def _swing_problems(self, setup: Setup, follower: SwingingFollower) -> list[Problem]:
-        a, prime = self.center_distance, self._prime(setup)
-        found = [] if follower.face == "roller" else [problem("follower.face", follower.face, "roller")]
+    def _swing_problems(self, mechanism: ConjugateMechanism, follower: SwingingFollower) -> list[Problem]:
+        a, prime = self.center_distance, mechanism.prime_radius
         if a is None:
-            return [*found, Problem("cam.center_distance", "is missing", None, "mm, cam shaft to the rocker's pivot")]
+            return [Problem("cam.center_distance", "is missing", None, "mm, cam shaft to the rocker's pivot")]
         back = self.return_arm or follower.arm
         open_ = [triangle_problem("cam.center_distance", a, follower.arm, prime, "arm")]
         open_ += [triangle_problem("cam.return_arm", a, back, prime, "return arm")] if self.rocker_angle is None else []
         if any(open_):
-            return [*found, *filter(None, open_)]
+            return list(filter(None, open_))
         start = arm_angle(a, follower.arm, prime)
-        swung = swing_problem(start, setup.program)
+        swung = swing_problem(start, mechanism.program)
         if swung:
-            return [*found, swung]
-        low, high = lift_range(setup.program)
-        least = start + high + self._play(setup)
-        if not least < self.angle_between(setup) < 2.0 * asin(1.0) + start + low:
-            limit = "above the main arm's largest angle from the line of centres and below half a turn beyond its "
-            found.append(problem("cam.rocker_angle", self.rocker_angle, limit + "least one"))
-        return found
+            return [swung]
+        low, high = lift_range(mechanism.program)
+        if start + high + mechanism.play < mechanism.angle_between < 2.0 * asin(1.0) + start + low:
+            return []
+        limit = "above the main arm's largest angle from the line of centres and below half a turn beyond its least one"
+        return [problem("cam.rocker_angle", self.rocker_angle, limit)]
 
-    def _slide_problems(self, setup: Setup, follower: TranslatingFollower) -> list[Problem]:
-        found = [] if follower.face == "roller" else [problem("follower.face", follower.face, "roller")]
-        for key in ("center_distance", "return_arm", "rocker_angle"):
-            if getattr(self, key) is not None:
-                found.append(problem(f"cam.{key}", getattr(self, key), "none for a slide (it belongs to a rocker)"))
-        prime = self._prime(setup)
+    def _slide_problems(self, mechanism: ConjugateMechanism, follower: TranslatingFollower) -> list[Problem]:
+        rocker = {"center_distance": self.center_distance, "return_arm": self.return_arm}
+        rocker["rocker_angle"] = self.rocker_angle
+        found = [
+            problem(f"cam.{key}", value, "none for a slide (it belongs to a rocker)")
+            for key, value in rocker.items()
+            if value is not None
+        ]
+        prime = mechanism.prime_radius
         if abs(follower.offset) >= prime:
-            found.append(problem("follower.offset", follower.offset, f"below the prime radius {prime:g} mm"))
-        stroke = lift_range(setup.program)[1]
-        radius = setup.roller.diameter * 0.5 if setup.roller else 0.0
-        least = sqrt((stroke + 1e-3) ** 2 + follower.offset**2) - radius
-        if self.slide_return_radius(setup) <= max(least, 0.0):
+            return [*found, problem("follower.offset", follower.offset, f"below the prime radius {prime:g} mm")]
+        stroke = lift_range(mechanism.program)[1]
+        least = sqrt((stroke + 1e-3) ** 2 + follower.offset**2) - 0.5 * mechanism.roller.diameter
+        if mechanism.slide_return_radius <= max(least, 0.0):
             limit = f"above {max(least, 0.0):g} mm, so that the roller stays on its side of the shaft"
             found.append(problem("cam.return_radius", self.return_radius, limit))
         return found
 
-    def _prime(self, setup: Setup) -> float:
-        return self.base_radius + (0.5 * setup.roller.diameter if setup.roller else 0.0)
 
-    def slide_return_radius(self, setup: Setup) -> float:
+@final
+@dataclass(frozen=True, eq=False)
+class ConjugateMechanism(Mechanism):
+    """A conjugate pair and its rocker or slide."""
+
+    follower: SwingingFollower | TranslatingFollower
+    roller: AnyRoller
+    cam: Conjugate
+
+    @property
+    def drive(self) -> Drive:
+        """The two discs push against each other."""
+        return Drive.OPPOSED
+
+    @property
+    def width(self) -> float:
+        """Thickness of each disc, mm."""
+        return self.cam.width
+
+    @property
+    def base_radius(self) -> float:
+        """Radius of the main profile at zero lift, mm."""
+        return self.cam.base_radius
+
+    @property
+    def bore(self) -> Bore | None:
+        """The bore, or None."""
+        cam = self.cam
+        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
+
+    @property
+    def quoted_radius(self) -> float:
+        """Middle of the main roller's contact along its axis, mm (a height z)."""
+        return 0.5 * sum(self._heights[0])
+
+    @property
+    def _heights(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Heights z between which the main and the return roller touch, mm."""
+        width = self.cam.width
+        length = min(width, self.roller.length or width)
+        middles = 0.5 * width, 1.5 * width + self.cam.gap
+        low, high = ((m - 0.5 * length, m + 0.5 * length) for m in middles)
+        return low, high
+
+    @property
+    def prime_radius(self) -> float:
+        """Distance of the main roller's centre from the cam axis at zero lift, mm."""
+        return self.cam.base_radius + 0.5 * self.roller.diameter
+
+    @property
+    def slide_return_radius(self) -> float:
         """Radius of the slide's return profile at zero lift, mm; the default makes the discs mirror images."""
-        if self.return_radius is not None or setup.roller is None:
-            return self.return_radius or self.base_radius
-        assert isinstance(setup.follower, TranslatingFollower)
-        e, r, prime = setup.follower.offset, 0.5 * setup.roller.diameter, self._prime(setup)
-        return sqrt((sqrt(prime**2 - e**2) + lift_range(setup.program)[1]) ** 2 + e**2) - r
+        if self.cam.return_radius is not None:
+            return self.cam.return_radius
+        e = self.follower.offset
+        stroke = lift_range(self.program)[1]
+        return sqrt((sqrt(self.prime_radius**2 - e**2) + stroke) ** 2 + e**2) - 0.5 * self.roller.diameter
 
-    def angle_between(self, setup: Setup) -> float:
+    @property
+    def return_arm(self) -> float:
+        """Arm of the rocker's return roller, mm."""
+        assert isinstance(self.follower, SwingingFollower)
+        return self.cam.return_arm or self.follower.arm
+
+    @property
+    def angle_between(self) -> float:
         """Angle of the rocker from the main arm to the return arm, rad."""
-        if self.rocker_angle is not None:
-            return radians(self.rocker_angle)
-        assert isinstance(setup.follower, SwingingFollower)
-        assert self.center_distance is not None
-        a, prime = self.center_distance, self._prime(setup)
-        start = arm_angle(a, setup.follower.arm, prime)
-        return start + lift_range(setup.program)[1] + arm_angle(a, self.return_arm or setup.follower.arm, prime)
+        if self.cam.rocker_angle is not None:
+            return radians(self.cam.rocker_angle)
+        a, prime = self.cam.center_distance, self.prime_radius
+        assert isinstance(self.follower, SwingingFollower)
+        assert a is not None
+        start = arm_angle(a, self.follower.arm, prime)
+        return start + lift_range(self.program)[1] + arm_angle(a, self.return_arm, prime)
 
-    def _play(self, setup: Setup) -> float:
+    @property
+    def play(self) -> float:
         """By how much the follower is ahead where it touches the return disc, mm or rad (chord at the roller)."""
-        follower = setup.follower
-        if isinstance(follower, SwingingFollower):
-            return 2.0 * asin(min(1.0, follower.clearance / (2.0 * (self.return_arm or follower.arm))))
-        assert isinstance(follower, TranslatingFollower)
-        return follower.clearance
+        if isinstance(self.follower, SwingingFollower):
+            return 2.0 * asin(min(1.0, self.follower.clearance / (2.0 * self.return_arm)))
+        return self.follower.clearance
 
-    def _mounts(self, setup: Setup) -> tuple[Joint, Vector, Vector]:
+    @cached_property
+    def _mounts(self) -> tuple[Joint, Vector, Vector]:
         """The joint, and where the main and the return roller stand at zero lift."""
-        follower, prime = setup.follower, self._prime(setup)
+        follower, prime = self.follower, self.prime_radius
         if isinstance(follower, SwingingFollower):
-            assert self.center_distance is not None
-            arm = Arm(self.center_distance, 1.0 if follower.side == "left" else -1.0)
-            start = arm_angle(self.center_distance, follower.arm, prime)
-            back = start - self.angle_between(setup)
-            return arm.joint, arm.point(follower.arm, start), arm.point(self.return_arm or follower.arm, back)
-        assert isinstance(follower, TranslatingFollower)
+            assert self.cam.center_distance is not None
+            arm = Arm(self.cam.center_distance, 1.0 if follower.side == "left" else -1.0)
+            start = arm_angle(arm.centre, follower.arm, prime)
+            back = start - self.angle_between
+            return arm.joint, arm.point(follower.arm, start), arm.point(self.return_arm, back)
         e = follower.offset
-        far = self.slide_return_radius(setup) + prime - self.base_radius
+        far = self.slide_return_radius + prime - self.cam.base_radius
         return SLIDE, (sqrt(prime**2 - e**2), e, 0.0), (-sqrt(far**2 - e**2), e, 0.0)
 
-    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
         """The main and the return roller."""
-        assert setup.roller is not None
-        joint, main, back = self._mounts(setup)
-        low, high = self._heights(setup)
+        joint, main, back = self._mounts
+        low, high = self._heights
         # Each roller's free end faces the other disc: it reaches no further than its own.
-        roller, program, sense = setup.roller, setup.program, self.sense
-        first, second = (roller.meridian(0.5 * (z[0] + z[1]), 1.0) for z in (low, high))
+        first, second = (self.roller.meridian(0.5 * (z[0] + z[1]), 1.0) for z in (low, high))
         return (
-            roller_track("main", program, sense, main, joint, first, low, tip_high=True),
-            roller_track("return", program, sense, back, joint, second, high, shift=self._play(setup)),
+            roller_track("main", self.program, self.sense, main, joint, first, low, tip_high=True),
+            roller_track("return", self.program, self.sense, back, joint, second, high, shift=self.play),
         )
 
-    def outlines(self, setup: Setup) -> dict[str, Outline]:
+    @cached_property
+    def outlines(self) -> dict[str, Outline]:
         """Profile and pitch curve of both discs by name."""
-        assert setup.roller is not None
-        r = 0.5 * setup.roller.diameter
-        main, back = self.tracks(setup)
+        r = 0.5 * self.roller.diameter
+        main, back = self.tracks
         return {
             "main": RollerOutline(main, -r),
             "return": RollerOutline(back, -r),
@@ -195,23 +246,24 @@ class Cam(Section):
             "return pitch curve": RollerOutline(back, 0.0),
         }
 
-    def touches(self, setup: Setup) -> tuple[Touch, ...]:
+    @cached_property
+    def touches(self) -> tuple[Touch, ...]:
         """The two contacts: the main disc pushes towards larger lift, the return disc back."""
-        assert setup.roller is not None
-        joint, _, _ = self._mounts(setup)
-        low, high = self._heights(setup)[0]
-        outlines, radius = self.outlines(setup), 0.5 * setup.roller.diameter
+        joint, _, _ = self._mounts
+        low, high = self._heights[0]
+        radius = 0.5 * self.roller.diameter
         return tuple(
-            Touch(name, outlines[name], joint, self.sense, way, radius, high - low)
+            Touch(name, self.outlines[name], joint, self.sense, way, radius, high - low)
             for name, way in (("main", 1.0), ("return", -1.0))
         )
 
-    def parts(self, setup: Setup) -> tuple[Part, ...]:
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
         """The main disc and the return disc, with bore and phase mark."""
-        bore = Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
-        marks = mark_loops(self.mark_diameter, self.mark_radius or 0.0, self.sense)
-        outlines, above = self.outlines(setup), self.width + self.gap
+        cam, outlines = self.cam, self.outlines
+        marks = mark_loops(cam.mark_diameter, cam.mark_radius or 0.0, self.sense)
+        above = cam.width + cam.gap
         return (
-            Prism("main disc", Loop(outlines["main"], "flank"), 0.0, self.width, marks, bore),
-            Prism("return disc", Loop(outlines["return"], "flank"), above, above + self.width, marks, bore),
+            Prism("main disc", Loop(outlines["main"], "flank"), 0.0, cam.width, marks, self.bore),
+            Prism("return disc", Loop(outlines["return"], "flank"), above, above + cam.width, marks, self.bore),
         )

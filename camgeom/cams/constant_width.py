@@ -7,24 +7,29 @@ opposite tangents add up to one width 2 base_radius + h (frame), or opposite rad
 
 from __future__ import annotations
 
-from math import pi
-from typing import ClassVar, Literal
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, pi
+from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
+from camgeom.cams import Cam, sense_of
 from camgeom.cams._plate import SLIDE, bore_problems, lift_range, problem, roller_track
 from camgeom.errors import Problem
-from camgeom.keys import Gap, Length, Section
+from camgeom.keys import Gap, Length
 from camgeom.solid import Part
 from camgeom.solid.blank import Bore
+from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
-from camgeom.track.follower import Setup
+from camgeom.track.follower import FrameFollower, Setup
 from camgeom.track.outline import FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.track.touch import Touch
 
 
-class Cam(Section):
+@final
+class ConstantWidth(Cam):
     """A disc 0 <= z <= width in a frame that slides along X; the near face (or roller) stands on the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("frame",)
@@ -38,24 +43,11 @@ class Cam(Section):
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
-    @property
-    def sense(self) -> float:
-        """+1 counter-clockwise, -1 clockwise."""
-        return 1.0 if self.direction == "ccw" else -1.0
-
-    def quoted_radius(self, setup: Setup) -> float:
-        """Middle of the contact along the roller axis, mm (a height z)."""
-        return 0.5 * sum(self.contact(setup))
-
-    def contact(self, setup: Setup) -> tuple[float, float]:
-        """Heights z between which cam and follower touch, mm."""
-        length = min(self.width, (setup.roller.length if setup.roller else None) or self.width)
-        return 0.5 * (self.width - length), 0.5 * (self.width + length)
-
-    def span_between(self, setup: Setup) -> float:
-        """Constant width of the cam (frame), or constant distance of the roller centres (yoke), mm."""
-        stroke = lift_range(setup.program)[1]
-        return 2.0 * (self.base_radius + _radius(setup)) + stroke
+    def mechanism(self, setup: Setup) -> ConstantWidthMechanism:
+        """The disc with its frame or yoke."""
+        assert isinstance(setup.follower, FrameFollower)
+        sense = sense_of(self.direction)
+        return ConstantWidthMechanism(setup.follower, setup.roller, setup.program, sense, self)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -68,49 +60,100 @@ class Cam(Section):
             found.append(problem("motion.to", low, "0 or above: the rise half starts from the lowest position"))
         return found
 
-    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+
+@final
+@dataclass(frozen=True, eq=False)
+class ConstantWidthMechanism(Mechanism):
+    """A constant-width cam in its frame or yoke."""
+
+    follower: FrameFollower
+    cam: ConstantWidth
+
+    @property
+    def drive(self) -> Drive:
+        """The two faces or rollers push against each other."""
+        return Drive.OPPOSED
+
+    @property
+    def width(self) -> float:
+        """Thickness of the disc, mm."""
+        return self.cam.width
+
+    @property
+    def base_radius(self) -> float:
+        """Near face (yoke: profile) from the cam axis at zero lift, mm."""
+        return self.cam.base_radius
+
+    @property
+    def bore(self) -> Bore | None:
+        """The bore, or None."""
+        cam = self.cam
+        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
+
+    @property
+    def quoted_radius(self) -> float:
+        """Middle of the contact along the roller axis, mm (a height z)."""
+        return 0.5 * sum(self.contact)
+
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Heights z between which cam and follower touch, mm."""
+        width = self.cam.width
+        length = min(width, (self.roller.length if self.roller else None) or width)
+        return 0.5 * (width - length), 0.5 * (width + length)
+
+    @property
+    def _radius(self) -> float:
+        return 0.5 * self.roller.diameter if self.roller else 0.0
+
+    @property
+    def _span(self) -> float:
+        """Constant width of the cam (frame), or constant distance of the roller centres (yoke), mm."""
+        return 2.0 * (self.cam.base_radius + self._radius) + lift_range(self.program)[1]
+
+    @property
+    def span_between(self) -> float | None:
+        """Constant width of a cam in a frame, mm; a yoke has no faces."""
+        return self._span if self.roller is None else None
+
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
         """The two rollers of a yoke; none for a frame."""
-        if setup.roller is None:
+        if self.roller is None:
             return ()
-        low, high = self.contact(setup)
-        meridian = setup.roller.meridian(0.5 * (low + high), 1.0)
-        near = self.base_radius + _radius(setup)
-        far = near - self.span_between(setup)
+        low, high = self.contact
+        meridian = self.roller.meridian(0.5 * (low + high), 1.0)
+        near = self.cam.base_radius + self._radius
         return tuple(
-            roller_track(name, setup.program, self.sense, (x, 0.0, 0.0), SLIDE, meridian, (low, high))
-            for name, x in (("near roller", near), ("far roller", far))
+            roller_track(name, self.program, self.sense, (x, 0.0, 0.0), SLIDE, meridian, (low, high))
+            for name, x in (("near roller", near), ("far roller", near - self._span))
         )
 
-    def outlines(self, setup: Setup) -> dict[str, Outline]:
+    @cached_property
+    def outlines(self) -> dict[str, Outline]:
         """Profile (and pitch curve of a yoke's cam) by name."""
-        tracks = self.tracks(setup)
-        if not tracks:
-            return {"profile": FaceOutline(FlatFace(setup.program, self.sense, self.base_radius))}
-        radius = _radius(setup)
-        return {"profile": RollerOutline(tracks[0], -radius), "pitch curve": RollerOutline(tracks[0], 0.0)}
+        if not self.tracks:
+            return {"profile": FaceOutline(FlatFace(self.program, self.sense, self.cam.base_radius))}
+        near = self.tracks[0]
+        return {"profile": RollerOutline(near, -self._radius), "pitch curve": RollerOutline(near, 0.0)}
 
-    def touches(self, setup: Setup) -> tuple[Touch, ...]:
+    @cached_property
+    def touches(self) -> tuple[Touch, ...]:
         """The two contacts that drive the frame to and fro."""
-        low, high = self.contact(setup)
-        length, radius = high - low, _radius(setup)
-        tracks = self.tracks(setup)
-        if tracks:
+        low, high = self.contact
+        length, radius, sense = high - low, self._radius, self.sense
+        if self.tracks:
             return tuple(
-                Touch(track.name, RollerOutline(track, -radius), SLIDE, self.sense, way, radius, length)
-                for track, way in zip(tracks, (1.0, -1.0))
+                Touch(track.name, RollerOutline(track, -radius), SLIDE, sense, way, radius, length)
+                for track, way in zip(self.tracks, (1.0, -1.0))
             )
-        face = self.outlines(setup)["profile"]
-        flat = float("inf")
+        face = self.outlines["profile"]
         return (
-            Touch("near face", face, SLIDE, self.sense, 1.0, flat, length, kind="flat"),
-            Touch("far face", face, SLIDE, self.sense, -1.0, flat, length, lag=pi, kind="flat"),
+            Touch("near face", face, SLIDE, sense, 1.0, inf, length, kind="flat"),
+            Touch("far face", face, SLIDE, sense, -1.0, inf, length, lag=pi, kind="flat"),
         )
 
-    def parts(self, setup: Setup) -> tuple[Part, ...]:
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
         """The disc."""
-        bore = Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
-        return (Prism("cam", Loop(self.outlines(setup)["profile"], "flank"), 0.0, self.width, (), bore),)
-
-
-def _radius(setup: Setup) -> float:
-    return 0.5 * setup.roller.diameter if setup.roller else 0.0
+        return (Prism("cam", Loop(self.outlines["profile"], "flank"), 0.0, self.cam.width, (), self.bore),)

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import cos, pi, radians, sin
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
 
+from camgeom.cams import Cam, sense_of
 from camgeom.errors import Problem
-from camgeom.keys import Gap, Length, Section
-from camgeom.maths import Floats
+from camgeom.keys import Gap, Length
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
 from camgeom.solid.cut import CutBlank
 from camgeom.solid.drum import GroovedCylinder, RibbedCylinder, drum_walls
+from camgeom.solid.mechanism import Drive, Drum, Mechanism
 from camgeom.track import Joint, Slide, Swing, Track
-from camgeom.track.follower import Setup, SphereRoller, SwingingFollower
-from camgeom.track.section import Column, Level, cylinder_level
+from camgeom.track.follower import (
+    AnyRoller,
+    CylinderRoller,
+    Setup,
+    SphereRoller,
+    SwingingFollower,
+    TranslatingFollower,
+)
+from camgeom.track.section import Level, cylinder_level
 
 
-class Cam(Section):
+@final
+class Cylindrical(Cam):
     """A drum 0 <= z <= length with one groove (or rib); the roller reaches in radially from the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
@@ -54,39 +64,34 @@ class Cam(Section):
         """Radius of the groove's floor on its centre line (rib: of the drum beside the rib), mm."""
         return self.radius - self.groove_depth
 
-    def contact(self, setup: Setup) -> tuple[float, float]:
-        """Radial stretch of the roller that touches the flank, mm."""
-        roller = setup.roller
-        if isinstance(roller, SphereRoller):
-            centre = self.floor_radius + 0.5 * roller.diameter
-            return centre - (roller.length or 0.35 * roller.diameter), min(centre, self.radius)
-        assert roller is not None
-        return self.radius - roller.length, self.radius
-
-    def quoted_radius(self, setup: Setup) -> float:
-        """Where the classical figures are quoted, mm."""
-        low, high = self.contact(setup)
-        return self.pitch_radius or 0.5 * (low + high)
-
+    @property
     def bore_spec(self) -> Bore | None:
         """The bore, or None for a solid drum."""
         return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
 
-    def blank(self, setup: Setup) -> Blank:
-        """The drum before the groove is cut."""
-        del setup
-        return Blank.cylinder(self.radius, self.length, self.bore_spec())
+    def mechanism(self, setup: Setup) -> CylindricalMechanism:
+        """The drum with its follower."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TranslatingFollower | SwingingFollower)
+        assert roller is not None
+        return CylindricalMechanism(follower, roller, setup.program, sense_of(self.direction), self)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
-        return [*self._size_problems(setup), *self._start_problems(setup), *self._follower_problems(setup)]
+        found = [*self._size_problems(), *self._roller_problems(setup.roller)]
+        if self.form == "rib" and self.rib_thickness is None:
+            found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
+        if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
+            limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
+            found.append(_problem("cam.pitch_radius", self.pitch_radius, limit))
+        return [*found, *self._start_problems(setup), *self._follower_problems(setup)]
 
-    def _size_problems(self, setup: Setup) -> list[Problem]:
+    def _size_problems(self) -> list[Problem]:
         found = []
         if self.groove_depth >= self.radius:
             limit = f"below the drum's radius {self.radius:g} mm"
             found.append(_problem("cam.groove_depth", self.groove_depth, limit))
-        bore = self.bore_spec()
+        bore = self.bore_spec
         if bore is None and (self.keyway_width or self.keyway_depth):
             found.append(_problem("cam.keyway_width", self.keyway_width, "0 where the drum has no bore"))
         elif bore is not None:
@@ -97,28 +102,27 @@ class Cam(Section):
             elif self.groove_depth < self.radius and bore.reach >= self.floor_radius:
                 limit = f"outline (reaches {bore.reach:g} mm) inside the groove floor, {self.floor_radius:g} mm"
                 found.append(_problem("cam.bore", self.bore, limit))
-        roller = setup.roller
+        return found
+
+    def _roller_problems(self, roller: AnyRoller | None) -> list[Problem]:
         if roller is None:
-            found.append(Problem("roller", "a cylindrical cam needs a roller", None, "a [roller] table"))
-        elif isinstance(roller, SphereRoller) and self.form == "rib":
-            found.append(_problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'"))
-        elif isinstance(roller, SphereRoller):
-            if self.groove_depth > 0.5 * roller.diameter:
-                limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
-                found.append(_problem("cam.groove_depth", self.groove_depth, limit))
-            least = 0.5 * roller.diameter - self.groove_depth
-            if (roller.length or 0.35 * roller.diameter) <= least:
-                limit = f"above {least:g} mm, from the ball's equator down into the groove"
-                found.append(_problem("roller.length", roller.length, limit))
-            if (roller.length or 0.0) > 0.49 * roller.diameter:
-                found.append(_problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
-        elif roller.length > self.groove_depth:
-            found.append(_problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm"))
-        if self.form == "rib" and self.rib_thickness is None:
-            found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
-        if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
-            limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
-            found.append(_problem("cam.pitch_radius", self.pitch_radius, limit))
+            return [Problem("roller", "a cylindrical cam needs a roller", None, "a [roller] table")]
+        if not isinstance(roller, SphereRoller):
+            if roller.length <= self.groove_depth:
+                return []
+            return [_problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm")]
+        if self.form == "rib":
+            return [_problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'")]
+        found = []
+        if self.groove_depth > 0.5 * roller.diameter:
+            limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
+            found.append(_problem("cam.groove_depth", self.groove_depth, limit))
+        least = 0.5 * roller.diameter - self.groove_depth
+        if (roller.length or 0.35 * roller.diameter) <= least:
+            limit = f"above {least:g} mm, from the ball's equator down into the groove"
+            found.append(_problem("roller.length", roller.length, limit))
+        if (roller.length or 0.0) > 0.49 * roller.diameter:
+            found.append(_problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
         return found
 
     def _start_problems(self, setup: Setup) -> list[Problem]:
@@ -146,18 +150,88 @@ class Cam(Section):
                 return [_problem("follower.pivot_distance", follower.pivot_distance, limit)]
         return []
 
-    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+
+@final
+@dataclass(frozen=True, eq=False)
+class CylindricalMechanism(Mechanism):
+    """A drum and its follower."""
+
+    follower: TranslatingFollower | SwingingFollower
+    roller: AnyRoller
+    cam: Cylindrical
+
+    @property
+    def drive(self) -> Drive:
+        """The walls of the groove, or the sides of the rib, push both ways."""
+        return Drive.OPPOSED
+
+    @property
+    def form(self) -> str:
+        """Groove or rib."""
+        return self.cam.form
+
+    @property
+    def width(self) -> float:
+        """Length of the drum, mm."""
+        return self.cam.length
+
+    @property
+    def outside_diameter(self) -> float:
+        """Of the drum, mm."""
+        return self.cam.diameter
+
+    @property
+    def drum(self) -> Drum:
+        """The drum from z = 0 up."""
+        return Drum(self.cam.radius, 0.0, self.cam.length, self.cam.groove_depth)
+
+    @property
+    def bore(self) -> Bore | None:
+        """The bore, or None."""
+        return self.cam.bore_spec
+
+    @property
+    def blank(self) -> Blank:
+        """The drum before the groove is cut."""
+        return Blank.cylinder(self.cam.radius, self.cam.length, self.bore)
+
+    @property
+    def running_clearance(self) -> float:
+        """Normal gap between roller and each flank, mm."""
+        return self.cam.running_clearance
+
+    @property
+    def classical(self) -> bool:
+        """A cylindrical roller on a slide, in a groove."""
+        roller = isinstance(self.roller, CylinderRoller)
+        return roller and isinstance(self.follower, TranslatingFollower) and self.cam.form == "groove"
+
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Radial stretch of the roller that touches the flank, mm."""
+        roller, radius = self.roller, self.cam.radius
+        if isinstance(roller, SphereRoller):
+            centre = self.cam.floor_radius + 0.5 * roller.diameter
+            return centre - (roller.length or 0.35 * roller.diameter), min(centre, radius)
+        return radius - roller.length, radius
+
+    @property
+    def quoted_radius(self) -> float:
+        """Where the classical figures are quoted, mm."""
+        low, high = self.contact
+        return self.cam.pitch_radius or 0.5 * (low + high)
+
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
         """The roller tracks: one for a groove, the lower and the upper roller for a rib."""
-        roller = setup.roller
-        assert roller is not None
-        low, high = self.contact(setup)
-        centre = self.floor_radius + 0.5 * roller.diameter if isinstance(roller, SphereRoller) else 0.5 * (low + high)
+        cam, roller, ball = self.cam, self.roller, isinstance(self.roller, SphereRoller)
+        low, high = self.contact
+        centre = cam.floor_radius + 0.5 * roller.diameter if ball else 0.5 * (low + high)
         meridian = roller.meridian(centre, -1.0)
-        sense = 1.0 if self.direction == "ccw" else -1.0
-        tip = centre - 0.5 * roller.diameter if isinstance(roller, SphereRoller) else low
+        tip = centre - 0.5 * roller.diameter if ball else low
 
         def at(dz: float, name: str, sides: tuple[float, ...] = (1.0, -1.0)) -> Track:
-            anchor, joint, shift = self._mount(setup, dz)
+            anchor, joint, shift = self._mount(dz)
             return Track(
                 meridian=meridian,
                 joint=joint,
@@ -165,84 +239,82 @@ class Cam(Section):
                 axis=(1.0, 0.0, 0.0),
                 tip=tip,
                 contact=(low, high),
-                program=setup.program,
-                sense=sense,
+                program=self.program,
+                sense=self.sense,
                 shift=shift,
                 name=name,
                 sides=sides,
             )
 
-        if self.form == "groove":
+        if cam.form == "groove":
             return (at(0.0, "groove"),)
-        half = 0.5 * (self.rib_thickness or 0.0) + 0.5 * roller.diameter
+        half = 0.5 * (cam.rib_thickness or 0.0) + 0.5 * roller.diameter
         # u x v points towards smaller z where the cam turns counter-clockwise: side -1 is then a roller's upper flank.
-        return at(-half, "lower roller", (-sense,)), at(half, "upper roller", (sense,))
+        return at(-half, "lower roller", (-self.sense,)), at(half, "upper roller", (self.sense,))
 
-    def parts(self, setup: Setup) -> tuple[Part, ...]:
+    def _mount(self, dz: float) -> tuple[tuple[float, float, float], Joint, float]:
+        """Anchor, joint and coordinate shift of a roller mounted dz above the follower's trace point."""
+        follower = self.follower
+        if isinstance(follower, TranslatingFollower):
+            return (0.0, 0.0, self.cam.start + dz), Slide((0.0, 0.0, 1.0)), 0.0
+        start = radians(follower.start_angle)
+        distance = follower.pivot_distance or self._centred_distance(follower, start)
+        height = self.cam.start - follower.arm * sin(start)
+        return (0.0, distance - follower.arm, height + dz), Swing((-1.0, 0.0, 0.0), (0.0, distance, height)), start
+
+    def _centred_distance(self, follower: SwingingFollower, start: float) -> float:
+        """Pivot distance that lets the roller's arc swing equally to both sides of the cam axis plane, mm."""
+        lifts = [lift for span in self.program.spans for lift in (span.before, span.after)]
+        low, high = start + min(lifts), start + max(lifts)
+        cosines = [cos(low), cos(high)]
+        if low <= 0.0 <= high:
+            cosines.append(1.0)
+        if high > pi or low < -pi:
+            cosines.append(-1.0)
+        return follower.arm * 0.5 * (min(cosines) + max(cosines))
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The tracks with the tool that cuts: larger by the running clearance, down to the groove floor."""
+        cam, ball = self.cam, isinstance(self.roller, SphereRoller)
+        floor = cam.floor_radius if cam.form == "groove" else cam.floor_radius - 0.1 * cam.groove_depth
+        return tuple(
+            replace(track.grown(cam.running_clearance), tip=track.tip - cam.running_clearance if ball else floor)
+            for track in self.tracks
+        )
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
         """The drum: meshed directly where its groove or rib is one closed ring, cut by a boolean otherwise."""
-        blank, cutters = self.blank(setup), self.cutters(setup)
-        if self.form == "rib":
+        cam, blank, cutters = self.cam, self.blank, self.cutters
+        if cam.form == "rib":
             lower, upper = cutters
-            return (RibbedCylinder("cam", lower, upper, blank, self.floor_radius, self.radius, self.length),)
+            return (RibbedCylinder("cam", lower, upper, blank, cam.floor_radius, cam.radius, cam.length),)
         (track,) = cutters
-        ring = GroovedCylinder("cam", track, blank, self.radius, self.length)
+        ring = GroovedCylinder("cam", track, blank, cam.radius, cam.length)
         if ring.fits():
             return (ring,)
-        beyond = self.radius + max(0.05 * self.radius, 0.25 * self.groove_depth)
-        ridge = beyond + 0.5 * self.groove_depth
+        beyond = cam.radius + max(0.05 * cam.radius, 0.25 * cam.groove_depth)
+        ridge = beyond + 0.5 * cam.groove_depth
         genus = 0 if blank.bore is None else 1
         return (CutBlank("cam", cutters, blank, cylinder_level(beyond), beyond, ridge, genus),)
 
     @property
     def wall_foot(self) -> tuple[Level, float] | None:
-        """Surface on which a rib's walls end, and a delta near it; None for a groove, cut down to the tool's tip."""
-        return (cylinder_level(self.floor_radius), self.floor_radius) if self.form == "rib" else None
+        """Surface on which a rib's walls end; None for a groove, cut down to the tool's tip."""
+        floor = self.cam.floor_radius
+        return (cylinder_level(floor), floor) if self.cam.form == "rib" else None
 
-    def contact_lengths(self, track: Track, phi: Floats) -> Floats:
-        """Length of flank beside a roller's contact stretch at cam angles (n,), mm; not positive: none."""
-        low, high = sorted(track.contact)
-        column = Column(track, phi)
-        tops = [column.reach(side, cylinder_level(self.radius), self.radius)[:, 0] for side in track.sides]
-        return np.asarray(np.min([np.minimum(track.meridian.jet(top)[0], high) - low for top in tops], axis=0))
+    @property
+    def wall_top(self) -> tuple[Level, float]:
+        """The drum's outside: a swinging roller can leave the drum sideways."""
+        return cylinder_level(self.cam.radius), self.cam.radius
 
-    def walls(self, setup: Setup) -> list[Wall]:
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the drum: to the ends, between passes of the groove, and to the bore."""
-        return drum_walls(self.cutters(setup), self.radius, self.floor_radius, self.length, self.bore_spec())
-
-    def cutters(self, setup: Setup) -> tuple[Track, ...]:
-        """The tracks with the tool that cuts: larger by the running clearance, down to the groove floor."""
-        tip = self.floor_radius if self.form == "groove" else self.floor_radius - 0.1 * self.groove_depth
-        ball = isinstance(setup.roller, SphereRoller)
-        cut = []
-        for track in self.tracks(setup):
-            grown = track.grown(self.running_clearance)
-            end = track.tip - self.running_clearance if ball else tip
-            cut.append(replace(grown, tip=end))
-        return tuple(cut)
-
-    def _mount(self, setup: Setup, dz: float) -> tuple[tuple[float, float, float], Joint, float]:
-        """Anchor, joint and coordinate shift of a roller mounted dz above the follower's trace point."""
-        follower = setup.follower
-        if not isinstance(follower, SwingingFollower):
-            return (0.0, 0.0, self.start + dz), Slide((0.0, 0.0, 1.0)), 0.0
-        start = radians(follower.start_angle)
-        distance = follower.pivot_distance or self._centred_distance(setup, start)
-        height = self.start - follower.arm * sin(start)
-        return (0.0, distance - follower.arm, height + dz), Swing((-1.0, 0.0, 0.0), (0.0, distance, height)), start
-
-    @staticmethod
-    def _centred_distance(setup: Setup, start: float) -> float:
-        """Pivot distance that lets the roller's arc swing equally to both sides of the cam axis plane, mm."""
-        assert isinstance(setup.follower, SwingingFollower)
-        lifts = [lift for span in setup.program.spans for lift in (span.before, span.after)]
-        low, high = min(lifts), max(lifts)
-        angles = [start + low, start + high]
-        cosines = [cos(a) for a in angles]
-        if angles[0] <= 0.0 <= angles[1]:
-            cosines.append(1.0)
-        if angles[1] > pi or angles[0] < -pi:
-            cosines.append(-1.0)
-        return setup.follower.arm * 0.5 * (min(cosines) + max(cosines))
+        cam = self.cam
+        return tuple(drum_walls(self.cutters, cam.radius, cam.floor_radius, cam.length, self.bore))
 
 
 def _problem(key: str, value: object, allowed: str) -> Problem:

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import asin, cos, hypot, sin, sqrt, tan
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
 
+from camgeom.cams import sense_of
 from camgeom.cams._turret import TurretKeys, problem
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
+from camgeom.maths import Floats
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank, Globoid
+from camgeom.solid.blank import Blank, Bore, Globoid
 from camgeom.solid.cut import IndexingCut
 from camgeom.solid.lands import GloboidLevel
+from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
-from camgeom.track.follower import Setup, SphereRoller, TurretFollower
+from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
 from camgeom.track.turret import turret_tracks
 
 
-class Cam(TurretKeys):
+@final
+class Globoidal(TurretKeys):
     """A globoid -width/2 <= z <= width/2; the turret turns about an axis parallel to Y at (center_distance, 0, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
@@ -40,218 +45,253 @@ class Cam(TurretKeys):
     @property
     def globoid(self) -> Globoid:
         """The blank's shape."""
-        bore = self.bore_spec() if self.bore else None
         size = self.center_distance, self.width, self.globoid_radius
-        return Globoid(*size, bore, self.hub_diameter, self.hub_length)
+        return Globoid(*size, self.bore_spec, self.hub_diameter, self.hub_length)
 
-    @property
-    def end_radius(self) -> float:
-        """Radius of the blank at its end faces (its largest), mm."""
-        return self.globoid.end_radius
-
-    def centre_shift(self, setup: Setup) -> float:
-        """By how much the turret is set closer than the cam was cut for, mm.
-
-        In the dwell a flank's normal lies at the roller's angle tau from the line across the centres, so that a shift
-        presses the roller in by shift * sin(tau): tau is half the roller pitch for a rib, the pitch for a groove.
-        """
-        assert isinstance(setup.follower, TurretFollower)
-        share = 0.5 if self.form == "rib" else 1.0
-        return self.preload / sin(share * self.roller_pitch(setup.follower))
-
-    def allowed_interference(self, setup: Setup) -> float:
-        """By how much a roller may stand in the cam on purpose, mm (the preload at its steepest)."""
-        return self.centre_shift(setup)
-
-    def contact(self, setup: Setup) -> tuple[float, float]:
-        """Stretch of the roller that touches the flank, from the turret axis, mm."""
-        roller, middle = setup.roller, self.quoted_radius(setup)
+    def mechanism(self, setup: Setup) -> GloboidalMechanism:
+        """The globoid with its turret."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
         assert roller is not None
-        if isinstance(roller, SphereRoller):
-            return middle, middle + (roller.length or 0.35 * roller.diameter)
-        return middle - 0.5 * roller.length, middle + 0.5 * roller.length
-
-    def tip(self, setup: Setup) -> float:
-        """Free end of the roller, from the turret axis, mm."""
-        if isinstance(setup.roller, SphereRoller):
-            return self.quoted_radius(setup) + 0.5 * setup.roller.diameter
-        return self.contact(setup)[1]
-
-    def quoted_radius(self, setup: Setup) -> float:
-        """Where the classical figures are quoted, from the turret axis, mm."""
-        assert isinstance(setup.follower, TurretFollower)
-        return setup.follower.pitch_radius
+        return GloboidalMechanism(follower, roller, setup.program, sense_of(self.direction), self)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        if roller is None:
+        if setup.roller is None:
             return [Problem("roller", "a globoidal cam needs rollers", None, "a [roller] table")]
-        return [*self.key_problems(setup), *self._size_problems(setup), *self._turret_problems(setup, follower)]
+        mechanism = self.mechanism(setup)
+        return [*self.key_problems(setup), *self._size_problems(mechanism), *self._turret_problems(mechanism)]
 
-    def _size_problems(self, setup: Setup) -> list[Problem]:
+    def _size_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         found = []
-        follower = setup.follower
-        assert isinstance(follower, TurretFollower)
-        radii = {"follower.pitch_radius": follower.pitch_radius, "cam.globoid_radius": self.globoid_radius}
+        pitch_radius = mechanism.follower.pitch_radius
+        radii = {"follower.pitch_radius": pitch_radius, "cam.globoid_radius": self.globoid_radius}
         for key, radius in radii.items():
             if radius >= self.center_distance:
                 return [problem(key, radius, f"below the centre distance {self.center_distance:g} mm")]
         if 0.5 * self.width >= self.globoid_radius:
             limit = f"below twice the globoid radius, {2.0 * self.globoid_radius:g} mm"
             return [problem("cam.width", self.width, limit)]
-        floor_radius = self.center_distance - self.floor_radius(setup)
-        if floor_radius <= 0.0:
-            most = follower.pitch_radius + floor_radius
-            limit = f"below {most:g} mm, where the groove floor reaches the cam axis"
-            found.append(problem("follower.pitch_radius", follower.pitch_radius, limit))
-        elif self.bore and self.bore_spec().reach >= floor_radius:
-            limit = f"outline inside the groove floor, {floor_radius:g} mm from the axis"
+        floor = self.center_distance - mechanism.floor_radius
+        if floor <= 0.0:
+            limit = f"below {pitch_radius + floor:g} mm, where the groove floor reaches the cam axis"
+            found.append(problem("follower.pitch_radius", pitch_radius, limit))
+        elif mechanism.bore and mechanism.bore.reach >= floor:
+            limit = f"outline inside the groove floor, {floor:g} mm from the axis"
             found.append(problem("cam.bore", self.bore, limit))
-        if not self.contact(setup)[0] - 1e-9 <= self.globoid_radius < self.contact(setup)[1]:
-            limit = f"{self.contact(setup)[0]:g} .. {self.contact(setup)[1]:g} mm, within the roller's contact length"
+        low, high = mechanism.contact
+        if not low - 1e-9 <= self.globoid_radius < high:
+            limit = f"{low:g} .. {high:g} mm, within the roller's contact length"
             found.append(problem("cam.globoid_radius", self.globoid_radius, limit))
-        return [*found, *self.globoid.hub_problems(self.floor_radius(setup))]
+        return [*found, *self.globoid.hub_problems(mechanism.floor_radius)]
 
-    def _turret_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
+    def _turret_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         found = []
-        pitch = self.roller_pitch(follower)
-        roller = setup.roller
-        assert roller is not None
-        radius = 0.5 * roller.diameter
-        room = 2.0 * self.contact(setup)[0] * sin(0.5 * pitch)
-        if room <= 2.0 * radius:
+        diameter, half = mechanism.roller.diameter, 0.5 * self.roller_pitch(mechanism.follower)
+        radius = 0.5 * diameter
+        room = 2.0 * mechanism.contact[0] * sin(half)
+        if room <= diameter:
             limit = f"below {room:g} mm, the distance of neighbouring rollers at their inner end"
-            found.append(problem("roller.diameter", roller.diameter, limit))
-        half = 0.5 * pitch
+            found.append(problem("roller.diameter", diameter, limit))
         if radius * cos(half) >= self.globoid_radius * sin(half):
             limit = f"below {2.0 * self.globoid_radius * tan(half):g} mm, so that ribs keep a tip at the globoid radius"
-            found.append(problem("roller.diameter", roller.diameter, limit))
+            found.append(problem("roller.diameter", diameter, limit))
         rib = 2.0 * (self.globoid_radius * sin(half) - radius * cos(half))
         if self.form == "rib" and self.width <= rib:
             found.append(problem("cam.width", self.width, f"above {rib:g} mm, so that rollers stand beside the rib"))
         return found
 
-    def blank(self, setup: Setup) -> Blank:
+
+@final
+@dataclass(frozen=True, eq=False)
+class GloboidalMechanism(Mechanism):
+    """A globoidal cam and its turret."""
+
+    follower: TurretFollower
+    roller: AnyRoller
+    cam: Globoidal
+
+    @property
+    def drive(self) -> Drive:
+        """The turret's rollers share the load."""
+        return Drive.SHARED
+
+    @property
+    def form(self) -> str:
+        """Rib or groove."""
+        return self.cam.form
+
+    @property
+    def width(self) -> float:
+        """Length of the cam along its axis, mm."""
+        return self.cam.width
+
+    @property
+    def bore(self) -> Bore | None:
+        """The bore, or None."""
+        return self.cam.bore_spec
+
+    @property
+    def blank(self) -> Blank:
         """The globoid before the grooves are cut."""
-        del setup
-        return self.globoid.blank()
+        return self.cam.globoid.blank()
 
-    def tracks(self, setup: Setup) -> tuple[Track, ...]:
-        """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
-        reach = asin(min(1.0, 0.5 * self.width / self.quoted_radius(setup)))
-        return self._grooves(setup, reach, self.center_distance - self.centre_shift(setup))
+    @property
+    def running_clearance(self) -> float:
+        """Normal gap between roller and each flank, mm."""
+        return self.cam.running_clearance
 
-    def passages(self, setup: Setup) -> tuple[Track, ...]:
-        """The same rollers as long as any part of them may be beside the cam."""
-        return self._grooves(setup, self._clear_angle(setup), self.center_distance - self.centre_shift(setup))
+    @property
+    def centre_shift(self) -> float:
+        """By how much the turret is set closer than the cam was cut for, mm.
 
-    def cutters(self, setup: Setup) -> tuple[Track, ...]:
-        """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
-        grooves = self._grooves(setup, self._clear_angle(setup), self.center_distance)
-        floor = self.floor_radius(setup)
-        relief = self.relief_of(setup, self.quoted_radius(setup))
-        return tuple(replace(g.grown(self.running_clearance), tip=floor, relief=relief) for g in grooves)
+        In the dwell a flank's normal lies at the roller's angle tau from the line across the centres, so that a shift
+        presses the roller in by shift * sin(tau): tau is half the roller pitch for a rib, the pitch for a groove.
+        """
+        share = 0.5 if self.cam.form == "rib" else 1.0
+        return self.cam.preload / sin(share * self.cam.roller_pitch(self.follower))
 
-    def _grooves(self, setup: Setup, reach: float, centre: float) -> tuple[Track, ...]:
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        assert roller is not None
-        first = Track(
-            meridian=roller.meridian(follower.pitch_radius, 1.0),
-            joint=Swing((0.0, self.way, 0.0), (centre, 0.0, 0.0)),
-            anchor=(centre, 0.0, 0.0),
-            axis=(-1.0, 0.0, 0.0),
-            tip=self.tip(setup),
-            contact=self.contact(setup),
-            program=setup.program,
-            sense=self.sense,
-        )
-        base = 0.5 * self.roller_pitch(follower) if self.form == "rib" else 0.0
-        return turret_tracks(first, follower.count, base, reach)
+    @property
+    def allowed_interference(self) -> float:
+        """By how much a roller may stand in the cam on purpose, mm (the preload at its steepest)."""
+        return self.centre_shift
 
-    def _clear_angle(self, setup: Setup) -> float:
-        """Turret angle (rad) from the line of centres beyond which a tool is clear of the blank."""
-        assert setup.roller is not None
-        tool = 0.5 * setup.roller.diameter + self.running_clearance + self.relief
-        return self.globoid.clear_angle(self.top_radius(setup), tool)
+    @property
+    def quoted_radius(self) -> float:
+        """Where the classical figures are quoted, from the turret axis, mm."""
+        return self.follower.pitch_radius
 
-    def top_radius(self, setup: Setup) -> float:
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Stretch of the roller that touches the flank, from the turret axis, mm."""
+        roller, middle = self.roller, self.quoted_radius
+        if isinstance(roller, SphereRoller):
+            return middle, middle + (roller.length or 0.35 * roller.diameter)
+        return middle - 0.5 * roller.length, middle + 0.5 * roller.length
+
+    @property
+    def tip(self) -> float:
+        """Free end of the roller, from the turret axis, mm."""
+        if isinstance(self.roller, SphereRoller):
+            return self.quoted_radius + 0.5 * self.roller.diameter
+        return self.contact[1]
+
+    @cached_property
+    def tip_radius(self) -> float:
+        """Radius of the roller at its free end, mm."""
+        meridian = self.roller.meridian(self.quoted_radius, 1.0)
+        return float(meridian.jet(np.array([meridian.parameter(self.tip)]))[3][0])
+
+    @property
+    def top_radius(self) -> float:
         """Distance from the turret axis at which groove bodies end, outside the blank, mm."""
-        beyond = 0.05 * self.globoid_radius
-        if isinstance(setup.roller, SphereRoller):
+        beyond = 0.05 * self.cam.globoid_radius
+        if isinstance(self.roller, SphereRoller):
             # A ball ends half its diameter above its middle, which stands below the blank's outside.
-            beyond = min(beyond, 0.25 * setup.roller.diameter)
-        return self.globoid_radius - beyond
+            beyond = min(beyond, 0.25 * self.roller.diameter)
+        return self.cam.globoid_radius - beyond
 
-    def floor_radius(self, setup: Setup) -> float:
+    @property
+    def floor_radius(self) -> float:
         """Distance of the floor's edges from the turret axis, mm.
 
         Rims of the rollers' ends move at hypot(tip, r); a straight floor as wide as the roller between edges at
         hypot(tip, r, r) stays outside that, and the tip clearance is left besides.
         """
-        roller = setup.roller
-        assert roller is not None
-        tip = self.tip(setup)
-        if isinstance(roller, SphereRoller):
-            return tip + self.running_clearance
-        end = roller.meridian(self.quoted_radius(setup), 1.0)
-        radius = float(end.jet(np.array([end.parameter(tip)]))[3][0]) + self.running_clearance
-        return hypot(tip, radius, radius) + self.tip_clearance
+        if isinstance(self.roller, SphereRoller):
+            return self.tip + self.cam.running_clearance
+        radius = self.tip_radius + self.cam.running_clearance
+        return hypot(self.tip, radius, radius) + self.cam.tip_clearance
 
-    def inside(self, x: np.ndarray) -> np.ndarray:
+    @property
+    def _clear_angle(self) -> float:
+        """Turret angle (rad) from the line of centres beyond which a tool is clear of the blank."""
+        tool = 0.5 * self.roller.diameter + self.cam.running_clearance + self.cam.relief
+        return self.cam.globoid.clear_angle(self.top_radius, tool)
+
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
+        """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
+        reach = asin(min(1.0, 0.5 * self.cam.width / self.quoted_radius))
+        return self._grooves(reach, self.cam.center_distance - self.centre_shift)
+
+    @cached_property
+    def passages(self) -> tuple[Track, ...]:
+        """The same rollers as long as any part of them may be beside the cam."""
+        return self._grooves(self._clear_angle, self.cam.center_distance - self.centre_shift)
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
+        grooves = self._grooves(self._clear_angle, self.cam.center_distance)
+        relief = self.cam.relief_of(self.program, self.quoted_radius)
+        gap, floor = self.cam.running_clearance, self.floor_radius
+        return tuple(replace(track.grown(gap), tip=floor, relief=relief) for track in grooves)
+
+    def _grooves(self, reach: float, centre: float) -> tuple[Track, ...]:
+        follower = self.follower
+        first = Track(
+            meridian=self.roller.meridian(follower.pitch_radius, 1.0),
+            joint=Swing((0.0, self.cam.way, 0.0), (centre, 0.0, 0.0)),
+            anchor=(centre, 0.0, 0.0),
+            axis=(-1.0, 0.0, 0.0),
+            tip=self.tip,
+            contact=self.contact,
+            program=self.program,
+            sense=self.sense,
+        )
+        base = 0.5 * self.cam.roller_pitch(follower) if self.cam.form == "rib" else 0.0
+        return turret_tracks(first, follower.count, base, reach)
+
+    def inside(self, x: Floats) -> Mask:
         """Whether points (3, ...) of the cam frame lie within the blank."""
-        return self.globoid.inside(x)
+        return self.cam.globoid.inside(x)
 
-    def rib_depths(self, setup: Setup) -> tuple[tuple[str, float], ...]:
-        """Where ribs are measured, from the turret axis, mm: at their tip and beside the rollers' ends."""
-        low, high = self.contact(setup)
-        return ("tip", max(low, self.globoid_radius)), ("root", high)
+    @cached_property
+    def turret(self) -> Turret:
+        """The turret: a disc about its axis with the rollers on its rim."""
+        follower, diameter, (seat, end) = self.follower, self.roller.diameter, self.contact
+        half = 0.65 * diameter
+        return Turret(
+            follower,
+            TurretBody(self.tracks[0], follower.count, seat, -half, half, 0.7 * seat),
+            self._gaps,
+            self.passages,
+            # Ribs are measured at their tip and beside the rollers' ends.
+            rib_depths=(("tip", max(seat, self.cam.globoid_radius)), ("root", end)),
+            preload=self.cam.preload,
+            relief=self.cam.relief,
+            dwell_ends=self.cam.dwell_ends(self.program),
+        )
 
-    def gaps(self, setup: Setup) -> tuple[tuple[str, float, str], ...]:
-        """Free distances of the turret in mm, each with advice: (name, distance, advice)."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        assert roller is not None
-        seat, tip = self.contact(setup)[0], self.tip(setup)
-        between = 2.0 * seat * sin(0.5 * self.roller_pitch(follower)) - roller.diameter
+    @property
+    def _gaps(self) -> tuple[tuple[str, float, str], ...]:
+        seat, cam = self.contact[0], self.cam
+        between = 2.0 * seat * sin(0.5 * cam.roller_pitch(self.follower)) - self.roller.diameter
         found = [
             ("between rollers", between, "fewer rollers, smaller ones, or a larger pitch radius"),
-            ("turret body to blank", self.globoid_radius - seat - self.centre_shift(setup),
+            ("turret body to blank", cam.globoid_radius - seat - self.centre_shift,
              "a globoid radius 1 to 5 mm above the inner end of the rollers"),
-        ]
-        if not isinstance(roller, SphereRoller):
-            meridian = roller.meridian(follower.pitch_radius, 1.0)
-            radius = float(meridian.jet(np.array([meridian.parameter(tip)]))[3][0])
-            floor = sqrt(self.floor_radius(setup) ** 2 - (radius + self.running_clearance) ** 2)
-            gap = floor - hypot(tip, radius) - self.centre_shift(setup)
+        ]  # fmt: skip
+        if not isinstance(self.roller, SphereRoller):
+            floor = sqrt(self.floor_radius**2 - (self.tip_radius + cam.running_clearance) ** 2)
+            gap = floor - hypot(self.tip, self.tip_radius) - self.centre_shift
             found.append(("roller end to floor", gap, "a larger tip_clearance"))
         return tuple(found)
 
-    def turret(self, setup: Setup, cam_angle: float = 0.0) -> TurretBody:
-        """The turret with its rollers as it stands at a cam angle (rad)."""
-        assert setup.roller is not None
-        assert isinstance(setup.follower, TurretFollower)
-        track, seat, half = self.tracks(setup)[0], self.contact(setup)[0], 0.65 * setup.roller.diameter
-        return TurretBody(track, setup.follower.count, seat, -half, half, 0.7 * seat, cam_angle)
-
-    def parts(self, setup: Setup) -> tuple[Part, ...]:
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves."""
-        assert setup.roller is not None
-        top = self.top_radius(setup)
-        ridge = top - 0.25 * setup.roller.diameter
-        centre, floor = self.center_distance, self.floor_radius(setup)
+        top, centre = self.top_radius, self.cam.center_distance
         return (
             IndexingCut(
                 "cam",
-                self.cutters(setup),
-                self.blank(setup),
+                self.cutters,
+                self.blank,
                 GloboidLevel(centre, top),
-                GloboidLevel(centre, floor),
-                (top, self.tip(setup)),
-                ridge,
-                1 if self.bore else 0,
+                GloboidLevel(centre, self.floor_radius),
+                (top, self.tip),
+                top - 0.25 * self.roller.diameter,
+                1 if self.cam.bore else 0,
             ),
         )
-

@@ -8,19 +8,21 @@ distances of its own rollers, a whole multiple of as many roller pitches of the 
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import acos, degrees, gcd, sin
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
 
+from camgeom.cams import Cam, sense_of
 from camgeom.cams._plate import bore_problems, problem
 from camgeom.errors import Problem
-from camgeom.keys import Gap, Length, Section
+from camgeom.keys import Gap, Length
 from camgeom.solid import Part
 from camgeom.solid.blank import Bore, Wall
+from camgeom.solid.mechanism import Drive, Mechanism, Turret
 from camgeom.solid.prism import Loop, Prism
 from camgeom.solid.turret import StackedTurret, TurretBody
 from camgeom.track import TURN, Swing, Track
@@ -30,14 +32,14 @@ from camgeom.track.sweep import Edge, Rim, RollerSweep
 from camgeom.track.turret import turret_tracks
 
 
-class Cam(Section):
+@final
+class ParallelIndex(Cam):
     """Plates from z = 0 up, `gap` apart; the turret turns against the cam about a line along Z at (center_distance, 0).
 
     In the first dwell rollers stand half a roller pitch on either side of the line of centres.
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
-    SHARED_DRIVE: ClassVar[bool] = True
 
     kind: Literal["parallel-index"]
     center_distance: Length = Field(description="mm, cam shaft to turret shaft")
@@ -52,14 +54,16 @@ class Cam(Section):
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
     @property
-    def sense(self) -> float:
-        """+1 counter-clockwise, -1 clockwise."""
-        return 1.0 if self.direction == "ccw" else -1.0
-
-    @property
     def pitch(self) -> float:
         """Distance of neighbouring plates along the shaft, middle to middle, mm."""
         return self.width + self.gap
+
+    def mechanism(self, setup: Setup) -> ParallelIndexMechanism:
+        """The plates with their turret."""
+        follower, roller = setup.follower, setup.roller
+        assert isinstance(follower, TurretFollower)
+        assert isinstance(roller, CylinderRoller)
+        return ParallelIndexMechanism(follower, roller, setup.program, sense_of(self.direction), self)
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -93,7 +97,7 @@ class Cam(Section):
             limit = f"{2.0 * low:g} .. {2.0 * self.center_distance:g} mm, from the deepest roller to the turret's shaft"
             return [problem("cam.diameter", self.diameter, limit)]
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, max(low - radius, 0.0))
-        room = 2.0 * follower.pitch_radius * sin(0.5 * TURN * self.plates / follower.count)
+        room = ring_distance(self, follower)
         if room <= roller.diameter:
             limit = f"below {room:g} mm, the distance of neighbouring rollers of a ring"
             found.append(problem("roller.diameter", roller.diameter, limit))
@@ -102,74 +106,123 @@ class Cam(Section):
             found.append(problem("roller.diameter", roller.diameter, limit))
         return found
 
-    def contact(self, setup: Setup, plate: int = 0) -> tuple[float, float]:
+
+def ring_distance(cam: ParallelIndex, follower: TurretFollower) -> float:
+    """Distance of neighbouring rollers' axes on one ring, mm."""
+    return 2.0 * follower.pitch_radius * sin(0.5 * TURN * cam.plates / follower.count)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ParallelIndexMechanism(Mechanism):
+    """Plates and their turret. Facts of the plates' shape raise DesignError where no plate is left."""
+
+    follower: TurretFollower
+    roller: CylinderRoller
+    cam: ParallelIndex
+
+    @property
+    def drive(self) -> Drive:
+        """The turret's rollers share the load."""
+        return Drive.SHARED
+
+    @property
+    def width(self) -> float:
+        """Thickness of each plate, mm."""
+        return self.cam.width
+
+    @property
+    def outside_diameter(self) -> float:
+        """Of the discs the plates are cut from, mm."""
+        return self.cam.diameter
+
+    @property
+    def bore(self) -> Bore | None:
+        """The bore, or None."""
+        cam = self.cam
+        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
+
+    @property
+    def running_clearance(self) -> float:
+        """Normal gap between roller and plate, mm."""
+        return self.cam.running_clearance
+
+    def _contact(self, plate: int) -> tuple[float, float]:
         """Heights z between which a plate and its rollers touch, mm."""
-        assert setup.roller is not None
-        middle, half = plate * self.pitch + 0.5 * self.width, 0.5 * min(self.width, setup.roller.length or self.width)
+        middle = plate * self.cam.pitch + 0.5 * self.cam.width
+        half = 0.5 * min(self.cam.width, self.roller.length)
         return middle - half, middle + half
 
     def _dial(self, plate: int) -> int:
         """The gap in which the dial turns that carries a plate's rollers."""
         even = plate - plate % 2
-        return even if even + 1 < self.plates else plate - 1
+        return even if even + 1 < self.cam.plates else plate - 1
 
-    def passages(self, setup: Setup) -> tuple[Track, ...]:
-        """Every roller that runs on a plate, longer than the plate is wide, from where it comes over the disc on."""
-        found = []
-        for plate, sweep in enumerate(_sweeps(self, setup, False)):
-            low, high = plate * self.pitch - 0.5 * self.gap, (plate + 1) * self.pitch - 0.5 * self.gap
-            found += [replace(track, contact=(low, high), tip=low) for track in sweep.tracks]
-        return tuple(found)
-
-    def _sweep(self, setup: Setup, plate: int, gap: float) -> RollerSweep:
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        assert isinstance(roller, CylinderRoller)
-        low, high = self.contact(setup, plate)
-        c, rf = self.center_distance, follower.pitch_radius
-        edge = 0.5 * self.diameter
-        clear = edge + 1.05 * (0.5 * roller.diameter + gap)
+    def _sweep(self, plate: int, gap: float) -> RollerSweep:
+        """What the rollers of a ring, larger by `gap`, sweep from its plate."""
+        low, high = self._contact(plate)
+        c, rf = self.cam.center_distance, self.follower.pitch_radius
+        edge = 0.5 * self.cam.diameter
+        clear = edge + 1.05 * (0.5 * self.roller.diameter + gap)
         first = Track(
-            meridian=roller.meridian(0.5 * (low + high), 1.0),
+            meridian=self.roller.meridian(0.5 * (low + high), 1.0),
             joint=Swing((0.0, 0.0, -self.sense), (c, 0.0, 0.0)),
             anchor=(c - rf, 0.0, 0.0),
             axis=(0.0, 0.0, 1.0),
             tip=low if self._dial(plate) == plate else high,
             contact=(low, high),
-            program=setup.program,
+            program=self.program,
             sense=self.sense,
             name=f"plate {plate + 1}",
         ).grown(gap)
         reach = acos(max(-1.0, (c * c + rf * rf - clear * clear) / (2.0 * c * rf)))
-        base = (0.5 + plate) * TURN / follower.count
-        return RollerSweep(turret_tracks(first, follower.count // self.plates, base, reach), edge)
+        count = self.follower.count
+        base = (0.5 + plate) * TURN / count
+        return RollerSweep(turret_tracks(first, count // self.cam.plates, base, reach), edge)
 
-    def cutters(self, setup: Setup) -> tuple[Track, ...]:
+    @cached_property
+    def _rings(self) -> tuple[RollerSweep, ...]:
+        """The rollers ring by ring."""
+        return tuple(self._sweep(plate, 0.0) for plate in range(self.cam.plates))
+
+    @cached_property
+    def _cuts(self) -> tuple[RollerSweep, ...]:
+        """What the tools sweep from every plate. Raises DesignError where no plate is left."""
+        found = tuple(self._sweep(plate, self.cam.running_clearance) for plate in range(self.cam.plates))
+        for sweep in found:
+            sweep.chain  # noqa: B018
+        return found
+
+    @cached_property
+    def passages(self) -> tuple[Track, ...]:
+        """Every roller that runs on a plate, longer than the plate is wide, from where it comes over the disc on."""
+        found = []
+        for plate, ring in enumerate(self._rings):
+            low, high = (edge * self.cam.pitch - 0.5 * self.cam.gap for edge in (plate, plate + 1))
+            found += [replace(track, contact=(low, high), tip=low) for track in ring.tracks]
+        return tuple(found)
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
         """The tools: rollers larger by the running clearance, each over the cam angles at which its wall remains."""
-        return tuple(track for sweep in _sweeps(self, setup) for track in sweep.contacts)
+        return tuple(track for sweep in self._cuts for track in sweep.contacts)
 
-    def tracks(self, setup: Setup) -> tuple[Track, ...]:
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
         """One track a wall: its roller over the cam angles at which it touches; equal names belong to one roller."""
-        return tuple(track.grown(-self.running_clearance) for track in self.cutters(setup))
+        return tuple(track.grown(-self.cam.running_clearance) for track in self.cutters)
 
-    def outlines(self, setup: Setup) -> dict[str, Outline]:
+    @cached_property
+    def outlines(self) -> dict[str, Outline]:
         """The plates' outlines by name."""
-        return {f"plate {i + 1}": sweep.outline for i, sweep in enumerate(_sweeps(self, setup))}
+        return {f"plate {i + 1}": sweep.outline for i, sweep in enumerate(self._cuts)}
 
-    def inside(self, x: np.ndarray) -> np.ndarray:
-        """Whether contact points (3, ...) lie on the plates: all do, since tracks end where their walls do."""
-        return np.ones(x.shape[1:], dtype=bool)
-
-    def bore_spec(self) -> Bore | None:
-        """The bore, or None."""
-        return Bore(self.bore, self.keyway_width, self.keyway_depth) if self.bore else None
-
-    def walls(self, setup: Setup) -> tuple[Wall, ...]:
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
         """Widths of the horns at their tips, and what the deepest roller leaves about the bore."""
         found = []
-        reach = Bore(self.bore, self.keyway_width, self.keyway_depth).reach if self.bore else 0.0
-        for i, sweep in enumerate(_sweeps(self, setup)):
-            name = f"plate {i + 1}"
+        reach = self.bore.reach if self.bore else 0.0
+        for name, sweep in zip(self.outlines, self._cuts):
             for part in sweep.chain:
                 if isinstance(part, Rim):
                     width = 2.0 * part.radius * sin(0.5 * min(part.high - part.low, 0.5 * TURN))
@@ -180,67 +233,63 @@ class Cam(Section):
             found.append(Wall(f"{name} to bore", least - reach, None, "a larger centre distance or a smaller bore"))
         return tuple(found)
 
-    def gaps(self, setup: Setup) -> tuple[tuple[str, float, str], ...]:
-        """Free distances of the turret in mm, each with advice: (name, distance, advice)."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        assert roller is not None
-        ring = 2.0 * follower.pitch_radius * sin(0.5 * TURN * self.plates / follower.count) - roller.diameter
-        shaft = self.center_distance - follower.pitch_radius - 0.5 * roller.diameter - 0.5 * self.bore
+    @cached_property
+    def turret(self) -> Turret:
+        """The turret with its rings of rollers; the best placed roller of each direction is judged."""
+        count = self.follower.count // self.cam.plates
+        rollers = (
+            replace(ring.tracks[0], shift=ring.tracks[0].shift + k * TURN / count)
+            for ring in self._rings
+            for k in range(count)
+        )
+        return Turret(
+            self.follower,
+            self._body(count),
+            self._gaps,
+            self.tracks,
+            take_turns=True,
+            rollers=tuple(rollers),
+            dials=self._dials,
+        )
+
+    @property
+    def _gaps(self) -> tuple[tuple[str, float, str], ...]:
+        cam, follower, diameter = self.cam, self.follower, self.roller.diameter
+        ring = ring_distance(cam, follower) - diameter
+        shaft = cam.center_distance - follower.pitch_radius - 0.5 * diameter - 0.5 * cam.bore
         return (
             ("between rollers of a ring", ring, "fewer rollers, smaller ones, or a larger pitch radius"),
             ("dial to camshaft", shaft, "a larger centre distance, or a thinner shaft"),
-            ("plates to turret axis", self.center_distance - 0.5 * self.diameter, "a smaller diameter"),
+            ("plates to turret axis", cam.center_distance - 0.5 * cam.diameter, "a smaller diameter"),
         )
 
-    def rollers(self, setup: Setup) -> tuple[Track, ...]:
-        """Every roller of the turret, ring by ring."""
-        assert isinstance(setup.follower, TurretFollower)
-        count = setup.follower.count // self.plates
-        rings = [sweep.tracks[0] for sweep in _sweeps(self, setup, False)]
-        return tuple(replace(t, shift=t.shift + k * TURN / count) for t in rings for k in range(count))
-
-    def dials(self, setup: Setup) -> tuple[tuple[float, float, float], ...]:
+    @property
+    def _dials(self) -> tuple[tuple[float, float, float], ...]:
         """The turret's discs between the plates, each with its radius and its faces' heights z, mm."""
-        follower, roller = setup.follower, setup.roller
-        assert isinstance(follower, TurretFollower)
-        assert roller is not None
-        radius, play = follower.pitch_radius + 0.5 * roller.diameter, 0.05 * self.gap
-        places = sorted({self._dial(plate) for plate in range(self.plates)})
-        lows = [place * self.pitch + self.width + play for place in places]
-        return tuple((radius, low, low + self.gap - 2.0 * play) for low in lows)
+        cam = self.cam
+        radius, play = self.follower.pitch_radius + 0.5 * self.roller.diameter, 0.05 * cam.gap
+        places = sorted({self._dial(plate) for plate in range(cam.plates)})
+        lows = [place * cam.pitch + cam.width + play for place in places]
+        return tuple((radius, low, low + cam.gap - 2.0 * play) for low in lows)
 
-    def turret(self, setup: Setup, cam_angle: float = 0.0) -> StackedTurret:
-        """The turret with its rings of rollers as it stands at a cam angle (rad)."""
-        assert isinstance(setup.follower, TurretFollower)
-        count, dials = setup.follower.count // self.plates, self.dials(setup)
-        rings = []
-        for plate, sweep in enumerate(_sweeps(self, setup, False)):
+    def _body(self, count: int) -> StackedTurret:
+        cam, dials, rings = self.cam, self._dials, []
+        for plate, ring in enumerate(self._rings):
             radius, low, high = dials[self._dial(plate) // 2 if self._dial(plate) % 2 == 0 else -1]
             ends = self._along_turret(low, high)
-            rings.append(TurretBody(sweep.tracks[0], count, radius, *ends, 0.5 * (low + high), cam_angle))
-        shaft = min(0.35 * setup.follower.pitch_radius, 0.8 * (self.center_distance - 0.5 * self.diameter))
-        return StackedTurret(tuple(rings), shaft, *self._along_turret(-self.gap, self.plates * self.pitch))
+            rings.append(TurretBody(ring.tracks[0], count, radius, *ends, 0.5 * (low + high)))
+        shaft = min(0.35 * self.follower.pitch_radius, 0.8 * (cam.center_distance - 0.5 * cam.diameter))
+        return StackedTurret(tuple(rings), shaft, *self._along_turret(-cam.gap, cam.plates * cam.pitch))
 
     def _along_turret(self, low: float, high: float) -> tuple[float, float]:
         """Heights z as places along the turret's axis, which points down where the cam turns counter-clockwise."""
         return (-high, -low) if self.sense > 0.0 else (low, high)
 
-    def parts(self, setup: Setup) -> tuple[Part, ...]:
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
         """The plates, from the lowest up."""
-        found = []
-        for i, (name, outline) in enumerate(self.outlines(setup).items()):
-            low = i * self.pitch
-            found.append(Prism(name, Loop(outline, "flank"), low, low + self.width, (), self.bore_spec()))
-        return tuple(found)
-
-
-@lru_cache(maxsize=16)
-def _sweeps(cam: Cam, setup: Setup, cut: bool = True) -> tuple[RollerSweep, ...]:
-    """What the rollers (the tools, where cut) sweep from every plate. Raises DesignError where no plate is left."""
-    gap = cam.running_clearance if cut else 0.0
-    found = tuple(cam._sweep(setup, plate, gap) for plate in range(cam.plates))
-    if cut:
-        for sweep in found:
-            sweep.chain  # noqa: B018
-    return found
+        cam = self.cam
+        return tuple(
+            Prism(name, Loop(outline, "flank"), i * cam.pitch, i * cam.pitch + cam.width, (), self.bore)
+            for i, (name, outline) in enumerate(self.outlines.items())
+        )

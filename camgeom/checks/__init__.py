@@ -92,7 +92,7 @@ def _has(model: Model, need: str) -> bool:
     if need == "planar":
         return model.planar is not None
     if need == "turret":
-        return hasattr(model.cam, "gaps") and bool(model.tracks)
+        return model.mechanism.turret is not None
     if need == "turret load":
         return model.turret_loaded
     return True

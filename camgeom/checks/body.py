@@ -41,8 +41,7 @@ def chord_error(model: Model) -> Iterable[Finding]:
 @check("interference", "solid", "tracks")
 def interference(model: Model) -> Iterable[Finding]:
     """Least distance between roller and final mesh over the whole turn; negative is penetration."""
-    intended = getattr(model.cam, "allowed_interference", None)
-    limit = model.profile.limits.clearance_mm - (intended(model.setup) if intended else 0.0)
+    limit = model.profile.limits.clearance_mm - model.mechanism.allowed_interference
     for track, found in zip(model.passages, model.clearances):
         passed = found.value >= limit - CONTACT_SLACK
         advice = "" if passed else "the roller cuts into the cam away from its contact: check undercut and clearances"

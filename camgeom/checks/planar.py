@@ -47,7 +47,7 @@ def self_crossing(model: Model) -> Iterable[Finding]:
 @check("face-width", "planar")
 def face_width(model: Model) -> Iterable[Finding]:
     """Width of a flat face against what the wandering contact needs."""
-    given = getattr(model.setup.follower, "face_width", None)
+    given = model.setup.follower.face_width
     needed = model.planar.face_needed if model.planar else None
     if given is None or needed is None:
         return

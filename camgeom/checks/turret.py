@@ -12,6 +12,7 @@ from camgeom.checks import Finding, check
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.solid.mechanism import Turret
     from camgeom.track.turret import Rib
 
 USUAL_STOPS = (3, 24)
@@ -23,10 +24,16 @@ HORN_DEGREES = 60.0
 """degrees of cam angle; a groove that runs out of an end face during an index takes 5 to 30, a hoop the whole dwell"""
 
 
+def _turret(model: Model) -> Turret:
+    turret = model.mechanism.turret
+    assert turret is not None, "the registry asks for it"
+    return turret
+
+
 @check("stops", "turret")
 def stops(model: Model) -> Iterable[Finding]:
     """Number of stops against the range in use; a remark, never a failure."""
-    value = model.setup.follower.stops  # type: ignore[union-attr]
+    value = _turret(model).follower.stops
     low, high = USUAL_STOPS
     advice = ""
     if value < low:
@@ -42,10 +49,10 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import rib_thickness
 
     limit = model.profile.limits.min_wall_mm
-    pitch = 2.0 * np.pi / model.setup.follower.count  # type: ignore[union-attr]
-    depths = getattr(model.cam, "rib_depths", None)
-    for name, delta in depths(model.setup) if depths else ():
-        ribs = [rib_thickness(track, pitch, model.cam.inside, delta) for track in model.cutters]
+    turret, inside = _turret(model), model.mechanism.inside
+    pitch = 2.0 * np.pi / turret.follower.count
+    for name, delta in turret.rib_depths:
+        ribs = [rib_thickness(track, pitch, inside, delta) for track in model.cutters]
         found: list[Rib] = [rib for rib in ribs if rib is not None]
         if not found:
             continue
@@ -60,7 +67,7 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
 def turret_gap(model: Model) -> Iterable[Finding]:
     """Free distances of the turret: between rollers, body to blank, roller ends to floor."""
     limit = model.profile.limits.clearance_mm
-    for name, value, remedy in model.cam.gaps(model.setup):
+    for name, value, remedy in _turret(model).gaps:
         passed = value > limit
         yield Finding("turret-gap", value, limit, "mm", passed, None, "" if passed else remedy, name)
 
@@ -71,7 +78,7 @@ def hand_over(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import Engagement
 
     theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
-    count = Engagement(model.engaged, model.cam.inside, theta).count
+    count = Engagement(_turret(model).bearing, model.mechanism.inside, theta).count
     for row, name in zip(count, ("pushing on", "holding back")):
         least = int(np.argmin(row))
         passed = bool(row[least] >= 1)
@@ -98,12 +105,12 @@ def fins(model: Model) -> Iterable[Finding]:
 @check("horns", "turret")
 def horns(model: Model) -> Iterable[Finding]:
     """Longest outer wall at an end face whose foot is cut away: a wedge where a groove runs out, a hoop in a dwell."""
-    if getattr(model.cam, "rib_depths", None) is None:
+    if not _turret(model).rib_depths:
         return
     from camgeom.track.turret import longest_horn
 
-    half, wall = 0.5 * model.cam.width, model.profile.limits.min_wall_mm
-    found = [longest_horn(cutter, model.cam.inside, half, wall) for cutter in model.cutters]
+    half, wall = 0.5 * model.mechanism.width, model.profile.limits.min_wall_mm
+    found = [longest_horn(cutter, model.mechanism.inside, half, wall) for cutter in model.cutters]
     worst = max((horn for horn in found if horn is not None), key=lambda horn: horn.turn, default=None)
     if worst is None:
         return
@@ -118,12 +125,13 @@ def horns(model: Model) -> Iterable[Finding]:
 @check("relief", "turret")
 def relief(model: Model) -> Iterable[Finding]:
     """Least distance of rollers and finished flanks at the ends of dwells, where the cam has a lead-in relief."""
-    if not getattr(model.cam, "relief", 0.0):
+    turret = _turret(model)
+    if not turret.relief:
         return
     from camgeom.track.turret import play_at
 
-    for end in model.cam.dwell_ends(model.setup):
-        value = play_at(model.engaged, model.cutters, model.cam.inside, end)
+    for end in turret.dwell_ends:
+        value = play_at(turret.bearing, model.cutters, model.mechanism.inside, end)
         passed = value > 0.0
         advice = "" if passed else "raise `relief` above the preload, or lower the preload"
         yield Finding("relief", value, 0.0, "mm", passed, degrees(end), advice, "roller to flank")
@@ -132,7 +140,7 @@ def relief(model: Model) -> Iterable[Finding]:
 @check("dwell-accuracy", "turret", "solid")
 def dwell_accuracy(model: Model) -> Iterable[Finding]:
     """Error of the turret's angle that the mesh's chord error may cause; a remark: cams are not ground from meshes."""
-    radius = model.setup.follower.pitch_radius  # type: ignore[union-attr]
+    radius = _turret(model).follower.pitch_radius
     error = max(solid.chord_error for solid in model.solids)
     value = degrees(error / radius) * 3600.0
     wanted = np.radians(DWELL_SECONDS / 3600.0) * radius

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import atan2, ceil, degrees, hypot, inf, pi, radians, sqrt, tan
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -112,7 +112,7 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
 
 def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
     """How far each limit is kept, as a share of it; negative where it is not."""
-    cam: Any = profile.cam.model_copy(update={"base_radius": radius})
+    cam = profile.cam.model_copy(update={"base_radius": radius})
     model = Model(profile.model_copy(update={"cam": cam}))
     if cam.problems(model.setup):
         return {"what can be built": UNBUILDABLE}
@@ -258,12 +258,13 @@ def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
 
 def _offset(profile: Profile, wanted: Wanted) -> float:
     """The best offset of a translating roller follower, mm, to a hundredth."""
-    follower, cam = profile.follower, profile.cam
+    follower = profile.follower
     simple = isinstance(follower, TranslatingFollower) and follower.face == "roller" and profile.kind == "disc"
     if not simple or wanted.pressure_angle_deg is None:
         raise ProfileError([Problem("--best-offset", "only a roller on a slide has an offset to choose")])
-    sense = float(getattr(cam, "sense", 1.0))
-    return round(best_offset(profile.setup().program, radians(wanted.pressure_angle_deg), sense) / STEP) * STEP
+    setup = profile.setup()
+    sense = profile.cam.mechanism(setup).sense
+    return round(best_offset(setup.program, radians(wanted.pressure_angle_deg), sense) / STEP) * STEP
 
 
 def with_key(text: str, table: str, key: str, value: float) -> str:

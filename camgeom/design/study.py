@@ -227,7 +227,7 @@ def _chunk(study: Study, variants: list[tuple[Value, ...]]) -> list[Row]:
     return rows
 
 
-GEOMETRY = ("setup", "tracks", "cutters", "flanks", "parts", "solids", "walls", "clearances", "turret")
+GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "parts", "solids", "walls", "clearances", "turret")
 """Facts of a model that rest on cam, follower, roller and motion alone (and, for the solids, on the tolerance)."""
 
 

@@ -11,6 +11,7 @@ the cam frame, seen from +Z; other views say in their notes where they are.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from io import StringIO
 from math import asin, ceil, degrees, floor, sqrt
@@ -25,6 +26,7 @@ from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
+from camgeom.solid.mechanism import Drum
 from camgeom.track import TURN, Arc, Swing, Track
 from camgeom.track.developed import developed, drum_radii
 from camgeom.track.follower import TurretFollower
@@ -220,13 +222,13 @@ def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[Plane
     views: list[PlaneView] = []
     if model.planar is not None:
         views.append(_outlines(model, model.planar.outlines, cutter_radius))
-    elif hasattr(model.cam, "outlines"):
+    elif model.mechanism.outlines:
         # Plates have corners, where a tool's path is not the parallel curve.
-        views.append(_outlines(model, model.cam.outlines(model.setup), None))
-    elif hasattr(model.cam, "radius"):
-        views += _drum(model)
-    if isinstance(model.setup.follower, TurretFollower):
-        views.append(_turret(model, model.setup.follower))
+        views.append(_outlines(model, model.mechanism.outlines, None))
+    elif model.mechanism.drum is not None:
+        views += _drum(model, model.mechanism.drum)
+    if model.mechanism.turret is not None:
+        views.append(_turret(model, model.mechanism.turret.follower))
     return tuple(views)
 
 
@@ -241,7 +243,7 @@ def _outline_curve(name: str, role: Role, outline: Outline) -> PlaneCurve:
     return PlaneCurve(name, role, at, outline.knots())
 
 
-def _outlines(model: Model, outlines: dict[str, Outline], cutter_radius: float | None) -> PlaneView:
+def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: float | None) -> PlaneView:
     curves = [
         _outline_curve(name, "pitch" if name.endswith("pitch curve") else "profile", outline)
         for name, outline in outlines.items()
@@ -262,9 +264,9 @@ def _outlines(model: Model, outlines: dict[str, Outline], cutter_radius: float |
                 curves.append(_outline_curve(f"{name}, path of a cutter of radius {cutter_radius:g}", "cutter", path))
         notes.append(f"cutter paths: centre of a round tool of radius {cutter_radius:g} mm")
     discs, strokes = _openings(model)
-    base = getattr(model.cam, "base_radius", None)
-    if base:
-        discs.append(Disc("centre", (0.0, 0.0), float(base)))
+    base = model.mechanism.base_radius
+    if base is not None:
+        discs.append(Disc("centre", (0.0, 0.0), base))
     return PlaneView("profile", tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
 
 
@@ -296,11 +298,8 @@ def _bore_stroke(bore: Bore) -> Stroke:
     return Stroke("bore", points, (bulge, bulge, 0.0, 0.0, 0.0), closed=True)
 
 
-def _drum(model: Model) -> list[PlaneView]:
-    cam: Any = model.cam
-    half = 0.5 * float(cam.width) if hasattr(cam, "width") else None
-    low, high = (-half, half) if half is not None else (0.0, float(cam.length))
-    tracks = model.cutters
+def _drum(model: Model, drum: Drum) -> list[PlaneView]:
+    low, high, tracks = drum.low, drum.high, model.cutters
     sense, roller = tracks[0].sense, model.setup.roller
     turns = range(
         floor(min(t.span[0] for t in tracks) / TURN + 1e-9), ceil(max(t.span[1] for t in tracks) / TURN - 1e-9)
@@ -309,7 +308,7 @@ def _drum(model: Model) -> list[PlaneView]:
     knots = [TURN * turn + start for turn in turns for start in base] + [TURN * turns.stop]
     room = roller.diameter if roller is not None and len(turns) > 1 else 1.0
     views = []
-    for word, radius in drum_radii(float(cam.radius), float(cam.quoted_radius(model.setup))):
+    for word, radius in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
         places = [(radius * ((TURN - k) if sense > 0.0 else k), k) for k in knots]
         left, right = sorted((places[0][0], places[-1][0]))
         views.append(
@@ -382,18 +381,17 @@ def _meridian(track: Track) -> tuple[Floats, Floats]:
 
 def _section(model: Model) -> list[Stroke]:
     """The cam's blank in the plane of both axes, both halves of it: its exact lines and arcs."""
-    blank = getattr(model.cam, "blank", None)
+    blank = model.mechanism.blank
     if blank is None:
         return []
-    made = blank(model.setup)
-    arcs = made.arcs or (None,) * (len(made.outline) - 1)
-    bulges = [_bulge(p, q, arc) for p, q, arc in zip(made.outline, made.outline[1:], arcs)]
+    arcs = blank.arcs or (None,) * (len(blank.outline) - 1)
+    bulges = [_bulge(p, q, arc) for p, q, arc in zip(blank.outline, blank.outline[1:], arcs)]
     strokes = []
     for sign in (1.0, -1.0):
-        points = tuple((sign * r, z) for r, z in made.outline)
+        points = tuple((sign * r, z) for r, z in blank.outline)
         strokes.append(Stroke("blank", points, (*(sign * b for b in bulges), 0.0)))
-    for _, z in (made.outline[0], made.outline[-1]):
-        reach = made.outline[0][0]
+    for _, z in (blank.outline[0], blank.outline[-1]):
+        reach = blank.outline[0][0]
         strokes.append(Stroke("blank", ((-reach, z), (reach, z))))
     return strokes
 

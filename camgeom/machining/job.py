@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import radians
-from typing import Any
 
 import numpy as np
 
@@ -16,26 +15,22 @@ from camgeom.machining.plan import LEAST, Machining
 from camgeom.machining.rows import Rows, rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
-from camgeom.solid import Part
+from camgeom.solid.mechanism import Mechanism
 from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.track import Track
-from camgeom.track.follower import Setup
 from camgeom.track.outline import CircleOutline, RollerOutline
 
 
-def machining_of(
-    title: str, spec: CutterSpec, cam: Any, setup: Setup, cutters: Sequence[Track], parts: Sequence[Part]
-) -> Machining:
+def machining_of(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
     """The passes of the tool over all flanks of a cam.
 
-    cutters  the tracks with the tool that cuts (running clearance, groove depth); parts: the bodies of planar cams
     Raises ProfileError where the table contradicts the cam, DesignError where the tool cannot make the flanks.
     """
-    if found := spec.problems(cam, setup):
+    if found := spec.problems(mechanism):
         raise ProfileError(found)
-    if hasattr(cam, "outlines"):
-        return _planar(title, spec, cam, setup, parts)
-    blank = cam.blank(setup)
+    blank, cutters = mechanism.blank, mechanism.cutters
+    if blank is None:
+        return _planar(title, spec, mechanism)
     safe = max(r for r, _ in blank.outline) + spec.retract
     tools = tuple(tool_of(spec, track) for track in cutters)
     groups = _ball_rows(spec, cutters) if spec.kind == "ball" else ()
@@ -44,7 +39,7 @@ def machining_of(
         paths = [row for group in groups for row in group.paths]
     _refuse_short(spec, paths)
     machine = _machine(spec, paths, cutters[0].sense)
-    return Machining(title, spec, tuple(paths), tools, machine, safe, tuple(cutters), groups)
+    return Machining(title, spec, tuple(paths), tools, machine, safe, cutters, groups)
 
 
 def _paths(spec: CutterSpec, track: Track, tool: Tool) -> list[ToolPath]:
@@ -92,11 +87,12 @@ def _machine(spec: CutterSpec, paths: Sequence[ToolPath], sense: float) -> Machi
     return Machine(rotary, "axis", swings, sense, spec.reversed_rotary, spec.pivot)
 
 
-def _planar(title: str, spec: CutterSpec, cam: Any, setup: Setup, parts: Sequence[Part]) -> Machining:
+def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
     """Contours of discs and of the flanks of a face groove."""
-    roller = 0.5 * setup.roller.diameter if setup.roller else None
-    if roller is not None and isinstance(parts[0], FaceGroove):
-        roller += cam.running_clearance
+    parts, roller = mechanism.parts, None
+    if mechanism.roller is not None:
+        roller = 0.5 * mechanism.roller.diameter
+        roller += mechanism.running_clearance if isinstance(parts[0], FaceGroove) else 0.0
     tool = tool_of(spec, None, roller)
     reach, start = tool.radius + spec.allowance, radians(spec.start_angle)
     paths: list[ContourPath] = []
@@ -114,7 +110,7 @@ def _planar(title: str, spec: CutterSpec, cam: Any, setup: Setup, parts: Sequenc
         path.refuse_gouge()
     paths = [path.with_lead(spec.lead, tool.radius) for path in paths]
     way = "plain" if spec.machine == "plain" else "polar"
-    machine = Machine(spec.rotary or "C", way, False, cam.sense, spec.reversed_rotary)  # type: ignore[arg-type]
+    machine = Machine(spec.rotary or "C", way, False, mechanism.sense, spec.reversed_rotary)  # type: ignore[arg-type]
     return Machining(title, spec, tuple(paths), tuple(tool for _ in paths), machine, safe)
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, final
+from typing import TYPE_CHECKING, Annotated, Literal, final
 
 from pydantic import Field
 
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length, Section
+from camgeom.track import Track
 
 if TYPE_CHECKING:
-    from camgeom.track import Track
-    from camgeom.track.follower import Setup
+    from camgeom.solid.mechanism import Mechanism
 
 Kind = Literal["roller", "flat", "ball", "wheel"]
 WayOfPath = Literal["flank", "centre", "shifted"]
@@ -79,15 +79,14 @@ class CutterSpec(Section):
         """Largest speed of the tool's centre, mm/min."""
         return self.max_feed if self.max_feed is not None else 10.0 * self.feed
 
-    def problems(self, cam: Any, setup: Setup) -> list[Problem]:
+    def problems(self, mechanism: Mechanism) -> list[Problem]:
         """What contradicts itself or the cam, with key, value and allowed range."""
         found = self._own_problems()
         if found:
             return found
-        planar = hasattr(cam, "outlines")
-        tracks = () if planar else tuple((getattr(cam, "cutters", None) or cam.tracks)(setup))
-        if planar:
-            return self._planar_problems(cam, setup)
+        if mechanism.blank is None:
+            return self._planar_problems(mechanism.roller is not None)
+        tracks = mechanism.cutters
         if self.machine == "plain":
             found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
         if self.axis == "radial" and not all(is_radial(track) for track in tracks):
@@ -122,10 +121,9 @@ class CutterSpec(Section):
             if getattr(self, key) != word
         ]
 
-    def _planar_problems(self, cam: Any, setup: Setup) -> list[Problem]:
-        del cam
+    def _planar_problems(self, rolled: bool) -> list[Problem]:
         found = []
-        if self.kind == "roller" and setup.roller is None:
+        if self.kind == "roller" and not rolled:
             found.append(Problem("cutter.kind", "there is no roller to be like", self.kind, "flat or wheel"))
         if self.kind == "ball":
             found.append(_problem("kind", self.kind, "roller, flat or wheel: a disc's flank is straight"))

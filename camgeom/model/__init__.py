@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, final
 from camgeom.errors import DesignError
 from camgeom.model.facts import fact
 from camgeom.model.shape import Shape
-from camgeom.track.follower import CylinderRoller, TranslatingFollower, TurretFollower
+from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -35,13 +35,13 @@ class Model(Shape):
     @property
     def loaded(self) -> bool:
         """True where the profile has an [operation] and a roller follower that one roller at a time serves."""
-        simple = not isinstance(self.setup.follower, TurretFollower) and self.setup.roller is not None
+        simple = self.mechanism.drive is not Drive.SHARED and self.setup.roller is not None
         return self.profile.operation is not None and bool(self.tracks) and simple
 
     @property
     def driven(self) -> bool:
         """True for a planar cam whose profile has an [operation]."""
-        return self.profile.operation is not None and hasattr(self.cam, "touches")
+        return self.profile.operation is not None and bool(self.mechanism.touches)
 
     @fact
     def drive(self) -> PlanarDrive:
@@ -58,8 +58,7 @@ class Model(Shape):
     @property
     def turret_loaded(self) -> bool:
         """True where the profile has an [operation] and a turret, whose rollers share the load."""
-        turret = isinstance(self.setup.follower, TurretFollower) and hasattr(self.cam, "inside")
-        return self.profile.operation is not None and bool(self.tracks) and turret
+        return self.profile.operation is not None and self.mechanism.drive is Drive.SHARED
 
     @fact
     def turret_duty(self) -> TurretDuty:
@@ -67,17 +66,20 @@ class Model(Shape):
         from camgeom.mechanics.turret_duty import TurretDuty
         from camgeom.model.loads import angular_speed, follower_load, operation_of
 
-        cam, operation = self.cam, operation_of(self.profile, "stress and life")
+        mechanism, operation = self.mechanism, operation_of(self.profile, "stress and life")
+        turret = mechanism.turret
+        if turret is None:
+            raise DesignError(f"a {self.profile.kind} cam has no turret")
         return TurretDuty(
-            self.engaged,
-            cam.inside,
+            turret.bearing,
+            mechanism.inside,
             follower_load(self.profile, self.setup),
             self.profile.material.roller,
             self.profile.material.cam,
             angular_speed(operation.speed),
-            getattr(cam, "preload", 0.0),
-            cam.width,
-            cam.bore,
+            turret.preload,
+            mechanism.width,
+            mechanism.bore.diameter if mechanism.bore else 0.0,
         )
 
     @fact
@@ -103,10 +105,7 @@ class Model(Shape):
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
-        if self.profile.impact_spec is None:
-            return None
-        touches = () if self.planar is None else self.planar.touches
-        return impact_of(self.profile, self.setup, self.tracks, touches)
+        return impact_of(self.profile, self.mechanism) if self.profile.impact_spec is not None else None
 
     @fact
     def machining(self) -> Machining:
@@ -127,14 +126,13 @@ class Model(Shape):
         spec = self.profile.cutter_spec or CutterSpec()
         if not (self.profile.output.undercut_solid and spec.kind == "roller"):
             self.refuse_folded()
-        made = machining_of(self.profile.name, spec, self.cam, self.setup, self.cutters, self.parts)
-        return Outcome(made, getattr(self.cam, "inside", None))
+        made = machining_of(self.profile.name, spec, self.mechanism)
+        return Outcome(made, self.mechanism.inside)
 
     @property
     def classical(self) -> bool:
         """True for a loaded groove drum with a translating cylindrical roller: the case of the literature."""
-        kinds = self.profile.kind == "cylindrical" and isinstance(self.setup.follower, TranslatingFollower)
-        return self.loaded and kinds and isinstance(self.setup.roller, CylinderRoller) and self.cam.form == "groove"
+        return self.loaded and self.mechanism.classical
 
     @fact
     def duty(self) -> Duty:
@@ -171,8 +169,8 @@ class Model(Shape):
         """The duty of every roller: of two that drive a follower to and fro each carries its own direction."""
         from camgeom.model.loads import roller_duty
 
-        flat = self.planar is not None
-        return tuple(roller_duty(self.profile, self.setup, track, flat) for track in self.tracks)
+        flat, quoted = bool(self.mechanism.touches), self.mechanism.quoted_radius
+        return tuple(roller_duty(self.profile, self.setup, track, flat, quoted) for track in self.tracks)
 
 
 def read(path: str) -> Model:

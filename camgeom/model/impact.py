@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,15 +18,12 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.problem import ImpactProblem, Load
     from camgeom.dynamics.impact.run import ImpactRun
     from camgeom.profile import Profile
-    from camgeom.track import Track
-    from camgeom.track.touch import Touch
+    from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
 
 
-def impact_of(
-    profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]
-) -> ImpactRun:
+def impact_of(profile: Profile, mechanism: Mechanism) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
     Raises ProfileError where the cam does not drive both ways or has no play.
@@ -35,20 +32,19 @@ def impact_of(
 
     spec = profile.impact_spec
     assert spec is not None
-    return solve(impact_problem(profile, setup, tracks, touches), turns=spec.turns, rtol=spec.tolerance)
+    return solve(impact_problem(profile, mechanism), turns=spec.turns, rtol=spec.tolerance)
 
 
-def impact_problem(
-    profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]
-) -> ImpactProblem:
+def impact_problem(profile: Profile, mechanism: Mechanism) -> ImpactProblem:
     """The contact problem of the profile's cam in SI units; raises as `impact_of`."""
     spec = profile.impact_spec
     assert spec is not None
-    cam, roller = profile.cam, setup.roller
+    roller, drum = mechanism.roller, mechanism.drum
+    setup = Setup(mechanism.follower, roller, mechanism.program)
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
-    length = (roller.length if roller is not None else None) or getattr(cam, "width", None) or 1.0
-    base = getattr(cam, "base_radius", None) or getattr(cam, "radius", None) or radius
-    pair, load = impact_pair(profile, setup, tracks, touches), impact_load(profile, setup)
+    length = (roller.length if roller is not None else None) or (mechanism.width if mechanism.touches else 1.0)
+    base = mechanism.base_radius or (drum.radius if drum else radius)
+    pair, load = impact_pair(profile, mechanism), impact_load(profile, setup)
     if load.applied is not None and load.applied.jumps:
         pair = replace(pair, lift=pair.lift.split(load.applied.jumps))
     return spec.problem(
@@ -56,9 +52,9 @@ def impact_problem(
         inertia=float(follower_load(profile, setup).mass),  # type: ignore[arg-type]
         speed_rpm=operation_of(profile, "impacts").speed,
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
-        length_mm=float(length),
+        length_mm=length,
         roller_radius_mm=radius,
-        cam_radius_mm=float(base),
+        cam_radius_mm=base,
         load=load,
     )
 
@@ -78,11 +74,9 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
         )
         other = profile.model_copy(update={"motion": motion})
         setup = other.setup()
-        cam: Any = other.cam
-        if problems := cam.problems(setup):
+        if problems := other.cam.problems(setup):
             raise ProfileError(problems, profile.source)
-        touches = tuple(cam.touches(setup)) if hasattr(cam, "touches") else ()
-        found[law] = impact_problem(other, setup, tuple(cam.tracks(setup)), touches)
+        found[law] = impact_problem(other, other.cam.mechanism(setup))
     return found
 
 
@@ -112,19 +106,18 @@ def impact_load(profile: Profile, setup: Setup) -> Load:
     return Load(-unit * (spring + weight), unit * rate / length, unit * friction, 0.01 * fastest or 1e-3, applied)
 
 
-def impact_pair(profile: Profile, setup: Setup, tracks: tuple[Track, ...], touches: tuple[Touch, ...]) -> Pair:
+def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
     """The two opposing contacts of the profile's cam, in m and rad. Raises ProfileError where it has none."""
     from camgeom.dynamics.impact.pair import groove_pair, planar_pair
 
-    spec, cam = profile.impact_spec, profile.cam
+    spec, tracks, quoted = profile.impact_spec, mechanism.tracks, mechanism.quoted_radius
     assert spec is not None
-    cut = 2.0 * getattr(cam, "running_clearance", 0.0)
-    clearance = MILLI * (spec.clearance or getattr(setup.follower, "clearance", 0.0) or cut)
+    clearance = MILLI * (spec.clearance or mechanism.follower.clearance or 2.0 * mechanism.running_clearance)
     if clearance <= 0.0:
         raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
-    if {touch.way for touch in touches} == {1.0, -1.0}:
-        return planar_pair(setup.program, touches, clearance, spec.clearance_kind)
-    if len(tracks) == 1 and len(tracks[0].sides) == 2 and hasattr(cam, "quoted_radius"):
-        return groove_pair(tracks[0], clearance, cam.quoted_radius(setup))
+    if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:
+        return planar_pair(mechanism.program, mechanism.touches, clearance, spec.clearance_kind)
+    if len(tracks) == 1 and len(tracks[0].sides) == 2 and quoted is not None:
+        return groove_pair(tracks[0], clearance, quoted)
     allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
     raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", profile.kind, allowed)])

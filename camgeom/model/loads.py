@@ -57,8 +57,10 @@ def follower_load(profile: Profile, setup: Setup) -> FollowerLoad:
     )
 
 
-def roller_duty(profile: Profile, setup: Setup, track: Track, flat: bool) -> Duty:
-    """Force, stress and life of one roller; `flat`: a planar cam, straight along the roller's axis.
+def roller_duty(profile: Profile, setup: Setup, track: Track, flat: bool, quoted: float | None) -> Duty:
+    """Force, stress and life of one roller.
+
+    flat    a planar cam, straight along the roller's axis; quoted: where the classical figures are quoted on it, mm
 
     Such a cam is not the envelope of a crown: a crowned roller touches it with the crown's own arc.
     """
@@ -67,8 +69,9 @@ def roller_duty(profile: Profile, setup: Setup, track: Track, flat: bool) -> Dut
     if flat and isinstance(track.meridian, Arc):
         crown = track.meridian.arc
         track = replace(track, meridian=Straight(track.meridian.radius, track.meridian.centre))
-    quoted = profile.cam.quoted_radius(setup)  # type: ignore[attr-defined]
-    radius = quoted if min(low, high) <= quoted <= max(low, high) else 0.5 * (low + high)
+    radius = 0.5 * (low + high)
+    if quoted is not None and min(low, high) <= quoted <= max(low, high):
+        radius = quoted
     load = follower_load(profile, setup)
     return Duty(
         track,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,10 @@ from camgeom.track.follower import Setup
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
+    from camgeom.cams import Cam
     from camgeom.solid import Part, Solid
+    from camgeom.solid.blank import Blank, Wall
+    from camgeom.solid.mechanism import Mechanism
     from camgeom.track.clearance import Clearance
     from camgeom.track.pair import PairResidual
     from camgeom.track.planar import Planar
@@ -43,8 +46,8 @@ class Shape:
         self.ledger = Ledger(observer)
 
     @property
-    def cam(self) -> Any:
-        """The cam section of its kind."""
+    def cam(self) -> Cam:
+        """The [cam] table."""
         return self.profile.cam
 
     @fact
@@ -53,20 +56,19 @@ class Shape:
         return self.profile.setup()
 
     @fact
+    def mechanism(self) -> Mechanism:
+        """The cam bound to its follower, roller and program."""
+        return self.profile.cam.mechanism(self.setup)
+
+    @fact
     def tracks(self) -> tuple[Track, ...]:
         """The roller tracks; empty for followers without a roller."""
-        return tuple(self.cam.tracks(self.setup))
+        return self.mechanism.tracks
 
     @fact
     def passages(self) -> tuple[Track, ...]:
         """Every roller over all the cam angles at which it is beside the cam, also where it touches nothing."""
-        passages = getattr(self.cam, "passages", None)
-        return tuple(passages(self.setup)) if passages else self.tracks
-
-    @property
-    def engaged(self) -> tuple[Track, ...]:
-        """The tracks whose walls a turret's rollers may bear on, where their cam's `inside` says so."""
-        return self.tracks if getattr(self.cam, "SHARED_DRIVE", False) else self.passages
+        return self.mechanism.passages
 
     @fact
     def drive_angle(self) -> tuple[float, float] | None:
@@ -74,28 +76,28 @@ class Shape:
 
         None for others, where every roller has to be driven all the way.
         """
-        if not getattr(self.cam, "SHARED_DRIVE", False):
+        turret = self.mechanism.turret
+        if turret is None or not turret.take_turns:
             return None
         from camgeom.track.turret import largest_drive_angle
 
-        return largest_drive_angle(self.tracks, self.cam.inside)
+        return largest_drive_angle(turret.bearing, self.mechanism.inside)
 
     @fact
     def cutters(self) -> tuple[Track, ...]:
         """The tracks with the tool that cuts them (clearance, groove depth)."""
-        cutters = getattr(self.cam, "cutters", None)
-        return tuple(cutters(self.setup)) if cutters else self.tracks
+        return self.mechanism.cutters
 
     @fact
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
-        foot = getattr(self.cam, "wall_foot", None)
+        foot = self.mechanism.wall_foot
         return tuple(Survey(track, cutter, foot) for track, cutter in zip(self.tracks, self.cutters))
 
     @fact
     def parts(self) -> tuple[Part, ...]:
         """The recipes of the bodies."""
-        return tuple(self.cam.parts(self.setup))
+        return self.mechanism.parts
 
     @fact
     def solids(self) -> tuple[Solid, ...]:
@@ -103,17 +105,18 @@ class Shape:
         try:
             self.refuse_folded()
         except DesignError:
-            if not (self.profile.output.undercut_solid and self.profile.kind == "cylindrical"):
+            drum, blank = self.mechanism.drum, self.mechanism.blank
+            if not self.profile.output.undercut_solid or drum is None or drum.depth is None or blank is None:
                 raise
-            return (self._undercut_body(),)
+            return (self._undercut_body(blank, drum.radius, drum.depth),)
         return tuple(part.solid(self.tolerance) for part in self.parts)
 
-    def _undercut_body(self) -> Solid:
+    def _undercut_body(self, blank: Blank, radius: float, depth: float) -> Solid:
         """What the tool really leaves of an undercut drum, asked for by [output] undercut_solid."""
         from camgeom.solid.cut import RollerUnion
 
-        beyond = self.cam.radius + max(0.05 * self.cam.radius, 0.25 * self.cam.groove_depth)
-        return RollerUnion("cam", self.cutters, self.cam.blank(self.setup), beyond).solid(self.tolerance)
+        beyond = radius + max(0.05 * radius, 0.25 * depth)
+        return RollerUnion("cam", self.cutters, blank, beyond).solid(self.tolerance)
 
     @property
     def solid(self) -> Solid:
@@ -140,14 +143,13 @@ class Shape:
     @fact
     def turret(self) -> Solid | None:
         """The turret with its rollers at cam angle zero, for assemblies; None where the follower is no turret."""
-        recipe = getattr(self.cam, "turret", None)
-        return recipe(self.setup).solid(self.tolerance) if recipe else None
+        turret = self.mechanism.turret
+        return turret.body.solid(self.tolerance) if turret else None
 
     @fact
-    def walls(self) -> tuple[Any, ...]:
-        """Wall thicknesses of the body: name, thickness mm, cam angle rad."""
-        walls = getattr(self.cam, "walls", None)
-        return tuple(walls(self.setup)) if walls else ()
+    def walls(self) -> tuple[Wall, ...]:
+        """Thinnest walls of the bodies."""
+        return self.mechanism.walls
 
     @fact
     def clearances(self) -> tuple[Clearance, ...]:
@@ -191,11 +193,13 @@ class Shape:
     @fact
     def planar(self) -> Planar | None:
         """What touches a planar cam, and its extremes; None for other cams."""
-        if not hasattr(self.cam, "touches"):
+        mechanism = self.mechanism
+        if not mechanism.touches:
             return None
-        from camgeom.track.planar import planar_of
+        from camgeom.track.planar import Planar
 
-        return planar_of(self.cam, self.setup)
+        span, offset = mechanism.span_between, mechanism.follower.offset
+        return Planar(mechanism.touches, mechanism.outlines, mechanism.program, span, offset)
 
     @fact
     def pair(self) -> PairResidual | None:

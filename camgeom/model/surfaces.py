@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 import numpy.typing as npt
@@ -164,11 +164,5 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
 
 def within(model: Model) -> Callable[[Floats], Mask]:
     """Whether points (3, n) of the flanks lie within the blank: tracks run beyond the cam's ends and outside."""
-    cam: Any = model.cam
-    if hasattr(cam, "inside"):
-        return lambda x: np.asarray(cam.inside(x), dtype=bool)
-    if model.planar is None and hasattr(cam, "radius") and hasattr(cam, "length"):
-        return lambda x: np.asarray(
-            (np.hypot(x[0], x[1]) <= cam.radius + 1e-9) & (x[2] >= -1e-9) & (x[2] <= cam.length + 1e-9)
-        )
-    return lambda x: np.ones(x.shape[1], dtype=bool)
+    drum = model.mechanism.drum
+    return drum.inside if drum is not None else model.mechanism.inside

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.track.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.track.follower import Setup, SwingingFollower, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -133,8 +133,6 @@ def _speed(profile: Profile) -> float:
 
 def _inertia(profile: Profile, setup: Setup) -> float:
     """Moving mass, kg, or inertia, kg m2."""
-    follower, operation = setup.follower, profile.operation
-    if isinstance(follower, TranslatingFollower | FrameFollower):
-        return follower.mass + (operation.load_mass if operation else 0.0)
-    assert isinstance(follower, SwingingFollower | TurretFollower)
-    return follower.inertia + (operation.load_inertia if operation else 0.0)
+    operation = profile.operation
+    mass, inertia = (operation.load_mass, operation.load_inertia) if operation else (0.0, 0.0)
+    return setup.follower.moving(mass, inertia)

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, final
 
 from pydantic import Field, SerializeAsAny, model_validator
 
+from camgeom.cams import Cam
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, span_of
+from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.text import MAX_BYTES, Path_, decode, load, read_bytes
-from camgeom.track.follower import AnyFollower, AnyRoller, Setup, SwingingFollower, TurretFollower
+from camgeom.track.follower import AnyFollower, AnyRoller, Setup
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.spec import ImpactSpec
@@ -30,7 +31,7 @@ class Profile(Section):
     """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
 
     name: Annotated[str, Field(min_length=1, max_length=120)] = Field("cam", description="shown in reports")
-    cam: SerializeAsAny[Section] = Field(description="the cam, by kind")
+    cam: SerializeAsAny[Cam] = Field(description="the cam, by kind")
     follower: AnyFollower = Field(description="the follower, by kind")
     roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")
     motion: Annotated[tuple[MotionSegment, ...], Field(min_length=1, max_length=MAX_SEGMENTS)] = Field(
@@ -63,7 +64,7 @@ class Profile(Section):
     @property
     def rotating(self) -> bool:
         """True where positions of the motion are degrees: swinging followers and turrets."""
-        return isinstance(self.follower, SwingingFollower | TurretFollower)
+        return self.follower.rotating
 
     @property
     def dynamics_spec(self) -> DynamicsSpec | None:
@@ -97,10 +98,10 @@ class Profile(Section):
 
         Raises ProfileError where the motion cannot be made or does not close.
         """
-        problems = motion_problems(self.motion, self.follower, span_of(type(self.cam)))
+        problems = motion_problems(self.motion, self.follower, self.cam.MOTION_SPAN)
         if problems:
             raise ProfileError(problems, self.source)
-        program = program_of(self.motion, self.follower, span_of(type(self.cam)), _folder_name(self.source))
+        program = program_of(self.motion, self.follower, self.cam.MOTION_SPAN, _folder_name(self.source))
         return Setup(self.follower, self.roller, program)
 
 
@@ -144,11 +145,10 @@ def _cross_checks(profile: Profile) -> list[Problem]:
         setup = profile.setup()
     except ProfileError as error:
         return error.problems
-    cam: Any = profile.cam
     idle = profile.operation.idle(profile.rotating) if profile.operation is not None else []
-    found = [*idle, *cam.problems(setup)]
+    found = [*idle, *profile.cam.problems(setup)]
     if not found and profile.cutter_spec is not None:
-        found += profile.cutter_spec.problems(cam, setup)
+        found += profile.cutter_spec.problems(profile.cam.mechanism(setup))
     return found
 
 

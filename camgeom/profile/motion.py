@@ -14,7 +14,7 @@ from camgeom.motion.program import Program, Segment
 from camgeom.profile.errors import UNKNOWN, Sections, choice_problem, keys_of, plain
 from camgeom.profile.sections import MotionSegment
 from camgeom.profile.text import beside
-from camgeom.track.follower import AnyFollower, SwingingFollower, TurretFollower
+from camgeom.track.follower import AnyFollower, TurretFollower
 
 MAX_SEGMENTS = 10_000
 SLIP = 1e-6
@@ -62,11 +62,6 @@ def _stray(key: str, value: object, at: str, law: LawEntry | None, sections: Sec
     return Problem(f"{at}.{key}", UNKNOWN, plain(value), "", hint or takes)
 
 
-def span_of(cam: type[Any]) -> float:
-    """The range of cam angle that the profile states, deg: 180 where the second half turn follows from the first."""
-    return float(getattr(cam, "MOTION_SPAN", 360.0))
-
-
 def motion_problems(motion: Sequence[MotionSegment], follower: AnyFollower, span: float) -> list[Problem]:
     """What a program cannot know of its segments: half turns, whole turret indexes; span is the stated range, deg."""
     problems = [
@@ -105,7 +100,7 @@ def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: flo
     Where the profile states half a turn the other half mirrors it: s(theta + pi) = lift - s(theta). Raises
     ProfileError with every problem of the segments.
     """
-    turning = isinstance(follower, SwingingFollower | TurretFollower)
+    turning = follower.rotating
     unit = radians(1.0) if turning else 1.0
     segments = [_segment(segment, unit) for segment in motion]
     if span == 180.0:

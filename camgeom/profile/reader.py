@@ -23,7 +23,7 @@ from camgeom.profile.errors import (
     translate,
     without_guessed,
 )
-from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, span_of, split_segment
+from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
 from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.text import Path_, beside, dotted, number_table
 from camgeom.track.follower import (
@@ -82,7 +82,7 @@ class Reader:
         parts["name"] = self._name()
         if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
             # The motion as a whole is judged even where another section is wrong.
-            self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], models["cam"], self.file)
+            self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], self.span, self.file)
         if self.problems:
             raise ProfileError(first_of(without_guessed(self.problems)), self.file)
         return {name: part for name, part in parts.items() if part is not None}
@@ -90,8 +90,9 @@ class Reader:
     def _models(self) -> dict[str, Model | None]:
         """The model of every section that is given or needed; None where the choice itself is wrong."""
         cam = self._choice("cam", "kind", kinds(), "a cam kind", None)
-        cam_model: Any = cam_class(cam) if cam else None
-        accepted: tuple[str, ...] = getattr(cam_model, "FOLLOWERS", tuple(FOLLOWERS))
+        cam_model = cam_class(cam) if cam else None
+        accepted = cam_model.FOLLOWERS if cam_model else tuple(FOLLOWERS)
+        self.span = cam_model.MOTION_SPAN if cam_model else 360.0
         follower = self._choice("follower", "kind", tuple(FOLLOWERS), "a follower kind", accepted[0])
         if cam and follower and follower not in accepted:
             message = f"a {cam} cam has no such follower"
@@ -248,10 +249,10 @@ def first_of(problems: list[Problem]) -> list[Problem]:
     return [*problems[:MOST_PROBLEMS], Problem("profile", f"and {more} problems more, of those looked at")]
 
 
-def _motion_as_a_whole(motion: Any, follower: AnyFollower, cam: type[Any], file: str) -> list[Problem]:
-    found = motion_problems(motion, follower, span_of(cam))
+def _motion_as_a_whole(motion: Any, follower: AnyFollower, span: float, file: str) -> list[Problem]:
+    found = motion_problems(motion, follower, span)
     try:
-        program_of(motion, follower, span_of(cam), str(Path(file).parent) if file else "")
+        program_of(motion, follower, span, str(Path(file).parent) if file else "")
     except ProfileError as error:
         found += error.problems
     return found

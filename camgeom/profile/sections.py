@@ -98,10 +98,6 @@ class Output(Section):
     )
 
 
-PRESSURE_ANGLES = {"translating": 30.0, "swinging": 45.0, "turret": 50.0, "frame": 45.0}
-"""deg; customary limits by follower kind (T/WLJC 15-2018 for the turret)"""
-
-
 @final
 class Limits(Section):
     """What the checks judge against; a limit that is not given is not judged, or has the default named here."""
@@ -123,4 +119,4 @@ class Limits(Section):
         """The limits with the defaults that depend on the follower filled in."""
         if self.pressure_angle_deg is not None:
             return self
-        return self.model_copy(update={"pressure_angle_deg": PRESSURE_ANGLES[follower.kind]})
+        return self.model_copy(update={"pressure_angle_deg": follower.pressure_angle_limit})

@@ -173,7 +173,7 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
     paper.words(SPLIT + 3.0, BLOCK + 8.5, _shortened(profile.name, RIGHT - SPLIT - 6.0, 5.5), size=5.5, style="strong")
     paper.words(SPLIT + 3.0, BLOCK + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
     ratio = f"{number(scale)}:1" if scale >= 1.0 else f"1:{number(1.0 / scale)}"
-    direction = {"cw": "clockwise", "ccw": "counter-clockwise"}.get(str(getattr(profile.cam, "direction", "")), "-")
+    direction = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     cells = (
         ("Scale", ratio), ("Sheet", "A3"), ("Dimensions", "mm, degrees"), ("Mass", f"{number(mass, 4)} kg"),
         ("Turns, seen from +Z", direction), ("Density", f"{number(profile.material.cam.density)} kg/m³"),

@@ -90,7 +90,7 @@ def _steepest(model: Model) -> float:
 
 def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[Body, Floats]]:
     """Cam and follower with their poses (n, 3, 4) in the machine frame at cam angles phi (n,), rad."""
-    sense = -1.0 if getattr(model.cam, "direction", "ccw") == "cw" else 1.0
+    sense = model.mechanism.sense
     turned = cam_poses(sense, phi)
     found = [(Body(name, mesh), turned) for name, mesh in cams]
     for colour, meshes in ((ROLLER, roller_meshes(model)), (CARRIER, carrier_meshes(model))):

@@ -256,10 +256,9 @@ def _angles(model: Model) -> dict[str, Any]:
 
 
 def _quoted(model: Model) -> dict[str, Any]:
-    quoted = getattr(model.cam, "quoted_radius", None)
-    if quoted is None or model.planar is not None:
+    radius = model.mechanism.quoted_radius
+    if radius is None or model.planar is not None:
         return {}
-    radius = quoted(model.setup)
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
     return {"pitch_radius_mm": radius, "pitch_pressure_angle_deg": degrees(at.value)}
 
@@ -410,7 +409,8 @@ def conventions(model: Model) -> list[dict[str, Any]]:
     """
     from camgeom.mechanics.life import roller_life
 
-    duty, radius = model.duty, model.cam.quoted_radius(model.setup)
+    duty, radius = model.duty, model.mechanism.quoted_radius
+    assert radius is not None
     rows = []
     for name in ("developed", "published", "flat", "developed-wall", "exact"):
         contact = duty.convention(name, radius)

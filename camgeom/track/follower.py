@@ -5,9 +5,10 @@ A cam type receives angles already in radians inside the program; sections keep 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import radians
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -87,8 +88,24 @@ RollerSpec = Annotated[CylinderRoller | ConeRoller | CrownedRoller | SphereRolle
 AnyRoller = CylinderRoller | ConeRoller | CrownedRoller | SphereRoller
 
 
-class TranslatingFollower(Section):
+class Follower(Section, ABC):
+    """What the cam drives. Every follower answers every question of this module, also where it has no such key."""
+
+    rotating: ClassVar[bool]
+    """True where its coordinate is an angle: positions in degrees, inertia for mass."""
+    pressure_angle_limit: ClassVar[float]
+    """deg, customary, where the profile states none"""
+
+    @abstractmethod
+    def moving(self, load_mass: float, load_inertia: float) -> float:
+        """Mass, kg, or inertia, kg m2, of the follower with the load that it carries."""
+
+
+class TranslatingFollower(Follower):
     """A follower that slides."""
+
+    rotating: ClassVar[bool] = False
+    pressure_angle_limit: ClassVar[float] = 30.0
 
     kind: Literal["translating"] = "translating"
     mass: Mass = Field(0.0, description="kg, all that moves with the follower")
@@ -98,9 +115,18 @@ class TranslatingFollower(Section):
     face_width: Length | None = Field(None, description="mm, face = flat: width of the face, centred on its line")
     clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the slide between the two cams")
 
+    def moving(self, load_mass: float, load_inertia: float) -> float:
+        """Mass, kg, of the follower with its load."""
+        del load_inertia
+        return self.mass + load_mass
 
-class SwingingFollower(Section):
+
+class SwingingFollower(Follower):
     """A follower that swings about a fixed pivot."""
+
+    rotating: ClassVar[bool] = True
+    pressure_angle_limit: ClassVar[float] = 45.0
+    offset: ClassVar[float] = 0.0
 
     kind: Literal["swinging"]
     arm: Length = Field(description="mm, pivot to roller centre")
@@ -119,9 +145,21 @@ class SwingingFollower(Section):
     face_offset: SignedLength = Field(0.0, description="mm, face = flat: from the pivot back to the face's line")
     face_width: Length | None = Field(None, description="mm, face = flat: length of the face, from the pivot on")
 
+    def moving(self, load_mass: float, load_inertia: float) -> float:
+        """Inertia, kg m2, of the arm with its load."""
+        del load_mass
+        return self.inertia + load_inertia
 
-class TurretFollower(Section):
+
+class TurretFollower(Follower):
     """An indexing turret with rollers on a circle."""
+
+    rotating: ClassVar[bool] = True
+    pressure_angle_limit: ClassVar[float] = 50.0  # T/WLJC 15-2018
+    offset: ClassVar[float] = 0.0
+    clearance: ClassVar[float] = 0.0
+    face: ClassVar[Face] = "roller"
+    face_width: ClassVar[float | None] = None
 
     kind: Literal["turret"]
     stops: Annotated[int, Field(ge=2, le=48)] = Field(description="stops in one turn of the turret, 2 to 48")
@@ -134,14 +172,29 @@ class TurretFollower(Section):
         """Number of rollers on the turret."""
         return self.rollers or self.stops
 
+    def moving(self, load_mass: float, load_inertia: float) -> float:
+        """Inertia, kg m2, of the turret with its load."""
+        del load_mass
+        return self.inertia + load_inertia
 
-class FrameFollower(Section):
+
+class FrameFollower(Follower):
     """A frame with two parallel flat faces (or two rollers) about a constant-width cam."""
+
+    rotating: ClassVar[bool] = False
+    pressure_angle_limit: ClassVar[float] = 45.0
+    offset: ClassVar[float] = 0.0
+    face: ClassVar[Face] = "flat"
 
     kind: Literal["frame"]
     mass: Mass = Field(0.0, description="kg")
     clearance: Gap = Field(0.0, description="mm, total play between frame and cam")
     face_width: Length | None = Field(None, description="mm, width of each face, centred on the cam axis")
+
+    def moving(self, load_mass: float, load_inertia: float) -> float:
+        """Mass, kg, of the frame with its load."""
+        del load_inertia
+        return self.mass + load_mass
 
 
 FollowerSpec = Annotated[

@@ -6,10 +6,11 @@ material: convex is positive, also on the outer flank of a face groove.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import degrees, inf, pi
-from typing import Any, final
+from math import degrees, pi
+from typing import final
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Planar:
     """
 
     touches: tuple[Touch, ...]
-    outlines: dict[str, Outline]
+    outlines: Mapping[str, Outline]
     program: Program
     span: float | None = None
     centre: float = 0.0
@@ -176,18 +177,3 @@ class Planar:
         rest = sum(s.end - s.start for s in self.program.spans if s.before == s.after == top)
         return rest / (2.0 * pi)
 
-
-def planar_of(cam: Any, setup: Any) -> Planar | None:
-    """The facts of a cam section that says what touches it (`touches`); None for other cams."""
-    touches = getattr(cam, "touches", None)
-    if touches is None:
-        return None
-    span = getattr(cam, "span_between", None)
-    flat = all(radius == inf for radius in (touch.radius for touch in touches(setup)))
-    return Planar(
-        touches(setup),
-        cam.outlines(setup),
-        setup.program,
-        span(setup) if span and flat else None,
-        float(getattr(setup.follower, "offset", 0.0)),
-    )

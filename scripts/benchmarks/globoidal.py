@@ -61,7 +61,7 @@ def union_of_rollers(model: Model, rollers: int, facets: int) -> Mesh:
     """The peer: the blank minus a union of roller cylinders at equal angles, by manifold3d in double precision."""
     import manifold3d
 
-    (part,) = model.cam.parts(model.setup)
+    (part,) = model.mechanism.parts
     (track,) = model.cutters
     blank = part.blank.mesh(0.01)
     body = manifold3d.Manifold(manifold3d.Mesh64(blank.vertices, blank.faces.astype(np.uint64)))
@@ -109,7 +109,7 @@ def maps(track: Track) -> Row:
 def tables(quick: bool) -> list[Table]:
     """Solids over the tolerance both ways, the comparison at equal error, and maps."""
     model = Model(parse(STARTER))
-    (part,) = model.cam.parts(model.setup)
+    (part,) = model.mechanism.parts
     (track,) = model.cutters
     rows: list[Row] = []
     for tolerance in (0.05, 0.02, 0.005) if quick else (0.05, 0.02, 0.01, 0.005, 0.002, 0.001):

@@ -77,9 +77,9 @@ def tables(quick: bool) -> list[Table]:
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     motion = model.setup.program
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})
-    (track,) = cam.cutters(model.setup)
-    direct = GroovedCylinder("cam", track, cam.blank(model.setup), cam.radius, cam.length)
-    cut = CutBlank("cam", (track,), cam.blank(model.setup), cylinder_level(70.0), 70.0, 76.0, 1)
+    (track,) = cam.mechanism(model.setup).cutters
+    direct = GroovedCylinder("cam", track, cam.mechanism(model.setup).blank, cam.radius, cam.length)
+    cut = CutBlank("cam", (track,), cam.mechanism(model.setup).blank, cylinder_level(70.0), 70.0, 76.0, 1)
     rows = []
     for tolerance in (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0001):
         seconds, solid = best(lambda t=tolerance: direct.solid(t), 7)

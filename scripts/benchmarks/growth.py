@@ -21,8 +21,8 @@ def one(tolerance: float) -> Row:
 
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})
-    (track,) = cam.cutters(model.setup)
-    part = GroovedCylinder("cam", track, cam.blank(model.setup), cam.radius, cam.length)
+    (track,) = cam.mechanism(model.setup).cutters
+    part = GroovedCylinder("cam", track, cam.mechanism(model.setup).blank, cam.radius, cam.length)
     part.solid(1.0)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     began = perf_counter()

@@ -42,8 +42,8 @@ def triangle_rows(quick: bool) -> list[Row]:
     """Flank triangles of the drum against the fewest."""
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})
-    (track,) = cam.cutters(model.setup)
-    part = GroovedCylinder("cam", track, cam.blank(model.setup), cam.radius, cam.length)
+    (track,) = cam.mechanism(model.setup).cutters
+    part = GroovedCylinder("cam", track, cam.mechanism(model.setup).blank, cam.radius, cam.length)
     low, high = (track.meridian.parameter(r) for r in (cam.radius - cam.groove_depth, cam.radius))
     rows = []
     for tolerance in (0.02, 0.005, 0.001) if quick else (0.02, 0.005, 0.001, 1e-4):

@@ -135,8 +135,8 @@ def tables(quick: bool) -> list[Table]:
 
     model = read(str(ROOT / "profiles" / "pin_insertion.toml"))
     cam = model.cam.model_copy(update={"keyway_width": 0.0, "keyway_depth": 0.0})
-    (track,) = cam.cutters(model.setup)
-    part = GroovedCylinder("cam", track, cam.blank(model.setup), cam.radius, cam.length)
+    (track,) = cam.mechanism(model.setup).cutters
+    part = GroovedCylinder("cam", track, cam.mechanism(model.setup).blank, cam.radius, cam.length)
     given: dict[str, np.ndarray] = {}
     for count in COUNTS:
         pose = track.pose(np.linspace(0.0, 2.0 * np.pi, count, endpoint=False), 0)

@@ -43,7 +43,7 @@ def test_margin_of_a_flank_folded_once_or_twice(times):
     up, down = (100 + degrees(rise), height, "parabolic"), (300, 0.0, "cycloidal")
     motion = program((100, None, None), up, down, (360, None, None))
     setup = pin_setup(motion=motion)
-    survey = Survey(pin_cam().tracks(setup)[0], pin_cam().cutters(setup)[0])
+    survey = Survey(pin_cam().mechanism(setup).tracks[0], pin_cam().mechanism(setup).cutters[0])
     # At the wall's inner end the same motion is on a smaller radius: 55 mm and not 67.
     assert survey.margin.value <= 1.0 - times * (67.0 / 68.0) ** 2
     assert (survey.margin.value > 0.0) == (times < 0.6)
@@ -96,8 +96,8 @@ def test_a_rib_is_judged_down_to_its_foot_and_no_deeper():
     keys = {"form": "rib", "rib_thickness": 20.0, "groove_depth": 20.0, "bore": 0.0, "length": 130.0, "start": 40.0}
     cam = pin_cam(diameter=100.0, pitch_radius=None, **keys)
     setup = pin_setup(CylinderRoller(diameter=26.0, length=18.0), motion)
-    track, cutter = cam.tracks(setup)[0], cam.cutters(setup)[0]
-    to_the_tip, to_the_foot = Survey(track, cutter).margin, Survey(track, cutter, cam.wall_foot).margin
+    track, cutter = cam.mechanism(setup).tracks[0], cam.mechanism(setup).cutters[0]
+    to_the_tip, to_the_foot = Survey(track, cutter).margin, Survey(track, cutter, cam.mechanism(setup).wall_foot).margin
     assert to_the_foot.value > to_the_tip.value
     at = to_the_foot
     foot = Flank(cutter, np.array([at.cam_angle]), np.array([at.place]), FLANKS[at.where]).points[0, 0]
@@ -109,7 +109,7 @@ def test_a_ball_is_known_whatever_its_diameter_rounds_to(diameter):
     # Seed 264: the tip lay a rounding short of the ball's pole, and the groove was refused.
     for depth in np.linspace(0.3, 0.45, 7) * diameter:
         cam = pin_cam(diameter=123.43966764470657, groove_depth=float(depth), pitch_radius=None)
-        (cutter,) = cam.cutters(pin_setup(SphereRoller(shape="sphere", diameter=diameter)))
+        (cutter,) = cam.mechanism(pin_setup(SphereRoller(shape="sphere", diameter=diameter))).cutters
         assert Column(cutter, np.zeros(1)).ball_ended
 
 
@@ -185,7 +185,7 @@ def test_a_swinging_roller_that_leaves_the_drum_is_found(swing, passed):
 def test_extremes_of_a_survey_are_those_of_its_samples():
     # Two mutants of the survey lived: the smallest relative curvature as the largest, and a factor on the sliding.
     setup = pin_setup()
-    survey = Survey(pin_cam().tracks(setup)[0], pin_cam().cutters(setup)[0])
+    survey = Survey(pin_cam().mechanism(setup).tracks[0], pin_cam().mechanism(setup).cutters[0])
     flanks = [survey.flank(side) for side in (1.0, -1.0)]
     least = min(float(f.k_rel.min()) for f in flanks)
     most = max(float(f.k_rel.max()) for f in flanks)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from camgeom.cams.conjugate import Cam
+from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import PowerLaw
 from camgeom.dynamics.impact.lift import TURN, Arc, Lift
 from camgeom.dynamics.impact.pair import Pair, Roller, Wall, groove_pair, planar_pair
@@ -37,9 +37,9 @@ def slide_pair(
     program: Program, base: float, back: float, roller: float, clearance: float, offset: float = 0.0
 ) -> Pair:
     """A slide between two discs: base radii, roller radius and offset in mm, clearance in m."""
-    cam = Cam(kind="conjugate", base_radius=base, return_radius=back, width=10.0)
+    cam = Conjugate(kind="conjugate", base_radius=base, return_radius=back, width=10.0)
     setup = Setup(TranslatingFollower(offset=offset), CylinderRoller(diameter=2.0 * roller, length=10.0), program)
-    return planar_pair(program, cam.touches(setup), clearance, "chord")
+    return planar_pair(program, cam.mechanism(setup).touches, clearance, "chord")
 
 
 PAIRS: dict[str, Callable[[], Pair]] = {

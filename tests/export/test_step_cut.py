@@ -46,7 +46,7 @@ CASES = [
 @pytest.mark.parametrize(("stops", "form", "hand", "starts", "shape"), CASES)
 def test_globoidal_cam(stops: int, form: str, hand: str, starts: int, shape: str) -> None:
     cam, setup = indexer(stops, form, hand, starts, shape, bore=20.0)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     solid = cut_solid(part)
     verdict = check_solid(solid, 1e-5)
     assert verdict.problems == ()
@@ -61,10 +61,10 @@ def test_globoidal_cam(stops: int, form: str, hand: str, starts: int, shape: str
     radius = 0.5 * setup.roller.diameter + cam.running_clearance
     for start in range(starts):
         shift = dwell_half_angle(setup, form) + start * 2.0 * pi / setup.follower.count
-        low, high = cam.cutters(setup)[start].span
+        low, high = cam.mechanism(setup).cutters[start].span
 
         def distance(x: np.ndarray, a: np.ndarray, u: np.ndarray) -> np.ndarray:
-            deep = cam.tip(setup) + 12.0
+            deep = cam.mechanism(setup).tip + 12.0
             return roller_distance(x, a, u, radius, deep, tip_high=True, shape=meridian_of(setup, shape))
 
         pose = turret_pose(setup, cam.center_distance, shift, hand, 1.0)
@@ -75,7 +75,7 @@ def test_globoidal_cam(stops: int, form: str, hand: str, starts: int, shape: str
 
 def test_barrel_whose_grooves_cross() -> None:
     cam, setup = barrel(4, "rib", "right", 2, "cylinder", bore=20.0)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     verdict = check_solid(cut_solid(part), 1e-5)
     assert verdict.problems == ()
     assert verdict.volume == pytest.approx(limit_volume(part, 4), rel=3e-7)
@@ -84,7 +84,7 @@ def test_barrel_whose_grooves_cross() -> None:
 def test_hubs_and_keyway() -> None:
     keys = {"bore": 24.0, "keyway_width": 8.0, "keyway_depth": 3.3, "hub_diameter": 60.0, "hub_length": 12.0}
     cam, setup = indexer(8, **keys)
-    solid = cut_solid(cam.parts(setup)[0])
+    solid = cut_solid(cam.mechanism(setup).parts[0])
     assert check_solid(solid, 1e-5, nodes=2).problems == ()
     assert {face.name for face in solid.faces} == {"flank", "floor", "land", "end", "hub", "bore", "keyway"}
 

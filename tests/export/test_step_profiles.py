@@ -41,7 +41,7 @@ def mesh_limit(part: Part) -> float:
 
 def roller_gap(model: Model, points: np.ndarray) -> np.ndarray:
     """Signed distance in mm of flank points from the nearest position of a tool, (n,)."""
-    grown = 0.0 if hasattr(model.cam, "cutters") else getattr(model.cam, "running_clearance", 0.0)
+    grown = model.mechanism.running_clearance if model.planar is not None else 0.0
     gaps = np.array([_gap(track.grown(grown), points, model) for track in model.cutters])
     if model.planar is not None or model.profile.kind == "parallel-index":
         # Each disc has its own roller; beside the other one it means nothing.

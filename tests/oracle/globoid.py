@@ -13,7 +13,7 @@ TOLERANCE = 0.1
 
 
 def solid_of(cam, setup, tolerance=TOLERANCE):
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     return part.solid(tolerance)
 
 
@@ -35,9 +35,9 @@ def wall_error(cam, setup, shape, solid, samples=16, seed=1):
     for start in range(starts):
         shift = dwell_half_angle(setup, cam.form) + start * 2.0 * pi / count
         pose = turret_pose(setup, cam.center_distance, shift, cam.hand, sense)
-        low, high = cam.cutters(setup)[start].span
-        deep = cam.tip(setup) + 12.0
-        for best, tip in ((wall, deep), (body, cam.tip(setup))):
+        low, high = cam.mechanism(setup).cutters[start].span
+        deep = cam.mechanism(setup).tip + 12.0
+        for best, tip in ((wall, deep), (body, cam.mechanism(setup).tip)):
 
             def distance(x, a, u, tip=tip):
                 return roller_distance(x, a, u, radius, tip, tip_high=True, shape=kind)
@@ -53,7 +53,7 @@ def dwell_section(cam, setup, rows=400_001):
     """Volume per radian of the dwell: integral of rho²/2 dz over the meridian section."""
     z = np.linspace(-0.5 * cam.width, 0.5 * cam.width, rows)
     outer = cam.center_distance - np.sqrt(cam.globoid_radius**2 - z**2)
-    radius, floor, tau = 0.5 * setup.roller.diameter, cam.floor_radius(setup), pi / setup.follower.count
+    radius, floor, tau = 0.5 * setup.roller.diameter, cam.mechanism(setup).floor_radius, pi / setup.follower.count
     reach = np.sqrt(floor**2 - radius**2)
     area = 0.5 * outer**2
     for sign in (1.0, -1.0):

@@ -45,9 +45,9 @@ until = 360
 
 def test_b1_has_the_published_curvatures_and_angles() -> None:
     model = b1()
-    assert degrees(model.cam.angle_between(model.setup)) == pytest.approx(107.053723248926, abs=1e-12)
+    assert degrees(model.mechanism.angle_between) == pytest.approx(107.053723248926, abs=1e-12)
     phi = np.radians(np.linspace(0.0, 360.0, 7201))
-    for touch in model.cam.touches(model.setup):
+    for touch in model.mechanism.touches:
         found = touch.at(phi)
         radius = 1.0 / found.curve.curvature + 20.0
         assert radius[radius > 0.0].min() == pytest.approx(102.909, abs=1e-3)
@@ -130,7 +130,7 @@ def test_pair_residual_under_a_wrong_centre_distance() -> None:
     phi = np.radians([3.0, 20.0, 35.0, 52.0, 88.0, 130.0, 250.0])
     found = pair_residual(*model.tracks, phi, PairErrors(centre_distance=0.02))
     dense = np.linspace(0.0, 2.0 * pi, 40_000, endpoint=False)
-    discs = [model.cam.outlines(model.setup)[name].curve(dense).points for name in ("main", "return")]
+    discs = [model.mechanism.outlines[name].curve(dense).points for name in ("main", "return")]
     main, back = (points[0] + 1j * points[1] for points in discs)
     arms = [complex(*track.anchor[:2]) - 205.0 for track in model.tracks]
     for angle, gap in zip(phi, found.gap):

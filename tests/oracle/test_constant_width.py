@@ -24,10 +24,10 @@ def supports(points: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 def test_width_is_constant_all_round(law: str) -> None:
     model = machine(law)
     phi = np.linspace(0.0, 2.0 * pi, 3601)
-    near, far = (touch.at(phi).curve for touch in model.cam.touches(model.setup))
+    near, far = (touch.at(phi).curve for touch in model.mechanism.touches)
     width = ((near.points - far.points) * near.normals).sum(axis=0)
     assert np.abs(width - 110.0).max() < 1e-12
-    assert model.cam.span_between(model.setup) == 110.0
+    assert model.mechanism.span_between == 110.0
 
 
 def test_straight_edges_measure_the_width_of_the_solid() -> None:
@@ -46,7 +46,7 @@ def test_yoke_measures_one_diameter_and_its_rollers_touch() -> None:
     near, far = (track.pose(phi, 0).a[0] for track in model.tracks)
     distance = np.sqrt(((near - far) ** 2).sum(axis=0))
     assert np.abs(distance - 130.0).max() < 1e-12
-    profile = model.cam.outlines(model.setup)["profile"].curve(phi).points.T
+    profile = model.mechanism.outlines["profile"].curve(phi).points.T
     for centre in (near, far):
         gap = np.sqrt(((profile[:, None] - centre[:2].T[None, ::8]) ** 2).sum(axis=2)).min(axis=0) - 10.0
         # A sampled outline is never nearer than the exact one, and at most the sag of a step away.

@@ -21,7 +21,7 @@ ROLLERS = {
 
 def swinging_track(shape="cylinder"):
     setup = swinging_setup(ROLLERS[shape])
-    return swinging_cam(groove_depth=10.0 if shape == "sphere" else 11.0).tracks(setup)[0]
+    return swinging_cam(groove_depth=10.0 if shape == "sphere" else 11.0).mechanism(setup).tracks[0]
 
 
 def stations(track, count=5):
@@ -72,7 +72,7 @@ def test_second_form_against_differences(shape, side):
 
 def test_relative_curvature_against_the_ruled_surface():
     """For a cylinder the general formula is the parallel surface of the pitch surface (closed form of the theory)."""
-    track = pin_cam().tracks(pin_setup())[0]
+    track = pin_cam().mechanism(pin_setup()).tracks[0]
     phi, t, r = np.radians(np.linspace(156.0, 359.0, 40)), np.array([55.0, 61.0, 67.0]), 11.0
     pose = track.pose(phi, 2)
     u, up, upp = (np.moveaxis(pose.u[k], 0, -1)[:, None] for k in range(3))
@@ -125,7 +125,7 @@ def test_undercut_has_two_sides(product, passes):
 
     def survey(diameter):
         setup = Setup(TranslatingFollower(), CylinderRoller(diameter=diameter, length=8.0), motion)
-        return Survey(cam.tracks(setup)[0], cam.cutters(setup)[0])
+        return Survey(cam.mechanism(setup).tracks[0], cam.mechanism(setup).cutters[0])
 
     small = 1e-3
     curvature = (1.0 - survey(2 * small).margin.value) / small
@@ -137,7 +137,7 @@ def test_undercut_has_two_sides(product, passes):
 
 def test_pressure_angle_at_every_depth():
     """tan(alpha) = |s'| / delta for a translating roller at its axis; it is larger at smaller radius."""
-    track = pin_cam().tracks(pin_setup())[0]
+    track = pin_cam().mechanism(pin_setup()).tracks[0]
     phi, t = np.radians([185.0, 240.0, 325.0]), np.array([55.0, 61.0, 67.0])
     found = flank(track, phi, t, 1.0).pressure_angle("axis")
     slope = np.abs(pin_setup().program.jet(phi, 1)[1])
@@ -174,7 +174,7 @@ def test_roller_that_moves_along_itself_is_refused():
 @pytest.mark.parametrize("direction", ["ccw", "cw"])
 def test_direction_mirrors_the_cam(direction):
     cam = pin_cam(direction=direction)
-    x = flank(cam.tracks(pin_setup())[0], np.radians([185.0]), np.array([61.0]), 1.0)
+    x = flank(cam.mechanism(pin_setup()).tracks[0], np.radians([185.0]), np.array([61.0]), 1.0)
     pose = x.track.pose(x.phi, 0)
     azimuth = np.degrees(np.arctan2(pose.u[0][1], pose.u[0][0]))[0]
     assert azimuth % 360.0 == pytest.approx(-185.0 % 360.0 if direction == "ccw" else 185.0)

@@ -31,7 +31,7 @@ def axis_angle(pitch_radius):
     follower = TurretFollower(kind="turret", stops=8, pitch_radius=pitch_radius)
     setup = Setup(follower, CylinderRoller(diameter=30.0, length=20.0), setup.program)
     cam = cam.model_copy(update={"center_distance": 180.0, "globoid_radius": pitch_radius - 8.0})
-    (track,) = cam.tracks(setup)
+    (track,) = cam.mechanism(setup).tracks
     # The roller stands on the line of centres in the middle of the motion.
     phi = np.array([-pi if abs(track.coordinate(np.array([-pi]), 0)[0, 0]) < FINE else pi])
     return degrees(Flank(track, phi, np.array([pitch_radius]), 1.0).pressure_angle("axis")[0, 0])
@@ -48,7 +48,7 @@ def test_no_step_between_turns():
     """A roller leaves one turn of its groove where it enters the next: the span covers whole passages only."""
     for stops, starts in ((8, 1), (4, 2), (12, 2)):
         cam, setup = indexer(stops, starts=starts)
-        tracks = cam.tracks(setup)
+        tracks = cam.mechanism(setup).tracks
         assert len(tracks) == starts
         for track in tracks:
             ends = np.abs(track.coordinate(np.array(track.span), 0)[0])
@@ -58,12 +58,12 @@ def test_no_step_between_turns():
 @pytest.mark.parametrize("form", ["rib", "groove"])
 def test_preload_is_the_interference_in_the_dwell(form):
     cam, setup = indexer(8, form, preload=0.02)
-    (track,) = cam.tracks(setup)
+    (track,) = cam.mechanism(setup).tracks
     turns = (0.0, -2.0 * pi) if form == "rib" else (2.0 * pi, -2.0 * pi)
     for turn in turns:
         phi = turn + np.linspace(-0.7, 0.7, 15)
-        (cutter,) = cam.cutters(setup)
-        t = np.linspace(cam.globoid_radius + 2.0, cam.tip(setup) - 1.0, 5)
+        (cutter,) = cam.mechanism(setup).cutters
+        t = np.linspace(cam.globoid_radius + 2.0, cam.mechanism(setup).tip - 1.0, 5)
         cut = np.concatenate([Flank(cutter, phi, t, s).points.reshape(-1, 3) for s in (1.0, -1.0)])
         found = least_clearance(replace(track, span=(turn - 0.5, turn + 0.5)), cut)
         assert found.value == pytest.approx(-0.02, abs=2e-6)
@@ -76,13 +76,13 @@ def test_preload_is_the_interference_in_the_dwell(form):
 def test_a_larger_roller_interferes_and_a_smaller_one_clears(stops, form, hand, starts, shape):
     """On the finished mesh, for every roller over the whole cycle, also where its middle stands beyond the cam."""
     cam, setup = indexer(stops, form, hand, starts, shape)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     # Fine enough that walls have vertices between their edges, which lie on facets.
     solid = part.solid(0.05 if shape == "cylinder" else 0.01)
     slack = np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method != "direct" else None
     points = solid.mesh.vertices
     touch, larger, smaller = (
-        min(least_clearance(track, points, slack, grow).value for track in cam.passages(setup))
+        min(least_clearance(track, points, slack, grow).value for track in cam.mechanism(setup).passages)
         for grow in (0.0, 5e-3, -5e-3)
     )
     assert touch == pytest.approx(0.0, abs=1e-7)
@@ -93,7 +93,7 @@ def test_a_larger_roller_interferes_and_a_smaller_one_clears(stops, form, hand, 
 def test_rib_in_the_dwell_in_closed_form():
     """Without motion the rib is a wedge between two flat flanks that meet at twice the half pitch."""
     cam, setup = indexer(8)
-    (track,) = cam.tracks(setup)
+    (track,) = cam.mechanism(setup).tracks
     still = replace(track, span=(-0.5, 0.5))
     delta, half, radius = 90.0, pi / 8.0, 0.5 * setup.roller.diameter
     rib = rib_thickness(still, -pi / 4.0 if track.shift > 0 else pi / 4.0, lambda x: np.ones(x.shape[1:], bool), delta)
@@ -122,9 +122,10 @@ def test_pressure_grows_with_the_root_of_the_load():
 def test_contact_normals_carry_the_lever():
     cam, setup = indexer(8)
     theta = np.linspace(0.1, 6.0, 31)
-    e = Engagement(cam.tracks(setup), cam.inside, theta)
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, theta)
     assert e.count.min() >= 1
-    narrow = Engagement(cam.tracks(setup), cam.model_copy(update={"width": 40.0}).inside, theta)
+    slim = cam.model_copy(update={"width": 40.0}).mechanism(setup)
+    narrow = Engagement(cam.mechanism(setup).tracks, slim.inside, theta)
     assert narrow.count.min() == 0
     assert np.all(e.lever > 0.0)
     norms = dot(np.moveaxis(e.normal, -1, 0), np.moveaxis(e.normal, -1, 0))
@@ -134,9 +135,9 @@ def test_contact_normals_carry_the_lever():
 def test_floor_stays_out_of_reach():
     for stops in (3, 8, 24):
         cam, setup = indexer(stops)
-        gaps = {name: value for name, value, _ in cam.gaps(setup)}
+        gaps = {name: value for name, value, _ in cam.mechanism(setup).turret.gaps}
         assert gaps["roller end to floor"] > 0.9 * cam.tip_clearance
-        assert cam.floor_radius(setup) > hypot(cam.tip(setup), 0.5 * setup.roller.diameter)
+        assert cam.mechanism(setup).floor_radius > hypot(cam.mechanism(setup).tip, 0.5 * setup.roller.diameter)
 
 
 def findings(text, tolerance=0.1):
@@ -252,10 +253,10 @@ def test_oscillating_drive_has_a_closed_groove_for_each_roller():
     rest = [replace(s, until=pi + s.until / 2.0, to=None if s.to is None else 0.0) for s in steps]
     program = type(setup.program).from_segments([*back, *rest], closed=True, angular=True)
     setup = replace(setup, program=program)
-    tracks = cam.tracks(setup)
+    tracks = cam.mechanism(setup).tracks
     assert all(track.closed for track in tracks)
     assert 2 <= len(tracks) <= 4
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     solid = part.solid(0.2)
     assert solid.mesh.watertight
     assert solid.sound
@@ -288,9 +289,9 @@ def test_rollers_beside_the_end_faces_count():
     """In a groove cam's dwell the neighbours' middles stand beyond the end faces; their near sides still bear."""
     cam, setup = indexer(24, "groove")
     theta = np.array([0.0])
-    assert Engagement(cam.passages(setup), cam.inside, theta).count[:, 0].tolist() == [2, 2]
-    assert Engagement(cam.tracks(setup), cam.inside, theta).count[:, 0].tolist() == [1, 1]
-    for (long,), (short,) in [(cam.passages(setup), cam.tracks(setup))]:
+    assert Engagement(cam.mechanism(setup).passages, cam.mechanism(setup).inside, theta).count[:, 0].tolist() == [2, 2]
+    assert Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, theta).count[:, 0].tolist() == [1, 1]
+    for (long,), (short,) in [(cam.mechanism(setup).passages, cam.mechanism(setup).tracks)]:
         assert long.span[0] < short.span[0] < short.span[1] < long.span[1]
 
 
@@ -298,7 +299,7 @@ def test_hoops_at_the_end_faces_are_found_and_advised():
     """The dwell's outermost wall leaves the blank at z = Rg sin(tau) + r cos(tau), its foot at the floor's depth."""
     half = pi / 8.0
     cam = parse(STARTER).cam
-    floor = cam.floor_radius(parse(STARTER).setup())
+    floor = cam.mechanism(parse(STARTER).setup()).floor_radius
     open_, foot = (2.0 * (radius * sin(half) + 15.0 * cos(half)) for radius in (80.0, np.sqrt(floor**2 - 15.0**2)))
 
     def found(width):

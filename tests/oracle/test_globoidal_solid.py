@@ -45,7 +45,7 @@ def test_all_sizes_are_used():
 @pytest.mark.parametrize("indexes", [2, 3])
 def test_several_indexes_in_a_turn(indexes):
     cam, setup = indexer(12, "rib", indexes=indexes, motion=70.0)
-    assert len(cam.tracks(setup)) == indexes
+    assert len(cam.mechanism(setup).tracks) == indexes
     solid = solid_of(cam, setup)
     assert solid.sound
     proud, inside, _ = wall_error(cam, setup, "cylinder", solid)

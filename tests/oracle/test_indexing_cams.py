@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -47,22 +48,23 @@ CASES = [
 def test_every_triangle_within_tolerance(stops, form, hand, starts, shape):
     cam, setup = barrel(stops, form, hand, starts, shape)
     assert cam.problems(setup) == []
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     solid = part.solid(TOLERANCE)
     assert solid.sound, (solid.mesh.components, solid.mesh.genus)
     mesh, rng = solid.mesh, np.random.default_rng(2)
     flank, rest = (np.flatnonzero(m) for m in (mesh.group_faces("flank"), ~mesh.group_faces("flank")))
     picked = np.concatenate([rng.choice(flank, 40), rng.choice(rest, 40)])
     points = triangle_points(mesh.vertices, mesh.faces[picked], 4)
-    radius, tip = 0.5 * setup.roller.diameter, cam.tip(setup)
+    mechanism = cam.mechanism(setup)
+    radius, tip = 0.5 * setup.roller.diameter, mechanism.tip
     slope = -np.tan(np.radians(8.0)) * -1.0
-    kind = {"cylinder": None, "cone": ("cone", slope, cam.quoted_radius(setup)), "sphere": ("sphere", None, 65.0)}
+    kind = {"cylinder": None, "cone": ("cone", slope, mechanism.quoted_radius), "sphere": ("sphere", None, 65.0)}
     if shape == "crowned":
-        kind["crowned"] = ("crowned", setup.roller.crown_radius, cam.quoted_radius(setup))
+        kind["crowned"] = ("crowned", setup.roller.crown_radius, cam.mechanism(setup).quoted_radius)
     wall, body = np.full(len(points), np.inf), np.full(len(points), np.inf)
     for start in range(starts):
         shift = dwell_half_angle(setup, cam.form) + start * 2.0 * pi / setup.follower.count
-        low, high = cam.cutters(setup)[start].span
+        low, high = cam.mechanism(setup).cutters[start].span
         for best, end in ((wall, tip - 6.0), (body, tip)):
 
             def distance(x, a, u, end=end):
@@ -107,7 +109,7 @@ def test_rollers_stay_over_the_floor_of_a_barrel(end):
     bound, inward = (low, 1.0) if end == "low" else (high, -1.0)
     narrow = STARTER.replace("bore = 40", "bore = 0")
     good = Model(parse(narrow.replace("center_distance = 118", f"center_distance = {bound + 0.02 * inward}")))
-    assert good.cam.parts(good.setup)[0].solid(0.05).sound
+    assert good.cam.mechanism(good.setup).parts[0].solid(0.05).sound
     with pytest.raises(ProfileError, match="stay over the groove floor"):
         parse(narrow.replace("center_distance = 118", f"center_distance = {bound - 0.02 * inward}"))
 
@@ -123,12 +125,13 @@ def test_a_barrel_too_wide_for_its_turret_is_refused():
 def test_turret_stands_in_its_grooves_without_touching_the_cam(kind, shape):
     """The turret's solid at some cam angles against the cam's: they meet in the chords' slack only."""
     cam, setup = barrel(12, shape=shape) if kind != "globoidal" else indexer(8, shape=shape)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     solid = part.solid(0.05)
-    turret = cam.turret(setup, 0.0).solid(0.05)
+    standing = cam.mechanism(setup).turret.body
+    turret = standing.solid(0.05)
     assert turret.sound
     for angle in (0.0, 2.9, 3.6):
-        body = cam.turret(setup, angle).solid(0.05)
+        body = replace(standing, cam_angle=angle).solid(0.05)
         assert body.mesh.volume == pytest.approx(turret.mesh.volume, rel=1e-5)
         common = manifold(body.mesh) ^ manifold(solid.mesh)
         assert common.volume() < 1e-4 * setup.roller.diameter**3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from camgeom.cams import starter
-from camgeom.cams.parallel_index import Cam
+from camgeom.cams.parallel_index import ParallelIndex
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -43,7 +43,7 @@ def plates(stops=4, rollers=8, count=2, **changes):
     setup = Setup(follower, CylinderRoller(diameter=diameter, length=10.0), index_program(stops, motion=motion))
     keys = {"kind": "parallel-index", "center_distance": centre, "diameter": blank, "width": 12.0, "gap": 16.0,
             "plates": count, "bore": 20.0}
-    return Cam(**(keys | changes)), setup
+    return ParallelIndex(**(keys | changes)), setup
 
 
 def ring_distance(cam, setup, plate, points):
@@ -75,7 +75,7 @@ def ring_distance(cam, setup, plate, points):
 def test_outlines_lie_at_the_roller_radius_from_the_nearest_roller(stops, rollers, count, direction):
     cam, setup = plates(stops, rollers, count, direction=direction)
     assert cam.problems(setup) == []
-    for plate, sweep in enumerate(cam.outlines(setup).values()):
+    for plate, sweep in enumerate(cam.mechanism(setup).outlines.values()):
         points, rim = [], []
         for part in sweep.parts:
             x = part.curve(np.linspace(part.first, part.last, 17)).points.T
@@ -89,7 +89,7 @@ def test_outlines_lie_at_the_roller_radius_from_the_nearest_roller(stops, roller
 
 def test_parts_of_an_outline_meet_and_turn_once():
     cam, setup = plates()
-    for outline in cam.outlines(setup).values():
+    for outline in cam.mechanism(setup).outlines.values():
         knots = outline.knots()
         start = outline.curve(knots).points
         end = outline.curve(np.nextafter(knots[1:], 0.0)).points
@@ -101,7 +101,7 @@ def test_parts_of_an_outline_meet_and_turn_once():
 
 def test_normals_curvature_and_speed_are_the_curves_own():
     cam, setup = plates()
-    outline = cam.outlines(setup)["plate 1"]
+    outline = cam.mechanism(setup).outlines["plate 1"]
     knots = outline.knots()
     h = 1e-5
     u = np.concatenate([np.linspace(a + 3 * h, b - 3 * h, 9) for a, b in zip(knots[:-1], knots[1:]) if b - a > 0.05])
@@ -117,7 +117,7 @@ def test_dwell_and_rim_are_arcs_of_circles_in_closed_form():
     cam, setup = plates()
     rf, c, r = 80.0, cam.center_distance, 13.0
     seat = hypot(c - rf * np.cos(pi / 8.0), rf * np.sin(pi / 8.0)) - r
-    for sweep in cam.outlines(setup).values():
+    for sweep in cam.mechanism(setup).outlines.values():
         rims = [part for part in sweep.parts if isinstance(part, Rim)]
         assert len(rims) == 1
         u = np.linspace(0.0, 2.0 * pi, 4001)
@@ -131,7 +131,7 @@ def test_dwell_and_rim_are_arcs_of_circles_in_closed_form():
 
 def test_solid_is_the_outline_raised_within_its_error():
     cam, setup = plates(bore=0.0)
-    for plate, part in enumerate(cam.parts(setup)):
+    for plate, part in enumerate(cam.mechanism(setup).parts):
         solid = part.solid(0.02)
         assert solid.sound
         mesh = solid.mesh
@@ -168,9 +168,9 @@ def test_pressure_angle_of_the_dwell_in_closed_form():
     centre = np.array([c - rf * np.cos(tau), rf * np.sin(tau)])
     across = np.array([np.sin(tau), np.cos(tau)])
     angle = acos(centre @ across / np.linalg.norm(centre))
-    e = Engagement(cam.tracks(setup), cam.inside, np.array([0.1, 0.3]))
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, np.array([0.1, 0.3]))
     assert e.drive_angle == pytest.approx(np.full((2, 2), angle), abs=1e-9)
-    worst, at = largest_drive_angle(cam.tracks(setup), cam.inside)
+    worst, at = largest_drive_angle(cam.mechanism(setup).tracks, cam.mechanism(setup).inside)
     assert worst >= angle - 1e-12
     assert degrees(worst) < 45.0
     assert 0.0 <= at <= 2.0 * pi
@@ -186,8 +186,8 @@ def test_a_roller_of_the_other_size_interferes_or_clears():
 
 def test_running_clearance_stands_between_rollers_and_plates():
     cam, setup = plates(running_clearance=0.04)
-    points = cam.parts(setup)[0].solid(0.02).mesh.vertices
-    found = min(least_clearance(track, points).value for track in cam.passages(setup)[:1])
+    points = cam.mechanism(setup).parts[0].solid(0.02).mesh.vertices
+    found = min(least_clearance(track, points).value for track in cam.mechanism(setup).passages[:1])
     assert found == pytest.approx(0.04, abs=1e-7)
 
 
@@ -227,7 +227,7 @@ def test_plates_whose_rollers_retrace_each_other_are_refused():
     cam = cam.model_copy(update={"plates": 3})
     assert cam.problems(setup) == []
     with pytest.raises(DesignError, match=r"without crossing|retrace"):
-        cam.tracks(setup)
+        cam.mechanism(setup).tracks  # noqa: B018
 
 
 def test_turret_stands_clear_of_the_plates():
@@ -237,9 +237,11 @@ def test_turret_stands_clear_of_the_plates():
         return manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))
 
     cam, setup = plates()
-    solids = [manifold(part.solid(0.02).mesh) for part in cam.parts(setup)]
+    solids = [manifold(part.solid(0.02).mesh) for part in cam.mechanism(setup).parts]
     for angle in (0.0, 3.3):
-        turret = cam.turret(setup, angle).solid(0.02)
+        standing = cam.mechanism(setup).turret.body
+        rings = tuple(replace(ring, cam_angle=angle) for ring in standing.rings)
+        turret = replace(standing, rings=rings).solid(0.02)
         assert turret.sound
         for plate in solids:
             assert (manifold(turret.mesh) ^ plate).volume() < 5.0
@@ -247,7 +249,7 @@ def test_turret_stands_clear_of_the_plates():
 
 def test_edges_are_parallel_to_their_path():
     cam, setup = plates(direction="cw")
-    track = cam.passages(setup)[0]
+    track = cam.mechanism(setup).passages[0]
     phi = np.linspace(*track.span, 50)
     jet = track.pose(phi, 2).a
     assert np.abs(_centre(track, phi, 2) - (jet[:, 0] + 1j * jet[:, 1])).max() < 1e-11

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from camgeom.cams.conjugate import Cam
+from camgeom.cams.conjugate import Conjugate
 from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, PowerLaw, PrintedStiffness, contact_modulus
 from camgeom.dynamics.impact.lift import TURN, Lift
 from camgeom.dynamics.impact.pair import ClearanceKind, Face, Pair, planar_pair
@@ -50,12 +50,12 @@ def b1_pair(
     """The pair of B1 with a clearance [m], from the cam's own touches; `changes` are keys of the profile [mm, deg]."""
     keys = {"center_distance": 1e3 * CENTER_DISTANCE, "base_radius": 1e3 * BASE, "arm": 1e3 * ARM, **changes}
     arm, roller = keys.pop("arm"), CylinderRoller(diameter=2e3 * ROLLER, length=1e3 * LENGTH)
-    cam = Cam(kind="conjugate", width=1e3 * LENGTH, **keys)
+    cam = Conjugate(kind="conjugate", width=1e3 * LENGTH, **keys)
     setup = Setup(SwingingFollower(kind="swinging", arm=arm, side=side), roller, rise_return_program(law))
     problems = cam.problems(setup)
     if problems:
         raise ProfileError(problems)
-    return planar_pair(setup.program, cam.touches(setup), clearance, kind)
+    return planar_pair(setup.program, cam.mechanism(setup).touches, clearance, kind)
 
 
 def frame_pair(lift: Lift, base: float, clearance: float) -> Pair:

@@ -6,8 +6,8 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 
-from camgeom.cams.cylindrical_index import Cam as BarrelCam
-from camgeom.cams.globoidal import Cam
+from camgeom.cams.cylindrical_index import CylindricalIndex
+from camgeom.cams.globoidal import Globoidal
 from camgeom.motion import Program, Segment
 from camgeom.track.follower import ConeRoller, CrownedRoller, CylinderRoller, Setup, SphereRoller, TurretFollower
 
@@ -70,7 +70,7 @@ def indexer(stops=8, form="rib", hand="right", starts=1, shape="cylinder", motio
         "tip_clearance": 0.5,
     }
     setup = Setup(follower, roller_of(shape, diameter, length), index_program(stops, motion=motion, indexes=indexes))
-    return Cam(**(keys | changes)), setup
+    return Globoidal(**(keys | changes)), setup
 
 
 def turret_pose(setup, centre, shift, hand="right", sense=1.0):
@@ -112,4 +112,4 @@ def barrel(stops=12, form="rib", hand="right", starts=1, shape="cylinder", **cha
     setup = Setup(follower, roller_of(shape, diameter, 14.0), index_program(stops, motion=150.0))
     keys = {"kind": "cylindrical-index", "form": form, "hand": hand, "center_distance": pitch - 3.0, "diameter": 130.0,
             "width": width, "bore": 30.0}
-    return BarrelCam(**(keys | changes)), setup
+    return CylindricalIndex(**(keys | changes)), setup

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import radians
 
-from camgeom.cams.cylindrical import Cam
+from camgeom.cams.cylindrical import Cylindrical
 from camgeom.motion import Program, Segment
 from camgeom.track.follower import CylinderRoller, Setup, SwingingFollower, TranslatingFollower
 
@@ -46,7 +46,7 @@ def pin_cam(**changes):
         "pitch_radius": 67.0,
         "bore": 40.0,
     }
-    return Cam(**(keys | changes))
+    return Cylindrical(**(keys | changes))
 
 
 def gentle_program():
@@ -71,4 +71,4 @@ def swinging_cam(**changes):
         "groove_depth": 11.0,
         "bore": 30.0,
     }
-    return Cam(**(keys | changes))
+    return Cylindrical(**(keys | changes))

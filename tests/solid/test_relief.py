@@ -49,9 +49,10 @@ def test_play_of_a_globoidal_cam_in_closed_form(form, hand, direction):
     """The flank stands back by the lever times the angle: in proportion to the distance from the turret's axis."""
     cam, setup = indexer(8, form, hand, direction=direction, relief=GAP, relief_angle=WIDTH)
     assert cam.problems(setup) == []
-    for end in cam.dwell_ends(setup):
+    machine = cam.mechanism(setup)
+    for end in cam.dwell_ends(setup.program):
         for off in (-1.05 * WIDTH, -0.9 * WIDTH, -0.5 * WIDTH, 0.0, 0.5 * WIDTH, 0.9 * WIDTH, 1.05 * WIDTH):
-            found = play_at(cam.tracks(setup), cam.cutters(setup), cam.inside, end + radians(off))
+            found = play_at(machine.tracks, machine.cutters, machine.inside, end + radians(off))
             # The innermost of nine places that still lies in the blank.
             inner = 82.5 / 90.0
             assert found == pytest.approx(GAP * share(off) * inner, rel=1e-3, abs=2e-8)
@@ -61,7 +62,7 @@ def test_play_of_a_globoidal_cam_in_closed_form(form, hand, direction):
 def test_relieved_walls_are_where_the_tools_pass(shape):
     """Each flank against the tool turned aside its own way, by the description; nothing sticks out of either."""
     cam, setup = indexer(8, "rib", shape=shape, relief=0.3, relief_angle=9.0, bore=20.0)
-    solid = cam.parts(setup)[0].solid(0.02)
+    solid = cam.mechanism(setup).parts[0].solid(0.02)
     assert solid.sound
     rng = np.random.default_rng(4)
     faces = solid.mesh.faces[solid.mesh.group_faces("flank")]
@@ -69,7 +70,7 @@ def test_relieved_walls_are_where_the_tools_pass(shape):
     near = np.abs(np.abs(angle) - 120.0) < 30.0
     points = triangle_points(solid.mesh.vertices, rng.choice(faces[near], 120), 4)
     kind, radius = meridian_of(setup, shape), 0.5 * setup.roller.diameter
-    low, high = cam.cutters(setup)[0].span
+    low, high = cam.mechanism(setup).cutters[0].span
     ends, best, plain = np.radians([120.0, 240.0]), np.full(len(points), np.inf), np.full(len(points), np.inf)
 
     def aside(phi):
@@ -77,7 +78,7 @@ def test_relieved_walls_are_where_the_tools_pass(shape):
         return 0.3 / 90.0 * (np.maximum(0.0, 1.0 - (off / 9.0) ** 2) ** 4).sum(axis=-1)
 
     def distance(x, a, u):
-        return roller_distance(x, a, u, radius, cam.tip(setup) + 12.0, tip_high=True, shape=kind)
+        return roller_distance(x, a, u, radius, cam.mechanism(setup).tip + 12.0, tip_high=True, shape=kind)
 
     for way in (1.0, 0.0, -1.0):
 
@@ -106,7 +107,7 @@ def turned(setup, cam, phi, aside):
 
 def test_normals_are_across_the_relieved_surface():
     cam, setup = indexer(8, relief=0.2, relief_angle=5.0)
-    (cutter,) = cam.cutters(setup)
+    (cutter,) = cam.mechanism(setup).cutters
     end, h, t = radians(240.0) - 2.0 * pi, 1e-6, np.array([84.0, 95.0])
     phi = end + np.radians(np.linspace(-6.0, 6.0, 41)) + 1e-4
     for side in (1.0, -1.0):
@@ -120,9 +121,9 @@ def test_normals_are_across_the_relieved_surface():
 def test_barrel_cam_has_the_relief_on_both_flanks():
     text = BARREL.replace('hand = "right"', 'hand = "left"\nrelief = 0.03\nrelief_angle = 4')
     model = Model(parse(text))
-    for end in model.cam.dwell_ends(model.setup):
+    for end in model.mechanism.turret.dwell_ends:
         for off in (-4.2, -2.0, 0.0, 2.0, 4.2):
-            found = play_at(model.tracks, model.cutters, model.cam.inside, end + radians(off))
+            found = play_at(model.tracks, model.cutters, model.mechanism.inside, end + radians(off))
             # The lever of a roller half a pitch off the centre line is rf cos(tau), nearly rf.
             assert found == pytest.approx(GAP * share(off), rel=0.05, abs=1e-8)
 
@@ -140,7 +141,7 @@ def test_relief_is_judged_against_the_preload(relief, passed):
 
 def test_two_dwells_in_a_turn_have_four_ends():
     cam, setup = indexer(12, indexes=2, motion=70.0, relief=0.02)
-    assert sorted(round(degrees(e), 6) for e in cam.dwell_ends(setup)) == [55.0, 125.0, 235.0, 305.0]
+    assert sorted(round(degrees(e), 6) for e in cam.dwell_ends(setup.program)) == [55.0, 125.0, 235.0, 305.0]
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ def along_diagonals(cells, rising):
 
 
 def test_every_cell_of_a_large_grid_is_within_tolerance():
-    (part,) = pin_cam().parts(pin_setup())
+    (part,) = pin_cam().mechanism(pin_setup()).parts
     tolerance = 4e-4
     grid, _ = part.grid(tolerance)
     assert grid.rising.size > 120_000
@@ -37,7 +37,7 @@ def test_every_cell_of_a_large_grid_is_within_tolerance():
 @pytest.mark.parametrize("shape", ["cylinder", "crowned"])
 def test_every_cell_of_all_grooves_is_within_tolerance(shape):
     cam, setup = indexer(6, "groove", shape=shape)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     land = part.land
     surface = TurretSurface(part.sections(land), land, -0.5 * cam.width, 0.5 * cam.width)
     rounds = sample_surface(surface, np.asarray(setup.program.knots), 1e-3, surface.most)

@@ -54,7 +54,7 @@ def errors(mesh, pose, distance, names, per_face=5, most=900, seed=0):
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001, 0.0001])
 def test_error_is_within_tolerance_and_not_far_below(tolerance):
     cam = pin_cam()
-    solid = cam.parts(pin_setup())[0].solid(tolerance)
+    solid = cam.mechanism(pin_setup()).parts[0].solid(tolerance)
     assert solid.method == "direct"
     assert solid.sound
     distance = lambda x, a, u: roller_distance(x, a, u, 11.0, 54.0)  # noqa: E731
@@ -68,7 +68,7 @@ def test_error_is_within_tolerance_and_not_far_below(tolerance):
 
 
 def test_volume_converges_at_second_order():
-    part = pin_cam(keyway_width=12.0, keyway_depth=3.3).parts(pin_setup())[0]
+    part = pin_cam(keyway_width=12.0, keyway_depth=3.3).mechanism(pin_setup()).parts[0]
     volumes = [part.solid(t).mesh.volume for t in (0.016, 0.004, 0.001, 0.00025)]
     steps = np.diff(volumes)
     ratios = steps[:-1] / steps[1:]
@@ -97,8 +97,8 @@ def test_every_roller_shape_translating(shape, direction):
     roller, depth = SHAPES[shape]
     cam = pin_cam(groove_depth=depth, pitch_radius=None, direction=direction, length=80.0, start=20.0)
     setup = Setup(TranslatingFollower(), roller, gentle_program())
-    track = cam.cutters(setup)[0]
-    solid = cam.parts(setup)[0].solid(0.01)
+    track = cam.mechanism(setup).cutters[0]
+    solid = cam.mechanism(setup).parts[0].solid(0.01)
     assert solid.sound
     radius, form = oracle_shape(track)
     distance = lambda x, a, u: roller_distance(x, a, u, radius, track.tip, shape=form)  # noqa: E731
@@ -113,8 +113,8 @@ def test_every_roller_shape_translating(shape, direction):
 def test_every_roller_shape_swinging(shape):
     roller, depth = SHAPES[shape]
     setup, cam = swinging_setup(roller), swinging_cam(groove_depth=depth)
-    track = cam.cutters(setup)[0]
-    solid = cam.parts(setup)[0].solid(0.01)
+    track = cam.mechanism(setup).cutters[0]
+    solid = cam.mechanism(setup).parts[0].solid(0.01)
     assert solid.sound
     radius, form = oracle_shape(track)
     distance = lambda x, a, u: roller_distance(x, a, u, radius, track.tip, shape=form)  # noqa: E731
@@ -127,7 +127,7 @@ def test_every_roller_shape_swinging(shape):
 
 def test_boolean_agrees_with_the_direct_mesh():
     cam, setup = pin_cam(keyway_width=12.0, keyway_depth=3.3), pin_setup()
-    direct = cam.parts(setup)[0]
+    direct = cam.mechanism(setup).parts[0]
     assert isinstance(direct, GroovedCylinder)
     from camgeom.track.section import cylinder_level
 
@@ -144,7 +144,7 @@ def test_boolean_agrees_with_the_direct_mesh():
 def test_groove_that_runs_out_of_an_end(bore):
     cam = pin_cam(length=80.0, start=6.0, bore=bore, pitch_radius=None)
     setup = pin_setup(motion=gentle_program())
-    part = cam.parts(setup)[0]
+    part = cam.mechanism(setup).parts[0]
     assert isinstance(part, CutBlank)
     solid = part.solid(0.01)
     assert solid.sound
@@ -158,7 +158,7 @@ def test_groove_that_runs_out_of_an_end(bore):
 def test_rib_stands_between_its_rollers():
     cam = pin_cam(form="rib", rib_thickness=14.0, start=40.0, length=100.0, keyway_width=12.0, keyway_depth=3.3)
     setup = pin_setup(motion=gentle_program())
-    part = cam.parts(setup)[0]
+    part = cam.mechanism(setup).parts[0]
     assert isinstance(part, RibbedCylinder)
     solid = part.solid(0.01)
     assert solid.sound
@@ -178,16 +178,16 @@ def test_rib_stands_between_its_rollers():
 
 def test_running_clearance_is_the_gap():
     cam, setup = pin_cam(running_clearance=0.02), pin_setup()
-    mesh = cam.parts(setup)[0].solid(0.01).mesh
-    found = least_clearance(cam.tracks(setup)[0], mesh.vertices)
+    mesh = cam.mechanism(setup).parts[0].solid(0.01).mesh
+    found = least_clearance(cam.mechanism(setup).tracks[0], mesh.vertices)
     assert found.value == pytest.approx(0.02, abs=1e-9)
 
 
 @pytest.mark.parametrize(("grow", "clear"), [(0.0, True), (0.001, False), (-0.001, True)])
 def test_interference_bites_at_one_micrometre(grow, clear):
     cam, setup = pin_cam(), pin_setup()
-    mesh = cam.parts(setup)[0].solid(0.005).mesh
-    found = least_clearance(cam.tracks(setup)[0], mesh.vertices, grow=grow)
+    mesh = cam.mechanism(setup).parts[0].solid(0.005).mesh
+    found = least_clearance(cam.mechanism(setup).tracks[0], mesh.vertices, grow=grow)
     assert found.value == pytest.approx(-grow, abs=1e-9)
     assert (found.value >= -1e-7) is clear
 
@@ -195,13 +195,13 @@ def test_interference_bites_at_one_micrometre(grow, clear):
 def test_rib_that_leaves_the_drum_is_refused():
     cam = pin_cam(form="rib", rib_thickness=14.0, start=5.0, length=60.0)
     with pytest.raises(DesignError, match="runs out"):
-        cam.parts(pin_setup(motion=gentle_program()))[0].solid(0.05)
+        cam.mechanism(pin_setup(motion=gentle_program())).parts[0].solid(0.05)
 
 
 def test_dwell_only_groove_is_a_ring():
     """A groove with no motion is a plain ring groove whose volume is known in closed form."""
     setup = Setup(TranslatingFollower(), CylinderRoller(diameter=20.0, length=10.0), program((360, None, None)))
     cam = pin_cam(start=50.0, groove_depth=13.0, bore=0.0)
-    fine, coarse = (cam.parts(setup)[0].solid(t).mesh.volume for t in (1e-4, 4e-4))
+    fine, coarse = (cam.mechanism(setup).parts[0].solid(t).mesh.volume for t in (1e-4, 4e-4))
     exact = np.pi * 67.0**2 * 110.0 - np.pi * (67.0**2 - 54.0**2) * 20.0
     assert fine + (fine - coarse) / 3.0 == pytest.approx(exact, rel=1e-8)

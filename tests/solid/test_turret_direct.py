@@ -32,7 +32,7 @@ GLOBOID = GloboidLand(GloboidLevel(180.0, 80.0))
     ],
 )
 def test_same_body_as_the_boolean(made):
-    (part,) = made()[0].parts(made()[1])
+    (part,) = made()[0].mechanism(made()[1]).parts
     volumes = []
     for tolerance in (0.1, 0.05):
         direct, cut = part.direct(tolerance), part.cut(tolerance)
@@ -51,7 +51,7 @@ def test_same_body_as_the_boolean(made):
 
 def test_ends_are_flat_and_walls_named():
     cam, setup = indexer(8, bore=20.0)
-    mesh = cam.parts(setup)[0].direct(0.05).mesh
+    mesh = cam.mechanism(setup).parts[0].direct(0.05).mesh
     half = 0.5 * cam.width
     assert float(np.abs(mesh.vertices[:, 2]).max()) == half
     ends = mesh.faces[mesh.group_faces("end")]
@@ -71,7 +71,7 @@ def test_to_and_fro_closes_every_groove():
     back = [replace(s, until=s.until / 2.0) for s in steps]
     rest = [replace(s, until=pi + s.until / 2.0, to=None if s.to is None else 0.0) for s in steps]
     program = type(setup.program).from_segments([*back, *rest], closed=True, angular=True)
-    (part,) = cam.parts(replace(setup, program=program))
+    (part,) = cam.mechanism(replace(setup, program=program)).parts
     direct, cut = part.direct(0.05), part.cut(0.05)
     assert direct.mesh.watertight
     assert (direct.mesh.components, direct.mesh.genus) == (cut.mesh.components, cut.mesh.genus)
@@ -80,7 +80,7 @@ def test_to_and_fro_closes_every_groove():
 
 def test_grooves_that_touch_are_left_to_the_boolean():
     cam, setup = barrel(4, "rib", starts=2)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     with pytest.raises(NotOneSurface, match="touch"):
         part.direct(0.1)
     solid = part.solid(0.1)
@@ -90,7 +90,7 @@ def test_grooves_that_touch_are_left_to_the_boolean():
 
 def test_tracks_of_another_turret_are_refused():
     cam, setup = indexer(4, starts=2)
-    (part,) = cam.parts(setup)
+    (part,) = cam.mechanism(setup).parts
     first, second = part.tracks
     with pytest.raises(NotOneSurface, match="one turret"):
         replace(part, tracks=(first, replace(second, shift=second.shift + 1e-3))).direct(0.1)

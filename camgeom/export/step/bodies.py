@@ -102,10 +102,10 @@ def mechanism(model: Model, tolerance: float = TOLERANCE) -> Assembly:
 
     Raises DesignError where the follower has no rollers or the cam is undercut.
     """
-    recipe = getattr(model.cam, "turret", None)
-    if recipe is None and not model.tracks:
+    turret = model.mechanism.turret
+    if turret is None and not model.tracks:
         raise DesignError(f"a {model.profile.kind} cam with this follower has no rollers to place beside it")
-    body = recipe(model.setup) if recipe else None
+    body = turret.body if turret else None
     cam = model_bodies(model, tolerance)
     parts = list(cam.parts) if isinstance(cam, Assembly) else [Placed(cam)]
     if isinstance(body, StackedTurret):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Swing, Track
-from camgeom.track.follower import SwingingFollower, TurretFollower
+from camgeom.track.outline import FaceOutline, FlatFace, RollerOutline
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,21 +61,19 @@ def _coarse(model: Model, i: int) -> Mesh:
 
 def roller_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
     """Every roller at joint coordinate zero in the machine frame, with the track that moves it."""
-    rings = getattr(model.cam, "rollers", None)
-    if rings is not None:
-        return tuple((f"roller {track.name}", roller_mesh(track), track) for track in rings(model.setup))
+    turret = model.mechanism.turret
+    if turret is not None and turret.rollers:
+        return tuple((f"roller {track.name}", roller_mesh(track), track) for track in turret.rollers)
     found = [(f"roller {track.name}", roller_mesh(track), track) for track in model.tracks]
-    follower = model.setup.follower
-    if isinstance(follower, TurretFollower) and model.tracks:
-        found += _spare_rollers(model.tracks, follower)
+    if turret is not None:
+        found += _spare_rollers(model.tracks, turret.follower.count)
     return tuple(found)
 
 
-def _spare_rollers(tracks: tuple[Track, ...], follower: TurretFollower) -> list[tuple[str, Mesh, Track]]:
+def _spare_rollers(tracks: tuple[Track, ...], count: int) -> list[tuple[str, Mesh, Track]]:
     """The turret's rollers that cut no track of their own in this turn."""
     from dataclasses import replace
 
-    count = follower.rollers or follower.stops
     step = TURN / count
     taken = {round((track.shift - tracks[0].shift) / step) % count for track in tracks}
     free = [k for k in range(count) if k not in taken]
@@ -129,19 +127,18 @@ def _outward(mesh: Mesh) -> Mesh:
 
 def carrier_meshes(model: Model) -> tuple[tuple[str, Mesh, Track], ...]:
     """Hub of a turret or arm of a swinging follower, with the track it moves with; nothing for other followers."""
-    follower = model.setup.follower
+    turret = model.mechanism.turret
     found = []
     seen: set[float] = set()
     for track in model.tracks:
         joint = track.joint
         if not isinstance(joint, Swing):
             continue
-        dials = getattr(model.cam, "dials", None)
-        if dials is not None:
-            return tuple(("turret", _dial(joint, *dial), track) for dial in dials(model.setup))
-        if isinstance(follower, TurretFollower):
+        if turret is not None and turret.dials:
+            return tuple(("turret", _dial(joint, *dial), track) for dial in turret.dials)
+        if turret is not None:
             return (("turret", _hub(track, joint), track),)
-        if isinstance(follower, SwingingFollower) and track.shift not in seen:
+        if track.shift not in seen:
             seen.add(track.shift)
             found.append((f"arm {track.name}", _arm(track, joint), track))
     return tuple(found)
@@ -239,41 +236,27 @@ THICK = 0.12
 """thickness of a face plate as a share of its reach"""
 
 
-class FaceMotion(Protocol):
-    """A flat face seen from the cam: azimuth of its normal (rad) and distance from the cam axis (mm), each (3, n)."""
-
-    @property
-    def sense(self) -> float: ...
-
-    @property
-    def pivot(self) -> float | None: ...
-
-    def jets(self, phi: Floats) -> tuple[Floats, Floats]: ...
-
-
 def face_bodies(model: Model, phi: Floats) -> tuple[tuple[str, Mesh, Floats], ...]:
     """Name, mesh at pose identity, and machine-frame poses (n, 3, 4) of a follower without a roller."""
-    if model.tracks:
+    mechanism = model.mechanism
+    if mechanism.tracks or not mechanism.touches:
         return ()
-    face = getattr(model.setup.follower, "face", "")
-    width = float(getattr(model.cam, "width", 0.0))
-    if face == "flat" and hasattr(model.cam, "face_motion"):
-        mesh, moved = flat_face(model.cam.face_motion(model.setup), width, phi)
-        return (("flat face", mesh, moved),)
-    if model.setup.follower.kind == "frame" and hasattr(model.cam, "span_between"):
-        base = float(model.cam.base_radius)
-        mesh = frame(float(model.cam.span_between(model.setup)), base, width)
-        reach = base + model.setup.program.jet(phi, 0)[0]
+    outline, width, span = mechanism.touches[0].outline, mechanism.width, mechanism.span_between
+    if span is not None and mechanism.base_radius is not None:
+        mesh = frame(span, mechanism.base_radius, width)
+        reach = mechanism.base_radius + mechanism.program.jet(phi, 0)[0]
         moved = np.zeros((len(phi), 3, 4))
         moved[:, range(3), range(3)], moved[:, 0, 3] = 1.0, reach
         return (("frame", mesh, moved),)
-    if face == "knife" and hasattr(model.cam, "track"):
-        track: Track = model.cam.track(model.setup)
-        return (("knife edge", _wedge(track, width), poses(track, phi)),)
+    if isinstance(outline, FaceOutline):
+        mesh, moved = flat_face(outline.line, width, phi)
+        return (("flat face", mesh, moved),)
+    if isinstance(outline, RollerOutline):
+        return (("knife edge", _wedge(outline.track, width), poses(outline.track, phi)),)
     return ()
 
 
-def flat_face(motion: FaceMotion, width: float, phi: Floats) -> tuple[Mesh, Floats]:
+def flat_face(motion: FlatFace, width: float, phi: Floats) -> tuple[Mesh, Floats]:
     """Plate with its face through the origin and its outward normal along +X, and its poses.
 
     Its origin is the foot of the perpendicular from the pivot (or the cam axis) on the face, a point fixed to it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -131,8 +131,8 @@ class _Size:
         reach = float(np.hypot(everything[:, 0], everything[:, 1]).max())
         wide = (high - low)[:2]
         is_round = bool(np.all(np.abs(wide - 2.0 * reach) < 2e-3 * reach))
-        nominal = getattr(model.cam, "diameter", None)
-        return cls(low, high, 0.5 * float(nominal) if is_round and nominal else reach, is_round)
+        nominal = model.mechanism.outside_diameter
+        return cls(low, high, 0.5 * nominal if is_round and nominal else reach, is_round)
 
 
 def axial(model: Model, meshes: Meshes) -> Drawing:
@@ -144,8 +144,8 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     dimensions = [Dimension((low, -reach), (high, -reach), number(high - low, 5), "below")]
     if size.round:
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
-    bore = _bore(model)
-    if bore:
+    if model.mechanism.bore:
+        bore = model.mechanism.bore.diameter
         dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
     leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
     for track in model.tracks[:1]:
@@ -181,9 +181,9 @@ def across(model: Model, meshes: Meshes) -> Drawing:
         dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall), "left"))
     leaders = list(_roller_notes(model, ACROSS))
     circles = []
-    base = getattr(model.cam, "base_radius", None)
-    if base:
-        circles.append(Circle((0.0, 0.0), float(base), "hidden"))
+    base = model.mechanism.base_radius
+    if base is not None:
+        circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
     for track in tracks:
         if abs(track.axis[2]) > 0.99:  # rollers parallel to the cam axis: the pitch curve lies in this view
@@ -199,18 +199,18 @@ def across(model: Model, meshes: Meshes) -> Drawing:
             dimensions.append(Dimension((0.0, 0.0), (x, y), number(abs(x), 6), "above"))
             leaders.append(Leader((x, y), "pivot"))
     paths += _followers(model, 2, level, ACROSS)
-    way = "clockwise" if getattr(model.cam, "direction", "ccw") == "cw" else "counter-clockwise"
+    way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     caption = f"Section at z = {number(level)} mm, seen from +Z, follower at cam angle 0; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
     return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), regions)
 
 
 def _depth_note(model: Model, z: float) -> list[Leader]:
-    depth, radius = getattr(model.cam, "groove_depth", None), getattr(model.cam, "radius", None)
-    if depth is None or radius is None:
+    drum = model.mechanism.drum
+    if drum is None or drum.depth is None:
         return []
-    word = "rib height" if getattr(model.cam, "form", "") == "rib" else "groove depth"
-    return [Leader((z, radius - depth), f"{word} {number(depth, 6)}")]
+    word = "rib height" if model.mechanism.form == "rib" else "groove depth"
+    return [Leader((z, drum.radius - drum.depth), f"{word} {number(drum.depth, 6)}")]
 
 
 def _cross(x: float, y: float, half: float) -> list[Path]:
@@ -227,18 +227,13 @@ def _stand(track: Track) -> Floats:
 
 
 def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
-    roller: Any = model.setup.roller
+    roller = model.setup.roller
     if roller is None or not model.tracks:
         return ()
     place = _stand(model.tracks[0])
     to = float(place["xyz".index(axes[0])]), float(place["xyz".index(axes[1])])
     length = f", contact length {number(roller.length, 6)}" if roller.length else ""
     return (Leader(to, f"roller ⌀ {number(roller.diameter, 6)}{length}"),)
-
-
-def _bore(model: Model) -> float:
-    bore = getattr(model.cam, "bore", 0.0)
-    return float(bore) if isinstance(bore, int | float) else 0.0
 
 
 def developed(model: Model) -> tuple[Block, ...]:

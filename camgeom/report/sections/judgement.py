@@ -69,7 +69,7 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
     if operation is not None:
         details.append(("Cam speed", f"{number(operation.speed)} r/min"))
     details.append(("Mesh tolerance", f"{number(model.tolerance)} mm"))
-    form = getattr(model.cam, "form", "")
+    form = model.mechanism.form
     kind = f"{profile.kind.replace('-', ' ')} cam{f', {form}' if form else ''}, {profile.follower.kind} follower"
     passed = all(f.passed for f in found) if found else None
     return Page(profile.name, kind, passed, _summary(found), found, figures, sections, tuple(details))
@@ -212,8 +212,8 @@ def _contact(model: Model) -> Iterator[Figure]:
 
 
 def _quoted(model: Model) -> str:
-    quoted = getattr(model.cam, "quoted_radius", None)
-    return f"quoted at {number(quoted(model.setup), 6)} mm" if quoted else "middle of the roller"
+    quoted = model.mechanism.quoted_radius
+    return f"quoted at {number(quoted, 6)} mm" if quoted is not None else "middle of the roller"
 
 
 def _life(model: Model) -> Iterator[Figure]:

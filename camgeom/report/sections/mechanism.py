@@ -59,7 +59,7 @@ def mechanism(model: Model) -> tuple[Block, ...]:
 
 def _scene(model: Model) -> Scene:
     phi = np.linspace(0.0, TURN, FRAMES)
-    sense = -1.0 if getattr(model.cam, "direction", "ccw") == "cw" else 1.0
+    sense = model.mechanism.sense
     bodies = []
     for name, mesh in cam_meshes(model):
         bodies.append(Body(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))

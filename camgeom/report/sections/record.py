@@ -129,17 +129,15 @@ def load_rows(model: Model) -> list[tuple[Cell, ...]]:
 
 def conventions(model: Model) -> tuple[Block, ...]:
     """Peak pressure and life under each curvature convention found in the literature (groove cams)."""
-    quoted = getattr(model.cam, "quoted_radius", None)
-    if not model.loaded or quoted is None or model.profile.kind != "cylindrical":
-        return ()
-    if model.profile.follower.kind != "translating" or model.cam.form != "groove":
+    radius = model.mechanism.quoted_radius
+    if not model.classical or radius is None:
         return ()
     from typing import get_args
 
     from camgeom.mechanics.groove import Convention
     from camgeom.mechanics.life import roller_life
 
-    duty, radius = model.duty, quoted(model.setup)
+    duty = model.duty
     rows: list[tuple[Cell, ...]] = []
     for name in get_args(Convention):
         contact = duty.convention(name, radius)

@@ -1,0 +1,223 @@
+"""The one typed thing a cam type makes: a cam bound to its follower, its roller and its motion program.
+
+Every question that the house asks of a cam has a typed answer here, empty where the cam has nothing to say, so that
+nobody asks whether a cam *has* an answer. A cam type answers what is abstract, and of the rest what applies to it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.motion.program import Program
+from camgeom.track import Track
+from camgeom.track.follower import AnyFollower, AnyRoller, TurretFollower
+
+if TYPE_CHECKING:
+    from camgeom.solid import Part
+    from camgeom.solid.blank import Blank, Bore, Wall
+    from camgeom.solid.turret import StackedTurret, TurretBody
+    from camgeom.track.outline import Outline
+    from camgeom.track.section import Level
+    from camgeom.track.touch import Touch
+
+Mask = npt.NDArray[np.bool_]
+
+
+class Drive(Enum):
+    """Who presses whom."""
+
+    ALONE = "alone"
+    """one contact pushes; a spring or weight holds the follower on it"""
+    OPPOSED = "opposed"
+    """the cam drives to and fro: the walls of a groove, both sides of a rib, two discs, two faces"""
+    SHARED = "shared"
+    """several rollers of a turret share the load"""
+
+
+@dataclass(frozen=True)
+class Drum:
+    """The outside of a drum, which can be rolled out (mm).
+
+    low, high  heights z of its ends; depth: of the groove (rib: its height), where it is one number round the drum
+    """
+
+    radius: float
+    low: float
+    high: float
+    depth: float | None = None
+
+    def inside(self, x: Floats) -> Mask:
+        """Whether points (3, ...) of the cam frame lie within the drum."""
+        within = np.hypot(x[0], x[1]) <= self.radius + 1e-9
+        return np.asarray(within & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
+
+
+@dataclass(frozen=True, eq=False)
+class Turret:
+    """An indexing turret beside its cam.
+
+    follower    its stops, its number of rollers, and the circle of their middles
+    body        the turret with its rollers at cam angle zero
+    gaps        free distances, mm: (name, distance, advice)
+    bearing     the tracks whose walls rollers may bear on, where the mechanism's `inside` says so
+    take_turns  True where only the best placed roller of each direction is judged: others carry where one cannot
+    rib_depths  where ribs are measured along the roller, mm: (name, delta); none for plates, which have no ribs
+    preload     mm, by which rollers press into the ribs they ride in the dwell
+    relief      mm, by which flanks stand back at the ends of every dwell
+    dwell_ends  cam angles in [0, 2 pi) at which a dwell begins or ends, rad
+    rollers     all rollers one by one, where they stand on several rings
+    dials       discs between plates: (radius, low z, high z), mm
+    """
+
+    follower: TurretFollower
+    body: TurretBody | StackedTurret
+    gaps: tuple[tuple[str, float, str], ...]
+    bearing: tuple[Track, ...]
+    take_turns: bool = False
+    rib_depths: tuple[tuple[str, float], ...] = ()
+    preload: float = 0.0
+    relief: float = 0.0
+    dwell_ends: tuple[float, ...] = ()
+    rollers: tuple[Track, ...] = ()
+    dials: tuple[tuple[float, float, float], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism(ABC):
+    """A cam with what it drives. Facts are attributes, computed when asked, once; lengths in mm, cam frame.
+
+    roller  None for flat and knife followers; program: the motion round the cam
+    sense   +1 where the cam turns counter-clockwise seen from +Z, -1 clockwise
+    """
+
+    follower: AnyFollower
+    roller: AnyRoller | None
+    program: Program
+    sense: float
+
+    @property
+    @abstractmethod
+    def drive(self) -> Drive:
+        """Who presses whom."""
+
+    @property
+    @abstractmethod
+    def width(self) -> float:
+        """Length of the cam, or thickness of each of its discs, along its axis."""
+
+    @property
+    @abstractmethod
+    def parts(self) -> tuple[Part, ...]:
+        """The recipes of its bodies."""
+
+    @property
+    def form(self) -> str:
+        """The word of the profile for one of several forms of a kind; empty where there is one."""
+        return ""
+
+    @property
+    def quoted_radius(self) -> float | None:
+        """Where the classical figures are quoted, along the roller as its track counts; None: no figures are quoted."""
+        return None
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The rollers' tracks; none for flat and knife followers."""
+        return ()
+
+    @property
+    def cutters(self) -> tuple[Track, ...]:
+        """The same tracks with the tool that cuts them: larger by a clearance, deeper at the tip."""
+        return self.tracks
+
+    @property
+    def passages(self) -> tuple[Track, ...]:
+        """Every roller as long as any part of it may be beside the cam, also where it touches nothing."""
+        return self.tracks
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """What touches a planar cam: one contact, or two that drive the follower both ways; none for other cams."""
+        return ()
+
+    @property
+    def outlines(self) -> Mapping[str, Outline]:
+        """Closed plane curves of the bodies by name."""
+        return {}
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """Thinnest places of the bodies."""
+        return ()
+
+    @property
+    def blank(self) -> Blank | None:
+        """The body of revolution that the flanks are cut into."""
+        return None
+
+    @property
+    def bore(self) -> Bore | None:
+        """The opening for the shaft."""
+        return None
+
+    @property
+    def outside_diameter(self) -> float | None:
+        """Nominal diameter of the body, where it has one."""
+        return None
+
+    @property
+    def base_radius(self) -> float | None:
+        """Radius of a planar cam's profile at zero lift."""
+        return None
+
+    @property
+    def drum(self) -> Drum | None:
+        """The outside of a drum."""
+        return None
+
+    @property
+    def wall_foot(self) -> tuple[Level, float] | None:
+        """Surface on which the walls end, and a delta near it; None where they end at the tool's tip."""
+        return None
+
+    @property
+    def wall_top(self) -> tuple[Level, float] | None:
+        """Surface that a roller may leave sideways, so that no flank is beside it, and a delta near it."""
+        return None
+
+    @property
+    def span_between(self) -> float | None:
+        """Constant width of the cam between parallel faces."""
+        return None
+
+    @property
+    def turret(self) -> Turret | None:
+        """The indexing turret."""
+        return None
+
+    @property
+    def running_clearance(self) -> float:
+        """Normal gap between roller and each flank."""
+        return 0.0
+
+    @property
+    def allowed_interference(self) -> float:
+        """By how much a roller may stand in the cam on purpose."""
+        return 0.0
+
+    @property
+    def classical(self) -> bool:
+        """True for the case of the literature: a cylindrical roller on a slide, in the groove of a drum."""
+        return False
+
+    def inside(self, x: Floats) -> Mask:
+        """Which contact points (3, ...) lie on the cam's own material: tracks may run beyond it."""
+        return np.ones(x.shape[1:], dtype=bool)
