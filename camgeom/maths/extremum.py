@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 FAN = 17
 ROUNDS = 9
 """rounds of FAN samples: a bracket shrinks to 1e-8 of its width, and the value at a peak to its square"""
@@ -66,7 +65,7 @@ def refined_maximum(
     index = index[np.argsort(values[index])[::-1][:keep]]
     low = np.where(left[index], x[np.maximum(index - 1, 0)], x[index])
     high = np.where(right[index], x[np.minimum(index + 1, len(x) - 1)], x[index])
-    found, where = bracketed_maximum(f, low, high)
+    found, where = bracketed_maximum(lambda at: f(at.ravel()).reshape(at.shape), low, high)
     best = int(np.argmax(found))
     start = int(np.argmax(values))
     if found[best] >= values[start]:
@@ -75,22 +74,28 @@ def refined_maximum(
 
 
 def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Maxima of f in many brackets at once: values (k,) and places (k,).
+    """Maxima of functions of x (k, q), row by row, in the brackets low .. high (k,): values (k,) and places (k,).
 
-    Every round samples each bracket at FAN points in one call and keeps the two intervals about the best: for a peak
-    with one maximum in the bracket this converges by (FAN - 1) / 2 a round, down to rounding.
+    Each row with one maximum in its bracket converges by (FAN - 1) / 2 a round, down to rounding.
     """
-    share = np.linspace(0.0, 1.0, FAN)
-    rows = np.arange(len(low))
     for _ in range(ROUNDS):
-        x = low[:, None] + (high - low)[:, None] * share
-        values = f(x.ravel()).reshape(x.shape)
-        best = np.argmax(values, axis=1)
-        found, where = values[rows, best], x[rows, best]
-        low, high = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, FAN - 1)]
+        values, places, low, high = narrowed(f, low, high)
         if np.all(high - low <= 4e-16 * np.maximum(np.abs(low), np.abs(high))):
             break
-    return found, where
+    return values, places
+
+
+def narrowed(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """One round: every bracket sampled at FAN points in one call of f (k, FAN), and the two intervals about the best.
+
+    Returns the largest samples (k,), their places, and the brackets left.
+    """
+    rows = np.arange(len(low))
+    x = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)
+    values = f(x)
+    best = np.argmax(values, axis=1)
+    left, right = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, FAN - 1)]
+    return values[rows, best], x[rows, best], left, right
 
 
 def bracketed_root(function: Callable[[Floats], Floats], low: ArrayLike, high: ArrayLike, tolerance: float = 0.0,

@@ -13,15 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.extremum import ROUNDS, narrowed
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 
 SAMPLES = 15
 SECANTS = 5
-ROUNDS = 6
-STAGES = 6
-"""stages of ROUNDS golden sections; after each, points that cannot hold the least distance are dropped"""
 
 
 @dataclass(frozen=True)
@@ -183,9 +180,10 @@ class _Window:
 
 def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
     """Best of coarse samples in each point's window, refined: on the roller's side by the stationary distance to its
-    axis, elsewhere (ends, rims) by golden section where the point can still undercut the best."""
+    axis, elsewhere (ends, rims) by narrowing brackets where the point can still undercut the best."""
     share = np.linspace(-1.0, 1.0, SAMPLES)
     step = window.half * (share[1] - share[0])
+    speed = _lipschitz(track)
     xt = np.ascontiguousarray(x.T)
     phi = window.angles(x)[:, None] + TURN * turn + window.half * share
     value = roller_distance(track, xt[:, :, None], phi) + extra[:, None]
@@ -196,18 +194,22 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
     refined = np.where(fine < coarse, refined, centre)
     least = float(fine.min())
-    unsure = (coarse - 0.5 * _lipschitz(track, step) < least) & (fine > least + 1e-9) & (fine == coarse)
+    unsure = (coarse - 0.5 * speed * step < least) & (fine > least + 1e-9) & (fine == coarse)
     index, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
-    for _ in range(STAGES):
+    for _ in range(ROUNDS):
         if not len(index):
             break
-        found, where, low, high = _golden_minimum(track, xt[:, index], low, high)
-        found = found + extra[index]
-        better = found < fine[index]
-        fine[index] = np.where(better, found, fine[index])
+
+        def depth(at: Floats, near: Floats = xt[:, index, None]) -> Floats:
+            return -roller_distance(track, near, at)
+
+        deepest, where, low, high = narrowed(depth, low, high)
+        distance = extra[index] - deepest
+        better = distance < fine[index]
+        fine[index] = np.where(better, distance, fine[index])
         refined[index] = np.where(better, where, refined[index])
         # A point whose distance cannot fall below the least within its bracket is done with.
-        keep = found - _lipschitz(track, 1.0) * (high - low) < float(fine.min())
+        keep = distance - speed * (high - low) < float(fine.min())
         index, low, high = index[keep], low[keep], high[keep]
     i = int(np.argmin(fine))
     return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
@@ -247,23 +249,9 @@ def _parameter(track: Track, axial: Floats) -> Floats:
     return np.asarray(np.arcsin(np.clip((axial - meridian.centre) / meridian.arc, -1.0, 1.0)))
 
 
-def _lipschitz(track: Track, step: float) -> float:
-    """How much the distance can fall within one coarse step, mm: the roller's largest speed per radian times it."""
+def _lipschitz(track: Track) -> float:
+    """How much the distance can fall per radian, mm: the roller's largest speed."""
     phi = np.linspace(*track.span, 361)
     pose = track.pose(phi, 1)
     speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
-    return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds)) * step
-
-
-def _golden_minimum(track: Track, x: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """A stage of golden section on every bracket: least distances, their places, and the brackets left."""
-    p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    fp, fq = roller_distance(track, x, p), roller_distance(track, x, q)
-    for _ in range(ROUNDS):
-        lower = fp < fq
-        high, low = np.where(lower, q, high), np.where(lower, low, p)
-        p_next, q_next = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        fresh = roller_distance(track, x, np.where(lower, p_next, q_next))
-        fp, fq = np.where(lower, fresh, fq), np.where(lower, fp, fresh)
-        p, q = p_next, q_next
-    return np.where(fp < fq, fp, fq), np.where(fp < fq, p, q), low, high
+    return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds))

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import GOLDEN
+from camgeom.maths.extremum import bracketed_maximum
 from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
@@ -306,15 +306,11 @@ def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Insid
     return least
 
 
-def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6, rounds: int = 36) -> Floats:
-    """Least distance of points (3, n) to a roller near cam angles phi (n,), by sampling and golden section, mm."""
+def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6) -> Floats:
+    """Least distance of points (3, n) to a roller near cam angles phi (n,), from samples on, mm."""
     grid = np.linspace(-width, width, 25)
-    at = phi[:, None] + grid
-    value = roller_distance(track, x[:, :, None], at)
-    middle = at[np.arange(len(phi)), np.argmin(value, axis=1)]
-    low, high = middle - grid[1] + grid[0], middle + grid[1] - grid[0]
-    for _ in range(rounds):
-        p, q = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        lower = roller_distance(track, x, p) < roller_distance(track, x, q)
-        low, high = np.where(lower, low, p), np.where(lower, q, high)
-    return roller_distance(track, x, 0.5 * (low + high))
+    value = roller_distance(track, x[:, :, None], phi[:, None] + grid)
+    middle = phi + grid[np.argmin(value, axis=1)]
+    step = grid[1] - grid[0]
+    near, _ = bracketed_maximum(lambda at: -roller_distance(track, x[:, :, None], at), middle - step, middle + step)
+    return np.asarray(-near)
