@@ -14,10 +14,11 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends, Parameter, ParamValue, law
 from camgeom.motion.laws_basic import CUBIC, QUINTIC, SEPTIC
 from camgeom.motion.measured import check_rise, fit, read_rows
-from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
+from camgeom.motion.spline import end_control, to_pieces
 from camgeom.motion.table import Piece
 
 HERMITE = "two-point Hermite interpolation, C. de Boor, A Practical Guide to Splines, Springer 2001, ch. I"
@@ -85,7 +86,7 @@ def spline(ends: Ends, points: tuple[tuple[float, float], ...], order: int) -> l
     knots = clamped(x, degree)
     states = ends.values(order)
     first, last = (end_control(knots, degree, end, values) for end, values in enumerate(states))
-    basis = collocation(knots, degree, x)
+    basis = Basis(degree, knots).design(x)
     inner = slice(order + 1, order + 1 + len(x))
     rest = y * ends.unit - basis[:, : order + 1] @ first - basis[:, inner.stop :] @ last
     return to_pieces(knots, degree, np.concatenate([first, np.linalg.solve(basis[:, inner], rest), last]), *states)

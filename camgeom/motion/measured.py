@@ -12,8 +12,9 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends
-from camgeom.motion.spline import clamped, collocation, end_control, to_pieces
+from camgeom.motion.spline import end_control, to_pieces
 from camgeom.motion.table import Piece
 
 LEAST_ROWS = 8
@@ -122,7 +123,7 @@ def _smoother(x: bytes, lift: bytes, deviation: float, knots: bytes, order: int,
     angles, lifts, knot_row, degree = np.frombuffer(x), np.frombuffer(lift), np.frombuffer(knots), 2 * order + 1
     count = len(knot_row) - degree - 1
     # The table's zero is a reading like any other: its error is fitted too, as a last unknown.
-    rows = np.column_stack([collocation(knot_row, degree, angles), np.ones(len(angles)), lifts])
+    rows = np.column_stack([Basis(degree, knot_row).design(angles), np.ones(len(angles)), lifts])
     # All that the rows say, in as many rows as there are unknowns.
     packed = np.linalg.qr(rows / math.sqrt(len(angles)))[1]
     data, target = packed[:, : count + 1], packed[:, count + 1]
@@ -162,7 +163,7 @@ def _roughness(knots: Floats, degree: int, order: int) -> Floats:
     middle, half = 0.5 * (breaks[1:] + breaks[:-1]), 0.5 * np.diff(breaks)
     x = (middle[:, None] + half[:, None] * nodes).ravel()
     scale = np.sqrt((half[:, None] * weights).ravel())
-    return np.asarray(collocation(knots, degree, x, order) * scale[:, None])
+    return np.asarray(Basis(degree, knots).design(x, order) * scale[:, None])
 
 
 def _weight(data: Floats, target: Floats, rough: Floats, bent: Floats, count: int, deviation: float) -> float:

@@ -19,7 +19,7 @@ from camgeom.export.step.solids import (
     prism_solid,
     revolved_solid,
 )
-from camgeom.export.step.spline import Basis
+from camgeom.maths.splines import Basis
 from camgeom.solid.blank import Bore
 
 

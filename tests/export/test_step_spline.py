@@ -10,7 +10,8 @@ from scipy.interpolate import BSpline
 
 from camgeom.errors import NotConverged
 from camgeom.export.step.geometry import SplineSurface
-from camgeom.export.step.spline import MAX_SPANS, Basis, fit_bands
+from camgeom.export.step.spline import MAX_SPANS, fit_bands
+from camgeom.maths.splines import Basis
 
 
 def clamped(degree: int, inner: list[float]) -> Basis:

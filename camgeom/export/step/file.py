@@ -10,8 +10,8 @@ import numpy as np
 from camgeom.errors import ExportError
 from camgeom.export.step.brep import Assembly, Colour, Edge, Face, Facets, Loop, Placed, Solid, Vertex
 from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
-from camgeom.export.step.spline import Basis
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
+from camgeom.maths.splines import Basis
 
 Schema = Literal["AP242", "AP214"]
 _SCHEMAS: dict[Schema, str] = {

@@ -14,8 +14,8 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.export.step.spline import Basis
 from camgeom.maths import Floats
+from camgeom.maths.splines import Basis
 
 Vector = tuple[float, float, float]
 SETTLED = 1e-13

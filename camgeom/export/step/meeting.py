@@ -15,8 +15,9 @@ import numpy.typing as npt
 from camgeom.errors import NotConverged
 from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surface
 from camgeom.export.step.recognise import curve_of
-from camgeom.export.step.spline import DEGREE, Basis, kit, refined
+from camgeom.export.step.spline import DEGREE, kit, refined
 from camgeom.maths import Floats
+from camgeom.maths.splines import Basis, clamped
 
 Ints = npt.NDArray[np.int64]
 
@@ -146,7 +147,7 @@ def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high:
     other = (surface.v, surface.u)[axis]
     inner = np.sort((other.breaks - low) / (high - low))
     inner = inner[(inner > 1e-9) & (inner < 1.0 - 1e-9)]
-    basis = Basis(other.degree, np.concatenate([np.zeros(other.degree + 1), inner, np.ones(other.degree + 1)]))
+    basis = Basis(other.degree, clamped(inner, other.degree))
     nodes = np.clip(basis.greville, 0.0, 1.0)
     share = np.unique(np.concatenate([nodes, np.linspace(0.0, 1.0, 3 * len(nodes))]))
     at = [low * (1.0 - share) + high * share] * 2

@@ -26,8 +26,8 @@ from camgeom.export.step.geometry import (
     unit,
     vector,
 )
-from camgeom.export.step.spline import Basis
 from camgeom.maths import Floats
+from camgeom.maths.splines import Basis
 
 EXACT = 1e-9
 """mm"""
