@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi, radians
 
+import numpy as np
+
+from camgeom.export.step.solids import Outline
+from camgeom.maths import Floats
 from camgeom.motion import Program, Segment
 from camgeom.solid.blank import Blank, Bore
 from camgeom.solid.drum import GroovedCylinder
@@ -56,3 +61,13 @@ def swinging_drum() -> GroovedCylinder:
     roller, anchor, axis, middle = Straight(8.0, 60.0), (0.0, -5.0, 55.0), (1.0, 0.0, 0.0), radians(-20.0)
     track = Track(roller, joint, anchor, axis, FLOOR, (55.0, RADIUS), program, shift=middle)
     return GroovedCylinder("swing cam", track, Blank.cylinder(RADIUS, LENGTH, Bore(40.0, 12.0, 5.0)), RADIUS, LENGTH)
+
+
+def polygon_outline(corners: Sequence[tuple[float, float]], name: str | tuple[str, ...] = "side") -> Outline:
+    """A closed polygon through the corners (mm), counter-clockwise; edge i runs from corner i."""
+    ring = np.array([*corners, corners[0]], dtype=float)
+
+    def point(t: Floats) -> Floats:
+        return np.stack([np.interp(t, np.arange(len(ring)), ring[:, c]) for c in (0, 1)], axis=1)
+
+    return Outline(point, tuple(float(k) for k in range(len(ring))), name)

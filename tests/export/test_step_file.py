@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
 from camgeom.export import format_of
-from camgeom.export.step import Assembly, Facets, Solid, StepOptions, step_text, write_step
+from camgeom.export.step import Assembly, Facets, Solid, step_text, write_step
 from camgeom.export.step.brep import Placed
 from camgeom.export.step.geometry import Frame
 from camgeom.export.step.groove import grooved_solid
@@ -67,7 +67,7 @@ def test_same_shape_gives_the_same_bytes() -> None:
 
 @pytest.mark.parametrize(("schema", "says"), [("AP242", "442"), ("AP214", "AUTOMOTIVE_DESIGN")])
 def test_header_names_the_schema(schema: str, says: str) -> None:
-    text = step_text(disc(), StepOptions(schema=schema))  # type: ignore[arg-type]
+    text = step_text(disc(), schema)  # type: ignore[arg-type]
     assert says in text.split("ENDSEC;")[0]
     assert text.startswith("ISO-10303-21;\n")
     assert text.endswith("END-ISO-10303-21;\n")
@@ -78,7 +78,7 @@ def test_triangles_need_ap242() -> None:
     mesh = drum().solid(0.5).mesh
     assert "TRIANGULATED_FACE('flank'" in step_text(Facets("cam", mesh))
     with pytest.raises(ExportError, match="AP242"):
-        step_text(Facets("cam", mesh), StepOptions(schema="AP214"))
+        step_text(Facets("cam", mesh), "AP214")
 
 
 def test_a_body_placed_twice_is_written_once() -> None:
@@ -98,7 +98,7 @@ def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
     size = write_step(target, disc())
     assert target.stat().st_size == size
     with pytest.raises(ExportError):
-        write_step(target, Facets("cam", drum().solid(0.5).mesh), StepOptions(schema="AP214"))
+        write_step(target, Facets("cam", drum().solid(0.5).mesh), "AP214")
     assert target.stat().st_size == size
     assert list(tmp_path.iterdir()) == [target]
 

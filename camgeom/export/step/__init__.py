@@ -1,4 +1,6 @@
-"""STEP files: exact boundary representations (AP242, or AP214 on request), and triangles where there is nothing exact.
+"""STEP files: exact boundary representations, and triangles where there is nothing exact.
+
+The schema is AP242; `.ap214.step` is written with AP214 for readers that know no later one (two entries in a table).
 
 The file is text, the same bytes for the same shape; lengths mm, angles rad; faces and bodies keep their names.
 
@@ -8,7 +10,7 @@ sheet with flat ends and holes (`solids.closed_solid`); edges, vertices, planes,
 points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
 blanks, `groove` for a closed groove or rib round a drum. Where grooves cut through ends or one another, `cut` takes the
 topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in
-`parts.EXACT`; a part with none, or whose faces do not close, is written as triangles. `check.check_solid` judges a
+`bodies.EXACT`; a part with none, or whose faces do not close, is written as triangles. `check.check_solid` judges a
 solid without a CAD kernel.
 """
 
@@ -22,16 +24,16 @@ from camgeom.errors import ExportError
 from camgeom.export import writer
 from camgeom.export.files import atomic_write
 from camgeom.export.step.brep import Assembly, Facets, Solid
-from camgeom.export.step.file import StepOptions, step_text
+from camgeom.export.step.file import Schema, step_text
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
 
-def write_step(path: str | Path, shape: Solid | Facets | Assembly, options: StepOptions | None = None) -> int:
+def write_step(path: str | Path, shape: Solid | Facets | Assembly, schema: Schema = "AP242") -> int:
     """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
     try:
-        data = step_text(shape, options).encode("ascii")
+        data = step_text(shape, schema).encode("ascii")
     except ExportError as error:
         raise ExportError(f"{path}: {error}") from None
     with atomic_write(path) as stream:
@@ -40,7 +42,8 @@ def write_step(path: str | Path, shape: Solid | Facets | Assembly, options: Step
 
 
 @writer(".step", "STEP AP242: exact faces, for CAD and CAM", takes="model")
-def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
+@writer(".stp", "STEP, the same under its short name", takes="model")
+def write_model(path: Path, model: Model, schema: Schema = "AP242", tolerance: float | None = None) -> int:
     """Write a model's bodies; schema AP242 or AP214; tolerance in mm of fitted faces (default 1e-5).
 
     What the file holds, and how near to the exact shape, is left in the model's notes under "step".
@@ -50,44 +53,36 @@ def write_model(path: Path, model: Model, schema: str = "AP242", tolerance: floa
     return _written(path, model, model_bodies, schema, tolerance)
 
 
-def _written(
-    path: Path,
-    model: Model,
-    make: Callable[[Model, float], Solid | Facets | Assembly],
-    schema: str,
-    tolerance: float | None,
-) -> int:
-    """Write what is made of a model and note what the file holds; returns its bytes."""
-    from camgeom.export.step.bodies import notes
-    from camgeom.export.step.file import schema_of
-    from camgeom.export.step.solids import TOLERANCE
-
-    options = StepOptions(schema=schema_of(schema))
-    try:
-        shape = make(model, tolerance or TOLERANCE)
-    except ExportError as error:
-        raise ExportError(f"{path}: {error}") from None
-    size = write_step(path, shape, options)
-    listed = model.ledger.notes.setdefault("step", [])
-    listed.append({"file": Path(path).name, "schema": options.schema, "bodies": notes(shape)})
-    return size
-
-
-@writer(".stp", "STEP, the same under its short name", takes="model")
-def write_stp(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
-    """As `write_model`."""
-    return write_model(path, model, schema, tolerance)
-
-
-@writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
-def write_assembly(path: Path, model: Model, schema: str = "AP242", tolerance: float | None = None) -> int:
-    """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
-    from camgeom.export.step.bodies import mechanism
-
-    return _written(path, model, mechanism, schema, tolerance)
-
-
 @writer(".ap214.step", "STEP AP214, for readers that know no later one", takes="model")
 def write_ap214(path: Path, model: Model, tolerance: float | None = None) -> int:
     """As `write_model`, schema AP214."""
     return write_model(path, model, "AP214", tolerance)
+
+
+@writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
+def write_assembly(path: Path, model: Model, schema: Schema = "AP242", tolerance: float | None = None) -> int:
+    """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
+    from camgeom.export.step.bodies import assembly_of
+
+    return _written(path, model, assembly_of, schema, tolerance)
+
+
+def _written(
+    path: Path,
+    model: Model,
+    make: Callable[[Model, float], Solid | Facets | Assembly],
+    schema: Schema,
+    tolerance: float | None,
+) -> int:
+    """Write what is made of a model and note what the file holds; returns its bytes."""
+    from camgeom.export.step.bodies import notes
+    from camgeom.export.step.solids import TOLERANCE
+
+    try:
+        shape = make(model, tolerance or TOLERANCE)
+    except ExportError as error:
+        raise ExportError(f"{path}: {error}") from None
+    size = write_step(path, shape, schema)
+    listed = model.ledger.notes.setdefault("step", [])
+    listed.append({"file": Path(path).name, "schema": schema, "bodies": notes(shape)})
+    return size

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError
-from camgeom.export.step.brep import Assembly, Colour, Facets, Placed, Solid
+from camgeom.export import Colour
+from camgeom.export.step.brep import Assembly, Facets, Placed, Solid
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.groove import grooved_solid, ribbed_solid
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 Point = tuple[float, float]
-Side = tuple[Point, Point, Point | None, str]
+MeridianEdge = tuple[Point, Point, Point | None, str]
 """an edge of a meridian: its ends (r, z), the centre of its arc or None, its name"""
 POLE = 0.01
 """share of a ball's radius at which it is cut flat, so that no face ends in a point"""
@@ -97,7 +98,7 @@ def notes(shape: Solid | Facets | Assembly) -> list[dict[str, Any]]:
     return found
 
 
-def mechanism(model: Model, tolerance: float = TOLERANCE) -> Assembly:
+def assembly_of(model: Model, tolerance: float = TOLERANCE) -> Assembly:
     """The cam's bodies, and its turret with rollers, or the rollers of its tracks.
 
     Raises DesignError where the follower has no rollers or the cam is undercut.
@@ -167,14 +168,14 @@ def roller_solid(track: Track, name: str, root: float | None, tolerance: float =
         arc = (meridian.radius - meridian.arc, meridian.centre)
     delta, _, _, r, _, _ = meridian.jet(t)
     start, stop = ((float(radius), float(z)) for radius, z in zip(r, delta))
-    sides: list[Side] = [(start, stop, arc, "roller")]
+    sides: list[MeridianEdge] = [(start, stop, arc, "roller")]
     if root is not None:
         stud = STUD_SHARE * meridian.radius
         sides = [((stud, root), (stud, start[1]), None, "stud"), ((stud, start[1]), start, None, "end"), *sides]
     if sides[0][0][1] > sides[-1][1][1]:
         sides = [(b, a, arc, label) for a, b, arc, label in reversed(sides)]
     points = [sides[0][0], *(side[1] for side in sides)]
-    shape = revolved_solid(points, [side[2] for side in sides], [side[3] for side in sides], (), name, tolerance)
+    shape = revolved_solid(points, [side[2] for side in sides], [side[3] for side in sides], name, tolerance)
     return replace(shape, colour=ROLLER_COLOUR)
 
 

@@ -16,12 +16,10 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.export import Colour
 from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-
-Colour = tuple[float, float, float]
-"""Red, green, blue, each 0 to 1."""
 
 
 @final
@@ -119,7 +117,6 @@ class Face:
     surface: Surface
     loops: tuple[Loop, ...]
     same_sense: bool = True
-    colour: Colour | None = None
 
 
 @final
@@ -150,14 +147,13 @@ class Solid:
 @final
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """A body known only as triangles: its name, its mesh (face groups become faces) and a colour.
+    """A body known only as triangles: its name and its mesh, whose face groups become faces.
 
     deviation  largest distance in mm of the triangles from the exact shape; reason: why there are no exact faces
     """
 
     name: str
     mesh: Mesh
-    colour: Colour | None = None
     deviation: float = 0.0
     reason: str = ""
 

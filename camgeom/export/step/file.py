@@ -2,70 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 
 from camgeom.errors import ExportError
-from camgeom.export.step.brep import Assembly, Colour, Edge, Face, Facets, Loop, Placed, Solid, Vertex
+from camgeom.export import Colour
+from camgeom.export.step.brep import Assembly, Edge, Face, Facets, Loop, Placed, Solid, Vertex
 from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
 from camgeom.maths.splines import Basis
 
 Schema = Literal["AP242", "AP214"]
-_SCHEMAS: dict[Schema, str] = {
-    "AP242": "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF { 1 0 10303 442 1 1 4 }",
-    "AP214": "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }",
-}
-_PROTOCOLS = {
-    "AP242": ("managed model based 3d engineering", "ap242_managed_model_based_3d_engineering", 2014),
-    "AP214": ("core data for automotive mechanical design processes", "automotive_design", 2000),
-}
+_SCHEMAS: dict[Schema, tuple[str, str, str, int]] = {
+    "AP242": (
+        "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF { 1 0 10303 442 1 1 4 }",
+        "managed model based 3d engineering", "ap242_managed_model_based_3d_engineering", 2014,
+    ),
+    "AP214": (
+        "AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }",
+        "core data for automotive mechanical design processes", "automotive_design", 2000,
+    ),
+}  # fmt: skip
+"""What a file says of itself: its schema, and the application protocol with its status and year."""
+UNCERTAINTY = 1e-7
+"""mm, the distance below which a reader may take points for one"""
+TIMESTAMP = "1970-01-01T00:00:00"
+"""The same for every file, so that the same shape gives the same bytes."""
 
 
-@final
-@dataclass(frozen=True)
-class StepOptions:
-    """What a STEP file says about itself.
-
-    schema       AP242 or AP214 (triangles need AP242)
-    uncertainty  mm, the distance below which a reader may take points for one
-    timestamp    ISO 8601; fixed by default so that the same shape gives the same bytes
-    """
-
-    schema: Schema = "AP242"
-    uncertainty: float = 1e-7
-    timestamp: str = "1970-01-01T00:00:00"
-    author: str = ""
-    organization: str = ""
-
-
-def schema_of(name: str) -> Schema:
-    """The schema of that name. Raises ExportError with those there are."""
-    for schema in _SCHEMAS:
-        if schema == name.upper():
-            return schema
-    raise ExportError(f"no STEP schema {name!r}; there are {', '.join(_SCHEMAS)}")
-
-
-def step_text(shape: Solid | Facets | Assembly, options: StepOptions | None = None) -> str:
+def step_text(shape: Solid | Facets | Assembly, schema: Schema = "AP242") -> str:
     """The STEP file of a solid, of a body of triangles or of an assembly, as ASCII text.
 
-    Raises ExportError for triangles in AP214, which has none.
+    Raises ExportError for a schema that is none, and for triangles in AP214, which has none.
     """
-    options = options or StepOptions()
+    if schema not in _SCHEMAS:
+        raise ExportError(f"no STEP schema {schema!r}; there are {', '.join(_SCHEMAS)}")
     out = Instances()
-    _Product(out, options).write(shape)
-    return _file_header(shape.name, options) + out.data() + "ENDSEC;\nEND-ISO-10303-21;\n"
+    _Product(out, schema).write(shape)
+    return _header(shape.name, schema) + out.data() + "ENDSEC;\nEND-ISO-10303-21;\n"
 
 
-def _file_header(title: str, options: StepOptions) -> str:
-    people = f"({string(options.author)}),({string(options.organization)})"
+def _header(title: str, schema: Schema) -> str:
     return (
         "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('cam geometry, mm'),'2;1');\n"
-        f"FILE_NAME({string(title)},{string(options.timestamp)},{people},'camgeom','camgeom','');\n"
-        f"FILE_SCHEMA(({string(_SCHEMAS[options.schema])}));\nENDSEC;\nDATA;\n"
+        f"FILE_NAME({string(title)},'{TIMESTAMP}',(''),(''),'camgeom','camgeom','');\n"
+        f"FILE_SCHEMA(({string(_SCHEMAS[schema][0])}));\nENDSEC;\nDATA;\n"
     )
 
 
@@ -81,9 +63,9 @@ def _about(body: Solid | Facets) -> str:
 class _Product:
     """Product structure round the shapes: one product for each solid, one for an assembly of them."""
 
-    def __init__(self, out: Instances, options: StepOptions) -> None:
-        self.out, self.options = out, options
-        what, status, year = _PROTOCOLS[options.schema]
+    def __init__(self, out: Instances, schema: Schema) -> None:
+        self.out, self.schema = out, schema
+        _, what, status, year = _SCHEMAS[schema]
         application = out.add(f"APPLICATION_CONTEXT({string(what)})")
         out.add(f"APPLICATION_PROTOCOL_DEFINITION('international standard',{string(status)},{year},#{application})")
         self.product_context = out.add(f"PRODUCT_CONTEXT('',#{application},'mechanical')")
@@ -91,7 +73,7 @@ class _Product:
         self.length = out.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
         angle = out.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
         space = out.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
-        limit = f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({real(options.uncertainty)}),#{self.length},"
+        limit = f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({real(UNCERTAINTY)}),#{self.length},"
         near = out.add(limit + "'distance_accuracy_value','largest gap between edges and faces')")
         self.context = out.add(
             f"(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#{near}))"
@@ -132,18 +114,18 @@ class _Product:
         return definition, representation
 
     def _brep(self, body: Solid) -> int:
-        brep, styled = _solid(self.out, body)
-        self.styled += styled
+        brep = _solid(self.out, body)
+        if body.colour is not None:
+            style = _style(self.out, body.colour)
+            self.styled.append(self.out.add(f"STYLED_ITEM('colour',(#{style}),#{brep})"))
         items = references((self.origin, brep))
         return self.out.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION({string(body.name)},{items},#{self.context})")
 
     def _facets(self, body: Facets) -> int:
-        if self.options.schema != "AP242":
+        if self.schema != "AP242":
             why = f" ({body.reason})" if body.reason else ""
             raise ExportError(f"{body.name!r} is known as triangles only{why}, which need schema AP242")
-        number, styled = _triangles(self.out, body)
-        self.styled += styled
-        items = references((self.origin, number))
+        items = references((self.origin, _triangles(self.out, body)))
         return self.out.add(f"TESSELLATED_SHAPE_REPRESENTATION({string(body.name)},{items},#{self.context})")
 
     def _density(self, definition: int, density: float) -> None:
@@ -208,12 +190,7 @@ def _spline_curve(out: Instances, shape: SplineCurve) -> int:
     poles = references(out.points(shape.poles))
     head = f"{shape.basis.degree},{poles},.UNSPECIFIED.,.F.,.F."
     knots = f"{integers(shape.basis.multiplicities)},{_breaks(shape.basis)},.UNSPECIFIED."
-    if shape.weights is None:
-        return out.add(f"B_SPLINE_CURVE_WITH_KNOTS('',{head},{knots})")
-    return out.add(
-        f"(BOUNDED_CURVE()B_SPLINE_CURVE({head})B_SPLINE_CURVE_WITH_KNOTS({knots})CURVE()"
-        f"GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE({reals(shape.weights.tolist())})REPRESENTATION_ITEM(''))"
-    )
+    return out.add(f"B_SPLINE_CURVE_WITH_KNOTS('',{head},{knots})")
 
 
 def _breaks(basis: Basis) -> str:
@@ -238,13 +215,7 @@ def _surface(out: Instances, shape: Surface) -> int:
     head = f"{shape.u.degree},{shape.v.degree},({','.join(rows)}),.UNSPECIFIED.,.F.,.F.,.F."
     mults = f"{integers(shape.u.multiplicities)},{integers(shape.v.multiplicities)}"
     knots = f"{mults},{_breaks(shape.u)},{_breaks(shape.v)},.UNSPECIFIED."
-    if shape.weights is None:
-        return out.add(f"B_SPLINE_SURFACE_WITH_KNOTS('',{head},{knots})")
-    weights = ",".join(reals(row) for row in shape.weights.tolist())
-    return out.add(
-        f"(BOUNDED_SURFACE()B_SPLINE_SURFACE({head})B_SPLINE_SURFACE_WITH_KNOTS({knots})GEOMETRIC_REPRESENTATION_ITEM()"
-        f"RATIONAL_B_SPLINE_SURFACE(({weights}))REPRESENTATION_ITEM('')SURFACE())"
-    )
+    return out.add(f"B_SPLINE_SURFACE_WITH_KNOTS('',{head},{knots})")
 
 
 def _vertex(out: Instances, corner: Vertex) -> int:
@@ -273,21 +244,11 @@ def _face(out: Instances, face: Face) -> int:
     return out.add(f"ADVANCED_FACE({string(face.name)},{references(bounds)},#{on},{sense})")
 
 
-def _solid(out: Instances, body: Solid) -> tuple[int, list[int]]:
-    """MANIFOLD_SOLID_BREP of a solid; returns its number and the styled items for its colours."""
+def _solid(out: Instances, body: Solid) -> int:
+    """MANIFOLD_SOLID_BREP of a solid; returns its number."""
     faces = [_face(out, face) for face in body.faces]
     shell = out.add(f"CLOSED_SHELL('',{references(faces)})")
-    brep = out.add(f"MANIFOLD_SOLID_BREP({string(body.name)},#{shell})")
-    styled = []
-    if body.colour is not None:
-        styled.append(out.add(f"STYLED_ITEM('colour',(#{_style(out, body.colour)}),#{brep})"))
-    for face, number in zip(body.faces, faces):
-        if face.colour is None:
-            continue
-        style = _style(out, face.colour)
-        over = f"OVER_RIDING_STYLED_ITEM('colour',(#{style}),#{number},#{styled[0]})"
-        styled.append(out.add(over if body.colour is not None else f"STYLED_ITEM('colour',(#{style}),#{number})"))
-    return brep, styled
+    return out.add(f"MANIFOLD_SOLID_BREP({string(body.name)},#{shell})")
 
 
 def _style(out: Instances, colour: Colour) -> int:
@@ -300,8 +261,8 @@ def _style(out: Instances, colour: Colour) -> int:
     return out.once(f"PRESENTATION_STYLE_ASSIGNMENT((#{usage}))")
 
 
-def _triangles(out: Instances, body: Facets) -> tuple[int, list[int]]:
-    """TESSELLATED_SOLID of a mesh, one TRIANGULATED_FACE for each face group; its number and styled items."""
+def _triangles(out: Instances, body: Facets) -> int:
+    """TESSELLATED_SOLID of a mesh, one TRIANGULATED_FACE for each face group; returns its number."""
     mesh = body.mesh
     group = np.zeros(len(mesh.faces), dtype=np.uint8) if mesh.group is None else mesh.group
     faces = []
@@ -313,7 +274,4 @@ def _triangles(out: Instances, body: Facets) -> tuple[int, list[int]]:
         listed = out.add(f"COORDINATES_LIST('',{len(used)},{triples(mesh.vertices[used])})")
         corners = ",".join([f"({a},{b},{c})" for a, b, c in (local.reshape(-1, 3) + 1).tolist()])
         faces.append(out.add(f"TRIANGULATED_FACE({string(label)},#{listed},{len(used)},(),$,(),({corners}))"))
-    number = out.add(f"TESSELLATED_SOLID({string(body.name)},{references(faces)},$)")
-    if body.colour is None:
-        return number, []
-    return number, [out.add(f"STYLED_ITEM('colour',(#{_style(out, body.colour)}),#{number})")]
+    return out.add(f"TESSELLATED_SOLID({string(body.name)},{references(faces)},$)")

@@ -125,36 +125,23 @@ class Circle:
 @final
 @dataclass(frozen=True, eq=False)
 class SplineCurve:
-    """A clamped B-spline curve: basis, poles (n, 3) mm and weights (n,) or None; an edge on it uses all of it."""
+    """A clamped B-spline curve: basis and poles (n, 3) mm; an edge on it uses all of it."""
 
     basis: Basis
     poles: Floats
-    weights: Floats | None = None
-
-    def derivative(self, t: Floats, order: int) -> Floats:
-        """Derivative of the given order, 0 or 1, at t (n,): (n, 3)."""
-        if self.weights is None:
-            return self._sum(self.poles, t, order)
-        weighted = np.concatenate([self.poles * self.weights[:, None], self.weights[:, None]], axis=1)
-        h = self._sum(weighted, t, 0)
-        x = h[:, :3] / h[:, 3:]
-        if order == 0:
-            return np.asarray(x)
-        d = self._sum(weighted, t, 1)
-        return np.asarray((d[:, :3] - x * d[:, 3:]) / h[:, 3:])
-
-    def _sum(self, poles: Floats, t: Floats, order: int) -> Floats:
-        first, values = self.basis.local(t, order)
-        alive = poles[first[:, None] + np.arange(self.basis.degree + 1)]
-        return np.asarray(np.einsum("nk,nkc->nc", values, alive))
 
     def at(self, t: Floats) -> Floats:
         """Points (n, 3), mm."""
-        return self.derivative(t, 0)
+        return self._derivative(t, 0)
 
     def tangent(self, t: Floats) -> Floats:
         """Derivative by the parameter, (n, 3)."""
-        return self.derivative(t, 1)
+        return self._derivative(t, 1)
+
+    def _derivative(self, t: Floats, order: int) -> Floats:
+        first, values = self.basis.local(t, order)
+        alive = self.poles[first[:, None] + np.arange(self.basis.degree + 1)]
+        return np.asarray(np.einsum("nk,nkc->nc", values, alive))
 
     def locate(self, points: Floats) -> Floats:
         """Parameters (n,) of the nearest points (Gauss-Newton from the nearest of four samples a span)."""
@@ -245,32 +232,22 @@ class Torus:
 @final
 @dataclass(frozen=True, eq=False)
 class SplineSurface:
-    """A clamped tensor-product B-spline surface: bases, poles (nu, nv, 3) mm and weights (nu, nv) or None."""
+    """A clamped tensor-product B-spline surface: bases and poles (nu, nv, 3) mm."""
 
     u: Basis
     v: Basis
     poles: Floats
-    weights: Floats | None = None
-
-    def _jet(self, poles: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
-        """Tensor-product sums of poles (nu, nv, c) and their derivatives by u and v, each (n, c)."""
-        n, c = len(u), poles.shape[2]
-        (iu, bu), (iv, bv) = self.u.slopes(u), self.v.slopes(v)
-        rows = (iu[:, None] + np.arange(self.u.degree + 1))[:, :, None]
-        columns = (iv[:, None] + np.arange(self.v.degree + 1))[:, None, :]
-        alive = poles[rows, columns].reshape(n, self.u.degree + 1, -1)
-        along = (bu @ alive).reshape(n, 2, self.v.degree + 1, c)
-        x = bv @ along[:, 0]
-        return x[:, 0], (bv[:, :1] @ along[:, 1])[:, 0], x[:, 1]
 
     def jet(self, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Points and derivatives by u and v, each (n, 3), at pairs u (n,), v (n,)."""
-        if self.weights is None:
-            return self._jet(self.poles, u, v)
-        weighted = np.concatenate([self.poles * self.weights[..., None], self.weights[..., None]], axis=2)
-        h, hu, hv = self._jet(weighted, u, v)
-        w, x = h[:, 3:], h[:, :3] / h[:, 3:]
-        return x, (hu[:, :3] - x * hu[:, 3:]) / w, (hv[:, :3] - x * hv[:, 3:]) / w
+        n = len(u)
+        (iu, bu), (iv, bv) = self.u.slopes(u), self.v.slopes(v)
+        rows = (iu[:, None] + np.arange(self.u.degree + 1))[:, :, None]
+        columns = (iv[:, None] + np.arange(self.v.degree + 1))[:, None, :]
+        alive = self.poles[rows, columns].reshape(n, self.u.degree + 1, -1)
+        along = (bu @ alive).reshape(n, 2, self.v.degree + 1, 3)
+        x = bv @ along[:, 0]
+        return x[:, 0], (bv[:, :1] @ along[:, 1])[:, 0], x[:, 1]
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
         """Parameters (u, v) of the nearest points (damped Gauss-Newton from the nearest sample)."""

@@ -17,7 +17,7 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.export.step.brep import Colour, Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
+from camgeom.export.step.brep import Edge, Face, Loop, Use, Vertex, reversed_loop, vertex
 from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus, cross
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.spline import FIRST_SPANS, SurfaceFit, SurfacePoints, fit_bands
@@ -46,7 +46,6 @@ class Band:
     point: SurfacePoints
     degree: int = 5
     candidates: tuple[Surface, ...] = ()
-    colour: Colour | None = None
 
     def label(self, interval: int) -> str:
         """Face name in one interval between knots."""
@@ -221,7 +220,7 @@ def _face(net: _Net, k: int, surface: Surface, members: list[int], outward: floa
     if outward < 0.0:
         loops = tuple(reversed_loop(loop) for loop in loops)
     same = _agrees(surface, net.fits[k][first]) == (outward > 0.0)
-    return Face(band.label(first), surface, loops, same, band.colour)
+    return Face(band.label(first), surface, loops, same)
 
 
 def _two_loops(low: Loop, high: Loop) -> tuple[Loop, ...]:

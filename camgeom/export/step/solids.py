@@ -15,7 +15,7 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.export.step.brep import Colour, Face, Loop, Solid
+from camgeom.export.step.brep import Face, Loop, Solid
 from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.sheet import Band, Sheet, sheet
 from camgeom.maths import Floats
@@ -49,16 +49,6 @@ def circle_outline(radius: float, centre: tuple[float, float] = (0.0, 0.0), name
         return np.stack([centre[0] + radius * np.cos(t), centre[1] + radius * np.sin(t)], axis=1)
 
     return Outline(point, (0.0, pi, 2.0 * pi), name)
-
-
-def polygon_outline(corners: Sequence[tuple[float, float]], name: str | tuple[str, ...] = "side") -> Outline:
-    """A closed polygon through the corners (mm), counter-clockwise; edge i runs from corner i."""
-    ring = np.array([*corners, corners[0]], dtype=float)
-
-    def point(t: Floats) -> Floats:
-        return np.stack([np.interp(t, np.arange(len(ring)), ring[:, c]) for c in (0, 1)], axis=1)
-
-    return Outline(point, tuple(float(k) for k in range(len(ring))), name)
 
 
 def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float = 0.0) -> Outline:
@@ -105,10 +95,10 @@ def _running(points: Floats) -> float:
     return 1.0 if float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) > 0.0 else -1.0
 
 
-def flat_end(name: str, z: float, up: bool, loops: Sequence[Loop], colour: Colour | None = None) -> Face:
+def flat_end(name: str, z: float, up: bool, loops: Sequence[Loop]) -> Face:
     """A flat face at z (mm) whose normal is +Z where up, else -Z; outer loop first, as the sheets hand them over."""
     normal = 1.0 if up else -1.0
-    return Face(name, Plane(Frame.about((0.0, 0.0, z), (0.0, 0.0, normal))), tuple(loops), True, colour)
+    return Face(name, Plane(Frame.about((0.0, 0.0, z), (0.0, 0.0, normal))), tuple(loops))
 
 
 def prism_solid(
@@ -117,22 +107,15 @@ def prism_solid(
     z1: float,
     holes: Sequence[Outline] = (),
     name: str = "cam",
-    ends: str = "end",
     tolerance: float = TOLERANCE,
 ) -> Solid:
     """The prism z0 <= z <= z1 (mm) over an outline, with holes through it: the solid of every planar cam.
 
     >>> from camgeom.export.step.check import check_solid
-    >>> box = prism_solid(polygon_outline([(0, 0), (2, 0), (2, 3), (0, 3)]), 0.0, 4.0)
-    >>> round(check_solid(box).volume, 12)
-    24.0
+    >>> round(check_solid(prism_solid(circle_outline(1.0), 0.0, 4.0)).volume, 9)
+    12.566370614
     """
-    outer = wall(outline, z0, z1, 1.0, tolerance)
-    inner = [wall(hole, z0, z1, -1.0, tolerance) for hole in holes]
-    bottom = flat_end(ends, z0, False, [outer.first, *(hole.first for hole in inner)])
-    top = flat_end(ends, z1, True, [outer.last, *(hole.last for hole in inner)])
-    faces = (*outer.faces, *(face for hole in inner for face in hole.faces), bottom, top)
-    return Solid(name, faces, deviation=max(s.deviation for s in (outer, *inner)))
+    return closed_solid(name, wall(outline, z0, z1, 1.0, tolerance), (z0, z1), holes, tolerance)
 
 
 def closed_solid(
@@ -146,9 +129,7 @@ def closed_solid(
     return Solid(name, faces, deviation=max(s.deviation for s in (body, *inner)))
 
 
-def revolved_band(
-    name: str, meridian: Callable[[Floats], Floats], degree: int = 5, colour: Colour | None = None
-) -> Band:
+def revolved_band(name: str, meridian: Callable[[Floats], Floats], degree: int = 5) -> Band:
     """A band of revolution about Z: meridian share (m,) -> (m, 2) of (r, z) mm; phi is the angle, so knots are too."""
 
     def point(phi: Floats, share: Floats) -> Floats:
@@ -158,7 +139,7 @@ def revolved_band(
         x[..., 2] = rz[:, 1]
         return x
 
-    return Band(name, point, degree, colour=colour)
+    return Band(name, point, degree)
 
 
 def line_meridian(start: tuple[float, float], end: tuple[float, float]) -> Callable[[Floats], Floats]:
@@ -188,7 +169,6 @@ def revolved_solid(
     points: Sequence[tuple[float, float]],
     arcs: Sequence[tuple[float, float] | None] = (),
     names: Sequence[str] = (),
-    holes: Sequence[Outline] = (),
     name: str = "blank",
     tolerance: float = TOLERANCE,
 ) -> Solid:
@@ -196,7 +176,7 @@ def revolved_solid(
 
     arcs   for each outline edge None (a line) or the arc's centre (r, z)
     names  of the faces, one for each outline edge
-    The flat ends are at the first and last z; holes run through them along Z.
+    The flat ends are at the first and last z.
     """
     pairs = list(pairwise(points))
     centres = list(arcs) or [None] * len(pairs)
@@ -206,7 +186,7 @@ def revolved_solid(
         for (a, b), c, label in zip(pairs, centres, labels)
     ]
     body = sheet(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
-    return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), holes, tolerance)
+    return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), (), tolerance)
 
 
 def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Solid:
