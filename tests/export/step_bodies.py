@@ -7,7 +7,7 @@ from math import pi, radians
 
 import numpy as np
 
-from camgeom.export.step.solids import Outline
+from camgeom.export.step.solids import ClosedCurve
 from camgeom.maths import Floats
 from camgeom.motion import Program, Segment
 from camgeom.solid.blank import Blank, Bore
@@ -63,11 +63,11 @@ def swinging_drum() -> GroovedCylinder:
     return GroovedCylinder("swing cam", track, Blank.cylinder(RADIUS, LENGTH, Bore(40.0, 12.0, 5.0)), RADIUS, LENGTH)
 
 
-def polygon_outline(corners: Sequence[tuple[float, float]], name: str | tuple[str, ...] = "side") -> Outline:
+def polygon_curve(corners: Sequence[tuple[float, float]], name: str | tuple[str, ...] = "side") -> ClosedCurve:
     """A closed polygon through the corners (mm), counter-clockwise; edge i runs from corner i."""
     ring = np.array([*corners, corners[0]], dtype=float)
 
     def point(t: Floats) -> Floats:
         return np.stack([np.interp(t, np.arange(len(ring)), ring[:, c]) for c in (0, 1)], axis=1)
 
-    return Outline(point, tuple(float(k) for k in range(len(ring))), name)
+    return ClosedCurve(point, tuple(float(k) for k in range(len(ring))), name)

@@ -11,11 +11,11 @@ import pytest
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.export import write
-from camgeom.export.step.brep import Solid
+from camgeom.export.step.brep import Brep
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import WORLD, Circle, Cone, Frame, Plane, SplineCurve, SplineSurface
-from camgeom.export.step.meeting import Crossing, corner
+from camgeom.export.step.meeting import SurfaceCrossing, corner
 from camgeom.model import read
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.oracle.refined_volume import limit_volume
@@ -23,7 +23,7 @@ from tests.places import PROFILES
 from tests.reference.indexing_machines import barrel, dwell_half_angle, indexer, meridian_of, turret_pose
 
 
-def flank_points(solid: Solid, count: int = 6) -> np.ndarray:
+def flank_points(solid: Brep, count: int = 6) -> np.ndarray:
     """Points on the edges of the spline flanks, and of the surfaces between them where an edge crosses the patch."""
     found = []
     for face in solid.faces:
@@ -133,9 +133,9 @@ def test_corner_of_three_surfaces() -> None:
         corner([BARREL, FLAT, far], guesses, [{}, {}, {}])
 
 
-def crossing(one: Cone | Plane, other: Cone | Plane, points: np.ndarray) -> Crossing:
+def crossing(one: Cone | Plane, other: Cone | Plane, points: np.ndarray) -> SurfaceCrossing:
     """The crossing of two surfaces from rough points (n, 3) between exact ends."""
-    return Crossing((one, other), points, *(np.stack(s.locate(points), axis=1) for s in (one, other)))
+    return SurfaceCrossing((one, other), points, *(np.stack(s.locate(points), axis=1) for s in (one, other)))
 
 
 def test_crossings_are_recognised_or_fitted() -> None:

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 from camgeom.errors import ExportError
 from camgeom.export import format_of
-from camgeom.export.step import Assembly, Facets, Solid, step_text, write_step
+from camgeom.export.step import Assembly, Brep, Facets, step_text, write_step
 from camgeom.export.step.brep import Placed
 from camgeom.export.step.geometry import Frame
 from camgeom.export.step.groove import grooved_solid
-from camgeom.export.step.solids import bore_outline, circle_outline, prism_solid
+from camgeom.export.step.solids import bore_curve, circle_curve, prism_solid
 from camgeom.export.step.text import real, string
 from tests.export.step_bodies import drum
 
 
-def disc(name: str = "disc") -> Solid:
-    return prism_solid(circle_outline(30.0, name="rim"), 0.0, 10.0, [bore_outline(20.0)], name=name)
+def disc(name: str = "disc") -> Brep:
+    return prism_solid(circle_curve(30.0, name="rim"), 0.0, 10.0, [bore_curve(20.0)], name=name)
 
 
 def unescaped(literal: str) -> str:

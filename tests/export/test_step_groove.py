@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.errors import DesignError
-from camgeom.export.step.brep import Solid
+from camgeom.export.step.brep import Brep
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Plane, SplineSurface
 from camgeom.export.step.groove import grooved_solid, split_knots
@@ -20,11 +20,11 @@ from tests.oracle.judge_volume import groove_volume
 
 
 @pytest.fixture(scope="module")
-def pin_cam() -> Solid:
+def pin_cam() -> Brep:
     return grooved_solid(drum())
 
 
-def test_pin_cam_is_sound_and_its_dwells_are_plane(pin_cam: Solid) -> None:
+def test_pin_cam_is_sound_and_its_dwells_are_plane(pin_cam: Brep) -> None:
     verdict = check_solid(pin_cam)
     assert verdict.problems == ()
     assert verdict.genus == 1
@@ -35,14 +35,14 @@ def test_pin_cam_is_sound_and_its_dwells_are_plane(pin_cam: Solid) -> None:
     assert len(pin_cam.faces) == 26
 
 
-def test_pin_cam_has_the_volume_of_the_swept_roller(pin_cam: Solid) -> None:
+def test_pin_cam_has_the_volume_of_the_swept_roller(pin_cam: Brep) -> None:
     program = pin_program()
     groove = groove_volume(lambda phi: program.jet(phi, 0)[0], RADIUS, FLOOR, ROLLER, 360)
     want = pi * (RADIUS**2 - 20.0**2) * LENGTH - groove
     assert check_solid(pin_cam).volume == pytest.approx(want, rel=1e-8)
 
 
-def surface_points(solid: Solid, name: str, count: int = 5) -> np.ndarray:
+def surface_points(solid: Brep, name: str, count: int = 5) -> np.ndarray:
     """Points inside the spline faces of one name, none of them an interpolated one."""
     found = []
     for face in solid.faces:
@@ -53,7 +53,7 @@ def surface_points(solid: Solid, name: str, count: int = 5) -> np.ndarray:
     return np.concatenate(found)
 
 
-def test_flank_and_edge_sweep_touch_the_roller_and_nothing_overlaps(pin_cam: Solid) -> None:
+def test_flank_and_edge_sweep_touch_the_roller_and_nothing_overlaps(pin_cam: Brep) -> None:
     program = pin_program()
 
     def pose(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

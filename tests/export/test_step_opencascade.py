@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camgeom.export.step import Assembly, Facets, Solid, write_step
+from camgeom.export.step import Assembly, Brep, Facets, write_step
 from camgeom.export.step.brep import Placed
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.file import Schema
 from camgeom.export.step.geometry import Frame
 from camgeom.export.step.groove import grooved_solid
 from camgeom.export.step.solids import (
-    Outline,
-    bore_outline,
-    circle_outline,
+    ClosedCurve,
+    bore_curve,
+    circle_curve,
     prism_solid,
     revolved_solid,
 )
@@ -25,26 +25,26 @@ from camgeom.solid.blank import Bore
 from camgeom.track import Arc, Straight
 from scripts.judge_step import Judgement
 from scripts.judge_step import judged as judged_files
-from tests.export.step_bodies import drum, polygon_outline, rise_and_return, swinging_drum
+from tests.export.step_bodies import drum, polygon_curve, rise_and_return, swinging_drum
 
 pytestmark = pytest.mark.opencascade
 
 
-def judged(folder: Path, solid: Solid, schema: Schema = "AP242") -> Judgement:
+def judged(folder: Path, solid: Brep, schema: Schema = "AP242") -> Judgement:
     write_step(folder / "a.step", solid, schema)
     return judged_files([folder / "a.step"])[0]
 
 
-def ellipse() -> Outline:
-    return Outline(lambda t: np.stack([20.0 * np.cos(t), 12.0 * np.sin(t)], axis=1), (0.0, pi, 2.0 * pi), "flank")
+def ellipse() -> ClosedCurve:
+    return ClosedCurve(lambda t: np.stack([20.0 * np.cos(t), 12.0 * np.sin(t)], axis=1), (0.0, pi, 2.0 * pi), "flank")
 
 
 SOLIDS = {
-    "box": prism_solid(polygon_outline([(0, 0), (2, 0), (2, 3), (0, 3)]), 0.0, 4.0),
-    "keyed disc": prism_solid(circle_outline(30.0, name="rim"), 0.0, 10.0, [bore_outline(20.0, 6.0, 3.0)]),
+    "box": prism_solid(polygon_curve([(0, 0), (2, 0), (2, 3), (0, 3)]), 0.0, 4.0),
+    "keyed disc": prism_solid(circle_curve(30.0, name="rim"), 0.0, 10.0, [bore_curve(20.0, 6.0, 3.0)]),
     "stepped blank": revolved_solid([(20, 0), (25, 5), (25, 10), (15, 10), (15, 14), (20, 20)]),
     "globoid blank": revolved_solid([(30, -10), (30, 10)], arcs=[(60, 0)]),
-    "ellipse": prism_solid(ellipse(), 0.0, 10.0, [bore_outline(10.0, 3.0, 2.0)]),
+    "ellipse": prism_solid(ellipse(), 0.0, 10.0, [bore_curve(10.0, 3.0, 2.0)]),
 }
 
 

@@ -4,9 +4,9 @@ The schema is AP242; `.ap214.step` is written with AP214 for readers that know n
 
 The file is text, the same bytes for the same shape; lengths mm, angles rad; faces and bodies keep their names.
 
-How a cam becomes faces. A body is one or more sheets (`sheet.sheet`): bands of exact points (phi, share across) stacked
+How a cam becomes faces. A body is one or more shells (`shell.shell`): bands of exact points (phi, share across) stacked
 round the cam, cut at the knots of the motion. Give each band as a callable, say where the knots are, and close the
-sheet with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
+shell with flat ends and holes (`solids.closed_solid`); edges, vertices, planes, cylinders and splines follow from the
 points. `solids.prism_solid` does this for planar cams (disc, constant-width, conjugate), `solids.revolved_solid` for
 blanks, `groove` for a closed groove or rib round a drum. Where grooves cut through ends or one another, `cut` takes the
 topology from a mesh and finds every corner and edge on the surfaces themselves. A new kind of part is one entry in
@@ -23,14 +23,14 @@ from typing import TYPE_CHECKING
 from camgeom.errors import ExportError
 from camgeom.export import writer
 from camgeom.export.files import atomic_write
-from camgeom.export.step.brep import Assembly, Facets, Solid
+from camgeom.export.step.brep import Assembly, Brep, Facets
 from camgeom.export.step.file import Schema, step_text
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
 
-def write_step(path: str | Path, shape: Solid | Facets | Assembly, schema: Schema = "AP242") -> int:
+def write_step(path: str | Path, shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> int:
     """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
     try:
         data = step_text(shape, schema).encode("ascii")
@@ -70,7 +70,7 @@ def write_assembly(path: Path, model: Model, schema: Schema = "AP242", tolerance
 def _written(
     path: Path,
     model: Model,
-    make: Callable[[Model, float], Solid | Facets | Assembly],
+    make: Callable[[Model, float], Brep | Facets | Assembly],
     schema: Schema,
     tolerance: float | None,
 ) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError
 from camgeom.export import Colour
-from camgeom.export.step.brep import Assembly, Facets, Placed, Solid
+from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
 from camgeom.export.step.groove import grooved_solid, ribbed_solid
@@ -37,7 +37,7 @@ POLE = 0.01
 TURRET_COLOUR: Colour = (0.72, 0.74, 0.78)
 ROLLER_COLOUR: Colour = (0.85, 0.65, 0.25)
 
-EXACT: dict[type, Callable[[Any, float], Solid]] = {
+EXACT: dict[type, Callable[[Any, float], Brep]] = {
     GroovedCylinder: grooved_solid,
     RibbedCylinder: ribbed_solid,
     Prism: planar_solid,
@@ -45,10 +45,10 @@ EXACT: dict[type, Callable[[Any, float], Solid]] = {
     CutBlank: cut_solid,
     IndexingCut: cut_solid,
 }
-"""How a kind of part becomes a boundary representation: (part, tolerance mm) -> Solid."""
+"""How a kind of part becomes a boundary representation: (part, tolerance mm) -> Brep."""
 
 
-def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Solid | Facets | Assembly:
+def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Brep | Facets | Assembly:
     """A model's bodies: exact where the kind of part has a boundary representation, else the triangles of its mesh.
 
     Several bodies become an assembly. Raises DesignError where the cam is undercut and no body is made of it.
@@ -56,7 +56,7 @@ def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Solid | Facets |
     try:
         model.refuse_folded()
     except DesignError as error:
-        bodies: list[Solid | Facets] = [_facets(model, index, error) for index in range(len(model.solids))]
+        bodies: list[Brep | Facets] = [_facets(model, index, error) for index in range(len(model.solids))]
     else:
         bodies = [_body(model, index, tolerance) for index in range(len(model.parts))]
     if len(bodies) == 1:
@@ -64,7 +64,7 @@ def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Solid | Facets |
     return Assembly(model.profile.name, tuple(Placed(body) for body in bodies))
 
 
-def _body(model: Model, index: int, tolerance: float) -> Solid | Facets:
+def _body(model: Model, index: int, tolerance: float) -> Brep | Facets:
     part = model.parts[index]
     build = EXACT.get(type(part))
     if build is None:
@@ -80,12 +80,12 @@ def _facets(model: Model, index: int, reason: object) -> Facets:
     return Facets(solid.name, solid.mesh, deviation=solid.chord_error, reason=str(reason))
 
 
-def notes(shape: Solid | Facets | Assembly) -> list[dict[str, Any]]:
+def notes(shape: Brep | Facets | Assembly) -> list[dict[str, Any]]:
     """What a file holds, body by body, as plain data: exact faces or triangles, and their deviation in mm."""
     placed = [part.body for part in shape.parts] if isinstance(shape, Assembly) else [shape]
     found = []
     for body in dict.fromkeys(placed):
-        exact = isinstance(body, Solid)
+        exact = isinstance(body, Brep)
         note: dict[str, Any] = {
             "name": body.name,
             "faces": "exact" if exact else "triangles",
@@ -143,7 +143,7 @@ def _disc(body: TurretBody, name: str, tolerance: float) -> Placed:
 
 def _rollers(tracks: Sequence[Track], tolerance: float) -> list[Placed]:
     """One roller for every track, as it stands at cam angle zero; equal rollers are one product."""
-    made: dict[object, Solid] = {}
+    made: dict[object, Brep] = {}
     found = []
     for track in tracks:
         key = track.meridian, track.tip, track.contact
@@ -155,7 +155,7 @@ def _rollers(tracks: Sequence[Track], tolerance: float) -> list[Placed]:
     return found
 
 
-def roller_solid(track: Track, name: str, root: float | None, tolerance: float = TOLERANCE) -> Solid:
+def roller_solid(track: Track, name: str, root: float | None, tolerance: float = TOLERANCE) -> Brep:
     """A roller as a body of revolution about Z, z = delta; with a stud as far as delta = root where one is given."""
     meridian = track.meridian
     inner = max(track.contact) if track.tip_sign < 0.0 else min(track.contact)

@@ -121,7 +121,7 @@ class Face:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Solid:
+class Brep:
     """A closed shell of faces with a name; colour and density (kg/mm³) where given.
 
     deviation  largest distance in mm of its fitted curves and surfaces from the exact shape, as measured
@@ -163,7 +163,7 @@ class Facets:
 class Placed:
     """A body in an assembly: where its origin and axes go, and the name of this occurrence (default: the body's)."""
 
-    body: Solid | Facets
+    body: Brep | Facets
     frame: Frame = WORLD
     name: str = ""
 

@@ -13,14 +13,14 @@ from typing import final
 
 import numpy as np
 
-from camgeom.export.step.brep import Face, Loop, Solid, Use, gauss, rule
+from camgeom.export.step.brep import Brep, Face, Loop, Use, gauss, rule
 from camgeom.export.step.geometry import Plane, SplineSurface, Surface, solve_pairs
 from camgeom.maths import Floats
 
 
 @final
 @dataclass(frozen=True)
-class Verdict:
+class Soundness:
     """What a solid is.
 
     problems   everything wrong, in words; empty for a sound solid
@@ -42,7 +42,7 @@ class Verdict:
         return not self.problems
 
 
-def check_solid(solid: Solid, tolerance: float = 1e-3, nodes: int = 6) -> Verdict:
+def check_solid(solid: Brep, tolerance: float = 1e-3, nodes: int = 6) -> Soundness:
     """Measure a solid. A vertex off its edge or an edge off its surface by more than `tolerance` mm is a problem.
 
     nodes: of the integrals along spline edges, in each span; 6 leave rounding errors, 2 about a millionth
@@ -63,10 +63,10 @@ def check_solid(solid: Solid, tolerance: float = 1e-3, nodes: int = 6) -> Verdic
         volume, area = volume + face_volume, area + face_area
     if volume <= 0.0:
         problems.append(f"the volume is {volume:.6g} mm³: the faces point inwards")
-    return Verdict(tuple(problems), deviation, volume, area, _genus(solid))
+    return Soundness(tuple(problems), deviation, volume, area, _genus(solid))
 
 
-def _topology(solid: Solid) -> list[str]:
+def _topology(solid: Brep) -> list[str]:
     """Loops that do not close and edges not passed exactly once each way."""
     problems = []
     for face in solid.faces:
@@ -82,14 +82,14 @@ def _topology(solid: Solid) -> list[str]:
     return problems
 
 
-def _genus(solid: Solid) -> int:
+def _genus(solid: Brep) -> int:
     edges = solid.edges()
     vertices = {id(vertex) for edge in edges for vertex in (edge.start, edge.end)}
     rings = sum(len(face.loops) - 1 for face in solid.faces)
     return 1 - (len(vertices) - len(edges) + len(solid.faces) - rings) // 2
 
 
-def _vertex_gap(solid: Solid) -> float:
+def _vertex_gap(solid: Brep) -> float:
     """Largest distance of an edge's vertices from the ends of its curve, mm."""
     worst = 0.0
     for edge in solid.edges():

@@ -15,15 +15,15 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError
-from camgeom.export.step.brep import Edge, Face, Loop, Solid, Use, Vertex, vertex
+from camgeom.export.step.brep import Brep, Edge, Face, Loop, Use, Vertex, vertex
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
 from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
-from camgeom.export.step.meeting import Crossing, corner, fit_curve, iso_curve
-from camgeom.export.step.patches import SECTORS, Patch, Strip, blank_patches, keyway_start, strip
-from camgeom.export.step.sheet import Band
+from camgeom.export.step.meeting import SurfaceCrossing, corner, fit_curve, iso_curve
+from camgeom.export.step.patches import SECTORS, GrooveBody, Patch, blank_patches, groove_body, keyway_start
+from camgeom.export.step.shell import Band
 from camgeom.export.step.solids import TOLERANCE
-from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, regions_of, strip_mesh, subtract_tagged
+from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, groove_mesh, regions_of, subtract_tagged
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.cut import CutBlank, IndexingCut
@@ -36,21 +36,21 @@ EDGE_SHARE = 0.1
 """tolerance of edges as a share of that of the surfaces"""
 
 
-def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Solid:
+def cut_solid(body: IndexingCut | CutBlank, tolerance: float = TOLERANCE) -> Brep:
     """The cut blank as a solid whose fitted faces are within `tolerance` mm of the exact ones.
 
     Raises CamgeomError with the reason where the faces and edges do not close.
     """
-    strips: list[Strip] = []
+    grooves: list[GrooveBody] = []
     count = 0
     for number, track in enumerate(body.tracks):
         bands, knots = _bands(body, track)
-        strips.append(strip(bands, knots, track.closed, number, count, tolerance))
-        count += len(strips[-1].patches)
+        grooves.append(groove_body(bands, knots, track.closed, number, count, tolerance))
+        count += len(grooves[-1].patches)
     trouble: CamgeomError | None = None
     for sag in SAGS:
         try:
-            return _Body(body, strips, sag, tolerance).solid()
+            return _Body(body, grooves, sag, tolerance).solid()
         except CamgeomError as error:
             trouble = error
     assert trouble is not None
@@ -84,21 +84,21 @@ def _floored(section: FlooredSection) -> list[Band]:
 class _Body:
     """One attempt: the mesh of one sag, its topology, and the exact corners, edges and faces."""
 
-    def __init__(self, body: IndexingCut | CutBlank, strips: list[Strip], sag: float, tolerance: float) -> None:
+    def __init__(self, body: IndexingCut | CutBlank, grooves: list[GrooveBody], sag: float, tolerance: float) -> None:
         self.name, self.tolerance, self.sag = body.name, tolerance, sag
-        self.patches = [patch for one in strips for patch in one.patches]
+        self.patches = [patch for one in grooves for patch in one.patches]
         first = len(self.patches)
         cuts = _cut_angles(body, sag)
-        on_blank = blank_patches(body.blank, *cuts, len(strips))
+        on_blank = blank_patches(body.blank, *cuts, len(grooves))
         self.patches += on_blank
-        tools = [strip_mesh(one, track, body.ridge, sag) for one, track in zip(strips, body.tracks)]
+        tools = [groove_mesh(one, track, body.ridge, sag) for one, track in zip(grooves, body.tracks)]
         self.cut = subtract_tagged(blank_mesh(body.blank, on_blank, first, sag), tools)
         if np.any(self.cut.tag == OUTSIDE):
             raise DesignError("the back or a cap of a groove body reaches into the blank")
         self.regions = regions_of(self.cut)
         self.vertices: dict[int, _Corner] = {}
 
-    def solid(self) -> Solid:
+    def solid(self) -> Brep:
         """The body, verified. Raises NotConverged or DesignError."""
         regions, patches = self.regions, self.patches
         self._make_corners()
@@ -106,10 +106,10 @@ class _Body:
         faces = [self._face(number, [edge for edge, _ in edges]) for number in range(len(regions.tag))]
         used = {int(tag) for tag in regions.tag}
         deviation = max([patches[tag].deviation for tag in used] + [error for _, error in edges])
-        found = Solid(self.name, tuple(faces), deviation=deviation)
+        found = Brep(self.name, tuple(faces), deviation=deviation)
         return replace(found, deviation=max(deviation, self._verified(found)))
 
-    def _verified(self, found: Solid) -> float:
+    def _verified(self, found: Brep) -> float:
         """Largest gap (mm) between edges and faces.
 
         Raises DesignError where loops, edges, corners or orientation are not those of the body that the mesh shows.
@@ -174,7 +174,7 @@ class _Body:
                 guess = _start(patch.surface, rough, at)
                 guess[0], guess[-1] = ends[0].at[tag], ends[1].at[tag]
                 guesses.append(guess)
-            curve, error = Crossing((one.surface, other.surface), rough, *guesses).fit(tolerance)
+            curve, error = SurfaceCrossing((one.surface, other.surface), rough, *guesses).fit(tolerance)
         return Edge(curve, ends[0].vertex, ends[1].vertex), error
 
     def _face(self, region: int, edges: list[Edge]) -> Face:
@@ -239,10 +239,9 @@ def _enclosed(surface: Surface, loop: Loop) -> float:
 
 def _cut_angles(body: IndexingCut | CutBlank, sag: float) -> tuple[Floats, Floats]:
     """Angles in rad at which the blank's surfaces of revolution and its bore are cut: mesh vertices away from knots."""
-    around = np.arctan2(*(body.blank.mesh(sag).vertices[:, k] for k in (1, 0)))
+    x, y, _ = body.blank.mesh(sag).vertices.T
+    around, rho = np.arctan2(y, x), np.hypot(x, y)
     knots = np.concatenate([-track.sense * track.knots() for track in body.tracks])
-    mesh = body.blank.mesh(sag).vertices
-    rho = np.hypot(mesh[:, 0], mesh[:, 1])
     bore = body.blank.bore
     limit = bore.reach + 1e-6 if bore is not None else 0.0
     outer = np.unique(np.round(np.mod(around[rho > limit], 2.0 * pi), 12))

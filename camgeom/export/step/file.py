@@ -8,7 +8,7 @@ import numpy as np
 
 from camgeom.errors import ExportError
 from camgeom.export import Colour
-from camgeom.export.step.brep import Assembly, Edge, Face, Facets, Loop, Placed, Solid, Vertex
+from camgeom.export.step.brep import Assembly, Brep, Edge, Face, Facets, Loop, Placed, Vertex
 from camgeom.export.step.geometry import Circle, Cone, Curve, Frame, Line, Plane, SplineCurve, Surface, Torus
 from camgeom.export.step.text import Instances, integers, real, reals, references, string, triples
 from camgeom.maths.splines import Basis
@@ -31,7 +31,7 @@ TIMESTAMP = "1970-01-01T00:00:00"
 """The same for every file, so that the same shape gives the same bytes."""
 
 
-def step_text(shape: Solid | Facets | Assembly, schema: Schema = "AP242") -> str:
+def step_text(shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> str:
     """The STEP file of a solid, of a body of triangles or of an assembly, as ASCII text.
 
     Raises ExportError for a schema that is none, and for triangles in AP214, which has none.
@@ -51,9 +51,9 @@ def _header(title: str, schema: Schema) -> str:
     )
 
 
-def _about(body: Solid | Facets) -> str:
+def _about(body: Brep | Facets) -> str:
     """What the file says of a body's accuracy."""
-    if isinstance(body, Solid):
+    if isinstance(body, Brep):
         return f"exact faces, fitted ones within {body.deviation:.2g} mm" if body.deviation else "exact faces"
     within = f" within {body.deviation:.3g} mm" if body.deviation else ""
     return f"triangles{within}" + (f": {body.reason}" if body.reason else "")
@@ -82,7 +82,7 @@ class _Product:
         self.origin = _placement(out, Frame())
         self.styled: list[int] = []
 
-    def write(self, shape: Solid | Facets | Assembly) -> None:
+    def write(self, shape: Brep | Facets | Assembly) -> None:
         """The whole DATA section."""
         if isinstance(shape, Assembly):
             self._assembly(shape)
@@ -104,16 +104,16 @@ class _Product:
         shape = self.out.add(f"PRODUCT_DEFINITION_SHAPE('','',#{definition})")
         self.out.add(f"SHAPE_DEFINITION_REPRESENTATION(#{shape},#{representation})")
 
-    def _part(self, body: Solid | Facets) -> tuple[int, int]:
+    def _part(self, body: Brep | Facets) -> tuple[int, int]:
         """A product of one body; returns its definition and its representation."""
         definition = self._definition(body.name, _about(body))
         representation = self._facets(body) if isinstance(body, Facets) else self._brep(body)
         self._shaped(definition, representation)
-        if isinstance(body, Solid) and body.density is not None:
+        if isinstance(body, Brep) and body.density is not None:
             self._density(definition, body.density)
         return definition, representation
 
-    def _brep(self, body: Solid) -> int:
+    def _brep(self, body: Brep) -> int:
         brep = _solid(self.out, body)
         if body.colour is not None:
             style = _style(self.out, body.colour)
@@ -244,7 +244,7 @@ def _face(out: Instances, face: Face) -> int:
     return out.add(f"ADVANCED_FACE({string(face.name)},{references(bounds)},#{on},{sense})")
 
 
-def _solid(out: Instances, body: Solid) -> int:
+def _solid(out: Instances, body: Brep) -> int:
     """MANIFOLD_SOLID_BREP of a solid; returns its number."""
     faces = [_face(out, face) for face in body.faces]
     shell = out.add(f"CLOSED_SHELL('',{references(faces)})")

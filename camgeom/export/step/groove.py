@@ -12,9 +12,9 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.export.step.brep import Solid
+from camgeom.export.step.brep import Brep
 from camgeom.export.step.geometry import WORLD, Cone
-from camgeom.export.step.sheet import Band, sheet
+from camgeom.export.step.shell import Band, shell
 from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
@@ -23,7 +23,7 @@ from camgeom.track import Track
 from camgeom.track.section import Column, Level, cylinder_level
 
 
-def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Solid:
+def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
     """The grooved cylinder as a solid whose fitted faces are within `tolerance` mm of the exact ones.
 
     Raises DesignError where the groove runs out of an end or its edge turns back (the mesh says so too), NotConverged
@@ -39,11 +39,11 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Solid:
         land(walls.edge(-section.first), body.length, False, body.radius),
     ]
     knots = split_knots(body.track)
-    skin = sheet(bands, knots, -body.track.sense, tolerance)
+    skin = shell(bands, knots, -body.track.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
 
 
-def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Solid:
+def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Brep:
     """The ribbed drum as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above."""
     low_side, high_side = facing(body.lower, 1.0), facing(body.upper, -1.0)
     feet, tops = ([Walls(t, cylinder_level(r), r) for t in (body.lower, body.upper)] for r in (body.base, body.radius))
@@ -54,7 +54,7 @@ def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Solid:
         Band("flank", flipped(between(feet[1], tops[1], high_side))),
         land(feet[1].edge(high_side), body.length, False, body.base, "base"),
     ]
-    skin = sheet(bands, body.lower.knots(), -body.lower.sense, tolerance)
+    skin = shell(bands, body.lower.knots(), -body.lower.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
 
 

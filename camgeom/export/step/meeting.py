@@ -159,7 +159,7 @@ def iso_curve(surface: SplineSurface, axis: int, value: float, low: float, high:
 
 
 @final
-class Crossing:
+class SurfaceCrossing:
     """The edge in which two surfaces cross, from rough points (n, 3) with rough parameters (n, 2) on both.
 
     The ends are exact. Where a parameter of one of the surfaces runs one way along the edge, the edge is a function of

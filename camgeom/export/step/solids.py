@@ -15,9 +15,9 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.export.step.brep import Face, Loop, Solid
+from camgeom.export.step.brep import Brep, Face, Loop
 from camgeom.export.step.geometry import Frame, Plane
-from camgeom.export.step.sheet import Band, Sheet, sheet
+from camgeom.export.step.shell import Band, Shell, shell
 from camgeom.maths import Floats
 from camgeom.solid.blank import Bore
 from camgeom.solid.prism import FaceGroove, Prism
@@ -29,7 +29,7 @@ TOLERANCE = 1e-5
 
 @final
 @dataclass(frozen=True, eq=False)
-class Outline:
+class ClosedCurve:
     """A closed curve in the XY plane, run either way.
 
     point  exact points: parameters (n,) -> (n, 2) mm; at an inner knot either neighbour's value
@@ -42,20 +42,20 @@ class Outline:
     name: str | tuple[str, ...] = "outline"
 
 
-def circle_outline(radius: float, centre: tuple[float, float] = (0.0, 0.0), name: str = "bore") -> Outline:
+def circle_curve(radius: float, centre: tuple[float, float] = (0.0, 0.0), name: str = "bore") -> ClosedCurve:
     """A circle, mm."""
 
     def point(t: Floats) -> Floats:
         return np.stack([centre[0] + radius * np.cos(t), centre[1] + radius * np.sin(t)], axis=1)
 
-    return Outline(point, (0.0, pi, 2.0 * pi), name)
+    return ClosedCurve(point, (0.0, pi, 2.0 * pi), name)
 
 
-def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float = 0.0) -> Outline:
+def bore_curve(diameter: float, keyway_width: float = 0.0, keyway_depth: float = 0.0) -> ClosedCurve:
     """A bore, with a keyway centred on +X where the width is not zero; depth (mm) from the bore wall on its middle."""
     radius, half = 0.5 * diameter, 0.5 * keyway_width
     if not keyway_width:
-        return circle_outline(radius)
+        return circle_curve(radius)
     start, chord, top = asin(half / radius), sqrt(radius * radius - half * half), radius + keyway_depth
     corners = np.array([[chord, -half], [top, -half], [top, half], [chord, half]])
     knots = (start, pi, 2.0 * pi - start, 7.0, 8.0, 9.0)
@@ -66,16 +66,16 @@ def bore_outline(diameter: float, keyway_width: float = 0.0, keyway_depth: float
         key = np.stack([np.interp(t, across, corners[:, c]) for c in (0, 1)], axis=1)
         return np.asarray(np.where((t > across[0])[:, None], key, arc))
 
-    return Outline(point, knots, ("bore", "bore", "keyway", "keyway", "keyway"))
+    return ClosedCurve(point, knots, ("bore", "bore", "keyway", "keyway", "keyway"))
 
 
-def bore_holes(bore: Bore | None) -> Sequence[Outline]:
+def bore_holes(bore: Bore | None) -> Sequence[ClosedCurve]:
     """The bore as a list of hole outlines, empty for a solid blank."""
-    return [] if bore is None else [bore_outline(bore.diameter, bore.keyway_width, bore.keyway_depth)]
+    return [] if bore is None else [bore_curve(bore.diameter, bore.keyway_width, bore.keyway_depth)]
 
 
-def wall(outline: Outline, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Sheet:
-    """The sheet straight along Z over an outline from z = low to z = high, mm; outward -1 for a hole."""
+def wall(outline: ClosedCurve, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Shell:
+    """The shell straight along Z over an outline from z = low to z = high, mm; outward -1 for a hole."""
     knots = np.array(outline.knots)
     turn = outward * _running(outline.point(np.linspace(knots[0], knots[-1], 361)[:-1]))
 
@@ -86,7 +86,7 @@ def wall(outline: Outline, low: float, high: float, outward: float, tolerance: f
         x[..., 2] = low * (1.0 - share) + high * share
         return x
 
-    return sheet([Band(outline.name, point, degree=1)], knots, turn, tolerance)
+    return shell([Band(outline.name, point, degree=1)], knots, turn, tolerance)
 
 
 def _running(points: Floats) -> float:
@@ -96,37 +96,37 @@ def _running(points: Floats) -> float:
 
 
 def flat_end(name: str, z: float, up: bool, loops: Sequence[Loop]) -> Face:
-    """A flat face at z (mm) whose normal is +Z where up, else -Z; outer loop first, as the sheets hand them over."""
+    """A flat face at z (mm) whose normal is +Z where up, else -Z; outer loop first, as the shells hand them over."""
     normal = 1.0 if up else -1.0
     return Face(name, Plane(Frame.about((0.0, 0.0, z), (0.0, 0.0, normal))), tuple(loops))
 
 
 def prism_solid(
-    outline: Outline,
+    outline: ClosedCurve,
     z0: float,
     z1: float,
-    holes: Sequence[Outline] = (),
+    holes: Sequence[ClosedCurve] = (),
     name: str = "cam",
     tolerance: float = TOLERANCE,
-) -> Solid:
+) -> Brep:
     """The prism z0 <= z <= z1 (mm) over an outline, with holes through it: the solid of every planar cam.
 
     >>> from camgeom.export.step.check import check_solid
-    >>> round(check_solid(prism_solid(circle_outline(1.0), 0.0, 4.0)).volume, 9)
+    >>> round(check_solid(prism_solid(circle_curve(1.0), 0.0, 4.0)).volume, 9)
     12.566370614
     """
     return closed_solid(name, wall(outline, z0, z1, 1.0, tolerance), (z0, z1), holes, tolerance)
 
 
 def closed_solid(
-    name: str, body: Sheet, ends: tuple[float, float], holes: Sequence[Outline] = (), tolerance: float = TOLERANCE
-) -> Solid:
-    """Close a sheet that runs round the axis from a ring at z = ends[0] to one at ends[1] by flat ends with holes."""
+    name: str, body: Shell, ends: tuple[float, float], holes: Sequence[ClosedCurve] = (), tolerance: float = TOLERANCE
+) -> Brep:
+    """Close a shell that runs round the axis from a ring at z = ends[0] to one at ends[1] by flat ends with holes."""
     inner = [wall(hole, *ends, -1.0, tolerance) for hole in holes]
     bottom = flat_end("end", ends[0], False, [body.first, *(hole.first for hole in inner)])
     top = flat_end("end", ends[1], True, [body.last, *(hole.last for hole in inner)])
     faces = (*body.faces, *(face for hole in inner for face in hole.faces), bottom, top)
-    return Solid(name, faces, deviation=max(s.deviation for s in (body, *inner)))
+    return Brep(name, faces, deviation=max(s.deviation for s in (body, *inner)))
 
 
 def revolved_band(name: str, meridian: Callable[[Floats], Floats], degree: int = 5) -> Band:
@@ -171,7 +171,7 @@ def revolved_solid(
     names: Sequence[str] = (),
     name: str = "blank",
     tolerance: float = TOLERANCE,
-) -> Solid:
+) -> Brep:
     """A body of revolution about Z: points (r, z) mm from the lower end ring to the upper, lines or arcs between.
 
     arcs   for each outline edge None (a line) or the arc's centre (r, z)
@@ -185,11 +185,11 @@ def revolved_solid(
         revolved_band(label, line_meridian(a, b), 1) if c is None else revolved_band(label, arc_meridian(a, b, c))
         for (a, b), c, label in zip(pairs, centres, labels)
     ]
-    body = sheet(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
+    body = shell(bands, np.array([0.0, pi, 2.0 * pi]), 1.0, tolerance)
     return closed_solid(name, body, (float(points[0][1]), float(points[-1][1])), (), tolerance)
 
 
-def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Solid:
+def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Brep:
     """The prism as a solid whose fitted faces are within `tolerance` mm of the exact ones.
 
     Raises DesignError where the outline turns back on itself or the bore breaks through it.
@@ -200,7 +200,7 @@ def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Solid:
     return prism_solid(loops[0], body.z0, body.z1, holes, body.name, tolerance=tolerance)
 
 
-def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Solid:
+def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Brep:
     """The plate with a groove in its upper face; raises as `planar_solid`."""
     rim, inner, outer = (closed(loop, body.name) for loop in (body.rim, body.inner, body.outer))
     keep_bore_inside(inner, body.bore, body.name)
@@ -213,12 +213,12 @@ def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Solid:
         flat_end("end", body.z1, True, [near.last, *(hole.last for hole in bore)]),
         flat_end("floor", body.floor, True, [far.first, near.first]),
     )
-    sheets = (outside, far, near, *bore)
-    faces = (*(face for found in sheets for face in found.faces), *flats)
-    return Solid(body.name, faces, deviation=max(found.deviation for found in sheets))
+    shells = (outside, far, near, *bore)
+    faces = (*(face for found in shells for face in found.faces), *flats)
+    return Brep(body.name, faces, deviation=max(found.deviation for found in shells))
 
 
-def closed(loop: BodyLoop, body: str, samples: int = 721) -> Outline:
+def closed(loop: BodyLoop, body: str, samples: int = 721) -> ClosedCurve:
     """A loop's outline. Raises DesignError where it has a cusp or turns back (its speed vanishes or changes sign)."""
     outline = loop.outline
     knots = outline.knots()
@@ -230,10 +230,10 @@ def closed(loop: BodyLoop, body: str, samples: int = 721) -> Outline:
             f"{body!r}: the outline {loop.name!r} turns back on itself at cam angle {np.degrees(phi[worst]):.6g} deg, "
             "so it bounds no body; use a smaller roller, a larger cam or a gentler motion"
         )
-    return Outline(lambda t: np.ascontiguousarray(outline.curve(t).points.T), tuple(knots.tolist()), loop.name)
+    return ClosedCurve(lambda t: np.ascontiguousarray(outline.curve(t).points.T), tuple(knots.tolist()), loop.name)
 
 
-def keep_bore_inside(outline: Outline, bore: Bore | None, body: str, samples: int = 721) -> None:
+def keep_bore_inside(outline: ClosedCurve, bore: Bore | None, body: str, samples: int = 721) -> None:
     """Raise DesignError where a bore about the axis reaches the outline."""
     if bore is None:
         return

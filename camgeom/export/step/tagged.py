@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.export.step.geometry import SplineSurface
-from camgeom.export.step.patches import Patch, Strip
+from camgeom.export.step.patches import GrooveBody, Patch
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.maths import Floats
 from camgeom.solid.blank import Blank
@@ -58,17 +58,17 @@ class Tagged:
         return Tagged(self.points, self.twin, self.values, np.ascontiguousarray(self.faces[:, ::-1]), self.tag)
 
 
-def strip_mesh(strip: Strip, track: Track, ridge: float, sag: float) -> Tagged:
+def groove_mesh(groove: GrooveBody, track: Track, ridge: float, sag: float) -> Tagged:
     """A groove body as a closed mesh on the fitted patches, its triangles within about `sag` mm of them."""
-    along = [max(2, _cells([row[i] for row in strip.fits], 0, sag)) for i in range(len(strip.fits[0]))]
-    across = [_cells(row, 1, sag) if row[0].v.degree > 1 else 1 for row in strip.fits]
+    along = [max(2, _cells([row[i] for row in groove.fits], 0, sag)) for i in range(len(groove.fits[0]))]
+    across = [_cells(row, 1, sag) if row[0].v.degree > 1 else 1 for row in groove.fits]
     stations, rows = np.concatenate([[0], np.cumsum(along)]), np.concatenate([[0], np.cumsum(across)])
-    wide, count = int(rows[-1]) + 2, int(stations[-1]) + (0 if strip.closed else 1)
+    wide, count = int(rows[-1]) + 2, int(stations[-1]) + (0 if groove.closed else 1)
     points, faces, tags = np.zeros((count * wide, 3)), [], []
     corners, twins, values = [points], [np.arange(count * wide)], [np.zeros((count * wide, 2))]
     same = np.arange(count * wide)
     size = count * wide
-    for k, row in enumerate(strip.fits):
+    for k, row in enumerate(groove.fits):
         for i, fit in enumerate(row):
             u = np.linspace(fit.u.start, fit.u.stop, along[i] + 1)
             v = np.linspace(0.0, 1.0, across[k] + 1)
@@ -84,12 +84,12 @@ def strip_mesh(strip: Strip, track: Track, ridge: float, sag: float) -> Tagged:
             values.append(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))
             cells = cell_faces(own[:-1, :-1], own[1:, :-1], own[1:, 1:], own[:-1, 1:], _rising(grid), False)
             faces.append(cells.reshape(-1, 3))
-            tags.append(np.full(len(faces[-1]), strip.numbers[k, i]))
-    phi = np.concatenate([np.linspace(*ends, n + 1)[:-1] for ends, n in zip(pairwise(strip.knots), along)])
-    phi = phi if strip.closed else np.append(phi, strip.knots[-1])
+            tags.append(np.full(len(faces[-1]), groove.numbers[k, i]))
+    phi = np.concatenate([np.linspace(*ends, n + 1)[:-1] for ends, n in zip(pairwise(groove.knots), along)])
+    phi = phi if groove.closed else np.append(phi, groove.knots[-1])
     pose = track.pose(phi, 0)
     points[wide - 1 :: wide] = (pose.a[0] + ridge * pose.u[0]).T
-    lid = _lid(count, wide, strip.closed)
+    lid = _lid(count, wide, groove.closed)
     faces.append(lid)
     tags.append(np.full(len(lid), OUTSIDE))
     twin = _settled(same)[np.concatenate(twins)]

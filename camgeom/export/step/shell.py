@@ -1,6 +1,6 @@
-"""Sheets: bands of exact surface points stacked round a closed parameter phi, turned into faces that share edges.
+"""Shells: bands of exact surface points stacked round a closed parameter phi, turned into faces that share edges.
 
-Every body of this package is made of sheets. A band gives exact points at (phi, share), share 0 to 1 across it; the
+Every body of this package is made of shells. A band gives exact points at (phi, share), share 0 to 1 across it; the
 last row of one band is the first of the next. Knots cut phi where a derivative jumps. All patches between two knots
 share one basis along phi and all patches of a band one basis across, so neighbours share their boundary poles exactly:
 no sewing. A band that shrinks to nothing at a knot ends in a point there, and where it is nothing all along it is left
@@ -34,7 +34,7 @@ WIDEST = 5.5
 @final
 @dataclass(frozen=True, eq=False)
 class Band:
-    """One strip of a sheet.
+    """One band of a shell.
 
     name        of its faces; a tuple names each interval between the knots
     point       exact points: phi (n,) and share (m,) -> (n, m, 3) mm
@@ -54,8 +54,8 @@ class Band:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Sheet:
-    """Faces of a closed sheet, its first and last rail as loops the neighbouring faces must pass, and the deviation."""
+class Shell:
+    """Faces of a closed shell, its first and last rail as loops the neighbouring faces must pass, and the deviation."""
 
     faces: tuple[Face, ...]
     first: Loop
@@ -63,7 +63,7 @@ class Sheet:
     deviation: float
 
 
-def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float) -> Sheet:
+def shell(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float) -> Shell:
     """Faces of bands round a closed parameter.
 
     knots      (k,) ascending; the last is one period after the first
@@ -79,7 +79,7 @@ def sheet(bands: Sequence[Band], knots: Floats, outward: float, tolerance: float
     deviation = max(fit.deviation for row in patches for fit in row)
     first, last = net.rail_loop(0), net.rail_loop(len(bands))
     ends = (reversed_loop(first), last) if outward > 0.0 else (first, reversed_loop(last))
-    return Sheet(tuple(faces), *ends, deviation)
+    return Shell(tuple(faces), *ends, deviation)
 
 
 def fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[SurfaceFit]]:
@@ -103,7 +103,7 @@ def fitted(bands: Sequence[Band], knots: Floats, tolerance: float) -> list[list[
 
 @final
 class _Net:
-    """Vertices and edges of a sheet, each made once."""
+    """Vertices and edges of a shell, each made once."""
 
     def __init__(self, bands: Sequence[Band], fits: list[list[SurfaceFit]]) -> None:
         self.bands, self.fits = bands, fits

@@ -14,7 +14,7 @@ from camgeom.cli import main
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
 from camgeom.export.step.bodies import assembly_of, roller_solid
-from camgeom.export.step.brep import Solid
+from camgeom.export.step.brep import Brep
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.file import step_text
 from camgeom.model import Model, read
@@ -40,7 +40,7 @@ def test_a_turret_and_its_rollers() -> None:
     assert len({id(part.body) for part in found.parts}) == 7
     assert len(names) == len(set(names)) == 13
     for part in found.parts:
-        assert isinstance(part.body, Solid)
+        assert isinstance(part.body, Brep)
         assert check_solid(part.body).problems == ()
     text = step_text(found)
     assert text.count("NEXT_ASSEMBLY_USAGE_OCCURRENCE(") == 13
