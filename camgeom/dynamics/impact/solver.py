@@ -177,6 +177,11 @@ class _Walk:
             found = self._event(regime, rate, record, trial)
             if found is not None:
                 tau, made, which = found
+                error = self._error(made, tau)
+                if error > 1.0:
+                    # The trial was judged beyond the event, where the contact law goes on otherwise.
+                    h = next_step(tau, error)
+                    continue
                 self._accept(record._replace(length=tau), made.work)
                 t, y = t + tau, made.state
                 return t, y, self._changed(regime, which, t, y)
