@@ -9,7 +9,7 @@ from camgeom.dynamics.impact.laws import Coulomb, HertzLine, ImpactDamping, Ramp
 from camgeom.dynamics.impact.lift import Arc, Lift
 from camgeom.dynamics.impact.problem import ImpactProblem, Load, RollerSpin, State
 from camgeom.dynamics.impact.run import ImpactRun, solve
-from camgeom.dynamics.impact.stepper import step
+from camgeom.dynamics.impact.solver import step
 from camgeom.errors import NotConverged, ProfileError
 from tests.reference.impact_reference import BASE, LENGTH, LOWEST, MODULUS, ROLLER, b1_pair, b1_problem, frame_pair
 

@@ -12,12 +12,30 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, NamedTuple, final
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDamping, LinePatch
 from camgeom.dynamics.impact.lift import ForceTable
 from camgeom.dynamics.impact.pair import Pair
 from camgeom.errors import Problem, ProfileError
+
+Coordinates = complex | NDArray[np.complex128]
+"""deviation + 1j * its rate; where rollers turn an array of that and of main + 1j * return spin [rad/s]"""
+Rate = Callable[[float, Coordinates], tuple[Coordinates, complex]]
+"""f(t, y) -> (dy/dt, powers); the powers (two of them in one complex number) are integrated beside the state"""
+
+
+def follower(y: Coordinates) -> complex:
+    """Deviation + 1j * its rate (or what stands in its place in a derivative)."""
+    return y if isinstance(y, complex) else complex(y[0])
+
+
+def spin(y: Coordinates) -> complex:
+    """Main + 1j * return roller spin [rad/s]; 0 where the rollers do not turn."""
+    return 0j if isinstance(y, complex) else complex(y[1])
 
 
 class State(IntEnum):
@@ -150,8 +168,8 @@ class StepRecord(NamedTuple):
 
     time: float
     length: float
-    state: Any
-    rate: Any
+    state: Coordinates
+    rate: Coordinates
     powers: complex
     regime: int
 
@@ -161,7 +179,7 @@ class Recorded(NamedTuple):
 
     steps: list[StepRecord]
     time: float
-    state: Any
+    state: Coordinates
     work: list[complex]
     regimes: list[Regime]
     events: list[Event]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, final
+from typing import cast, final
 
 import numpy as np
 
 from camgeom.dynamics.impact.laws import ImpactDamping
-from camgeom.dynamics.impact.problem import ImpactProblem, Regime, State
-from camgeom.dynamics.impact.stepper import Rate
+from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Rate, Regime, RollerSpin, State, follower, spin
 from camgeom.errors import NotConverged
+
+PlainRate = Callable[[float, complex], tuple[complex, complex]]
 
 
 @final
@@ -67,18 +68,20 @@ class Machine:
             low, high = (middle, high) if short else (low, middle)
         return math.pow(10.0, low)
 
-    def depth(self, which: int, regime: Regime, t: float, y: Any) -> tuple[float, float]:
+    def depth(self, which: int, regime: Regime, t: float, y: Coordinates) -> tuple[float, float]:
         """How far the follower is past the limit of side `which` (0 main, 1 return), and its rate of change."""
-        eta, rate = _follower(y)
+        moving = follower(y)
+        eta, rate = moving.real, moving.imag
         limit = self.limits[which]
         if limit is not None:
             return (limit - eta, -rate) if which == 0 else (eta - limit, rate)
         delta, speed = self.approach(which, regime, t, y)[:2]
         return delta, speed
 
-    def approach(self, which: int, regime: Regime, t: float, y: Any) -> tuple[float, float, float]:
+    def approach(self, which: int, regime: Regime, t: float, y: Coordinates) -> tuple[float, float, float]:
         """Penetration [m], its rate [m/s] and the factor of the elastic force that damping leaves (negative: clip)."""
-        eta, rate = _follower(y)
+        moving = follower(y)
+        eta, rate = moving.real, moving.imag
         x = self.speed * (t - regime.begin)
         s0, s1, s2 = self.jets.jets[regime.arc](x)
         delta, h, g, _, _, bend = self.touches[which](regime.arc, x, s0, s1, s2, eta)
@@ -91,16 +94,19 @@ class Machine:
 
     def rate(self, regime: Regime) -> Rate:
         """The right-hand side of a regime."""
-        plain = self.problem.friction is None and not self.problem.load.acts
         if self.problem.spin is not None:
-            return self._spinning(regime)
+            return self._spinning(regime, self.problem.spin)
+        quick = self.problem.friction is None and not self.problem.load.acts and not regime.clipped
         if regime.state == State.FREE:
-            return self._flight(regime)
-        if plain and not regime.clipped and isinstance(self.problem.damping, ImpactDamping):
-            return self._contact(regime)
-        return self._general(regime)
+            rate = self._flight(regime)
+        elif quick and isinstance(self.problem.damping, ImpactDamping):
+            rate = self._contact(regime)
+        else:
+            rate = self._general(regime)
+        # Without roller spins every state is one complex number.
+        return cast("Rate", rate)
 
-    def _flight(self, regime: Regime) -> Rate:
+    def _flight(self, regime: Regime) -> PlainRate:
         jet, begin, w = self.jets.jets[regime.arc], regime.begin, self.speed
         ww, load, inverse = w * w, self.problem.load, 1.0 / self.problem.inertia
         if not load.acts:
@@ -118,7 +124,7 @@ class Machine:
 
         return rate
 
-    def _contact(self, regime: Regime) -> Rate:
+    def _contact(self, regime: Regime) -> PlainRate:
         arc, begin, w = regime.arc, regime.begin, self.speed
         jet, touch, law = self.jets.jets[arc], self.touches[regime.state - 1], self.problem.law.force
         ww, inverse, damp = w * w, 1.0 / self.problem.inertia, self.factor / regime.approach
@@ -139,7 +145,7 @@ class Machine:
 
         return rate
 
-    def _general(self, regime: Regime) -> Rate:
+    def _general(self, regime: Regime) -> PlainRate:
         arc, begin, w = regime.arc, regime.begin, self.speed
         jet, touch, forces = self.jets.jets[arc], self.touches[regime.state - 1], self._forces(regime)
         load, inverse = self.problem.load, 1.0 / self.problem.inertia
@@ -191,11 +197,10 @@ class Machine:
         viscosity = damping.viscosity
         return lambda delta, bend, speed: (law(delta, bend), viscosity(delta) * speed)
 
-    def _spinning(self, regime: Regime) -> Rate:
+    def _spinning(self, regime: Regime, rollers: RollerSpin) -> Rate:
         """State (eta + 1j rate, spin main + 1j spin return); a roller without contact only feels its bearing."""
-        spin, friction = self.problem.spin, self.problem.friction
-        if spin is None or friction is None:
-            raise NotConverged("roller spin asked for without spin data")
+        friction = self.problem.friction
+        assert friction is not None
         arc, begin, w = regime.arc, regime.begin, self.speed
         load, inverse, mu = self.problem.load, 1.0 / self.problem.inertia, friction.coefficient
         jet, free = self.jets.jets[arc], regime.state == State.FREE
@@ -204,15 +209,16 @@ class Machine:
         resistance = self.resistances[arc]
         radius, carrier = self.problem.pair.sides[which].rolls
 
-        def rate(t: float, y: Any) -> tuple[Any, complex]:
+        def rate(t: float, y: Coordinates) -> tuple[Coordinates, complex]:
             x = w * (t - begin)
             s0, s1, s2 = jet(x)
-            eta, eta1, spins = y[0].real, y[0].imag, y[1]
+            moving, spins = follower(y), spin(y)
+            eta, eta1 = moving.real, moving.imag
             q, q1 = s0 + eta, s1 * w + eta1
             against = resistance(x, q1)
             torque = load.constant - load.stiffness * q - against
-            spent = against * q1 + spin.drag * abs(spins) ** 2
-            given, turning = 0.0, -spin.drag * spins / spin.inertia
+            spent = against * q1 + rollers.drag * abs(spins) ** 2
+            given, turning = 0.0, -rollers.drag * spins / rollers.inertia
             if not free:
                 delta, h, g, ht, gt, bend = touch(arc, x, s0, s1, s2, eta)
                 elastic, lost = forces(delta, bend, g * w - h * q1)
@@ -225,14 +231,8 @@ class Machine:
                 torque += force * h - rub * centre
                 given = force * g * w - rub * gt * w
                 spent += (force if whole else lost) * (g * w - h * q1) + rub * slide
-                gain = rub * radius / spin.inertia
+                gain = rub * radius / rollers.inertia
                 turning += gain if which == 0 else 1j * gain
             return np.array([complex(eta1, torque * inverse - s2 * w * w), turning]), complex(given, spent)
 
         return rate
-
-
-def _follower(y: Any) -> tuple[float, float]:
-    """Deviation and its rate from a state with or without roller spins."""
-    first = y if isinstance(y, complex) else complex(y[0])
-    return first.real, first.imag

@@ -6,19 +6,19 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, final
+from typing import Literal, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.lift import TURN
-from camgeom.dynamics.impact.problem import ImpactProblem, Recorded, Regime, State
+from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded, Regime, State, follower, spin
 from camgeom.dynamics.impact.rates import Machine
-from camgeom.dynamics.impact.solver import hermite_row, walk
-from camgeom.dynamics.impact.stepper import step
+from camgeom.dynamics.impact.solver import hermite_row, step, walk
 from camgeom.maths import Floats
 
+Complexes = NDArray[np.complex128]
 _BOOLE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180.0
 """composite Boole weights of the nine points of a step"""
 
@@ -64,90 +64,6 @@ class Wear(NamedTuple):
     friction: float
 
 
-def impacts(run: ImpactRun) -> list[Impact]:
-    """Contacts between on and off events; one that is under way at the start has no approach and is left out."""
-    hits: list[Impact] = []
-    began: dict[State, tuple[float, float]] = {}
-    driving = State.FREE
-    first = run.recorded.regimes[0].state if run.recorded.regimes else State.FREE
-    if first != State.FREE:
-        driving = first
-    for event in [*run.recorded.events, None]:
-        if event is None or event.kind == "off":
-            ended = run.recorded.time if event is None else event.time
-            for side, (time, speed) in began.items():
-                hits.append(_hit(run, side, time, ended, speed, driving))
-                driving = side
-            began.clear()
-        elif event.kind == "on":
-            began[event.state] = (event.time, event.approach)
-    return hits
-
-
-def _hit(run: ImpactRun, side: State, time: float, ended: float, speed: float, driving: State) -> Impact:
-    trace, k = run.trace, side - 1
-    first, last = run.place(time), run.place(ended)
-    if run.recorded.steps[last].time >= ended:
-        last -= 1
-    rows = slice(first, last + 1)
-    lengths = np.array([s.length for s in run.recorded.steps[rows]])
-    force, slide = trace.force[rows, :, k], np.abs(trace.sliding[rows, :, k])
-    angle = run.start_angle + run.problem.speed * time
-    eta = run.trace.deviation[first, :1]
-    lever = float(run.problem.pair.sides[k].many(run.machine.lift, np.array([angle]), eta)[1][0])
-    mass = run.problem.inertia / (lever * lever)
-    return Impact(
-        time,
-        angle,
-        side,
-        speed,
-        0.5 * mass * speed * speed,
-        ended - time,
-        float(force.max(initial=0.0)),
-        float(trace.pressure[rows, :, k].max(initial=0.0)),
-        float(lengths @ (force @ _BOOLE)),
-        float(lengths @ ((force * slide) @ _BOOLE)),
-        driving not in (State.FREE, side),
-    )
-
-
-def balance(run: ImpactRun) -> Energy:
-    problem, recorded, machine = run.problem, run.recorded, run.machine
-    kinetic, stored = [], []
-    first = recorded.steps[0]
-    ends = [(first.time, first.state, recorded.regimes[first.regime])]
-    ends.append((recorded.time, recorded.state, recorded.regimes[recorded.steps[-1].regime]))
-    for t, y, regime in ends:
-        state = y if isinstance(y, complex) else complex(y[0])
-        x = machine.speed * (t - regime.begin)
-        s0, s1, s2 = machine.jets.jets[regime.arc](x)
-        speed = s1 * machine.speed + state.imag
-        spin = 0.0 if problem.spin is None else 0.5 * problem.spin.inertia * abs(complex(y[1])) ** 2
-        kinetic.append(0.5 * problem.inertia * speed * speed + spin)
-        elastic = 0.0
-        if not problem.law.uses_curvature:
-            depths = (touch(regime.arc, x, s0, s1, s2, state.real)[0] for touch in machine.touches)
-            elastic = sum(problem.law.energy(depth) for depth in depths)
-        stored.append(elastic + problem.load.energy(s0 + state.real))
-    work, lost = recorded.work[-1].real, recorded.work[-1].imag
-    residual = work - (kinetic[1] - kinetic[0]) - (stored[1] - stored[0]) - lost
-    swing = max(abs(w.real) for w in recorded.work)
-    largest = max(swing, float(0.5 * problem.inertia * (run.trace.speed**2).max()), abs(lost))
-    return Energy(work, kinetic[1] - kinetic[0], stored[1] - stored[0], lost, residual, largest)
-
-
-def wear(run: ImpactRun) -> tuple[Wear, Wear]:
-    """Wear indicators of the main and the return side over the run."""
-    trace, lengths = run.trace, np.array([s.length for s in run.recorded.steps])
-    sides = []
-    for k in (0, 1):
-        force, slide = trace.force[..., k], np.abs(trace.sliding[..., k])
-        rub = run.problem.friction.coefficient_many(slide.ravel()).reshape(slide.shape) if run.problem.friction else 0.0
-        sums = [float(lengths @ (values @ _BOOLE)) for values in (force, force * slide, force * slide * rub)]
-        sides.append(Wear(*sums))
-    return sides[0], sides[1]
-
-
 SHARES = 8
 """intervals that every step is sampled in"""
 
@@ -177,17 +93,18 @@ class Trace:
 
     def flat(self) -> Trace:
         """The same with the time in one axis."""
-        values = {}
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            values[name] = value.reshape(-1, *value.shape[self.time.ndim :])
-        return Trace(**values)
+        return self.shaped(-1)
+
+    def shaped(self, *shape: int) -> Trace:
+        """The same with the time in axes of another shape."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return Trace(**{name: v.reshape(*shape, *v.shape[self.time.ndim :]) for name, v in values.items()})
 
 
 def evaluate(
-    machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats, follower: Any, spins: Any
+    machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats, states: Complexes, spins: Complexes
 ) -> Trace:
-    """The trace at states given as eta + 1j * rate (flat arrays), `which` the number of the regime of each."""
+    """The trace at deviations + 1j * rates and roller spins (flat arrays), `which` the number of the regime of each."""
     problem, lift, w = machine.problem, machine.lift, machine.speed
     arcs = np.array([r.arc for r in regimes])[which]
     x = w * (time - np.array([r.begin for r in regimes])[which])
@@ -199,7 +116,7 @@ def evaluate(
     state = np.array([r.state for r in regimes], dtype=np.int8)[which]
     clipped = np.array([r.clipped for r in regimes])[which]
     approach = np.array([r.approach for r in regimes])[which]
-    eta, rate = follower.real, follower.imag
+    eta, rate = states.real, states.imag
     q, q1 = jet[0] + eta, jet[1] * w + rate
     load = problem.load
     torque = load.constant - load.stiffness * q
@@ -224,7 +141,7 @@ def evaluate(
         force = np.maximum(elastic + lost, 0.0)
         slide = ht * q1[on] - gt * w
         lever = ht
-        if spins is not None:
+        if problem.spin is not None:
             radius, carrier = problem.pair.sides[side].rolls
             lever = ht + radius * carrier
             slide = lever * q1[on] - radius * (spins.real if side == 0 else spins.imag)[on] - gt * w
@@ -245,33 +162,25 @@ def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
     t0 = np.array([s.time for s in steps])
     h = np.array([s.length for s in steps])
     which = np.array([s.regime for s in steps])
-    states = [*(s.state for s in steps), made.state]
-    spinning = not isinstance(made.state, complex)
-    y = np.array([complex(s[0]) for s in states] if spinning else states)
-    a0 = np.array([complex(s.rate[0]) if spinning else s.rate for s in steps]).imag
+    every = [*(s.state for s in steps), made.state]
+    y: Complexes = np.array([follower(s) for s in every])
+    z: Complexes = np.array([spin(s) for s in every])
+    a0 = np.array([follower(s.rate) for s in steps]).imag
     w = machine.speed
     # The rate at a step's end belongs to its own regime: at a knot of the motion the next one begins with another.
-    ends = evaluate(machine, made.regimes, which, t0 + h, y[1:], _spins(states[1:]) if spinning else None)
+    ends = evaluate(machine, made.regimes, which, t0 + h, y[1:], z[1:])
     a1 = ends.acceleration - _ideal(machine, made.regimes, which, t0 + h) * w * w
     shares = np.linspace(0.0, 1.0, SHARES + 1)
     rows = np.array([hermite_row(u) for u in shares])
     slopes = np.array([_hermite_slope(u) for u in shares])
     basis = np.stack([y[:-1].real, h * y[:-1].imag, h * h * a0, y[1:].real, h * y[1:].imag, h * h * a1], axis=1)
-    follower = (basis @ rows.T + 1j * (basis @ slopes.T) / h[:, None]).ravel()
+    states = (basis @ rows.T + 1j * (basis @ slopes.T) / h[:, None]).ravel()
     time = (t0[:, None] + shares * h[:, None]).ravel()
-    spins = None
-    if spinning:
-        z = _spins(states)
-        spins = (z[:-1, None] * (1.0 - shares) + z[1:, None] * shares).ravel()
+    spins: Complexes = (z[:-1, None] * (1.0 - shares) + z[1:, None] * shares).ravel()
     numbers = np.repeat(which, SHARES + 1)
-    flat = evaluate(machine, made.regimes, numbers, time, follower, spins)
-    shape = (len(steps), SHARES + 1)
-    values = {}
-    for name in flat.__dataclass_fields__:
-        value = getattr(flat, name)
-        values[name] = value.reshape(*shape, *value.shape[1:])
-    values["angle"] = values["angle"] + angle
-    return Trace(**values)
+    trace = evaluate(machine, made.regimes, numbers, time, states, spins)
+    trace.angle[:] += angle
+    return trace.shaped(len(steps), SHARES + 1)
 
 
 def _ideal(machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats) -> Floats:
@@ -284,10 +193,6 @@ def _ideal(machine: Machine, regimes: list[Regime], which: NDArray[np.int64], ti
         here = arcs == k
         second[here] = lift.arcs[k].many(angle[here], 2)[2]
     return second
-
-
-def _spins(states: list[Any]) -> NDArray[np.complex128]:
-    return np.array([complex(s[1]) for s in states])
 
 
 def _hermite_slope(u: float) -> tuple[float, ...]:
@@ -332,7 +237,7 @@ class ImpactRun:
 
     def state_at(self, times: list[float]) -> list[complex]:
         """Deviation + 1j * its rate at times [s] inside the run, to the accuracy of the solver."""
-        return [complex(y) if isinstance(y, complex) else complex(y[0]) for y in map(self._state, times)]
+        return [follower(self._state(t)) for t in times]
 
     def place(self, time: float) -> int:
         """The number of the step that holds a time [s]."""
@@ -342,7 +247,7 @@ class ImpactRun:
     def _starts(self) -> list[float]:
         return [s.time for s in self.recorded.steps]
 
-    def _state(self, time: float) -> Any:
+    def _state(self, time: float) -> Coordinates:
         record = self.recorded.steps[self.place(time)]
         rate = self.machine.rate(self.recorded.regimes[record.regime])
         return step(rate, record.time, record.state, record.rate, record.powers, time - record.time).state
@@ -350,11 +255,9 @@ class ImpactRun:
     def at(self, times: list[float]) -> Trace:
         """The trace at given times [s], to the accuracy of the solver."""
         states = [self._state(t) for t in times]
-        spinning = bool(states) and not isinstance(states[0], complex)
-        follower = np.array([complex(y[0]) if spinning else y for y in states])
-        spins = np.array([complex(y[1]) for y in states]) if spinning else None
+        y, z = np.array([follower(s) for s in states]), np.array([spin(s) for s in states])
         which = np.array([self.recorded.steps[self.place(t)].regime for t in times])
-        made = evaluate(self.machine, self.recorded.regimes, which, np.array(times), follower, spins)
+        made = evaluate(self.machine, self.recorded.regimes, which, np.array(times), y, z)
         made.angle[:] += self.start_angle
         return made
 
@@ -399,23 +302,90 @@ class ImpactRun:
 
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:
-        """Every contact, in order."""
-        return tuple(impacts(self))
+        """Contacts between on and off events; one that is under way at the start has no approach and is left out."""
+        hits: list[Impact] = []
+        began: dict[State, tuple[float, float]] = {}
+        driving = self.recorded.regimes[0].state if self.recorded.regimes else State.FREE
+        for event in [*self.recorded.events, None]:
+            if event is None or event.kind == "off":
+                ended = self.recorded.time if event is None else event.time
+                for side, (time, speed) in began.items():
+                    hits.append(self._hit(side, time, ended, speed, driving))
+                    driving = side
+                began.clear()
+            elif event.kind == "on":
+                began[event.state] = (event.time, event.approach)
+        return tuple(hits)
 
     @property
     def conversions(self) -> tuple[Impact, ...]:
         """The contacts by which the drive passes to the other side."""
         return tuple(hit for hit in self.impacts if hit.converts)
 
+    def _hit(self, side: State, time: float, ended: float, speed: float, driving: State) -> Impact:
+        trace, k = self.trace, side - 1
+        first, last = self.place(time), self.place(ended)
+        if self.recorded.steps[last].time >= ended:
+            last -= 1
+        rows = slice(first, last + 1)
+        lengths = np.array([s.length for s in self.recorded.steps[rows]])
+        force, slide = trace.force[rows, :, k], np.abs(trace.sliding[rows, :, k])
+        angle = self.start_angle + self.problem.speed * time
+        eta = self.trace.deviation[first, :1]
+        lever = float(self.problem.pair.sides[k].many(self.machine.lift, np.array([angle]), eta)[1][0])
+        mass = self.problem.inertia / (lever * lever)
+        return Impact(
+            time,
+            angle,
+            side,
+            speed,
+            0.5 * mass * speed * speed,
+            ended - time,
+            float(force.max(initial=0.0)),
+            float(trace.pressure[rows, :, k].max(initial=0.0)),
+            float(lengths @ (force @ _BOOLE)),
+            float(lengths @ ((force * slide) @ _BOOLE)),
+            driving not in (State.FREE, side),
+        )
+
     @cached_property
     def energy(self) -> Energy:
         """The balance of work, kinetic, stored and lost energy over the run."""
-        return balance(self)
+        problem, recorded, machine = self.problem, self.recorded, self.machine
+        kinetic, stored = [], []
+        first = recorded.steps[0]
+        ends = [(first.time, first.state, recorded.regimes[first.regime])]
+        ends.append((recorded.time, recorded.state, recorded.regimes[recorded.steps[-1].regime]))
+        for t, y, regime in ends:
+            state = follower(y)
+            x = machine.speed * (t - regime.begin)
+            s0, s1, s2 = machine.jets.jets[regime.arc](x)
+            speed = s1 * machine.speed + state.imag
+            turning = 0.0 if problem.spin is None else 0.5 * problem.spin.inertia * abs(spin(y)) ** 2
+            kinetic.append(0.5 * problem.inertia * speed * speed + turning)
+            elastic = 0.0
+            if not problem.law.uses_curvature:
+                depths = (touch(regime.arc, x, s0, s1, s2, state.real)[0] for touch in machine.touches)
+                elastic = sum(problem.law.energy(depth) for depth in depths)
+            stored.append(elastic + problem.load.energy(s0 + state.real))
+        work, lost = recorded.work[-1].real, recorded.work[-1].imag
+        residual = work - (kinetic[1] - kinetic[0]) - (stored[1] - stored[0]) - lost
+        swing = max(abs(w.real) for w in recorded.work)
+        largest = max(swing, float(0.5 * problem.inertia * (self.trace.speed**2).max()), abs(lost))
+        return Energy(work, kinetic[1] - kinetic[0], stored[1] - stored[0], lost, residual, largest)
 
     @cached_property
     def wear(self) -> tuple[Wear, Wear]:
         """Wear indicators of the main and the return side over the run."""
-        return wear(self)
+        trace, lengths = self.trace, np.array([s.length for s in self.recorded.steps])
+        sides = []
+        for k in (0, 1):
+            force, slide = trace.force[..., k], np.abs(trace.sliding[..., k])
+            friction = self.problem.friction
+            rub = friction.coefficient_many(slide.ravel()).reshape(slide.shape) if friction is not None else 0.0
+            sums = [float(lengths @ (values @ _BOOLE)) for values in (force, force * slide, force * slide * rub)]
+            sides.append(Wear(*sums))
+        return sides[0], sides[1]
 
     @cached_property
     def jerk(self) -> tuple[float, float]:
