@@ -1,7 +1,7 @@
 """Checks: facts judged against limits. One file a check, found by file name; each is a function (Model) -> findings.
 
 A check module defines `@check("name", needs=...)` functions. `needs` names what has to exist for the check to apply:
-"tracks", "solid", "operation", "turret", "turret load"; a check that does not apply says nothing.
+"tracks", "solid", "operation", "face load", "turret", "turret load"; a check that does not apply says nothing.
 """
 
 from __future__ import annotations
@@ -95,4 +95,6 @@ def _has(model: Model, need: str) -> bool:
         return model.mechanism.turret is not None
     if need == "turret load":
         return model.turret_loaded
+    if need == "face load":
+        return model.driven and not model.tracks
     return True

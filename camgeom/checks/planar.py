@@ -93,31 +93,17 @@ def curvature_jumps(model: Model) -> Iterable[Finding]:
 @check("contact-kept", "planar")
 def contact_kept(model: Model) -> Iterable[Finding]:
     """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
-    if not model.driven or model.drive.form_closed:
+    least = model.drive.least_force if model.driven else None
+    if least is None:
         return
     drive = model.drive
-    value, angle = drive.least
-    peak = max(float(normal.max()) for normal in drive.normals.values())
-    passed = value >= -FORCE_SLACK * peak
+    passed = least.value >= -FORCE_SLACK * float(drive.contact_forces.max())
     advice = where = ""
     if not passed:
-        lost = drive.lost
-        where = ", ".join(f"no contact from {degrees(one.begin):.6g} to {degrees(one.end):.6g} deg" for one in lost)
+        ranges = [f"{degrees(lost.begin):.6g} to {degrees(lost.end):.6g}" for lost in drive.lost]
+        where = ", ".join(f"no contact from {angles} deg" for angles in ranges)
         rpm = drive.leaving_speed * 30.0 / pi
         unit = "N mm" if model.profile.rotating else "N"
         advice = f"contact is lost above {rpm:.6g} r/min: raise spring_preload to {drive.preload_needed:.6g} {unit}"
         advice += " or more, lower the mass or the speed, or use a form-closed cam"
-    yield Finding("contact-kept", value, 0.0, "N", passed, degrees(angle) % 360.0, advice, where)
-
-
-@check("face-pressure", "planar")
-def face_pressure(model: Model) -> Iterable[Finding]:
-    """Peak contact pressure of a follower without a roller: flat and curved faces."""
-    if not model.driven or model.tracks or model.drive.peak_pressure is None:
-        return
-    material = model.profile.material
-    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    value, angle, touch = model.drive.peak_pressure
-    passed = value <= limit
-    advice = "" if passed else "use a wider cam, a larger base_radius, or less mass, speed or preload"
-    yield Finding("face-pressure", value, limit, "MPa", passed, degrees(angle) % 360.0, advice, touch)
+    yield Finding("contact-kept", least.value, 0.0, "N", passed, degrees(least.cam_angle) % 360.0, advice, where)

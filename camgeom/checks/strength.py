@@ -1,44 +1,54 @@
-"""Contact pressure and life against the limits of the profile."""
+"""Contact pressure and fatigue life against the limits of the profile, whoever presses the cam.
+
+One judgement a question; its name and advice are those of the carrier: a roller, faces, a turret's rollers that share.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import degrees
+from functools import partial
+from math import degrees, isfinite
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from camgeom.checks import Finding, check
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
+ENDLESS = 1e30
+"""h; shown for a body that lives for ever"""
 
-@check("contact-pressure", "tracks", "operation")
-def contact_pressure(model: Model) -> Iterable[Finding]:
-    """Peak contact pressure over the slices along the roller."""
+
+def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding]:
+    """Peak contact pressure: of the hardest slice along a roller, of all rollers that share, of all faces."""
+    peak = model.carrier.peak_pressure if model.carrier is not None else None
+    if peak is None:
+        return
     material = model.profile.material
     limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    peak = model.duty.slices.peak()
-    worst = int(np.argmax(peak.pressure))
-    value = float(peak.pressure[worst])
-    advice = "" if value <= limit else "use a longer or larger roller, a larger cam, less mass or speed"
-    where = f"slice at {model.duty.slice_stations[worst]:.6g} mm along the roller axis"
-    angle = float(degrees(peak.theta[worst])) % 360.0
-    yield Finding("contact-pressure", value, limit, "MPa", value <= limit, angle, advice, where)
+    passed = peak.value <= limit
+    where = peak.where or f"slice at {peak.place:.6g} mm along the roller axis"
+    angle = degrees(peak.cam_angle) % 360.0
+    yield Finding(name, peak.value, limit, "MPa", passed, angle, "" if passed else remedy, where)
 
 
-@check("life", "tracks", "operation")
-def life(model: Model) -> Iterable[Finding]:
+def life(name: str, remedy: str, model: Model) -> Iterable[Finding]:
     """Fatigue life of roller and cam, and of the roller's bearing where its rating is given."""
     limit = model.profile.limits.life_h
-    if limit is None:
+    if limit is None or model.carrier is None:
         return
-    lives = {"roller": float(model.duty.roller_life.life_h), "cam": float(model.duty.cam_life.life_h)}
-    roller = model.setup.roller
-    if roller is not None and roller.dynamic_rating is not None:
-        lives["bearing"] = float(model.duty.bearing(roller.dynamic_rating, roller.static_rating).life_h)
-    for name, value in lives.items():
-        shown = value if np.isfinite(value) else 1e30
-        advice = "" if value >= limit else "lower the contact pressure: longer or larger roller, larger cam, less speed"
-        yield Finding("life", shown, limit, "h", value >= limit, None, advice, name)
+    for body, value in model.carrier.lives.items():
+        shown = value if isfinite(value) else ENDLESS
+        yield Finding(name, shown, limit, "h", value >= limit, None, "" if value >= limit else remedy, body)
+
+
+for _name, _need, _judge, _remedy in (
+    ("contact-pressure", "operation", pressure, "use a longer or larger roller, a larger cam, less mass or speed"),
+    ("face-pressure", "face load", pressure,
+     "use a wider cam, a larger base_radius, or less mass, speed or preload"),
+    ("turret-pressure", "turret load", pressure,
+     "use longer or larger rollers, a larger centre distance, less inertia or speed"),
+    ("life", "operation", life, "lower the contact pressure: longer or larger roller, larger cam, less speed"),
+    ("turret-life", "turret load", life, "lower the load: larger rollers or centre distance, less inertia or speed"),
+):  # fmt: skip
+    check(_name, _need)(partial(_judge, _name, _remedy))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import degrees, isfinite
+from math import degrees
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -146,32 +146,3 @@ def dwell_accuracy(model: Model) -> Iterable[Finding]:
     wanted = np.radians(DWELL_SECONDS / 3600.0) * radius
     advice = "" if value <= DWELL_SECONDS else f"parts made from the mesh need a tolerance of {wanted:.3g} mm or less"
     yield Finding("dwell-accuracy", value, DWELL_SECONDS, "arcsec", True, None, advice)
-
-
-@check("turret-pressure", "turret", "turret load")
-def turret_pressure(model: Model) -> Iterable[Finding]:
-    """Largest contact pressure over all rollers that share the torque."""
-    material = model.profile.material
-    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    duty = model.turret_duty
-    value, (angle, delta) = duty.peak_pressure, duty.worst()
-    passed = value <= limit
-    advice = "" if passed else "use longer or larger rollers, a larger centre distance, less inertia or speed"
-    where = f"slice at {delta:.6g} mm along the roller axis"
-    yield Finding("turret-pressure", value, limit, "MPa", passed, degrees(angle), advice, where)
-
-
-@check("turret-life", "turret", "turret load")
-def turret_life(model: Model) -> Iterable[Finding]:
-    """Lives of roller, cam and roller bearing."""
-    limit = model.profile.limits.life_h
-    if limit is None:
-        return
-    duty, roller = model.turret_duty, model.setup.roller
-    lives = {"roller": duty.roller_life, "cam": duty.cam_life}
-    if roller is not None and roller.dynamic_rating is not None:
-        lives["bearing"] = duty.bearing(roller.dynamic_rating, roller.static_rating)[0]
-    for name, value in lives.items():
-        shown = value if isfinite(value) else 1e30
-        advice = "" if value >= limit else "lower the load: larger rollers or centre distance, less inertia or speed"
-        yield Finding("turret-life", shown, limit, "h", value >= limit, None, advice, name)

@@ -345,7 +345,7 @@ def _bore(centre: float, pitch: float, length: float, diameter: float) -> float 
 def _finish(wanted: Wanted, trial: Candidate, model: Model, first: tuple[Choice, ...]) -> Design:
     """Material by stress and speed, all checks with the solid, and the reasons."""
     duty = model.turret_duty
-    pressure, speed = duty.peak_pressure, _track_speed(wanted, trial)
+    pressure, speed = duty.peak_pressure.value, _track_speed(wanted, trial)
     material = material_for(pressure, speed)
     if material is None:
         raise DesignError(f"the contact pressure {pressure:.4g} MPa is above 1300 MPa; use a larger centre distance")

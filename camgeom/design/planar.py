@@ -130,7 +130,7 @@ def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]
             found[f"convex radius, {track.name}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
         peak = model.drive.peak_pressure
-        found["contact pressure"] = 1.0 - (peak[0] if peak else inf) / wanted.contact_pressure_mpa
+        found["contact pressure"] = 1.0 - (peak.value if peak else inf) / wanted.contact_pressure_mpa
     return found
 
 

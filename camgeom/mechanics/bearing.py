@@ -25,17 +25,18 @@ class BearingLife:
     """Rated life of a roller bearing over a load spectrum; each field (...).
 
     life_h: L10 hours, infinite without load; mean_load: equivalent load, N; speed: mean roller speed, rad/s;
-    static_safety: static rating over the largest load, infinite without load.
+    static_safety: static rating over the largest load, infinite without load; None where no static rating is known.
     """
 
     life_h: Floats
     mean_load: Floats
     speed: Floats
-    static_safety: Floats
+    static_safety: Floats | None
 
 
 def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius: ArrayLike, speed: ArrayLike,
-                 rating: ArrayLike, static_rating: ArrayLike, exponent: float = ROLLER_EXPONENT) -> BearingLife:
+                 rating: ArrayLike, static_rating: ArrayLike | None = None,
+                 exponent: float = ROLLER_EXPONENT) -> BearingLife:
     """L10 life of a cam follower from its normal force (N) and path rate (mm/rad), both (..., p, n), over a cam turn.
 
     Radius mm, cam speed rad/s, ratings C and C0 in N: numbers or (...). Each load counts by the roller turns made under
@@ -45,11 +46,17 @@ def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius
     travel = where.integral(np.abs(path_rate))
     radius, cam = np.asarray(roller_radius, dtype=np.float64), np.asarray(speed, dtype=np.float64)
     roller_speed = cam * travel / (TURN * radius)
-    largest = np.abs(normal).max(axis=(-1, -2))
-    c0 = np.asarray(static_rating, dtype=np.float64)
-    lead = np.broadcast_shapes(c0.shape, largest.shape)
-    safety = np.divide(np.broadcast_to(c0, lead), largest, out=np.full(lead, np.inf), where=largest > 0.0)
+    safety = static_safety(static_rating, np.abs(normal).max(axis=(-1, -2)))
     return BearingLife(rated_hours(rating, mean, roller_speed, exponent), mean, np.asarray(roller_speed), safety)
+
+
+def static_safety(rating: ArrayLike | None, largest: Floats) -> Floats | None:
+    """Static rating C0 over the largest load, N, (...); infinite without load, None without a rating."""
+    if rating is None:
+        return None
+    c0 = np.asarray(rating, dtype=np.float64)
+    lead = np.broadcast_shapes(c0.shape, largest.shape)
+    return np.asarray(np.divide(np.broadcast_to(c0, lead), largest, out=np.full(lead, np.inf), where=largest > 0.0))
 
 
 def mean_load(where: Panels, normal: Floats, path_rate: Floats, exponent: float = ROLLER_EXPONENT) -> Floats:

@@ -15,9 +15,11 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
 from camgeom.maths.panels import highest, panels, roots
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, guided_force
+from camgeom.mechanics.duty import peak_of, torque_data
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track.touch import Touch
 
@@ -36,11 +38,11 @@ class Lost:
 
 @final
 @dataclass(frozen=True, eq=False)
-class PlanarDrive:
+class FaceDuty:
     """A planar cam under load over one turn: its touches, what acts on the follower, and the two materials."""
 
     touches: tuple[Touch, ...]
-    load: FollowerLoad
+    load: Load
     follower: Material
     cam: Material
 
@@ -86,24 +88,27 @@ class PlanarDrive:
         return np.asarray(given * self.force.ds)
 
     @cached_property
-    def least(self) -> tuple[float, float]:
-        """Least normal force that contact needs, N, and its cam angle, rad: negative where the follower must be pulled.
+    def least_force(self) -> Extreme | None:
+        """Least normal force that contact needs, N: negative where the follower must be pulled: contact is lost.
 
-        Of a force-closed cam; a form-closed one has no such limit.
+        Of a force-closed cam; None of a form-closed one, which has no such limit.
         """
-        value, angle = highest(self.force.panels, -self.force.force / self._levers[0])
-        return -float(value), float(angle)
+        if self.form_closed:
+            return None
+        pull = peak_of(self.force.panels, -self.force.force / self._levers[0])
+        return Extreme(-pull.value, pull.cam_angle, where=self.touches[0].name)
 
     @cached_property
     def lost(self) -> tuple[Lost, ...]:
         """Ranges of cam angle where a force-closed cam loses its follower."""
-        if self.form_closed or self.least[0] >= 0.0:
+        least = self.least_force
+        if least is None or least.value >= 0.0:
             return ()
         where, force = self.force.panels, self.force.force
         bad = force.mean(axis=-1) < 0.0
         if bad.all():
-            return (Lost(0.0, 2.0 * pi, -self.least[0], self.least[1]),)
-        found = []
+            return (Lost(0.0, 2.0 * pi, -least.value, least.cam_angle),)
+        ranges = []
         begins = np.flatnonzero(bad & ~np.roll(bad, 1))
         for first in begins:
             count = int(np.argmin(np.roll(bad, -first)))
@@ -113,8 +118,8 @@ class PlanarDrive:
             last = int(index[-1])
             end = float(where.edges[last + 1]) + (2.0 * pi if last < first else 0.0)
             at = float(where.theta[index][part])
-            found.append(Lost(float(where.edges[first]), end, float(pull[part]), at))
-        return tuple(found)
+            ranges.append(Lost(float(where.edges[first]), end, float(pull[part]), at))
+        return tuple(ranges)
 
     @cached_property
     def contacts(self) -> dict[str, Contact]:
@@ -133,18 +138,37 @@ class PlanarDrive:
         return found
 
     @cached_property
-    def peak_pressure(self) -> tuple[float, float, str] | None:
-        """Largest peak pressure, MPa, its cam angle, rad, and the touch; None for a knife edge."""
+    def peak_pressure(self) -> Extreme | None:
+        """Largest contact pressure, MPa, and the touch that has it; None for a knife edge."""
         peaks = [(name, contact.peak()) for name, contact in self.contacts.items()]
         if not peaks:
             return None
         name, worst = max(peaks, key=lambda item: float(item[1].pressure))
-        return float(worst.pressure), float(worst.theta), name
+        return Extreme(float(worst.pressure), float(worst.theta), where=name)
 
-    def peak_of(self, values: Floats) -> tuple[float, float]:
-        """Largest value of a panel quantity (p, n) and its cam angle, rad."""
-        value, angle = highest(self.force.panels, values)
-        return float(value), float(angle)
+    @property
+    def contact_forces(self) -> Floats:
+        """Normal force of every touch, N, (k, p, n)."""
+        return np.stack(list(self.normals.values()))
+
+    @cached_property
+    def peak_force(self) -> Extreme:
+        """Largest normal force of a touch, N."""
+        return peak_of(self.force.panels, self.contact_forces.max(axis=0))
+
+    @cached_property
+    def peak_torque(self) -> Extreme:
+        """Largest torque that the cam takes from its shaft, N mm."""
+        return peak_of(self.force.panels, self.torque)
+
+    @property
+    def lives(self) -> dict[str, float]:
+        """Fatigue lives: none, a face that slides wears."""
+        return {}
+
+    @property
+    def bearing(self) -> None:
+        """None: a roller's bearing is judged with its roller (`roller_duty`)."""
 
     @cached_property
     def preload_needed(self) -> float:
@@ -181,7 +205,7 @@ class PlanarDrive:
         """
         if self.form_closed:
             return inf
-        speed = float(np.asarray(self.load.speed))
+        speed = self.load.omega
         for _ in range(ROUNDS):
             new = self._leaving(replace(self.load, speed=speed))
             if not isfinite(new) or new == 0.0 or abs(new - speed) <= 1e-12 * new:
@@ -190,38 +214,36 @@ class PlanarDrive:
         raise NotConverged("the speed at which contact is lost did not settle: the applied forces hang on the speed")
 
     @staticmethod
-    def _leaving(load: FollowerLoad) -> float:
+    def _leaving(load: Load) -> float:
         found = load.sampled()
-        speed = float(np.asarray(load.speed))
+        speed = load.omega
         static = found.force - found.inertia
         if static.min() <= 0.0:
             return 0.0
         share, _ = highest(found.panels, -found.inertia / static)
         return speed / float(np.sqrt(share)) if share > 0.0 else inf
 
-    def totals(self) -> dict[str, Any]:
+    def torque_data(self) -> dict[str, Any]:
         """Torque of the camshaft over all touches as plain data."""
-        torque, torque_at = self.peak_of(self.torque)
-        turn = self.force.panels.integral(self.torque)
-        return {
-            "peak_torque_n_m": torque * 1e-3,
-            "peak_torque_at_deg": degrees(torque_at),
-            "mean_torque_n_m": float(turn) / (2.0 * pi) * 1e-3,
-        }
+        return torque_data(self.peak_torque, float(self.force.panels.integral(self.torque)))
 
-    def data(self) -> dict[str, Any]:
-        """The facts as plain data for result.json."""
-        force, _ = self.peak_of(np.max(list(self.normals.values()), axis=0))
-        peak = self.peak_pressure
-        data: dict[str, Any] = {"peak_force_n": force, **self.totals()}
+    def contact_data(self) -> dict[str, Any]:
+        """Force, torque, pressure, and what keeps the contact, as plain data for result.json."""
+        data: dict[str, Any] = {"peak_force_n": self.peak_force.value, **self.torque_data()}
+        peak, least = self.peak_pressure, self.least_force
         if peak is not None:
-            data |= {"peak_pressure_mpa": peak[0], "cam_angle_deg": degrees(peak[1]) % 360.0, "peak_at": peak[2]}
-        if self.form_closed:
+            place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
+            data |= {"peak_pressure_mpa": peak.value, **place}
+        if least is None:
             return data
         return data | {
-            "least_force_n": self.least[0],
-            "least_force_at_deg": degrees(self.least[1]) % 360.0,
-            "lost_contact_deg": [[degrees(one.begin), degrees(one.end)] for one in self.lost],
+            "least_force_n": least.value,
+            "least_force_at_deg": degrees(least.cam_angle) % 360.0,
+            "lost_contact_deg": [[degrees(lost.begin), degrees(lost.end)] for lost in self.lost],
             "leaving_speed_rpm": self.leaving_speed * 30.0 / pi,
             "preload_needed": self.preload_needed,
         }
+
+    def fatigue_data(self) -> dict[str, Any]:
+        """Fatigue lives as plain data: none."""
+        return {}

@@ -39,8 +39,20 @@ class Motion(Protocol):
 
 
 @final
+@dataclass(frozen=True)
+class SiLoad:
+    """A load without variants in SI: mass kg (inertia kg m²), forces N (N m), rate N/m (N m/rad)."""
+
+    mass: float
+    friction: float
+    preload: float
+    rate: float
+    weight: float
+
+
+@final
 @dataclass(frozen=True, eq=False)
-class FollowerLoad:
+class Load:
     """Everything that acts on a follower over a turn; `sampled` gives the force (N) or torque (N mm) it needs.
 
     F = friction sign(s') + applied + m omega² s'' + preload + rate s + weight
@@ -63,6 +75,25 @@ class FollowerLoad:
     guide_friction: float = 0.0
     """of a slide's guides: grows with the side thrust, which the geometry decides (see `normal_force`)"""
 
+    @property
+    def omega(self) -> float:
+        """Cam speed, rad/s, of a load without variants."""
+        return float(np.asarray(self.speed))
+
+    @property
+    def rotating(self) -> bool:
+        """True for an angle and torques, False for a length and forces."""
+        return self.kind == "rotating"
+
+    @property
+    def si(self) -> SiLoad:
+        """The numbers that do not hang on the cam angle, of a load without variants, in SI."""
+        unit, length = (MILLI, 1.0) if self.rotating else (1.0, MILLI)
+        mass, friction, preload, rate, weight = (
+            float(np.asarray(value)) for value in (self.mass, self.friction, self.preload, self.rate, self.weight)
+        )
+        return SiLoad(mass, unit * friction, unit * preload, unit * rate / length, unit * weight)
+
     def breaks(self) -> Floats:
         """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
         given = [np.array([0.0, TURN]), np.asarray(self.motion.knots, dtype=np.float64)]
@@ -82,7 +113,7 @@ class FollowerLoad:
         on = self.panels() if where is None else where
         jet = _jet(self.motion, on.theta)
         omega, mass = _column(self.speed), _column(self.mass)
-        unit = MILLI if self.kind == "translating" else KILO
+        unit = KILO if self.rotating else MILLI
         side = direction(on, jet[1])
         inertia = unit * mass * omega * omega * jet[2]
         force = (_column(self.friction) * side + inertia + _column(self.preload) + _column(self.rate) * jet[0]

@@ -8,18 +8,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import degrees
+from typing import Any, final
 
 import numpy as np
 
 from camgeom.maths import Floats
-from camgeom.maths.panels import highest, panels, roots
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.panels import panels, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
 from camgeom.mechanics.contact import Contact, crown_gaps, line_contacts, share_load
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, peak_of, slice_data, torque_data
 from camgeom.mechanics.hertz import LineContact, line_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
-from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque, guided_force, normal_force
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, drive_torque, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Track
 from camgeom.track.flank import Flank
@@ -27,6 +31,7 @@ from camgeom.track.flank import Flank
 SLICES = 9
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Walls:
     """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
@@ -44,24 +49,32 @@ class Walls:
     path_rate: Floats
 
 
+@final
 @dataclass(frozen=True, eq=False)
-class Duty:
+class RollerDuty:
     """One roller under load over one turn.
 
     track   the roller's track; `station` its meridian parameter where the classical figures are quoted
-    load    what acts on the follower; speed rad/s
+    load    what acts on the follower
     crown   radius of the meridian, mm, of a crowned roller on a straight flank (planar cams); None: the flank is the
             roller's own envelope
+    rating  of the roller's bearing, dynamic and static, N; None where it is not known
     """
 
     track: Track
     station: float
     length: float
-    load: FollowerLoad
+    load: Load
     roller: Material
     cam: Material
-    speed: float
     crown: float | None = None
+    rating: float | None = None
+    static_rating: float | None = None
+
+    @property
+    def speed(self) -> float:
+        """Cam speed, rad/s."""
+        return self.load.omega
 
     @cached_property
     def force(self) -> FollowerForce:
@@ -217,17 +230,19 @@ class Duty:
         """Fatigue life of the cam's walls at the quoted station."""
         return cam_life(self.contact, self.cam, self.speed)
 
-    def bearing(self, rating: float, static_rating: float | None) -> BearingLife:
-        """Life of the roller as a bearing."""
-        return bearing_life(
-            self.force.panels,
-            self.normal,
-            self.reference.path_rate,
-            self.radius,
-            self.speed,
-            rating,
-            static_rating if static_rating is not None else np.inf,
-        )
+    @cached_property
+    def bearing(self) -> BearingLife | None:
+        """Life of the roller as a bearing; None where it has no rating."""
+        if self.rating is None:
+            return None
+        return bearing_life(self.force.panels, self.normal, self.reference.path_rate, self.radius, self.speed,
+                            self.rating, self.static_rating)
+
+    @cached_property
+    def lives(self) -> dict[str, float]:
+        """Fatigue life, h, of the roller and the cam at the quoted station, and of the roller's bearing."""
+        lives = {"roller": float(self.roller_life.life_h), "cam": float(self.cam_life.life_h)}
+        return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
 
     @cached_property
     def torque(self) -> Floats:
@@ -235,7 +250,52 @@ class Duty:
         guides = (self.pushed - self.force.force) * self.force.ds
         return drive_torque(self.force, self.normal, self.reference.path_rate, self.radius) + guides
 
-    def peak_of(self, values: Floats) -> tuple[float, float]:
-        """Largest value of a panel quantity (p, n) and its cam angle, rad."""
-        value, angle = highest(self.force.panels, values)
-        return float(value), float(angle)
+    @property
+    def contact_forces(self) -> Floats:
+        """Normal force of the roller on its walls, N, (1, p, n)."""
+        return np.abs(self.normal)[None]
+
+    @cached_property
+    def peak_force(self) -> Extreme:
+        """Largest normal force, N."""
+        return peak_of(self.force.panels, np.abs(self.normal))
+
+    @cached_property
+    def peak_torque(self) -> Extreme:
+        """Largest torque that the cam takes from its shaft, N mm."""
+        return peak_of(self.force.panels, self.torque)
+
+    @cached_property
+    def peak_pressure(self) -> Extreme:
+        """Largest contact pressure of all slices, MPa; infinite where the roller undercuts a wall that it loads."""
+        peak = self.slices.peak()
+        worst = int(np.argmax(peak.pressure))
+        return Extreme(float(peak.pressure[worst]), float(peak.theta[worst]), float(self.slice_stations[worst]))
+
+    @property
+    def least_force(self) -> None:
+        """None: what holds a roller on its cam is judged on the cam's touches (`face_duty`)."""
+
+    def contact_data(self) -> dict[str, Any]:
+        """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear, as plain data."""
+        peak = self.contact.peak()
+        return {
+            "peak_pressure_mpa": finite(peak.pressure),
+            "cam_angle_deg": degrees(float(peak.theta)),
+            "peak_force_n": self.peak_force.value,
+            **slice_data(self.peak_pressure),
+            **hertz_data(self.peak_contact),
+            **torque_data(self.peak_torque, float(self.force.work())),
+            "wall_reversals_deg": [degrees(r.taken) for r in self.force.reversals()[0]],
+        }
+
+    def fatigue_data(self) -> dict[str, Any]:
+        """Lives of roller and cam as plain data."""
+        life = self.roller_life
+        return {
+            "roller_life_h": finite(life.life_h),
+            "roller_slice_life_h": finite(np.min(self.slice_life.life_h)),
+            "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,
+            "cam_life_h": finite(self.cam_life.life_h),
+            "path_per_turn_m": float(life.path) * MILLI,
+        }

@@ -1,120 +1,164 @@
-"""Contact stiffness between cam and rollers over the cam angle, from Hertz line contact on the real geometry. SI.
+"""How the rollers that bear on a turret share its torque, and how stiffly they hold it.
 
-Two estimates of the approach of a roller and a flank that touch along a length L under a force P:
+The turret turns against the cam by an angle psi; a slice of a roller whose contact moves by `lever` per radian along
+its normal approaches by preload + lever psi, and presses where that is above zero. psi is the one that makes the
+slices' torques add up to the turret's torque, and the stiffness is the sum of lever^2 P / approach over what presses.
 
+Two estimates of the approach of a roller and a flank under a line load:
+
+- "half-space": each body's surface against its own middle, see `hertz.line_approach`, the cam as deep as the roller is
+  thick;
 - "chord": the heights of both arcs over the half contact width b, h = rho - sqrt(rho^2 - b^2), as in the source of the
   11-degree model, with its misprints mended (b is the half width, stiffness is P/(h1 + h2)). It counts only what lies
   within the contact width, so it is an upper bound of the stiffness and nearly independent of load and curvature.
-- "half-space": the line load on each body with the approach of its centre (Johnson, Contact Mechanics, 5.6): roller
-half
-  p (1 - nu^2)/(pi E) (2 ln(4 R/b) - 1), cam down to a depth d p (1 - nu^2)/(pi E) (2 ln(2 d/b) - nu/(1 - nu)).
+
+Units N, mm, MPa, rad.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
-from typing import Literal
+from typing import Literal, Self, final
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
+from camgeom.mechanics.hertz import line_flexibility, line_half_width
+from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.track.turret import Engagement
 
 Estimate = Literal["chord", "half-space"]
 
-
-@dataclass(frozen=True)
-class Elastic:
-    """Elastic modulus in Pa and Poisson's ratio of one body."""
-
-    modulus: float
-    poisson: float
-
-    @property
-    def compliance(self) -> float:
-        """(1 - nu^2)/E in 1/Pa."""
-        return (1.0 - self.poisson**2) / self.modulus
+PASSES = 200
+SETTLED = 1e-12
+"""change of a slice's load, share of the largest, at which the sharing has settled"""
 
 
+@final
 @dataclass(frozen=True, eq=False)
-class ContactStiffness:
-    """Stiffness (n,) in N/m of the engaged rollers together, half width (n,) in m and approach (n,) in m.
+class Held:
+    """A loaded turret: line load (n, e) in N/mm and angle psi (n,) in rad by which the turret yields."""
 
-    each (rollers, n) is the stiffness in N/m of every roller, zero where it is not engaged.
+    line_load: Floats
+    angle: Floats
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """The slices that may press at cam angles (n,), e = walls x rollers x slices; see `Engagement`.
+
+    lever    mm, with the sign of the torque that the wall gives the turret, (n, e)
+    preload  approach at psi = 0, mm, below zero where there is a gap, (n, e)
+    width    of a slice, radius of the rollers in their middle, mm
     """
 
-    stiffness: Floats
-    half_width: Floats
-    approach: Floats
-    each: Floats
+    on: npt.NDArray[np.bool_]
+    lever: Floats
+    curvature: Floats
+    preload: Floats
+    width: float
+    radius: float
+    roller: Material
+    cam: Material
 
-    def torsional(self, lever: npt.ArrayLike) -> Floats:
-        """K12 (n,) in N m/rad at the turret, sum of k lever^2: lever in m for each roller (rollers, n), or one pitch
-        radius for all.
+    @classmethod
+    def of(cls, beside: Engagement, preload: float, roller: Material, cam: Material) -> Self:
+        """The slices of an engagement, rollers preloaded by a normal interference in the dwell, mm."""
+        n = len(beside.theta)
+        side = np.array([1.0, -1.0])[:, None, None, None]
+
+        def flat(values: Floats) -> Floats:
+            return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
+
+        middle = len(beside.stations) // 2
+        return cls(
+            np.moveaxis(beside.on, 0, 1).reshape(n, -1),
+            flat(np.where(beside.on, side * beside.lever, side)),
+            np.maximum(flat(np.where(beside.on, beside.curvature, 1.0)), 1e-12),
+            flat(_pressed_in(beside, preload)),
+            beside.width,
+            float(beside.tracks[0].meridian.jet(beside.stations)[3][middle]),
+            roller,
+            cam,
+        )
+
+    def held(self, torque: Floats) -> Held:
+        """Line loads whose torques on the turret add up to torque (n,), N mm.
+
+        The flexibility of a line contact hangs on its load by a logarithm only: it is renewed in every Newton step of
+        psi. Raises DesignError where no roller can bear, NotConverged where the loads do not settle.
         """
-        return np.asarray((self.each * np.square(np.asarray(lever, dtype=float))).sum(0))
+        way = np.where(torque >= 0.0, 1.0, -1.0)[:, None]
+        wanted, lever = np.abs(torque), way * self.lever
+        helping = self.on & (lever > 0.0)
+        if not helping.any(axis=1).all():
+            raise DesignError("no roller can take the turret's torque at some cam angle: widen the cam")
+        touch = np.where(helping, -self.preload / np.where(helping, lever, 1.0), np.inf).min(axis=1)
+        # a first guess beyond the first touch; no load is below a millionth of the mean one
+        angle = np.maximum(touch, 0.0)
+        mean = wanted / (np.where(helping, lever, 0.0).sum(axis=1) * self.width)
+        least = np.maximum(1e-6 * mean, 1e-9)[:, None]
+        load = np.broadcast_to(np.maximum(mean[:, None], least), lever.shape)
+        for turn in range(PASSES):
+            soft = self._half_space(np.maximum(load, least), self.curvature)
+            approach = self.preload + lever * angle[:, None]
+            pressed = self.on & ((approach > 0.0) | ((turn == 0) & helping & (approach >= 0.0)))
+            hard = np.where(pressed, lever * self.width / soft, 0.0)
+            slope = (hard * lever).sum(axis=1)
+            rest = wanted - (hard * approach).sum(axis=1)
+            angle = np.maximum(angle + np.divide(rest, slope, out=np.zeros_like(angle), where=slope > 0.0), touch)
+            fresh = np.where(self.on, np.maximum(self.preload + lever * angle[:, None], 0.0), 0.0) / soft
+            done = bool(np.all(np.abs(fresh - load) <= SETTLED * np.maximum(fresh.max(axis=1), mean)[:, None]))
+            load = fresh
+            if done:
+                return Held(load, way[:, 0] * angle)
+        raise NotConverged("the load on the turret's rollers did not settle: check the preload against the torque")
 
+    def stiffness(self, line_load: Floats, estimate: Estimate = "half-space") -> Floats:
+        """Secant stiffness of the turret against the cam, N mm/rad, (n,), under line loads (n, e): sum of lever^2 P /
+        approach. Raises DesignError where a contact is wider than the body that makes it.
+        """
+        pressed = line_load > 0.0
+        load, curvature = np.where(pressed, line_load, 1.0), np.where(pressed, self.curvature, 1.0)
+        soft = self._half_space(load, curvature) if estimate == "half-space" else self._chord(load, curvature)
+        return np.asarray(np.where(pressed, self.width / soft * np.square(self.lever), 0.0).sum(axis=1))
 
-def contact_stiffness(
-    relative_curvature: npt.ArrayLike,
-    force: npt.ArrayLike,
-    length: npt.ArrayLike,
-    roller_radius: float,
-    cam: Elastic,
-    roller: Elastic,
-    estimate: Estimate = "half-space",
-    depth: float | None = None,
-) -> ContactStiffness:
-    """Secant stiffness P/approach (n,) in N/m at each cam angle.
+    def _half_space(self, line_load: Floats, curvature: Floats) -> Floats:
+        """Approach over line load, mm²/N, of bodies that yield down to the roller's axis and its diameter."""
+        return line_flexibility(line_load, curvature, self.roller, self.cam, self.radius, 2.0 * self.radius)
 
-    relative_curvature 1/rho1 + 1/rho2 (n,) or (rollers, n) in 1/m, force in N and engaged length in m of the same
-    shape; more than one roller adds up, a roller without force or length counts as not engaged. depth in m for "half-
-    space", by default the roller radius. Raises ProfileError for data that no contact has (no curvature, no engaged
-    roller).
-    """
-    curvature, load, span = np.broadcast_arrays(
-        *(np.atleast_2d(np.asarray(value, dtype=float)) for value in (relative_curvature, force, length))
-    )
-    _vet(curvature, load, span, roller_radius)
-    engaged = (load > 0.0) & (span > 0.0)
-    line = np.divide(load, span, out=np.zeros_like(load), where=engaged)
-    half = np.sqrt(4.0 * line * (cam.compliance + roller.compliance) / (pi * np.where(engaged, curvature, 1.0)))
-    safe = np.where(engaged, half, 1.0)
-    if estimate == "chord":
-        arc = np.where(engaged, half, 0.0)
-        sink = _arc(arc, 1.0 / roller_radius) + _arc(arc, curvature - 1.0 / roller_radius)
-    else:
-        below = roller_radius if depth is None else depth
-        sink = line / pi * roller.compliance * (2.0 * np.log(4.0 * roller_radius / safe) - 1.0)
-        shape = 2.0 * np.log(2.0 * below / safe) - cam.poisson / (1.0 - cam.poisson)
-        sink = sink + line / pi * cam.compliance * shape
-    each = np.divide(load, sink, out=np.zeros_like(load), where=engaged & (sink > 0.0))
-    total = each.sum(0)
-    if not (total > 0.0).all():
-        raise ProfileError([Problem("contact", "no roller is engaged at some cam angle", None, "force and length > 0")])
-    return ContactStiffness(total, np.where(engaged, half, 0.0).max(0), load.sum(0) / total, each)
+    def _chord(self, line_load: Floats, curvature: Floats) -> Floats:
+        """Approach over line load, mm²/N, of the arcs within the contact width."""
+        half = line_half_width(line_load, curvature, pair_compliance(self.roller, self.cam))
+        return (_arc(half, 1.0 / self.radius) + _arc(half, curvature - 1.0 / self.radius)) / line_load
 
 
 def _arc(half: Floats, curvature: Floats | float) -> Floats:
-    """Height in m of an arc of given curvature (1/m, negative when hollow) over a half width: rho - sqrt(rho^2 -
+    """Height, mm, of an arc of given curvature (1/mm, negative when hollow) over a half width b: rho - sqrt(rho^2 -
     b^2).
     """
     bend = half * curvature
     if np.any(np.abs(bend) >= 1.0):
-        raise ProfileError([Problem("contact", "the contact is wider than the body that makes it", None, "b < rho")])
+        raise DesignError("the contact of roller and cam is wider than the body that makes it: lower the load")
     # (1 - sqrt(1 - x^2))/k without cancellation
     return np.asarray(half * bend / (1.0 + np.sqrt(1.0 - bend * bend)))
 
 
-def _vet(curvature: Floats, load: Floats, span: Floats, roller_radius: float) -> None:
-    problems = []
-    if not np.isfinite([curvature.sum(), load.sum(), span.sum()]).all():
-        problems.append(Problem("contact", "needs finite curvature, force and length"))
-    elif np.any((curvature <= 0.0) & (load > 0.0)):
-        problems.append(Problem("contact.relative_curvature", "must be positive where there is force", None, "> 0 1/m"))
-    if not roller_radius > 0.0:
-        problems.append(Problem("roller.diameter", "must be positive", roller_radius, "> 0"))
-    if problems:
-        raise ProfileError(problems)
+def _pressed_in(beside: Engagement, preload: float) -> Floats:
+    """How far each slice is pressed into the cam, mm, (2, n, k, m), by a turret set closer along the line of centres.
+
+    The closer setting is the one that gives the normal interference `preload` in the dwell at cam angle zero; where no
+    roller stands so that it presses there, nothing is preloaded.
+    """
+    if preload <= 0.0:
+        return np.zeros(beside.on.shape)
+    turn = beside.tracks[0].sense * beside.theta[:, None, None]
+    inward = np.sin(turn) * beside.normal[..., 1] - np.cos(turn) * beside.normal[..., 0]
+    first = int(np.argmin(np.abs(beside.theta)))
+    steepest = float(np.where(beside.on[:, first], inward[:, first], 0.0).max())
+    if steepest <= 0.0:
+        return np.zeros(beside.on.shape)
+    return np.asarray(preload / steepest * inward)

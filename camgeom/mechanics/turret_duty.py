@@ -9,19 +9,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import degrees, pi
-from typing import Any
+from math import degrees
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
-from camgeom.mechanics.bearing import ROLLER_EXPONENT, rated_hours, shaft_stress, span_moment, stud_stress
+from camgeom.maths.extremum import Extreme
+from camgeom.mechanics.bearing import (
+    ROLLER_EXPONENT,
+    BearingLife,
+    rated_hours,
+    shaft_stress,
+    span_moment,
+    static_safety,
+    stud_stress,
+)
 from camgeom.mechanics.contact import share_load
-from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, allowable_load, line_flexibility, line_pressure
-from camgeom.mechanics.load import QUIET, FollowerForce, FollowerLoad, drive_torque
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, slice_data, torque_data
+from camgeom.mechanics.hertz import allowable_load, line_contact, line_flexibility, line_pressure
+from camgeom.mechanics.life import hours
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, drive_torque
 from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
 from camgeom.track.turret import Engagement, Inside
 
@@ -31,26 +43,41 @@ STUD_SHARE = 0.5
 """Stud over roller diameter of a usual cam follower, where nothing better is known"""
 SPAN_SHARE = 1.6
 """Bearing distance of the camshaft over the cam's width, where nothing better is known"""
+COUNT = 72
+"""values of stiffness in a turn"""
+WITHIN = 5
+"""cam angles averaged into a value: a roller that comes or goes within the step counts for its share of it"""
+LEAST = 0.1
+"""share of the largest torque that counts where the turret is loaded less: an unloaded line contact has no stiffness,
+and a tenth of the load lowers it by about a sixth"""
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class TurretDuty:
     """The turret under load over one cam turn.
 
-    load     torque on the turret; speed rad/s of the cam
+    load     torque on the turret
     preload  normal interference in the dwell, mm
     width, bore   of the cam, mm, for its shaft (no shaft stress without a bore)
+    rating   of a roller's bearing, dynamic and static, N; None where it is not known
     """
 
     tracks: tuple[Track, ...]
     inside: Inside
-    load: FollowerLoad
+    load: Load
     roller: Material
     cam: Material
-    speed: float
     preload: float = 0.0
     width: float = 0.0
     bore: float = 0.0
+    rating: float | None = None
+    static_rating: float | None = None
+
+    @property
+    def speed(self) -> float:
+        """Cam speed, rad/s."""
+        return self.load.omega
 
     @cached_property
     def force(self) -> FollowerForce:
@@ -63,7 +90,7 @@ class TurretDuty:
         return self.force.panels.theta.ravel()
 
     @cached_property
-    def torque(self) -> Floats:
+    def turret_torque(self) -> Floats:
         """Torque that the cam gives the turret, N mm, (n,)."""
         return self.force.force.ravel()
 
@@ -75,12 +102,12 @@ class TurretDuty:
     @cached_property
     def loaded(self) -> npt.NDArray[np.intp]:
         """Sample points with a torque worth the name."""
-        size = np.abs(self.torque)
+        size = np.abs(self.turret_torque)
         return np.asarray(np.nonzero(size > QUIET * size.max(initial=0.0))[0])
 
     def _picked(self, values: npt.NDArray[Any]) -> Floats:
         """Values (2, n, ...) of the direction that the torque needs, at the loaded points."""
-        way = np.where(self.torque[self.loaded] >= 0.0, 0, 1)
+        way = np.where(self.turret_torque[self.loaded] >= 0.0, 0, 1)
         return np.asarray(values[way, self.loaded])
 
     @cached_property
@@ -100,7 +127,7 @@ class TurretDuty:
         r = self.tracks[0].meridian.jet(e.stations)[3]
         radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
         shared = share_load(
-            np.abs(self.torque[self.loaded]),
+            np.abs(self.turret_torque[self.loaded]),
             np.zeros(flat.shape[1]),
             np.where(flat, e.width, 0.0),
             np.where(flat, np.maximum(self._picked(e.curvature).reshape(flat.shape), 1e-12), 1.0),
@@ -117,9 +144,7 @@ class TurretDuty:
     @cached_property
     def _preloaded(self) -> Floats:
         """Load per length on both walls of a preloaded turret, N/mm, (2, n, k, m): a slice presses one of them."""
-        from camgeom.mechanics.turret_stiffness import bearing_of, equilibrium
-
-        held = equilibrium(bearing_of(self, self.engagement), self.torque, self)
+        held = self.slices(self.engagement).held(self.turret_torque)
         n, k, m = len(self.theta), len(self.engagement.places), len(self.engagement.stations)
         return np.moveaxis(held.line_load.reshape(n, 2, k, m), 0, 1)
 
@@ -132,7 +157,7 @@ class TurretDuty:
 
     def _walls(self, values: Floats) -> Floats:
         """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
-        chosen = np.where(self.torque >= 0.0, 0, 1)
+        chosen = np.where(self.turret_torque >= 0.0, 0, 1)
         picked = np.asarray(values[chosen, np.arange(len(self.theta))])
         if self.preload <= 0.0:
             return picked
@@ -155,10 +180,37 @@ class TurretDuty:
         return np.asarray(np.hypot(total[:, 0], total[:, 1]))
 
     @cached_property
-    def input_torque(self) -> Floats:
-        """Torque that the camshaft needs, N mm, (n,)."""
+    def torque(self) -> Floats:
+        """Torque that the cam takes from its shaft, N mm, (p, n)."""
         zero = np.zeros(self.force.force.shape)
-        return np.asarray(drive_torque(self.force, zero, zero, 1.0)).ravel()
+        return drive_torque(self.force, zero, zero, 1.0)
+
+    def slices(self, beside: Engagement) -> Slices:
+        """The slices of the rollers that may press, preloaded, at the cam angles of an engagement."""
+        return Slices.of(beside, self.preload, self.roller, self.cam)
+
+    def stiffness_table(self, estimate: Estimate = "half-space") -> tuple[float, ...]:
+        """Torsional stiffness between cam and turret, N m/rad, at COUNT equal steps of a turn from cam angle zero.
+
+        Under the turret's own torque. Raises DesignError where no roller can bear.
+        """
+        step = TURN / COUNT
+        theta = (np.arange(COUNT * WITHIN) - WITHIN // 2) * step / WITHIN
+        slices = self.slices(Engagement(self.tracks, self.inside, theta))
+        held = slices.held(self.torque_at(theta, bool(slices.preload.any())))
+        each = MILLI * slices.stiffness(held.line_load, estimate)
+        return tuple(float(value) for value in each.reshape(COUNT, WITHIN).mean(axis=1))
+
+    def torque_at(self, theta: Floats, preloaded: bool) -> Floats:
+        """Torque on the turret, N mm, (n,), at cam angles (n,), without preload at least LEAST of the largest."""
+        torque = self.force.panels.at(self.force.force, np.mod(theta, TURN))
+        largest = float(np.abs(self.turret_torque).max(initial=0.0))
+        if largest == 0.0:
+            cause = "the turret has no torque to press its rollers on the cam"
+            raise DesignError(f"{cause}: give its inertia or a friction")
+        if preloaded:
+            return np.asarray(torque)
+        return np.asarray(np.where(torque >= 0.0, 1.0, -1.0) * np.maximum(np.abs(torque), LEAST * largest))
 
     @cached_property
     def passes_per_hour(self) -> float:
@@ -186,18 +238,20 @@ class TurretDuty:
         """Path rolled by a roller in one passage while it touches a wall, mm, one for each track."""
         return self._passage(self.engagement.on.any(axis=(0, 3)).astype(float))
 
-    def bearing(self, rating: float, static_rating: float | None) -> tuple[float, float, float]:
-        """Rated life, h, equivalent load, N, and static safety of the worst roller's bearing (equation 37, ISO 281)."""
-        largest = float(self.roller_load.max(initial=0.0))
-        safety = np.inf if static_rating is None or largest == 0.0 else static_rating / largest
+    @cached_property
+    def bearing(self) -> BearingLife | None:
+        """Life of the worst roller's bearing (equation 37, ISO 281); None where it has no rating."""
+        if self.rating is None:
+            return None
+        largest, zero = self.roller_load.max(initial=0.0), np.zeros(())
+        safety = static_safety(self.static_rating, np.asarray(largest))
         if largest == 0.0:
-            return np.inf, 0.0, safety
+            return BearingLife(np.asarray(np.inf), zero, zero, safety)
         mean = largest * (self._passage((self.roller_load / largest) ** ROLLER_EXPONENT) / self._path) ** (
             1.0 / ROLLER_EXPONENT
         )
         omega = self._path / self._radius * self.passes_per_hour / 3600.0
-        life = np.asarray(rated_hours(rating, mean, omega))
-        return float(life.min()), float(mean.max()), float(safety)
+        return BearingLife(rated_hours(self.rating, mean, omega).min(), mean.max(), omega.max(), safety)
 
     @cached_property
     def _radius(self) -> float:
@@ -225,13 +279,48 @@ class TurretDuty:
     def cam_life(self) -> float:
         """Fatigue life of the cam's walls, h: each point is met once in a cam turn."""
         m = self.cam
-        damage = (self.peak_pressure / m.contact_limit) ** m.exponent / m.contact_cycles
-        return float(1.0 / (damage * self.speed / TURN * 3600.0)) if damage > 0.0 else float("inf")
+        return float(hours((self.peak_pressure.value / m.contact_limit) ** m.exponent / m.contact_cycles, self.speed))
 
     @property
-    def peak_pressure(self) -> float:
-        """Largest contact pressure of all slices, MPa."""
-        return float(self.pressure.max(initial=0.0))
+    def lives(self) -> dict[str, float]:
+        """Fatigue life, h, of roller, cam and the roller's bearing."""
+        lives = {"roller": self.roller_life, "cam": self.cam_life}
+        return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
+
+    @property
+    def contact_forces(self) -> Floats:
+        """Normal force of every roller, N, (k, p, n)."""
+        return np.moveaxis(self.roller_load.reshape(*self.force.force.shape, -1), -1, 0)
+
+    @cached_property
+    def peak_force(self) -> Extreme:
+        """Largest normal force on a roller, N."""
+        at = int(np.argmax(self.roller_load.max(axis=1)))
+        return Extreme(float(self.roller_load[at].max()), float(self.theta[at]))
+
+    @cached_property
+    def peak_torque(self) -> Extreme:
+        """Largest torque that the cam takes from its shaft, N mm: of both directions."""
+        size = np.abs(self.torque.ravel())
+        at = int(np.argmax(size))
+        return Extreme(float(size[at]), float(self.theta[at]))
+
+    @cached_property
+    def _hardest(self) -> tuple[int, int, int]:
+        """Sample point, roller and slice of the largest pressure."""
+        n, k, m = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
+        return int(n), int(k), int(m)
+
+    @cached_property
+    def peak_pressure(self) -> Extreme:
+        """Largest contact pressure of all slices of all rollers, MPa."""
+        n, _, m = self._hardest
+        delta = float(self.tracks[0].meridian.jet(self.engagement.stations)[0][m])
+        return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)
+
+    @property
+    def least_force(self) -> None:
+        """None: the turret is driven both ways."""
 
     @property
     def preload_pressure(self) -> float:
@@ -246,76 +335,52 @@ class TurretDuty:
             load = self.preload / soft
         return float(line_pressure(load, k, pair_compliance(self.roller, self.cam)))
 
-    def worst(self) -> tuple[float, float]:
-        """Cam angle (rad) and place along the roller (delta, mm) of the largest pressure."""
-        n, _, m = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
-        return float(self.theta[n]), float(self.tracks[0].meridian.jet(self.engagement.stations)[0][m])
-
     def contact_data(self) -> dict[str, Any]:
-        """What result.json says of the contact."""
-        angle, delta = self.worst()
-        middle = self.pressure[:, :, self.pressure.shape[2] // 2]
-        n = int(np.argmax(middle.max(axis=1)))
-        pair = pair_compliance(self.roller, self.cam)
-        n3, k3, m3 = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
-        k_rel = float(self._walls(self.engagement.curvature)[n3, k3, m3])
-        half = 2.0 * self.peak_pressure * pair / max(k_rel, 1e-12)
+        """Pressure, force, torque, and what shaft and studs see, as plain data for result.json."""
+        middle = self.pressure[:, :, self.pressure.shape[2] // 2].max(axis=1)
+        k_rel = max(float(self._walls(self.engagement.curvature)[self._hardest]), 1e-12)
+        load = float(self.line_load[self._hardest])
         length = self.engagement.width * self.pressure.shape[2]
-        carrying = self.roller_load[self.loaded] > 0.0
-        at = int(np.argmax(np.abs(self.input_torque)))
+        carrying = (self.roller_load[self.loaded] > 0.0).sum(axis=1)
         limit = min(self.roller.contact_limit, self.cam.contact_limit)
         return {
             "peak_pressure_mpa": float(middle.max()),
-            "cam_angle_deg": degrees(float(self.theta[n])),
-            "peak_force_n": float(self.roller_load.max()),
-            "peak_slice_pressure_mpa": self.peak_pressure,
-            "peak_slice_delta_mm": delta,
-            "peak_slice_cam_angle_deg": degrees(angle),
-            "half_width_mm": half,
-            "peak_shear_mpa": self.peak_pressure * SHEAR_SHARE,
-            "shear_depth_mm": half * SHEAR_DEPTH,
-            "allowable_force_n": float(allowable_load(limit, max(k_rel, 1e-12), length, pair)),
+            "cam_angle_deg": degrees(float(self.theta[int(np.argmax(middle))])),
+            "peak_force_n": self.peak_force.value,
+            **slice_data(self.peak_pressure),
+            **hertz_data(line_contact(load, k_rel, self.roller, self.cam, self._radius)),
+            "allowable_force_n": float(allowable_load(limit, k_rel, length, pair_compliance(self.roller, self.cam))),
             "preload_pressure_mpa": self.preload_pressure,
-            "rollers_sharing_least": int(carrying.sum(axis=1).min()) if len(carrying) else 0,
-            "rollers_sharing_most": int(carrying.sum(axis=1).max()) if len(carrying) else 0,
-            "peak_turret_torque_n_m": float(np.abs(self.torque).max()) * 1e-3,
-            "peak_torque_n_m": float(np.abs(self.input_torque).max()) * 1e-3,
-            "peak_torque_at_deg": degrees(float(self.theta[at])),
-            "mean_torque_n_m": float(self.force.work()) / (2.0 * pi) * 1e-3,
+            "rollers_sharing_least": int(carrying.min()) if len(carrying) else 0,
+            "rollers_sharing_most": int(carrying.max()) if len(carrying) else 0,
+            "peak_turret_torque_n_m": float(np.abs(self.turret_torque).max()) * MILLI,
+            **torque_data(self.peak_torque, float(self.force.work())),
             **self._supports(length),
         }
 
     def _supports(self, length: float) -> dict[str, Any]:
         """Stresses of stud and shaft, with the dimensions they are taken at."""
-        force = float(self.roller_load.max())
         stud = STUD_SHARE * 2.0 * self._radius
         data: dict[str, Any] = {
             "stud_diameter_mm": stud,
-            "stud_stress_mpa": float(stud_stress(force, 0.5 * length, stud).mises),
+            "stud_stress_mpa": float(stud_stress(self.peak_force.value, 0.5 * length, stud).mises),
         }
         if self.bore > 0.0:
             moment = span_moment(self.shaft_force.max(), *(0.5 * SPAN_SHARE * self.width,) * 2)
             data["shaft_bearing_distance_mm"] = SPAN_SHARE * self.width
-            data["shaft_stress_mpa"] = float(
-                shaft_stress(moment, np.abs(self.input_torque).max(), self.bore).mises
-            )
+            data["shaft_stress_mpa"] = float(shaft_stress(moment, self.peak_torque.value, self.bore).mises)
         return data
 
-    def fatigue_data(self, rating: float | None, static_rating: float | None) -> dict[str, Any]:
-        """What result.json says of the lives."""
-        data: dict[str, Any] = {
-            "roller_life_h": _finite(self.roller_life),
-            "hot_spot_deg": degrees(self.worst()[0]),
-            "cam_life_h": _finite(self.cam_life),
-            "path_per_turn_m": float(self._path.max()) * self.passes_per_hour / (self.speed / TURN * 3600.0) * 1e-3,
+    def fatigue_data(self) -> dict[str, Any]:
+        """Lives of roller and cam as plain data."""
+        return {
+            "roller_life_h": finite(self.roller_life),
+            "hot_spot_deg": degrees(self.peak_pressure.cam_angle),
+            "cam_life_h": finite(self.cam_life),
+            "path_per_turn_m": self.path_per_turn * MILLI,
         }
-        if rating is not None:
-            life, mean, safety = self.bearing(rating, static_rating)
-            data |= {"bearing_life_h": _finite(life), "bearing_mean_load_n": mean}
-            if static_rating is not None:
-                data["bearing_static_safety"] = _finite(safety)
-        return data
 
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    @property
+    def path_per_turn(self) -> float:
+        """Path that a roller rolls in a turn of the cam, mm, the longest of all."""
+        return float(self._path.max()) * self.passes_per_hour / (self.speed / TURN * 3600.0)

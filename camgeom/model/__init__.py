@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
     from camgeom.mechanics.contact import Contact
-    from camgeom.mechanics.face_duty import PlanarDrive
+    from camgeom.mechanics.duty import Duty
+    from camgeom.mechanics.face_duty import FaceDuty
     from camgeom.mechanics.life import RollerLife
-    from camgeom.mechanics.roller_duty import Duty
+    from camgeom.mechanics.load import Load
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
 
 
@@ -44,16 +46,20 @@ class Model(Shape):
         return self.profile.operation is not None and bool(self.mechanism.touches)
 
     @fact
-    def drive(self) -> PlanarDrive:
-        """Forces of a planar cam on its follower. Raises ProfileError where the profile has no [operation]."""
-        from camgeom.mechanics.face_duty import PlanarDrive
-        from camgeom.model.loads import follower_load
+    def load(self) -> Load:
+        """What acts on the follower. Raises ProfileError where the profile has no [operation]."""
+        from camgeom.model.loads import load_of
 
-        material, planar = self.profile.material, self.planar
-        if planar is None:
+        return load_of(self.profile, self.setup)
+
+    @fact
+    def drive(self) -> FaceDuty:
+        """Forces of a planar cam on its follower. Raises ProfileError where the profile has no [operation]."""
+        from camgeom.model.loads import face_duty
+
+        if self.planar is None:
             raise DesignError(f"a {self.profile.kind} cam has no planar outline to compute the force on")
-        load = follower_load(self.profile, self.setup)
-        return PlanarDrive(planar.touches, load, material.roller, material.cam)
+        return face_duty(self.profile.material, self.load, self.planar.touches)
 
     @property
     def turret_loaded(self) -> bool:
@@ -63,24 +69,12 @@ class Model(Shape):
     @fact
     def turret_duty(self) -> TurretDuty:
         """Load sharing, stress and life of a turret. Raises ProfileError where the profile has no [operation]."""
-        from camgeom.mechanics.turret_duty import TurretDuty
-        from camgeom.model.loads import angular_speed, follower_load, operation_of
+        from camgeom.model.loads import turret_duty
 
-        mechanism, operation = self.mechanism, operation_of(self.profile, "stress and life")
-        turret = mechanism.turret
+        turret = self.mechanism.turret
         if turret is None:
             raise DesignError(f"a {self.profile.kind} cam has no turret")
-        return TurretDuty(
-            turret.bearing,
-            mechanism.inside,
-            follower_load(self.profile, self.setup),
-            self.profile.material.roller,
-            self.profile.material.cam,
-            angular_speed(operation.speed),
-            turret.preload,
-            mechanism.width,
-            mechanism.bore.diameter if mechanism.bore else 0.0,
-        )
+        return turret_duty(self.profile.material, self.mechanism, turret, self.load)
 
     @fact
     def indexing(self) -> IndexingStudy | None:
@@ -98,7 +92,8 @@ class Model(Shape):
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
-        return elastic_follower_of(self.profile, self.setup, all(len(t.sides) < 2 for t in self.tracks))
+        load = self.load if self.profile.operation is not None else None
+        return elastic_follower_of(self.profile, self.setup, load, all(len(t.sides) < 2 for t in self.tracks))
 
     @fact
     def impact(self) -> ImpactRun | None:
@@ -135,7 +130,17 @@ class Model(Shape):
         return self.loaded and self.mechanism.classical
 
     @fact
-    def duty(self) -> Duty:
+    def duties(self) -> tuple[RollerDuty, ...]:
+        """The duty of every roller: of two that drive a follower to and fro each carries its own direction.
+
+        Raises ProfileError where the profile has no [operation].
+        """
+        from camgeom.model.loads import roller_duties
+
+        return roller_duties(self.profile.material, self.mechanism, self.load)
+
+    @fact
+    def duty(self) -> RollerDuty:
         """Force, contact stress, life and torque of the hardest pressed roller.
 
         Raises ProfileError where the profile has no [operation].
@@ -145,7 +150,19 @@ class Model(Shape):
         return max(self.duties, key=lambda duty: float(duty.contact.peak().pressure))
 
     @property
-    def contact(self) -> Contact | TurretDuty | PlanarDrive:
+    def carrier(self) -> Duty | None:
+        """The duty of what presses the cam: a turret's rollers together, the hardest pressed roller, or the faces.
+
+        None where the profile has no [operation].
+        """
+        if self.turret_loaded:
+            return self.turret_duty
+        if self.loaded:
+            return self.duty
+        return self.drive if self.driven else None
+
+    @property
+    def contact(self) -> Contact | TurretDuty | FaceDuty:
         """Contact stress over the turn: of the hardest pressed roller, of a turret's rollers that share the load, or of
         the faces of a cam without a roller. Raises ProfileError where the profile has no [operation]."""
         if self.turret_loaded:
@@ -163,14 +180,6 @@ class Model(Shape):
         if self.setup.roller is None:
             raise DesignError(f"a {self.setup.follower.kind} follower without a roller has no roller life")
         return self.duty.roller_life
-
-    @fact
-    def duties(self) -> tuple[Duty, ...]:
-        """The duty of every roller: of two that drive a follower to and fro each carries its own direction."""
-        from camgeom.model.loads import roller_duty
-
-        flat, quoted = bool(self.mechanism.touches), self.mechanism.quoted_radius
-        return tuple(roller_duty(self.profile, self.setup, track, flat, quoted) for track in self.tracks)
 
 
 def read(path: str) -> Model:

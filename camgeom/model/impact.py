@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.material import pair_compliance
-from camgeom.model.loads import follower_load, operation_of
+from camgeom.model.loads import load_of, operation_of
 from camgeom.track.follower import Setup
 
 if TYPE_CHECKING:
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
+IGNORES = ("guide_friction",)
+"""keys of [operation] that the contact with free play leaves out"""
 
 
 def impact_of(profile: Profile, mechanism: Mechanism) -> ImpactRun:
@@ -49,7 +51,7 @@ def impact_problem(profile: Profile, mechanism: Mechanism) -> ImpactProblem:
         pair = replace(pair, lift=pair.lift.split(load.applied.jumps))
     return spec.problem(
         pair,
-        inertia=float(follower_load(profile, setup).mass),  # type: ignore[arg-type]
+        inertia=load_of(profile, setup).si.mass,
         speed_rpm=operation_of(profile, "impacts").speed,
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
         length_mm=length,
@@ -83,27 +85,26 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
 def impact_load(profile: Profile, setup: Setup) -> Load:
     """What [operation] puts on the follower beside its inertia: spring, friction, weight, applied forces; SI.
 
+    Leaves out IGNORES.
     Applied forces are taken over the cam angle along the ideal motion. Friction is reached at a hundredth of the
     motion's peak speed.
     """
     from camgeom.dynamics.impact.lift import ForceTable
     from camgeom.dynamics.impact.problem import Load
 
-    load, program = follower_load(profile, setup), setup.program
-    rotating = load.kind == "rotating"
-    unit, length = (MILLI, 1.0) if rotating else (1.0, MILLI)
+    load, program = load_of(profile, setup), setup.program
+    si, omega = load.si, load.omega
+    unit, length = (MILLI, 1.0) if load.rotating else (1.0, MILLI)
     applied = None
     if load.applied:
-        omega = float(load.speed)  # type: ignore[arg-type]
 
         def force(theta: Floats) -> Floats:
             s, v, a = program.jet(theta, 2)
             return np.asarray(unit * sum(one(theta, s, omega * v, omega**2 * a) for one in load.applied))
 
         applied = ForceTable.of(force, [*program.knots, *(b for one in load.applied for b in one.breaks)])
-    spring, friction, weight, rate = (float(v) for v in (load.preload, load.friction, load.weight, load.rate))  # type: ignore[arg-type]
-    fastest = length * abs(program.peak(1).value) * float(load.speed)  # type: ignore[arg-type]
-    return Load(-unit * (spring + weight), unit * rate / length, unit * friction, 0.01 * fastest or 1e-3, applied)
+    fastest = length * abs(program.peak(1).value) * omega
+    return Load(-(si.preload + si.weight), si.rate, si.friction, 0.01 * fastest or 1e-3, applied)
 
 
 def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:

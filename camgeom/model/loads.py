@@ -1,4 +1,4 @@
-"""What a profile's [operation] puts on the follower, and the duty of one roller under it, in internal units."""
+"""What a profile's [operation] puts on the follower, collected once, and the duty of what presses the cam under it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ from math import pi
 from typing import TYPE_CHECKING
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.mechanics.load import FollowerLoad
-from camgeom.mechanics.roller_duty import Duty
-from camgeom.track import Arc, Straight, Track
-from camgeom.track.follower import FrameFollower, Setup, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.mechanics.load import Load
+from camgeom.track import Arc, Straight
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.roller_duty import RollerDuty
+    from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
-    from camgeom.profile.sections import Operation
+    from camgeom.profile.sections import Materials, Operation
+    from camgeom.solid.mechanism import Mechanism, Turret
+    from camgeom.track.follower import AnyRoller, Setup
+    from camgeom.track.touch import Touch
 
 DEGREES = 180.0 / pi
 
@@ -26,60 +30,68 @@ def operation_of(profile: Profile, purpose: str) -> Operation:
     return profile.operation
 
 
-def angular_speed(rpm: float) -> float:
-    """r/min in rad/s."""
-    return rpm * 2.0 * pi / 60.0
+def load_of(profile: Profile, setup: Setup) -> Load:
+    """Inertia, friction, spring, weight and applied forces on the follower; N and mm, or N mm and rad.
 
-
-def follower_load(profile: Profile, setup: Setup) -> FollowerLoad:
-    """Inertia, friction, spring, weight and applied forces on the follower; N and mm, or N mm and rad."""
+    A solver that leaves some of it out names those keys: IGNORES in `vibration` and `impact`; the rigid duties honour
+    all that means something for their follower (see `Operation.idle`).
+    """
     operation, follower = operation_of(profile, "a force"), setup.follower
-    applied = tuple(force.applied() for force in operation.force)
-    translating = isinstance(follower, TranslatingFollower | FrameFollower)
-    if isinstance(follower, TranslatingFollower | FrameFollower):
-        mass = follower.mass + operation.load_mass
-        rate, weight = operation.spring_rate, mass * operation.gravity
-    else:
-        assert isinstance(follower, SwingingFollower | TurretFollower)
-        mass = follower.inertia + operation.load_inertia
-        rate, weight = operation.spring_rate * DEGREES, 0.0
-    return FollowerLoad(
+    mass = follower.moving(operation.load_mass, operation.load_inertia)
+    return Load(
         setup.program,
-        angular_speed(operation.speed),
+        operation.speed * 2.0 * pi / 60.0,
         mass,
         operation.friction,
         operation.spring_preload,
-        rate,
-        weight,
-        applied,
-        "translating" if translating else "rotating",
+        operation.spring_rate * (DEGREES if follower.rotating else 1.0),
+        0.0 if follower.rotating else mass * operation.gravity,
+        tuple(force.applied() for force in operation.force),
+        "rotating" if follower.rotating else "translating",
         operation.guide_friction,
     )
 
 
-def roller_duty(profile: Profile, setup: Setup, track: Track, flat: bool, quoted: float | None) -> Duty:
-    """Force, stress and life of one roller.
+def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tuple[RollerDuty, ...]:
+    """Force, stress and life of every roller: of two that drive a follower to and fro each carries its own direction.
 
-    flat    a planar cam, straight along the roller's axis; quoted: where the classical figures are quoted on it, mm
-
-    Such a cam is not the envelope of a crown: a crowned roller touches it with the crown's own arc.
+    A planar cam is straight along the roller's axis, not the envelope of a crown: a crowned roller touches it with the
+    crown's own arc.
     """
-    low, high = track.contact
-    crown = None
-    if flat and isinstance(track.meridian, Arc):
-        crown = track.meridian.arc
-        track = replace(track, meridian=Straight(track.meridian.radius, track.meridian.centre))
-    radius = 0.5 * (low + high)
-    if quoted is not None and min(low, high) <= quoted <= max(low, high):
-        radius = quoted
-    load = follower_load(profile, setup)
-    return Duty(
-        track,
-        track.meridian.parameter(radius),
-        high - low,
-        load,
-        profile.material.roller,
-        profile.material.cam,
-        angular_speed(operation_of(profile, "stress and life").speed),
-        crown,
-    )
+    from camgeom.mechanics.roller_duty import RollerDuty
+
+    quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
+    duties = []
+    for track in mechanism.tracks:
+        low, high = track.contact
+        crown, meridian = None, track.meridian
+        if mechanism.touches and isinstance(meridian, Arc):
+            crown = meridian.arc
+            track = replace(track, meridian=Straight(meridian.radius, meridian.centre))
+        within = quoted is not None and min(low, high) <= quoted <= max(low, high)
+        station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
+        duties.append(RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating))
+    return tuple(duties)
+
+
+def face_duty(material: Materials, load: Load, touches: tuple[Touch, ...]) -> FaceDuty:
+    """Force and stress of what touches a planar cam."""
+    from camgeom.mechanics.face_duty import FaceDuty
+
+    return FaceDuty(touches, load, material.roller, material.cam)
+
+
+def turret_duty(material: Materials, mechanism: Mechanism, turret: Turret, load: Load) -> TurretDuty:
+    """Load sharing, stress and life of a turret's rollers."""
+    from camgeom.mechanics.turret_duty import TurretDuty
+
+    bore = mechanism.bore.diameter if mechanism.bore else 0.0
+    return TurretDuty(
+        turret.bearing, mechanism.inside, load, material.roller, material.cam, turret.preload, mechanism.width, bore,
+        *_rating(mechanism.roller),
+    )  # fmt: skip
+
+
+def _rating(roller: AnyRoller | None) -> tuple[float | None, float | None]:
+    """Dynamic and static rating of the roller's bearing, N."""
+    return (roller.dynamic_rating, roller.static_rating) if roller is not None else (None, None)

@@ -5,23 +5,27 @@ The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeo
 
 from __future__ import annotations
 
-from math import radians
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.track.follower import Setup, SwingingFollower, TurretFollower
+from camgeom.track.follower import Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.dynamics.spec import DynamicsSpec
+    from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
     from camgeom.solid import Solid
 
 MILLI = 1e-3
+INDEXING_IGNORES = ("friction", "spring_rate", "spring_preload", "force")
+"""keys of [operation] that the elastic indexing drive leaves out"""
+FOLLOWER_IGNORES = ("friction", "guide_friction", "gravity", "force")
+"""keys of [operation] that the elastic follower leaves out"""
 
 
 class Drive(Protocol):
@@ -42,8 +46,8 @@ class Drive(Protocol):
 def indexing_of(model: Drive) -> IndexingStudy:
     """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
 
-    Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Raises
-    ProfileError for another follower and where nothing is left for the load plate.
+    Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Leaves out
+    INDEXING_IGNORES. Raises ProfileError for another follower and where nothing is left for the load plate.
     """
     from camgeom.dynamics.indexing.study import indexing_study
 
@@ -54,9 +58,7 @@ def indexing_of(model: Drive) -> IndexingStudy:
     speed, sources = _speed(model.profile), dict[str, str]()
     table: tuple[float, ...] = ()
     if spec.contact_stiffness is None:
-        from camgeom.mechanics.turret_stiffness import contact_table
-
-        table = contact_table(model.turret_duty, spec.estimate)
+        table = model.turret_duty.stiffness_table(spec.estimate)
         sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
     inertias = _inertias(model, spec, sources)
     return indexing_study(spec, model.setup.program, speed, table, inertias, sources)
@@ -105,23 +107,22 @@ def _turret_inertia(model: Drive) -> float:
     return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
 
 
-def elastic_follower_of(profile: Profile, setup: Setup, one_sided: bool) -> FollowerStudy:
-    """The elastic follower at the operating speed; force-closed where the cam has one flank (`one_sided`)."""
+def elastic_follower_of(profile: Profile, setup: Setup, load: Load | None, one_sided: bool) -> FollowerStudy:
+    """The elastic follower under the load at the operating speed; force-closed where the cam has one flank
+    (`one_sided`). Leaves out FOLLOWER_IGNORES. Raises ProfileError for a turret, and without a load.
+    """
     from camgeom.dynamics.follower.study import follower_study
 
-    spec, operation, follower = profile.dynamics_spec, profile.operation, setup.follower
+    spec = profile.dynamics_spec
     assert spec is not None
-    if isinstance(follower, TurretFollower):
+    if isinstance(setup.follower, TurretFollower):
         raise ProfileError([Problem("dynamics.kind", "a turret is an indexing drive", spec.kind, "indexing")])
     speed = _speed(profile)
-    assert operation is not None
-    rotating = isinstance(follower, SwingingFollower)
-    # [operation] holds N/mm and N for a slide, N mm/deg and N mm for an arm.
-    stiffness = operation.spring_rate * (MILLI / radians(1.0) if rotating else 1.0 / MILLI)
-    preload = operation.spring_preload * (MILLI if rotating else 1.0)
-    closure: Any = "force" if one_sided else "form"
+    assert load is not None
+    si = load.si
+    closure: Literal["force", "form"] = "force" if one_sided else "form"
     return follower_study(
-        spec, setup.program, speed, rotating, closure, _inertia(profile, setup), stiffness, preload
+        spec, setup.program, speed, load.rotating, closure, si.mass, si.rate, si.preload
     )
 
 
@@ -129,10 +130,3 @@ def _speed(profile: Profile) -> float:
     if profile.operation is None:
         raise ProfileError([Problem("operation.speed", "is missing", None, "r/min, for the dynamics")])
     return profile.operation.speed
-
-
-def _inertia(profile: Profile, setup: Setup) -> float:
-    """Moving mass, kg, or inertia, kg m2."""
-    operation = profile.operation
-    mass, inertia = (operation.load_mass, operation.load_inertia) if operation else (0.0, 0.0)
-    return setup.follower.moving(mass, inertia)

@@ -6,13 +6,14 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from math import degrees, isfinite, pi
+from math import degrees, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.mechanics.duty import bearing_data, finite
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding
@@ -131,25 +132,6 @@ def _planar(planar: Planar) -> dict[str, Any]:
     if planar.sliding is not None:
         data["max_sliding_mm_per_rad"] = planar.sliding.value
     return data
-
-
-def _contact(model: Model) -> dict[str, Any]:
-    data: dict[str, Any] = {}
-    if model.loaded:
-        data = contact_data(model)
-    if model.turret_loaded:
-        data = model.turret_duty.contact_data()
-    if model.driven:
-        # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
-        data = model.drive.data() | data | model.drive.totals()
-    return data
-
-
-def _fatigue(model: Model) -> dict[str, Any]:
-    roller = model.setup.roller
-    if model.turret_loaded and roller is not None:
-        return model.turret_duty.fatigue_data(roller.dynamic_rating, roller.static_rating)
-    return fatigue_data(model) if model.loaded else {}
 
 
 def _cutter(model: Model) -> dict[str, Any]:
@@ -291,53 +273,22 @@ def solid_data(model: Model) -> dict[str, Any]:
 
 
 def contact_data(model: Model) -> dict[str, Any]:
-    """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear."""
-    duty = model.duty
-    peak, slices = duty.contact.peak(), duty.slices.peak()
-    worst = int(np.argmax(slices.pressure))
-    hardest = duty.peak_contact
-    force, _ = duty.peak_of(np.abs(duty.normal))
-    torque, torque_at = duty.peak_of(duty.torque)
-    return {
-        "peak_pressure_mpa": _finite(peak.pressure),
-        "cam_angle_deg": degrees(float(peak.theta)),
-        "peak_force_n": force,
-        "peak_slice_pressure_mpa": _finite(slices.pressure[worst]),
-        "peak_slice_delta_mm": float(duty.slice_stations[worst]),
-        "peak_slice_cam_angle_deg": degrees(float(slices.theta[worst])),
-        "half_width_mm": float(hardest.half_width),
-        "peak_shear_mpa": float(hardest.shear),
-        "shear_depth_mm": float(hardest.shear_depth),
-        "peak_torque_n_m": torque * 1e-3,
-        "peak_torque_at_deg": degrees(torque_at),
-        "mean_torque_n_m": float(duty.force.work()) / (2.0 * pi) * 1e-3,
-        "wall_reversals_deg": [degrees(r.taken) for r in duty.force.reversals()[0]],
-    }
+    """Force, pressure and torque of what presses the cam."""
+    data = model.carrier.contact_data() if model.carrier is not None else {}
+    # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
+    return model.drive.contact_data() | data | model.drive.torque_data() if model.driven else data
 
 
 def fatigue_data(model: Model) -> dict[str, Any]:
     """Lives of roller, cam and bearing."""
-    duty = model.duty
-    life, slices = duty.roller_life, duty.slice_life
-    data: dict[str, Any] = {
-        "roller_life_h": _finite(life.life_h),
-        "roller_slice_life_h": _finite(np.min(slices.life_h)),
-        "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,
-        "cam_life_h": _finite(duty.cam_life.life_h),
-        "path_per_turn_m": float(life.path) * 1e-3,
-    }
-    if len(model.duties) > 1:
-        data["roller_lives_h"] = [_finite(one.roller_life.life_h) for one in model.duties]
+    if model.carrier is None:
+        return {}
+    data = model.carrier.fatigue_data()
+    if model.loaded and len(model.duties) > 1:
+        data["roller_lives_h"] = [finite(duty.lives["roller"]) for duty in model.duties]
     if model.classical:
         data["conventions"] = conventions(model)
-    roller = model.setup.roller
-    if roller is not None and roller.dynamic_rating is not None:
-        bearing = duty.bearing(roller.dynamic_rating, roller.static_rating)
-        data["bearing_life_h"] = _finite(bearing.life_h)
-        data["bearing_mean_load_n"] = float(bearing.mean_load)
-        if roller.static_rating is not None:
-            data["bearing_static_safety"] = _finite(bearing.static_safety)
-    return data
+    return data | bearing_data(model.carrier.bearing)
 
 
 def dynamics_data(model: Model) -> dict[str, Any]:
@@ -418,34 +369,27 @@ def conventions(model: Model) -> list[dict[str, Any]]:
         rows.append(
             {
                 "convention": name,
-                "peak_pressure_mpa": _finite(peak.pressure),
+                "peak_pressure_mpa": finite(peak.pressure),
                 "cam_angle_deg": degrees(float(peak.theta)),
-                "roller_life_h": _finite(life.life_h),
+                "roller_life_h": finite(life.life_h),
             }
         )
-    peak = duty.slices.peak()
-    worst = int(np.argmax(peak.pressure))
+    hardest = duty.peak_pressure
     rows.append(
         {
             "convention": "exact, slices",
-            "peak_pressure_mpa": _finite(peak.pressure[worst]),
-            "cam_angle_deg": degrees(float(peak.theta[worst])),
-            "roller_life_h": _finite(np.min(duty.slice_life.life_h)),
+            "peak_pressure_mpa": finite(hardest.value),
+            "cam_angle_deg": degrees(hardest.cam_angle),
+            "roller_life_h": finite(np.min(duty.slice_life.life_h)),
         }
     )
     return rows
 
 
-def _finite(value: Any) -> float | None:
-    """A number for JSON; null where there is no end (an unloaded contact lives for ever)."""
-    number = float(value)
-    return number if isfinite(number) else None
-
-
 SOURCES: dict[str, Callable[[Model], dict[str, Any]]] = {
     "solid": solid_data,
-    "contact": _contact,
-    "fatigue": _fatigue,
+    "contact": contact_data,
+    "fatigue": fatigue_data,
     "dynamics": dynamics_data,
     "cutter": _cutter,
 }

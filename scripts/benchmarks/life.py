@@ -14,7 +14,7 @@ from kit import Table, best, milli, run, short
 
 from camgeom.mechanics.groove import groove_contact
 from camgeom.mechanics.life import roller_life
-from camgeom.mechanics.load import FollowerForce, FollowerLoad
+from camgeom.mechanics.load import FollowerForce, Load
 from camgeom.mechanics.material import STEEL
 from camgeom.motion import Program, Segment
 
@@ -27,7 +27,7 @@ def shuttle() -> FollowerForce:
     program = Program.from_segments([
         Segment(0.4 * turn), Segment(0.6 * turn, 40.0, "cycloidal"), Segment(0.78 * turn, 74.0, "modified-sine"),
         Segment(0.8 * turn), Segment(turn, 0.0, "cycloidal")])
-    return FollowerLoad(program, SPEED, 2.25, 8.3).sampled()
+    return Load(program, SPEED, 2.25, 8.3).sampled()
 
 
 def life(load: FollowerForce, radius: Any) -> Any:

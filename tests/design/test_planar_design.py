@@ -68,7 +68,7 @@ def test_contact_stress_and_curvature_set_the_size() -> None:
     model = flat(rest="[operation]\nspeed = 100\nspring_preload = 900")
     radius = smallest_base_radius(model.profile, Wanted(None, 0.0, 300.0))
     at = flat(cam=f"base_radius = {radius}", rest="[operation]\nspeed = 100\nspring_preload = 900")
-    assert at.drive.peak_pressure[0] == pytest.approx(300.0, rel=1e-6)
+    assert at.drive.peak_pressure.value == pytest.approx(300.0, rel=1e-6)
     roller = disc(motion=[(60, 20, "cycloidal"), (360, 0, "cycloidal")])
     radius = smallest_base_radius(roller.profile, Wanted(None, 4.0))
     sharp = disc(f"base_radius = {radius}", motion=[(60, 20, "cycloidal"), (360, 0, "cycloidal")])

@@ -14,7 +14,7 @@ from camgeom.mechanics import groove
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.groove import groove_contact
 from camgeom.mechanics.life import cam_life, damage_profile, roller_life
-from camgeom.mechanics.load import FollowerLoad
+from camgeom.mechanics.load import Load
 from camgeom.mechanics.material import STEEL, Material, pair_compliance
 from tests.reference.pin_machine import (
     CAM,
@@ -172,7 +172,7 @@ FAST = Cycloids(((0, 12, 0, 3), (12, 40, 3, 40), (40, 200, 40, 10), (200, 215, 1
 )
 def test_hot_spot_on_other_motions_sizes_and_exponents(radius, exponent):
     """The refined maximum against the profile on a fine grid, for rollers from many turns to a fraction of one."""
-    load = FollowerLoad(FAST, 50.0, 1.0, 20.0, preload=5.0).sampled()
+    load = Load(FAST, 50.0, 1.0, 20.0, preload=5.0).sampled()
     material = Material(exponent=exponent)
     contact = groove_contact(load, 400.0, radius, 10.0, material, CAM, "flat")
     found = roller_life(contact, material, radius, 50.0)
@@ -189,7 +189,7 @@ def test_hot_spot_on_other_motions_sizes_and_exponents(radius, exponent):
 
 def test_counting_both_adds_the_contacts_before_the_first():
     """A load that pulls back from the start: points past half a turn meet the wall ahead before the wall behind."""
-    pull = FollowerLoad(Cycloids(((0, 180, 10, 0), (180, 360, 0, 10))), 40.0, 1.0, 5.0)
+    pull = Load(Cycloids(((0, 180, 10, 0), (180, 360, 0, 10))), 40.0, 1.0, 5.0)
 
     def force(phi, one, two):
         return 5.0 * np.sign(one) + 1e-3 * 1600.0 * two
@@ -345,7 +345,7 @@ def test_absurd_pressure_is_refused_by_name():
 
 
 def test_no_load_lasts_for_ever():
-    load = FollowerLoad(PIN_MOTION, SPEED).sampled()
+    load = Load(PIN_MOTION, SPEED).sampled()
     contact = groove_contact(load, PITCH_RADIUS, ROLLER_RADIUS, LENGTH, STEEL, STEEL)
     found = roller_life(contact, STEEL, ROLLER_RADIUS, SPEED)
     assert float(found.life_h) == np.inf == float(cam_life(contact, STEEL, SPEED).life_h)

@@ -14,7 +14,7 @@ from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.panels import TURN, highest, panels, roots
 from camgeom.mechanics import groove
 from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
-from camgeom.mechanics.load import FollowerLoad, drive_torque, normal_force, reversals
+from camgeom.mechanics.load import Load, drive_torque, normal_force, reversals
 from camgeom.motion import Program, Segment
 from tests.reference.pin_machine import (
     INSERTION_FROM,
@@ -55,7 +55,7 @@ def test_program_and_written_out_motion_give_the_same_force():
             Segment(360 * DEG, 0.0, "cycloidal"),
         ]
     )
-    load = FollowerLoad(program, SPEED, 2.25, 8.3, applied=(insertion(),))
+    load = Load(program, SPEED, 2.25, 8.3, applied=(insertion(),))
     found = load.sampled(PIN.panels)
     np.testing.assert_allclose(found.force, PIN.force, rtol=1e-9, atol=1e-8)
     assert load.panels().breaks.size == PIN.panels.breaks.size
@@ -111,7 +111,7 @@ def test_rotating_follower_is_in_torques():
     swing = Program.from_segments(
         [Segment(90 * DEG, 0.5, "3-4-5"), Segment(180 * DEG), Segment(360 * DEG, 0.0, "3-4-5")]
     )
-    load = FollowerLoad(swing, 20.0, mass=0.01, friction=30.0, kind="rotating").sampled()
+    load = Load(swing, 20.0, mass=0.01, friction=30.0, kind="rotating").sampled()
     theta = load.panels.theta
     jet = swing.jet(theta, 2)
     expected = 0.01 * 400.0 * jet[2] * 1e3 + 30.0 * np.sign(jet[1]) * (np.abs(jet[1]) > 0)
@@ -135,7 +135,7 @@ def test_guide_friction_against_the_balance_of_forces():
 
 
 def test_a_dwell_has_neither_friction_nor_side():
-    still = FollowerLoad(Program.from_segments([Segment(TURN)]), SPEED, 1.0, 5.0).sampled()
+    still = Load(Program.from_segments([Segment(TURN)]), SPEED, 1.0, 5.0).sampled()
     assert not still.force.any()
     assert still.reversals() == [()]
 
@@ -169,7 +169,7 @@ def test_a_range_may_run_past_the_turn():
 
 def test_velocity_in_an_expression_uses_the_speed():
     force = expression_force("0.5*v", 0.0, TURN)
-    load = FollowerLoad(PIN_MOTION, np.array([10.0, 20.0]), applied=(force,)).sampled(PIN.panels)
+    load = Load(PIN_MOTION, np.array([10.0, 20.0]), applied=(force,)).sampled(PIN.panels)
     np.testing.assert_allclose(load.force, 0.5 * np.array([10.0, 20.0])[:, None, None] * PIN.ds, rtol=1e-13)
 
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import log, pi
 
 import numpy as np
 import pytest
 
 from camgeom.errors import DesignError, ProfileError
-from camgeom.mechanics.turret_stiffness import COUNT, bearing_at, contact_table, equilibrium, torque_at
+from camgeom.mechanics.material import STEEL
+from camgeom.mechanics.stiffness import Slices
+from camgeom.mechanics.turret_duty import COUNT, TurretDuty
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.track.turret import Engagement
 from tests.places import PROFILES
 
 SHAFTS = '\n[dynamics]\nkind = "indexing"\ninput_stiffness = 194870\noutput_stiffness = 350210\ncontact_damping = 4\n'
@@ -33,6 +36,10 @@ def changer() -> Model:
     return model("tool_changer")
 
 
+def slices_at(duty: TurretDuty, theta: np.ndarray) -> Slices:
+    return duty.slices(Engagement(duty.tracks, duty.inside, theta))
+
+
 def torque_of(bearing, held):
     """Torque of the slices on the turret, N mm, (n,)."""
     return (held.line_load * bearing.lever * bearing.width).sum(axis=1)
@@ -41,21 +48,21 @@ def torque_of(bearing, held):
 def test_loads_are_those_of_the_turret_s_duty(changer):
     duty = changer.turret_duty
     picked = duty.loaded[:: max(len(duty.loaded) // 40, 1)]
-    bearing = bearing_at(duty, duty.theta[picked])
-    held = equilibrium(bearing, duty.torque[picked], duty)
+    bearing = slices_at(duty, duty.theta[picked])
+    held = bearing.held(duty.turret_torque[picked])
     shared = duty.line_load[picked].reshape(len(picked), -1)
-    way = np.where(duty.torque[picked] >= 0.0, 0, 1)
+    way = np.where(duty.turret_torque[picked] >= 0.0, 0, 1)
     mine = held.line_load.reshape(len(picked), 2, -1)[np.arange(len(picked)), way]
     assert np.abs(mine - shared).max() < 1e-9 * shared.max()
 
 
 def test_stiffness_is_torque_over_angle_without_preload(changer):
     duty = changer.turret_duty
-    table = np.array(contact_table(duty))
+    table = np.array(duty.stiffness_table())
     theta = np.arange(COUNT) * 2.0 * pi / COUNT
-    bearing = bearing_at(duty, theta)
-    torque = torque_at(duty, theta, preloaded=False)
-    held = equilibrium(bearing, torque, duty)
+    bearing = slices_at(duty, theta)
+    torque = duty.torque_at(theta, preloaded=False)
+    held = bearing.held(torque)
     resting = theta < np.radians(100.0)
     assert table[resting] == pytest.approx((1e-3 * torque / held.angle)[resting], rel=1e-9)
     assert torque_of(bearing, held) == pytest.approx(torque, rel=1e-10)
@@ -65,8 +72,8 @@ def test_stiffness_is_torque_over_angle_without_preload(changer):
 @pytest.mark.parametrize(("share", "parted"), [(0.98, False), (1.02, True)])
 def test_preload_holds_both_walls_until_the_torque_parts_one(changer, share, parted):
     duty = replace(changer.turret_duty, preload=0.01)
-    bearing = bearing_at(duty, np.array([0.0]))
-    still = equilibrium(bearing, np.array([0.0]), duty)
+    bearing = slices_at(duty, np.array([0.0]))
+    still = bearing.held(np.array([0.0]))
     assert still.angle == pytest.approx(0.0, abs=1e-12)
     assert (still.line_load > 0.0).sum() >= 14
     # the torque at which the wall that holds back lets go: psi lever = preload
@@ -76,14 +83,14 @@ def test_preload_holds_both_walls_until_the_torque_parts_one(changer, share, par
     low, high = 0.0, 1e9
     for _ in range(80):
         torque = 0.5 * (low + high)
-        below = equilibrium(lone, np.array([torque]), duty).angle[0] < limit
+        below = lone.held(np.array([torque])).angle[0] < limit
         low, high = (torque, high) if below else (low, torque)
-    loaded = equilibrium(bearing, np.array([share * torque]), duty)
+    loaded = bearing.held(np.array([share * torque]))
     assert bool((loaded.line_load[held_back] > 0.0).any()) is not parted
 
 
 def test_preload_stiffens_the_dwell(changer):
-    loose, tight = (np.array(contact_table(replace(changer.turret_duty, preload=p))) for p in (0.0, 0.01))
+    loose, tight = (np.array(replace(changer.turret_duty, preload=p).stiffness_table()) for p in (0.0, 0.01))
     assert 1.7 * loose[0] < tight[0] < 3.0 * loose[0]
 
 
@@ -91,7 +98,7 @@ def test_a_turret_without_torque_is_refused(changer):
     duty = changer.turret_duty
     idle = replace(duty, load=replace(duty.load, mass=0.0, friction=0.0))
     with pytest.raises(DesignError, match="no torque"):
-        contact_table(idle)
+        idle.stiffness_table()
 
 
 def test_profile_without_stiffness_and_inertias_says_what_it_used():
@@ -131,3 +138,42 @@ def test_load_inertia_beside_the_follower_s():
 def test_nothing_left_for_the_load_plate_is_refused():
     with pytest.raises(ProfileError, match=r"dynamics\.load_inertia"):
         _ = model("tool_changer", SHAFTS + "cam_inertia = 0.1\nturret_inertia = 1.1\n").indexing
+
+
+def slices(curvature: list[float], width: float = 15.0, radius: float = 10.0) -> Slices:
+    """One cam angle, slices with the lever 1 mm on walls of these relative curvatures, 1/mm."""
+    k = np.array([curvature])
+    return Slices(np.full(k.shape, True), np.ones(k.shape), k, np.zeros(k.shape), width, radius, STEEL, STEEL)
+
+
+def test_half_space_by_hand():
+    """Two steel cylinders, R = 10 and 40 mm, 3 kN on 15 mm: the cam yields down to 20 mm."""
+    line, comp = 3000.0 / 15.0, STEEL.compliance
+    half = np.sqrt(4.0 * line * 2.0 * comp / (pi * (1.0 / 10.0 + 1.0 / 40.0)))
+    sink = line * comp / pi * (2.0 * log(40.0 / half) - 1.0 + 2.0 * log(40.0 / half) - 0.3 / 0.7)
+    found = slices([1.0 / 10.0 + 1.0 / 40.0]).stiffness(np.array([[line]]))
+    assert found[0] == pytest.approx(3000.0 / sink, rel=1e-14)
+
+
+def test_chord_is_load_free_and_stiffer():
+    """h1 + h2 is nearly b^2 k/2, so k = pi L E*/2 whatever the load: the source's formula counts the contact width
+    alone.
+    """
+    loads = (10.0 / 15.0, 100.0 / 15.0, 1000.0 / 15.0)
+    pair = slices([0.125])
+    chord = np.array([pair.stiffness(np.array([[line]]), "chord")[0] for line in loads])
+    softer = np.array([pair.stiffness(np.array([[line]]))[0] for line in loads])
+    assert chord == pytest.approx(pi * 15.0 / 2.0 / (2.0 * STEEL.compliance), rel=1e-4)
+    assert (softer < chord).all()
+    assert (np.diff(softer) > 0.0).all()
+
+
+def test_slices_add_up_and_idle_ones_do_not():
+    one = slices([0.1]).stiffness(np.array([[50.0]]))
+    assert slices([0.1, 0.1, 0.1]).stiffness(np.array([[50.0, 50.0, 0.0]])) == pytest.approx(2.0 * one, rel=1e-14)
+
+
+@pytest.mark.parametrize("estimate", ["chord", "half-space"])
+def test_a_contact_wider_than_its_body_is_refused(estimate):
+    with pytest.raises(DesignError, match=r"as wide as|wider than the body"):
+        slices([100.1]).stiffness(np.array([[1e12]]), estimate)

@@ -9,6 +9,7 @@ import pytest
 
 from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
+from camgeom.mechanics.duty import peak_of
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.result import COMMANDS, compute
@@ -43,7 +44,7 @@ def test_follower_leaves_the_cam_where_it_would_have_to_be_pulled() -> None:
 def test_spring_and_speed_that_just_keep_contact() -> None:
     drive = jumping().drive
     for factor, kept in ((0.999, False), (1.002, True)):
-        assert (jumping(preload=factor * drive.preload_needed).drive.least[0] >= 0.0) is kept
+        assert (jumping(preload=factor * drive.preload_needed).drive.least_force.value >= 0.0) is kept
     rpm = drive.leaving_speed * 30.0 / pi
     assert (jumping(speed=0.999 * rpm).drive.lost == ()) is True
     assert (jumping(speed=1.002 * rpm).drive.lost == ()) is False
@@ -63,7 +64,7 @@ def test_two_way_drives_share_the_force_between_their_touches() -> None:
 def test_b1_takes_the_torque_of_its_inertia() -> None:
     model = b1()
     peak = model.setup.program.peak(2)
-    torque, _ = model.drive.peak_of(np.abs(model.drive.force.force))
+    torque = peak_of(model.drive.force.panels, np.abs(model.drive.force.force)).value
     exact = 10.0 / np.sqrt(3.0) * radians(24.0) / radians(70.0) ** 2 * (20.0 * pi) ** 2
     assert exact == pytest.approx(6396.418982, abs=1e-6)
     assert abs(peak.value) * (20.0 * pi) ** 2 == pytest.approx(exact, rel=1e-12)
@@ -72,7 +73,7 @@ def test_b1_takes_the_torque_of_its_inertia() -> None:
 
 def test_face_pressure_is_that_of_a_cylinder_on_a_plane() -> None:
     model = flat(rest="[operation]\nspeed = 1\nspring_preload = 500")
-    pressure, _, _ = model.drive.peak_pressure
+    pressure = model.drive.peak_pressure.value
     low = model.planar.radii[0].value
     compliance = 2.0 * (1.0 - 0.3**2) / 206000.0
     assert pressure == pytest.approx(np.sqrt(500.0 / 12.0 / low / (pi * compliance)), rel=1e-3)
@@ -167,7 +168,7 @@ def test_guide_friction_grows_with_the_side_thrust(offset: float) -> None:
     # what the cam gives beyond the frictionless follower is the guides' loss
     lost = rough.drive.force.panels.integral(np.reshape(mu * normal * sine * np.abs(plain.drive.force.ds.ravel()),
                                                         plain.drive.force.ds.shape))
-    more = [m.drive.totals()["mean_torque_n_m"] for m in (plain, rough)]
+    more = [m.drive.torque_data()["mean_torque_n_m"] for m in (plain, rough)]
     assert more[1] - more[0] == pytest.approx(float(lost) / (2.0 * np.pi) * 1e-3, rel=1e-9)
     assert more[1] > more[0] + 0.1
     # the roller's own contact agrees with the cam's

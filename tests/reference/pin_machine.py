@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from camgeom.mechanics.applied import Applied, expression_force
-from camgeom.mechanics.load import FollowerLoad
+from camgeom.mechanics.load import Load
 from camgeom.mechanics.material import Material
 
 SPEED = 600.0 * 2.0 * np.pi / 60.0
@@ -47,6 +47,6 @@ def insertion() -> Applied:
     return expression_force(INSERTION, INSERTION_FROM, INSERTION_UNTIL)
 
 
-def pin_load(speed: object = SPEED, **changes: object) -> FollowerLoad:
+def pin_load(speed: object = SPEED, **changes: object) -> Load:
     given = {"mass": 2.25, "friction": 8.3, "applied": (insertion(),)} | changes
-    return FollowerLoad(PIN_MOTION, speed, **given)  # type: ignore[arg-type]
+    return Load(PIN_MOTION, speed, **given)  # type: ignore[arg-type]

@@ -61,13 +61,13 @@ def test_turret_shows_how_its_rollers_share_the_load() -> None:
     torque, force, sharing, pressure, _ = _charts(page)[0].panels
     total = np.sum([series.y for series in force.series], axis=0)
     assert total == pytest.approx(duty.roller_load.sum(axis=1))
-    assert float(np.abs(torque.series[0].y).max()) == pytest.approx(float(np.abs(duty.torque).max()) * 1e-3)
+    assert float(np.abs(torque.series[0].y).max()) == pytest.approx(float(np.abs(duty.turret_torque).max()) * 1e-3)
     assert {float(y) for y in sharing.series[0].y} == {0.0, 1.0, 2.0}
-    assert pressure.marks[0].y == pytest.approx(duty.peak_pressure)
+    assert pressure.marks[0].y == pytest.approx(duty.peak_pressure.value)
     shown = next(block for block in _blocks(page) if isinstance(block, Map))
-    assert np.nanmax(shown.values) == pytest.approx(duty.peak_pressure, rel=0.02)
+    assert np.nanmax(shown.values) == pytest.approx(duty.peak_pressure.value, rel=0.02)
     figures = {figure.label: figure.value for figure in page.figures}
-    assert figures["Peak contact pressure"] == pytest.approx(duty.peak_pressure)
+    assert figures["Peak contact pressure"] == pytest.approx(duty.peak_pressure.value)
     assert figures["Roller life"] == pytest.approx(duty.roller_life)
 
 
@@ -86,9 +86,9 @@ def test_planar_cam_shows_force_and_pressure_of_every_touch(profile: str) -> Non
     force, pressure, torque = lines.panels
     assert [series.name for series in force.series] == [touch.name for touch in drive.touches]
     top = max(float(series.y.max()) for series in force.series)
-    assert top == pytest.approx(drive.data()["peak_force_n"], rel=1e-5)
+    assert top == pytest.approx(drive.contact_data()["peak_force_n"], rel=1e-5)
     assert drive.peak_pressure is not None
-    assert pressure.marks[0].y == pytest.approx(drive.peak_pressure[0])
+    assert pressure.marks[0].y == pytest.approx(drive.peak_pressure.value)
     assert float(np.abs(torque.series[0].y).max()) <= abs(torque.marks[0].y) * (1 + 1e-9)
     assert "Peak contact force" in {figure.label for figure in page.figures}
 

@@ -41,7 +41,7 @@ def test_planar_cams_are_coloured_by_what_is_known_of_their_profile(profile: str
         assert np.all(np.isfinite(known["pressure"][flank]))
         assert np.all(np.isnan(known["pressure"][~flank]))
         tops.append(float(np.nanmax(known["pressure"])))
-    assert max(tops) == pytest.approx(peak[0], rel=0.02)
+    assert max(tops) == pytest.approx(peak.value, rel=0.02)
 
 
 def _turning(model: Model, folder: Path, monkeypatch: pytest.MonkeyPatch, *kinds: str) -> list[Path]:

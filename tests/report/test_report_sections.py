@@ -14,6 +14,7 @@ from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.errors import ExportError, ProfileError
 from camgeom.maths.mesh import Mesh
+from camgeom.mechanics.duty import peak_of
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from camgeom.report.page import render, sheet
@@ -104,8 +105,8 @@ def test_figures_are_the_models_own(model: Model, page: Page) -> None:
 def test_marks_on_the_contact_chart_are_the_refined_extremes(model: Model, page: Page) -> None:
     chart = next(b for s in page.sections if s.key == "contact" for b in s.blocks if isinstance(b, Chart))
     force, pressure, _ = chart.panels
-    high, at = model.duty.peak_of(model.duty.normal)
-    assert (force.marks[0].x, force.marks[0].y) == pytest.approx((np.degrees(at), high))
+    high = peak_of(model.duty.force.panels, model.duty.normal)
+    assert (force.marks[0].x, force.marks[0].y) == pytest.approx((np.degrees(high.cam_angle), high.value))
     for series in (*force.series, *pressure.series):
         top = max(
             mark.y for panel in (force, pressure) for mark in panel.marks if panel.series and series in panel.series

@@ -6,8 +6,6 @@ from collections.abc import Collection, Iterator
 from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from camgeom.drawing.content import Block, Column, Figure, Finding, Page, Section, Table
 from camgeom.drawing.sheet import number
 from camgeom.report.sections.bodies import kept
@@ -181,15 +179,13 @@ def _shared(model: Model) -> Iterator[Figure]:
 def _touched(model: Model) -> Iterator[Figure]:
     """A planar cam by all that touches it."""
     drive = model.drive
-    if drive.peak_pressure is not None and not model.loaded:
-        pressure, at, _ = drive.peak_pressure
-        yield Figure("Peak contact pressure", pressure, "MPa", _at(at))
-    force, at = drive.peak_of(np.max(list(drive.normals.values()), axis=0))
-    yield Figure("Peak contact force", force, "N", _at(at))
-    if not drive.form_closed:
-        yield Figure("Least contact force", drive.least[0], "N", f"{_at(drive.least[1])}, must stay above 0")
-    torque, at = drive.peak_of(drive.torque)
-    yield Figure("Peak drive torque", torque * 1e-3, "N m", _at(at))
+    peak, least = drive.peak_pressure, drive.least_force
+    if peak is not None and not model.loaded:
+        yield Figure("Peak contact pressure", peak.value, "MPa", _at(peak.cam_angle))
+    yield Figure("Peak contact force", drive.peak_force.value, "N", _at(drive.peak_force.cam_angle))
+    if least is not None:
+        yield Figure("Least contact force", least.value, "N", f"{_at(least.cam_angle)}, must stay above 0")
+    yield Figure("Peak drive torque", drive.peak_torque.value * 1e-3, "N m", _at(drive.peak_torque.cam_angle))
 
 
 def _contact(model: Model) -> Iterator[Figure]:
@@ -205,10 +201,9 @@ def _contact(model: Model) -> Iterator[Figure]:
     if model.driven:
         yield from _touched(model)
         return
-    force, at = duty.peak_of(abs(duty.normal))
-    yield Figure("Peak contact force", force, "N", f"at {degrees(at):.1f}°")
-    torque, at = duty.peak_of(duty.torque)
-    yield Figure("Peak drive torque", torque * 1e-3, "N m", f"at {degrees(at):.1f}°")
+    force, torque = duty.peak_force, duty.peak_torque
+    yield Figure("Peak contact force", force.value, "N", f"at {degrees(force.cam_angle):.1f}°")
+    yield Figure("Peak drive torque", torque.value * 1e-3, "N m", f"at {degrees(torque.cam_angle):.1f}°")
 
 
 def _quoted(model: Model) -> str:
@@ -217,16 +212,12 @@ def _quoted(model: Model) -> str:
 
 
 def _life(model: Model) -> Iterator[Figure]:
-    lives: tuple[tuple[str, object], ...]
-    if model.turret_loaded:
-        lives = (("Roller life", model.turret_duty.roller_life), ("Cam life", model.turret_duty.cam_life))
-    elif model.loaded:
-        lives = (("Roller life", model.duty.roller_life.life_h), ("Cam life", model.duty.cam_life.life_h))
-    else:
-        return
-    for name, hours in lives:
-        value = float(hours)
-        yield Figure(name, value if isfinite(value) else "unlimited", "h" if isfinite(value) else "", "contact fatigue")
+    lives = model.carrier.lives if model.carrier is not None else {}
+    for body in ("roller", "cam"):
+        if body in lives:
+            endless = not isfinite(lives[body])
+            value, unit = ("unlimited", "") if endless else (lives[body], "h")
+            yield Figure(f"{body.capitalize()} life", value, unit, "contact fatigue")
 
 
 def _solid(model: Model) -> Iterator[Figure]:

@@ -29,9 +29,10 @@ from camgeom.maths import Floats
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
 if TYPE_CHECKING:
+    from camgeom.maths.extremum import Extreme
     from camgeom.maths.panels import Panels
-    from camgeom.mechanics.face_duty import PlanarDrive
-    from camgeom.mechanics.roller_duty import Duty
+    from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
@@ -114,46 +115,38 @@ def pressure_map(model: Model) -> Map:
     angle = np.linspace(0.0, 360.0, 361)
     theta = slices.panels.theta.ravel()
     values = np.stack([np.interp(np.radians(angle), theta, row.ravel()) for row in slices.pressure])
-    stations = duty.slice_stations
-    peak = slices.peak()
-    worst = int(np.argmax(peak.pressure))
-    top, at = float(peak.pressure[worst]), degrees(float(peak.theta[worst]))
-    blank = np.where(values > 1e-3 * top, values, np.nan)
-    marks = (Mark(at, float(stations[worst]), f"{number(top)} MPa"),)
+    blank = np.where(values > 1e-3 * duty.peak_pressure.value, values, np.nan)
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
     caption = f"Contact pressure over the turn and along the roller{which}"
     return Map(
         caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
-        angle, stations, blank, marks=marks,
+        angle, duty.slice_stations, blank, marks=_hardest_place(duty.peak_pressure),
     )  # fmt: skip
+
+
+def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
+    """The mark of the largest pressure on a map over the turn and along the roller."""
+    return (Mark(degrees(peak.cam_angle), peak.place, f"{number(peak.value)} MPa"),)
 
 
 def hardest(model: Model) -> Table:
     """The hardest contact and the drive in numbers."""
     duty = model.duty
     one = duty.peak_contact
-    force, force_at = duty.peak_of(np.abs(duty.normal))
-    torque, torque_at = duty.peak_of(duty.torque)
-    peak = duty.contact.peak()
-    slices = duty.slices.peak()
-    worst = int(np.argmax(slices.pressure))
+    force, torque = duty.peak_force, duty.peak_torque
+    peak, slices = duty.contact.peak(), duty.peak_pressure
     rows: list[tuple[str, float, str, float | None]] = [
         ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
-        (
-            "Peak contact pressure, worst slice",
-            float(slices.pressure[worst]),
-            "MPa",
-            degrees(float(slices.theta[worst])),
-        ),
-        ("Peak contact force", force, "N", degrees(force_at)),
+        ("Peak contact pressure, worst slice", slices.value, "MPa", degrees(slices.cam_angle)),
+        ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
         ("Half width of the contact", float(one.half_width), "mm", None),
         ("Largest shear stress under the surface", float(one.shear), "MPa", None),
         ("Depth of the largest shear stress", float(one.shear_depth), "mm", None),
-        ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
+        ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
         (
             "Mean drive torque",
-            _unless_rounding(1e-3 * float(duty.force.work()) / (2.0 * pi), 1e-3 * torque),
+            _unless_rounding(1e-3 * float(duty.force.work()) / (2.0 * pi), 1e-3 * torque.value),
             "N m",
             None,
         ),
@@ -168,7 +161,7 @@ def _unless_rounding(value: float, scale: float) -> float:
     return value if abs(value) > 1e-12 * abs(scale) else 0.0
 
 
-def reversals(duty: Duty) -> Text:
+def reversals(duty: RollerDuty) -> Text:
     """Where the roller changes from one wall to the other."""
     found = duty.force.reversals()[0]
     if not found:
@@ -240,12 +233,10 @@ def lives(model: Model) -> Table:
         ),
         ("Cam surface", hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
     ]
-    spec = model.setup.roller
-    if spec is not None and spec.dynamic_rating is not None:
-        bearing = duty.bearing(spec.dynamic_rating, spec.static_rating)
-        rows.append(
-            ("Roller bearing, L10", hours(bearing.life_h), f"equivalent load {number(float(bearing.mean_load))} N")
-        )
+    bearing = duty.bearing
+    if bearing is not None:
+        load = f"equivalent load {number(float(bearing.mean_load))} N"
+        rows.append(("Roller bearing, L10", hours(bearing.life_h), load))
     rows.append(("Path rolled in a turn", f"{number(1e-3 * float(roller.path))} m", "at the quoted place"))
     return Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
 
@@ -266,7 +257,7 @@ def touch_lines(model: Model) -> Chart:
     drive = model.drive
     panels, names = drive.force.panels, tuple(touch.name for touch in drive.touches)
     force = tuple(Series(name, *over_turn(panels, drive.normals[name])) for name in names)
-    high = extremes(panels, np.max(list(drive.normals.values()), axis=0))
+    high = extremes(panels, drive.contact_forces.max(axis=0))
     marks = (*high[:1], *_least(drive))
     shown = [Panel(Axis("Normal force", "N", zero=True), force, marks=marks)]
     peak = drive.peak_pressure
@@ -275,8 +266,8 @@ def touch_lines(model: Model) -> Chart:
         for name, found in drive.contacts.items():
             x, y = over_turn(panels, found.behind)
             lines.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
-        top = mark(degrees(peak[1]) % 360.0, peak[0])
-        limits = pressure_limit(model, peak[0])
+        top = mark(degrees(peak.cam_angle) % 360.0, peak.value)
+        limits = pressure_limit(model, peak.value)
         shown.append(Panel(Axis("Contact pressure", "MPa", zero=True), tuple(lines), limits=limits, marks=(top,)))
     shown.append(torque(panels, drive.torque))
     still = zones(model.setup.program) + tuple(
@@ -286,44 +277,42 @@ def touch_lines(model: Model) -> Chart:
     return Chart(f"Contact of cam and follower over one turn{line}", CAM_ANGLE, tuple(shown), still)
 
 
-def _least(drive: PlanarDrive) -> tuple[Mark, ...]:
+def _least(drive: FaceDuty) -> tuple[Mark, ...]:
     """The least force of a follower that only its spring or weight holds; it must stay above zero."""
-    value, angle = drive.least
-    return () if drive.form_closed or value < 0.0 else (mark(degrees(angle) % 360.0, value),)
+    least = drive.least_force
+    return () if least is None or least.value < 0.0 else (mark(degrees(least.cam_angle) % 360.0, least.value),)
 
 
-def held(drive: PlanarDrive) -> Text:
+def held(drive: FaceDuty) -> Text:
     """A sentence on what keeps the follower at the cam, and how far that holds."""
-    if drive.form_closed:
+    if drive.least_force is None:
         return Text(("The cam drives its follower both ways; where the force changes sign the play is taken up.",))
     rpm = drive.leaving_speed * 30.0 / pi
     reach = f"up to {number(rpm)} r/min" if isfinite(rpm) else "at any speed"
-    if drive.least[0] >= 0.0:
+    if drive.least_force.value >= 0.0:
         return Text((f"Spring and load keep the follower at the cam {reach}.",))
     ranges = ", ".join(f"{number(degrees(one.begin))}° to {number(degrees(one.end))}°" for one in drive.lost)
     reach = f"it holds {reach}" if rpm > 0.0 else "it holds at no speed"
     return Text((f"The follower leaves the cam from {ranges}: contact would need a pull there; {reach}.",))
 
 
-def touch_figures(drive: PlanarDrive) -> Table:
+def touch_figures(drive: FaceDuty) -> Table:
     """The hardest contact and the drive in numbers."""
-    force, force_at = drive.peak_of(np.max(list(drive.normals.values()), axis=0))
-    torque, torque_at = drive.peak_of(drive.torque)
-    rows: list[tuple[Cell, ...]] = [("Peak contact force", force, "N", degrees(force_at) % 360.0)]
-    if drive.peak_pressure is not None:
-        pressure, at, name = drive.peak_pressure
-        where = f", {name}" if len(drive.touches) > 1 else ""
-        rows.append((f"Peak contact pressure{where}", pressure, "MPa", degrees(at) % 360.0))
+    force, torque, peak, least = drive.peak_force, drive.peak_torque, drive.peak_pressure, drive.least_force
+    rows: list[tuple[Cell, ...]] = [("Peak contact force", force.value, "N", degrees(force.cam_angle) % 360.0)]
+    if peak is not None:
+        where = f", {peak.where}" if len(drive.touches) > 1 else ""
+        rows.append((f"Peak contact pressure{where}", peak.value, "MPa", degrees(peak.cam_angle) % 360.0))
     mean = float(drive.force.panels.integral(drive.torque)) / (2.0 * pi)
     rows += [
-        ("Peak drive torque", 1e-3 * torque, "N m", degrees(torque_at)),
-        ("Mean drive torque", 1e-3 * _unless_rounding(mean, torque), "N m", None),
+        ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
+        ("Mean drive torque", 1e-3 * _unless_rounding(mean, torque.value), "N m", None),
     ]
-    if not drive.form_closed:
+    if least is not None:
         rpm = drive.leaving_speed * 30.0 / pi
-        rotating = drive.load.kind == "rotating"
+        rotating = drive.load.rotating
         rows += [
-            ("Least contact force", drive.least[0], "N", degrees(drive.least[1]) % 360.0),
+            ("Least contact force", least.value, "N", degrees(least.cam_angle) % 360.0),
             ("Contact is lost above", rpm if isfinite(rpm) else "no speed", "r/min" if isfinite(rpm) else "", None),
             ("Preload that just keeps contact", drive.preload_needed, "N mm" if rotating else "N", None),
         ]
@@ -343,11 +332,11 @@ def turret_lines(model: Model, duty: TurretDuty) -> Chart:
     """Turret torque, load on every roller, rollers in contact, largest pressure and camshaft torque over the turn."""
     angle = np.degrees(duty.theta)
     hardest = duty.pressure.max(axis=(1, 2))
-    worst, top = degrees(duty.worst()[0]), duty.peak_pressure
-    shaft = 1e-3 * duty.input_torque
+    worst, top = degrees(duty.peak_pressure.cam_angle), duty.peak_pressure.value
+    shaft = 1e-3 * duty.torque.ravel()
     panels = (
-        Panel(Axis("Torque on the turret", "N m", zero=True), (_line("torque", angle, 1e-3 * duty.torque),),
-              marks=_largest(angle, 1e-3 * duty.torque)),
+        Panel(Axis("Torque on the turret", "N m", zero=True), (_line("torque", angle, 1e-3 * duty.turret_torque),),
+              marks=_largest(angle, 1e-3 * duty.turret_torque)),
         Panel(Axis("Force on a roller", "N", zero=True), _rollers(angle, duty.roller_load),
               marks=_largest(angle, duty.roller_load.max(axis=1))),
         Panel(Axis("Rollers that share the load", "", zero=True), (_sharing(angle, duty.roller_load),), height=0.6),
@@ -398,15 +387,11 @@ def turret_map(duty: TurretDuty) -> Map:
     nearest = np.clip(np.searchsorted(duty.theta, np.radians(angle)), 1, len(duty.theta) - 1)
     before = np.abs(duty.theta[nearest - 1] - np.radians(angle)) < np.abs(duty.theta[nearest] - np.radians(angle))
     values = hardest[np.where(before, nearest - 1, nearest)].T
-    top = duty.peak_pressure
-    worst, place = duty.worst()
-    marks = (Mark(degrees(worst), place, f"{number(top)} MPa"),)
     along, value = Axis("Along the roller axis", "mm"), Axis("Contact pressure", "MPa")
     caption = "Contact pressure over the turn and along the rollers, the hardest pressed of them"
-    return Map(
-        caption, CAM_ANGLE, along, value, angle, np.sort(delta), np.where(values > 1e-3 * top, values, np.nan),
-        marks=marks,
-    )  # fmt: skip
+    blank = np.where(values > 1e-3 * duty.peak_pressure.value, values, np.nan)
+    marks = _hardest_place(duty.peak_pressure)
+    return Map(caption, CAM_ANGLE, along, value, angle, np.sort(delta), blank, marks=marks)
 
 
 def turret_figures(duty: TurretDuty) -> Table:
@@ -439,14 +424,14 @@ def turret_life(model: Model) -> tuple[Block, ...]:
         return ()
     rows: list[tuple[Cell, ...]] = [
         ("Roller, worst slice", hours(duty.roller_life), "its points take turns in the load from passage to passage"),
-        ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.worst()[0]))}°"),
+        ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.peak_pressure.cam_angle))}°"),
     ]
-    spec = model.setup.roller
-    if spec is not None and spec.dynamic_rating is not None:
-        bearing, mean, safety = duty.bearing(spec.dynamic_rating, spec.static_rating)
-        static = f", static safety {number(safety)}" if spec.static_rating is not None else ""
-        rows.append(("Roller bearing, L10", hours(bearing), f"equivalent load {number(mean)} N{static}"))
-    rolled = duty.fatigue_data(None, None)["path_per_turn_m"]
+    bearing = duty.bearing
+    if bearing is not None:
+        static = f", static safety {number(float(bearing.static_safety))}" if bearing.static_safety is not None else ""
+        load = f"equivalent load {number(float(bearing.mean_load))} N{static}"
+        rows.append(("Roller bearing, L10", hours(bearing.life_h), load))
+    rolled = duty.path_per_turn * 1e-3
     rows.append(("Path rolled in a turn of the cam", f"{number(rolled)} m", "of a roller, on average"))
     table = Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
     along = along_roller(duty.tracks[0].meridian.jet(duty.engagement.stations)[0], duty.slice_life)

@@ -1,0 +1,116 @@
+"""Duty: who presses the cam over one turn, how hard, and for how long it lasts.
+
+Three carriers fulfil it: one roller (`roller_duty`), faces and whatever else touches a planar cam (`face_duty`), and
+the rollers of a turret that share its torque (`turret_duty`). Here is what they have in common, and the one way in
+which it becomes plain data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import degrees, isfinite, pi
+from typing import Any, Protocol
+
+from numpy.typing import ArrayLike
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.panels import Panels, highest
+from camgeom.mechanics.bearing import BearingLife
+from camgeom.mechanics.hertz import LineContact
+from camgeom.mechanics.load import FollowerForce
+
+MILLI = 1e-3
+
+
+class Duty(Protocol):
+    """One contact, or several that carry together, under load over one turn; arrays on the panels (p, n) of `force`."""
+
+    @property
+    def force(self) -> FollowerForce:
+        """Motion of the follower and the force, N, or torque, N mm, that it needs."""
+
+    @property
+    def contact_forces(self) -> Floats:
+        """Normal force of every contact, N, (k, p, n), zero where it does not carry."""
+
+    @property
+    def torque(self) -> Floats:
+        """Torque that the cam takes from its shaft, N mm, (p, n)."""
+
+    @property
+    def peak_force(self) -> Extreme:
+        """Largest normal force of a contact, N."""
+
+    @property
+    def peak_torque(self) -> Extreme:
+        """Largest torque that the cam takes from its shaft, N mm."""
+
+    @property
+    def peak_pressure(self) -> Extreme | None:
+        """Largest contact pressure, MPa, at its place along the roller; None where a knife edge gives none."""
+
+    @property
+    def least_force(self) -> Extreme | None:
+        """Least normal force, N, below zero where contact is lost; None where both directions are driven."""
+
+    @property
+    def lives(self) -> Mapping[str, float]:
+        """Fatigue life, h, of each body that has one: "roller", "cam", and the roller's "bearing" where it is rated."""
+
+    @property
+    def bearing(self) -> BearingLife | None:
+        """Life of the hardest used roller's bearing; None without a rating."""
+
+    def contact_data(self) -> dict[str, Any]:
+        """Force, pressure and torque as plain data for result.json."""
+
+    def fatigue_data(self) -> dict[str, Any]:
+        """Fatigue lives of the surfaces as plain data for result.json."""
+
+
+def peak_of(where: Panels, values: Floats) -> Extreme:
+    """Largest value of a quantity (p, n) on panels."""
+    value, angle = highest(where, values)
+    return Extreme(float(value), float(angle))
+
+
+def finite(value: ArrayLike) -> float | None:
+    """A number for JSON; null where there is no end (an unloaded contact lives for ever)."""
+    number = float(value)  # type: ignore[arg-type]
+    return number if isfinite(number) else None
+
+
+def torque_data(peak: Extreme, work: float) -> dict[str, Any]:
+    """Torque of the camshaft, and its mean from the work of a turn, N mm."""
+    return {
+        "peak_torque_n_m": peak.value * MILLI,
+        "peak_torque_at_deg": degrees(peak.cam_angle),
+        "mean_torque_n_m": work / (2.0 * pi) * MILLI,
+    }
+
+
+def slice_data(peak: Extreme) -> dict[str, Any]:
+    """The hardest pressed slice along a roller."""
+    return {
+        "peak_slice_pressure_mpa": finite(peak.value),
+        "peak_slice_delta_mm": peak.place,
+        "peak_slice_cam_angle_deg": degrees(peak.cam_angle),
+    }
+
+
+def hertz_data(hardest: LineContact) -> dict[str, Any]:
+    """Width and subsurface shear of the hardest contact."""
+    return {
+        "half_width_mm": float(hardest.half_width),
+        "peak_shear_mpa": float(hardest.shear),
+        "shear_depth_mm": float(hardest.shear_depth),
+    }
+
+
+def bearing_data(bearing: BearingLife | None) -> dict[str, Any]:
+    """Life of the roller's bearing; empty where it has no rating."""
+    if bearing is None:
+        return {}
+    data = {"bearing_life_h": finite(bearing.life_h), "bearing_mean_load_n": float(bearing.mean_load)}
+    return data if bearing.static_safety is None else data | {"bearing_static_safety": finite(bearing.static_safety)}
