@@ -97,7 +97,7 @@ def _fans(faces: Ints, smooth: tuple[Integers, Integers]) -> tuple[Integers, Int
     vertex, count = faces.ravel(), 3 * len(faces)
     crease = np.ones(count, dtype=bool)
     crease[one] = crease[other] = False
-    creased = np.zeros(int(faces.max()) + 1, dtype=bool)
+    creased = np.zeros(int(faces.max(initial=-1)) + 1, dtype=bool)
     creased[vertex[crease]] = creased[vertex[_following(np.flatnonzero(crease))]] = True
     label = np.empty(len(creased), dtype=np.int64)
     label[vertex[::-1]] = np.arange(count)[::-1]
