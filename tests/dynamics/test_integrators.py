@@ -66,9 +66,6 @@ class Varying:
         s = np.stack([np.stack([9 + 2 * np.cos(t), 1 + np.sin(t)], -1), np.stack([1 - np.sin(t), 5 * one], -1)], -2)
         return d, s
 
-    def split(self, theta: np.ndarray, side: str = "right") -> None:
-        return None
-
     def coefficients(self, theta: np.ndarray, side: str = "right") -> Coefficients:
         d, s = self.matrices(theta)
         q, v, a = self.exact(theta)
@@ -272,9 +269,6 @@ class Kicked:
     batch = 1
     linear = True
     knots = np.array([0.0, 2.0, 2.0 * pi])
-
-    def split(self, theta: np.ndarray, side: str = "right") -> None:
-        return None
 
     def coefficients(self, theta: np.ndarray, side: str = "right") -> Coefficients:
         after = theta >= 2.0 if side == "right" else theta > 2.0

@@ -10,7 +10,7 @@ import pytest
 
 from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.system import Fluctuation, TorsionSystem
-from camgeom.dynamics.linear.maps import split_maps, stages_of
+from camgeom.dynamics.linear.maps import contact_maps, stages_of
 from camgeom.dynamics.linear.method import RungeKutta, find
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.motion import Program, Segment
@@ -39,15 +39,14 @@ def test_steps_with_the_contact_apart_are_the_same_steps(name: str, friction: fl
     grid = aligned_grid(system.knots, 400)
     method = find(name)
     assert isinstance(method, RungeKutta)
-    apart = split_maps(method, system, grid.start[None], grid.step[None])
+    apart = contact_maps(method, system, grid.start[None], grid.step[None])
     assert apart is not None
     whole = stages_of(method, system, grid.start[None], grid.step[None]).maps()
     assert np.abs(apart - whole).max() < 1e-12 * np.abs(whole).max()
     q, v = np.random.default_rng(5).normal(size=(2, 2, grid.steps, 3))
-    here, parts = system.coefficients(grid.start[None]), system.split(grid.start[None])
-    assert parts is not None
+    here = system.coefficients(grid.start[None])
     plain = here.force - (here.damping @ v[..., None] + here.stiffness @ q[..., None])[..., 0]
-    assert np.allclose(parts.acceleration(q, v), plain, rtol=1e-11, atol=1e-11 * np.abs(plain).max())
+    assert np.allclose(here.acceleration(q, v), plain, rtol=1e-11, atol=1e-11 * np.abs(plain).max())
 
 
 def test_steps_that_do_not_split_take_the_whole_matrix() -> None:
@@ -56,8 +55,8 @@ def test_steps_that_do_not_split_take_the_whole_matrix() -> None:
     gauss, radau = find("gauss4"), find("radau3")
     assert isinstance(gauss, RungeKutta)
     assert isinstance(radau, RungeKutta)
-    assert split_maps(gauss, swinging, grid.start[None], grid.step[None]) is None
+    assert contact_maps(gauss, swinging, grid.start[None], grid.step[None]) is None
     steady = TorsionSystem(DRIVE, MOTION, np.array([60.0]))
-    assert split_maps(radau, steady, grid.start[None], grid.step[None]) is None
+    assert contact_maps(radau, steady, grid.start[None], grid.step[None]) is None
     uneven = grid.step * (1.0 + 1e-3 * np.arange(grid.steps))
-    assert split_maps(gauss, steady, grid.start[None], uneven[None]) is None
+    assert contact_maps(gauss, steady, grid.start[None], uneven[None]) is None

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Side, Split
+from camgeom.dynamics.linear.method import Coefficients, Side
 from camgeom.maths import Floats
 
 
@@ -41,10 +41,6 @@ class ConstantSystem:
     def batch(self) -> int:
         """Number of speeds."""
         return int(self.rate.size)
-
-    def split(self, theta: Floats, side: Side = "right") -> Split | None:
-        """None: nothing that is worth splitting."""
-        return None
 
     @property
     def linear(self) -> bool:

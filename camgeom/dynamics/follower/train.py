@@ -19,7 +19,7 @@ from typing import Literal
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Motion, Side, Split
+from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
@@ -123,7 +123,7 @@ class FollowerSystem:
     """Equation of motion at speeds (b,) in rad/s; coordinates are deviations from the rigid motion.
 
     Order: windup of the cam (rad, with a shaft), tappet (m, with two masses), follower mass (m). In flight the spring
-    at the cam carries nothing (see `flight`).
+    at the cam carries nothing (see `flight`); the cam shaft is rigid there.
     """
 
     train: FollowerTrain
@@ -140,6 +140,7 @@ class FollowerSystem:
         t = self.train
         masses = ([self.shaft.inertia] if self.shaft else []) + ([t.tappet_mass] if t.two_masses else []) + [t.mass]
         object.__setattr__(self, "mass", np.array(masses))
+        assert not (self.flight and self.shaft)
         if self.shaft and t.tappet_mass > 0.0 and not t.two_masses:
             text = "with an elastic shaft the tappet needs a contact stiffness"
             raise ProfileError([Problem("dynamics.contact_stiffness", text, 0.0, "> 0")])
@@ -205,10 +206,6 @@ class FollowerSystem:
         still = np.linalg.solve(here.stiffness[:, 0], here.force[:, 0, :, None])[..., 0]
         return np.broadcast_to(np.concatenate([still, np.zeros_like(still)], -1), (self.batch, 2 * self.size)).copy()
 
-    def split(self, theta: Floats, side: Side = "right") -> Split | None:
-        """None: nothing that is worth splitting."""
-        return None
-
     @property
     def linear(self) -> bool:
         """Whether the motion is taken at the nominal cam angle (no elastic shaft)."""
@@ -227,56 +224,38 @@ class FollowerSystem:
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F per rad of cam angle at cam angles theta (1 or b, n)."""
-        w = self.speed[:, None]
-        s = self.lift(theta, 2, side)
-        stiffness, damping = self._matrices(s, w)
-        if self.shaft is not None and not self.flight:
-            # the torque of the rigid force turns with the windup
-            stiffness[..., 0, 0] += self.rigid_force(theta, side) * s[2]
+        w, s, rigid = self.speed[:, None], self.lift(theta, 2, side), self.rigid_force(theta, side)
+        stiffness, damping = self._springs()
         force = np.zeros((self.batch, theta.shape[1], self.size))
-        force[..., -1] = -self.rigid_force(theta, side)
+        force[..., -1] = -rigid
         if self.train.two_masses:
             force[..., -2] = -self.train.tappet_mass * s[2] * w * w
         inverse, rate = 1.0 / self.mass, w[..., None]
-        return Coefficients(
-            damping * inverse[:, None] / rate[..., None],
-            stiffness * inverse[:, None] / rate[..., None] ** 2,
-            force * inverse / rate**2,
-        )
-
-    def _matrices(self, s: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Stiffness and damping (b, n, m, m), or with one entry of n where they are constant."""
-        t, m = self.train, self.size
-        base = 0 if self.shaft is None else 1
-        count = 1 if self.shaft is None else s.shape[-1]
-        stiffness, damping = np.zeros((self.batch, count, m, m)), np.zeros((self.batch, count, m, m))
+        fixed = stiffness * inverse[:, None] / rate[..., None] ** 2
+        contact = None
         if self.shaft is not None:
-            stiffness[..., 0, 0], damping[..., 0, 0] = self.shaft.stiffness, self.shaft.damping
+            # the torque of the rigid force turns with the windup
+            turned = np.zeros((self.batch, theta.shape[1], self.size, self.size))
+            turned[..., 0, 0] = rigid * s[2] * inverse[0] / w**2
+            fixed, contact = fixed + turned, Contact.on_cam(s[1], s[2], *self.train.first, w, self.mass)
+        return Coefficients(damping * inverse[:, None] / rate[..., None], fixed, force * inverse / rate**2, contact)
+
+    def _springs(self) -> tuple[Floats, Floats]:
+        """Stiffness and damping (m, m) of the springs that do not vary over the cam angle."""
+        t, m = self.train, self.size
+        stiffness, damping = np.zeros((m, m)), np.zeros((m, m))
+        if self.shaft is not None:
+            stiffness[0, 0], damping[0, 0] = self.shaft.stiffness, self.shaft.damping
+        elif not self.flight:
+            stiffness[0, 0], damping[0, 0] = t.first
         if t.two_masses:
             pair = np.zeros(m)
-            pair[base], pair[base + 1] = -1.0, 1.0
+            pair[-2:] = -1.0, 1.0
             stiffness += t.stiffness * np.outer(pair, pair)
             damping += t.damping * np.outer(pair, pair)
-        stiffness[..., -1, -1] += t.return_stiffness
-        damping[..., -1, -1] += t.return_damping
-        if not self.flight:
-            self._add_first(stiffness, damping, s, w, base)
+        stiffness[-1, -1] += t.return_stiffness
+        damping[-1, -1] += t.return_damping
         return stiffness, damping
-
-    def _add_first(self, stiffness: Floats, damping: Floats, s: Floats, w: Floats, base: int) -> None:
-        """Add the spring at the cam, elongation g = q - s' windup with its rate -s'' omega in the windup."""
-        k, c = self.train.first
-        stiffness[..., base, base] += k
-        damping[..., base, base] += c
-        if self.shaft is None:
-            return
-        rate = c * s[2] * w
-        stiffness[..., 0, 0] += k * s[1] ** 2 + s[1] * rate
-        stiffness[..., 0, 1] -= k * s[1]
-        stiffness[..., 1, 0] -= k * s[1] + rate
-        damping[..., 0, 0] += c * s[1] ** 2
-        damping[..., 0, 1] -= c * s[1]
-        damping[..., 1, 0] -= c * s[1]
 
     def contact(self, theta: Floats, q: Floats, u: Floats, side: Side = "right") -> tuple[Floats, Floats]:
         """Contact force (b, n) in N, positive when it presses, and ds/dtheta (m/rad) at the cam's true angle."""
@@ -295,7 +274,7 @@ class FollowerSystem:
     def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
         """Exact less linear q'' (b, n, m) per rad^2: the cam profile at the true cam angle."""
         out = np.zeros_like(position)
-        if self.shaft is None or self.flight:
+        if self.shaft is None:
             return out
         k, c = self.train.first
         w = self.speed[:, None]

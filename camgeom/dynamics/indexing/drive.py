@@ -314,17 +314,12 @@ class IndexingDrive:
             return np.full(np.shape(theta), self.contact_stiffness)
         return periodic_spline(np.array(self.contact_table), theta)
 
-    def stiffness(
-        self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None, paper_form: bool = False
-    ) -> Floats:
-        """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms).
-
-        paper_form leaves out tau'^2 K12 as the printed row of the source does: for comparison only.
-        """
+    def stiffness(self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None) -> Floats:
+        """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms)."""
         names = names or self.coordinates
         fixed = self.matrix(self.spring_terms(), names)
         slope = motion.jet(theta, 1)[1]
-        return fixed + self.contact_stiffness_at(theta)[:, None, None] * contact_dyad(slope, names, paper_form)
+        return fixed + self.contact_stiffness_at(theta)[:, None, None] * contact_dyad(slope, names)
 
     def blocks(self) -> tuple[tuple[str, ...], ...]:
         """The coordinates in blocks that no energy couples."""
@@ -352,16 +347,13 @@ class IndexingDrive:
         return tuple(out)
 
 
-def contact_dyad(slope: Floats, names: tuple[str, ...], paper_form: bool = False) -> Floats:
+def contact_dyad(slope: Floats, names: tuple[str, ...]) -> Floats:
     """g g^T (n, m, m) of the contact elongation g = theta2 - tau' theta1, for slopes tau' (n,)."""
     direction = np.zeros((len(slope), len(names)))
     if "theta1" in names:
         direction[:, names.index("theta1")] = -slope
         direction[:, names.index("theta2")] = 1.0
-    out = direction[:, :, None] * direction[:, None, :]
-    if paper_form and "theta1" in names:
-        out[:, names.index("theta1"), names.index("theta1")] = 0.0
-    return out
+    return np.asarray(direction[:, :, None] * direction[:, None, :])
 
 
 def periodic_spline(values: Floats, theta: Floats) -> Floats:

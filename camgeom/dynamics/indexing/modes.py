@@ -74,18 +74,13 @@ class Modes:
         return float(frequency[index]), float(self.theta[index])
 
 
-def natural_modes(
-    drive: IndexingDrive, motion: Motion, theta: npt.ArrayLike | None = None, paper_form: bool = False
-) -> Modes:
-    """Modes of all blocks at cam angles theta (n,) rad, by default each degree, every knot and the steepest point.
-
-    paper_form leaves out the contact's tau'^2 as the printed equation does: a named comparison, not the physics.
-    """
+def natural_modes(drive: IndexingDrive, motion: Motion, theta: npt.ArrayLike | None = None) -> Modes:
+    """Modes of all blocks at cam angles theta (n,) rad, by default each degree, every knot and the steepest point."""
     angles = _angles(motion) if theta is None else np.asarray(theta, dtype=float)
     found = []
     for block in drive.blocks():
         mass = drive.matrix(drive.inertia_terms(), block)
-        stiffness = drive.stiffness(angles, motion, block, paper_form)
+        stiffness = drive.stiffness(angles, motion, block)
         squared, shapes = modes(mass, stiffness)
         found += [Mode(block, angles, squared[:, k], shapes[:, :, k]) for k in range(len(block))]
     found.sort(key=lambda mode: float(mode.squared.min()))

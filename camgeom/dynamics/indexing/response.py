@@ -26,14 +26,13 @@ def steady_state(
     fluctuation: Fluctuation = CONSTANT,
     torque: Torque | None = None,
     exact: bool = False,
-    paper_form: bool = False,
 ) -> DriveResponse:
     """Periodic steady state at input speeds (b,) in rad/s, one method and step for all of them.
 
     Raises DesignError for a torsion that is not definite, NotConverged for a resonance without damping, a growing
     turn or a tolerance out of reach.
     """
-    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact, paper_form)
+    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact)
     refuse_indefinite(drive, motion)
     return periodic_response(system, accuracy)
 
@@ -48,12 +47,11 @@ def from_rest(
     torque: Torque | None = None,
     begin: npt.ArrayLike | None = None,
     exact: bool = False,
-    paper_form: bool = False,
 ) -> DriveResponse:
     """Transient over `turns` turns from rest at the first cam angle (or from begin (b, 6): deviations, rad, and
     rates, rad/s).
     """
-    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact, paper_form)
+    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact)
     refuse_indefinite(drive, motion)
     state = np.zeros((system.batch, 6))
     if begin is not None:

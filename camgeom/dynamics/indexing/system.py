@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
-from camgeom.dynamics.linear.method import Coefficients, Motion, Side, Split
+from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
@@ -76,7 +76,7 @@ class TorsionSystem:
     """The three torsional coordinates of the drive at mean input speeds `speed` (b,) in rad/s.
 
     torque adds an external load; exact keeps the contact non-linear in the cam's windup, tau(theta + q1) instead of
-    tau + tau' q1; paper_form drops tau'^2 K12 (comparison only).
+    tau + tau' q1.
     """
 
     drive: IndexingDrive
@@ -85,7 +85,6 @@ class TorsionSystem:
     fluctuation: Fluctuation = Fluctuation()
     torque: Torque | None = None
     exact: bool = False
-    paper_form: bool = False
     mass: Floats = field(init=False, repr=False)
     _fixed: tuple[Floats, Floats] = field(init=False, repr=False)
     _seen: dict[tuple[bytes, tuple[int, ...], Side], Floats] = field(init=False, repr=False, default_factory=dict)
@@ -171,40 +170,33 @@ class TorsionSystem:
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F per rad of cam angle at cam angles theta (1 or b, n), see `System`."""
-        tau = self.jet(theta, 2, side)
-        omega, slope = self.rates(theta) if self.fluctuation.harmonics else (self.speed[:, None], np.zeros((1, 1)))
-        stiff = self.drive.contact_stiffness_at(theta)
+        d, tau = self.drive, self.jet(theta, 2, side)
+        omega, change = self.speed[:, None], np.zeros((1, 1))
+        springs, dampers = (part / self.mass[:, None] for part in self._fixed)
+        damping = dampers / omega[..., None, None]
+        if self.fluctuation.harmonics:
+            omega, slope = self.rates(theta)
+            change = slope / omega
+            damping = dampers / omega[..., None, None] + change[..., None, None] * np.eye(3)
         return Coefficients(
-            self._damping(tau, omega, slope),
-            self._stiffness(tau, omega, stiff),
-            self.force(theta, tau, omega, slope, side),
+            damping,
+            springs / (omega**2)[..., None, None],
+            self._force(theta, tau, omega, change, side),
+            Contact.on_cam(tau[1], tau[2], d.contact_stiffness_at(theta), d.contact_damping, omega, self.mass),
         )
 
-    def split(self, theta: Floats, side: Side = "right") -> Split | None:
-        """The same with the contact apart, see `Split`; None at a varying speed or without the contact's tau'^2."""
-        if self.fluctuation.harmonics or self.paper_form:
-            return None
-        tau, omega = self.jet(theta, 2, side), self.speed[:, None]
-        along = np.zeros((*tau[1].shape, 3))
-        along[..., 0], along[..., 1] = -tau[1], 1.0
-        square = (omega**2)[..., None]
-        place = self.drive.contact_stiffness_at(theta)[..., None] * along / square
-        place[..., 0] -= self.drive.contact_damping * tau[2] / omega
-        return Split(
-            self._fixed[1] / self.mass[:, None] / omega[..., None],
-            self._fixed[0] / self.mass[:, None] / square,
-            self._steady_force(theta, tau, omega, side),
-            along / self.mass,
-            self.drive.contact_damping * along / omega[..., None],
-            place,
-        )
-
-    def _steady_force(self, theta: Floats, tau: Floats, omega: Floats, side: Side) -> Floats:
-        """The force at a constant speed: (1, n, 3) where it is the same for all speeds."""
+    def _force(self, theta: Floats, tau: Floats, omega: Floats, change: Floats, side: Side) -> Floats:
+        """M^-1 f/omega^2 (b, n, 3) with change = omega'/omega; (1, n, 3) where it is the same for all speeds."""
         d = self.drive
-        if d.cam_friction or d.turret_friction or self.torque is not None:
-            return self.force(theta, tau, omega, np.zeros((1, 1)), side)
-        return np.stack([np.zeros_like(tau[2]), -tau[2], -tau[2]], -1)
+        plate = -tau[2] - tau[1] * change
+        cam, turret = np.broadcast_to(-change, plate.shape), plate
+        if d.cam_friction or d.turret_friction:
+            cam = cam - d.cam_friction / self.mass[0] / omega
+            turret = turret - d.turret_friction / self.mass[1] * tau[1] / omega
+        out = np.stack(np.broadcast_arrays(cam, turret, plate), -1)
+        if self.torque is not None:
+            out = out + self.torque(theta, side) / self.mass / (omega**2)[..., None]
+        return np.asarray(out)
 
     def jet(self, theta: Floats, order: int, side: Side = "right") -> Floats:
         """tau, tau', ... (order + 1, ., n) at cam angles theta (., n)."""
@@ -216,53 +208,6 @@ class TorsionSystem:
             found = self.motion.jet(theta.ravel(), max(order, 2), side).reshape(-1, *theta.shape)
             self._seen[key] = found
         return found[: order + 1]
-
-    def _damping(self, tau: Floats, omega: Floats, slope: Floats) -> Floats:
-        """M^-1 C/omega + omega'/omega."""
-        c12 = self.drive.contact_damping
-        one = np.ones_like(tau[1])
-        # rows of the symmetric contact dyad g g^T, g = (-tau', 1, 0)
-        out = _entries(self._fixed[1], c12 * tau[1] ** 2, -c12 * tau[1], -c12 * tau[1], c12 * one)
-        out = out / self.mass[:, None] / omega[..., None, None]
-        if slope.any():
-            out = out + (slope / omega)[..., None, None] * np.eye(3)
-        return np.asarray(out)
-
-    def _stiffness(self, tau: Floats, omega: Floats, stiff: Floats) -> Floats:
-        """M^-1 K/omega^2 with the rate of the contact direction in the damper."""
-        rate = self.drive.contact_damping * tau[2] * omega
-        corner = 0.0 if self.paper_form else stiff * tau[1] ** 2
-        out = _entries(self._fixed[0], corner + tau[1] * rate, -stiff * tau[1], -stiff * tau[1] - rate, stiff)
-        return np.asarray(out / self.mass[:, None] / (omega**2)[..., None, None])
-
-    def force(self, theta: Floats, tau: Floats, omega: Floats, slope: Floats, side: Side = "right") -> Floats:
-        """M^-1 f/omega^2 (b, n, 3)."""
-        d = self.drive
-        j1, j2, _ = self.mass
-        change = slope / omega
-        plate = -tau[2] - tau[1] * change
-        cam = -change - (d.cam_friction / j1) / omega
-        turret = plate - (d.turret_friction / j2) * tau[1] / omega
-        cam, turret, plate = np.broadcast_arrays(cam, turret, plate)
-        out = np.stack([cam, turret, plate], -1)
-        if self.torque is not None:
-            out = out + self.torque(theta, side) / self.mass / (omega**2)[..., None]
-        return np.asarray(out)
-
-
-DriveResponse = Response[TorsionSystem]
-
-
-def _entries(fixed: Floats, e11: Floats, e12: Floats, e21: Floats, e22: Floats) -> Floats:
-    """fixed (3, 3) plus the entries of the contact, each (b, n): (b, n, 3, 3)."""
-    e11, e12, e21, e22 = np.broadcast_arrays(e11, e12, e21, e22)
-    out = np.empty((*e11.shape, 3, 3))
-    out[...] = fixed
-    out[..., 0, 0] += e11
-    out[..., 0, 1] += e12
-    out[..., 1, 0] += e21
-    out[..., 1, 1] += e22
-    return out
 
 
 def _acceleration(system: TorsionSystem, k: int, theta: Floats, q: Floats, u: Floats, side: Side) -> Floats:
@@ -290,3 +235,6 @@ def _torque(system: TorsionSystem, name: str, theta: Floats, q: Floats, u: Float
     if system.exact:
         return system.exact_contact(theta, q, u, side)[0]
     return np.asarray(d.contact_stiffness_at(theta) * stretch + d.contact_damping * rate)
+
+
+DriveResponse = Response[TorsionSystem]

@@ -6,7 +6,7 @@ work of the first-order form:
 
     A_i + sum_j (h a_ij D_i + h^2 (a a)_ij S_i) A_j = F_i - D_i v - S_i (q + c_i h v)
 
-**Stages of a split equation.** An indexing drive has constant springs and dampers but one, the contact:
+**Stages with the contact apart.** An indexing drive has constant springs and dampers but one, the contact:
 
     D = D0 + u r^T,  S = S0 + u p^T,  so that  q'' = F - D0 q' - S0 q - u t,  t = p . q + r . q'
 
@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camgeom.dynamics.linear.method import Coefficients, Collocated, Method, RungeKutta, Split, System
+from camgeom.dynamics.linear.method import Coefficients, Collocated, Method, RungeKutta, System
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 
@@ -61,7 +61,7 @@ def step_maps(method: Method, system: System, start: Floats, step: Floats) -> Fl
 
 def _step_maps(method: Method, system: System, start: Floats, step: Floats) -> Floats:
     if isinstance(method, RungeKutta):
-        apart = split_maps(method, system, start, step)
+        apart = contact_maps(method, system, start, step)
         if apart is not None:
             return apart
     size, count = method.rows * system.size, start.shape[1]
@@ -221,8 +221,9 @@ class Constant:
     own_end: Floats
 
 
-def split_maps(method: RungeKutta, system: System, start: Floats, step: Floats) -> Floats | None:
-    """Affine maps (b, n, 2m, 2m + 1) of steps (1, n) rad from cam angles start (1, n); None where they do not split.
+def contact_maps(method: RungeKutta, system: System, start: Floats, step: Floats) -> Floats | None:
+    """Affine maps (b, n, 2m, 2m + 1) of steps (1, n) rad from cam angles start (1, n); None where no one
+    direction varies alone.
 
     For a tableau without stages at the ends of the step: there the limit from inside the step would count.
     """
@@ -233,8 +234,8 @@ def split_maps(method: RungeKutta, system: System, start: Floats, step: Floats) 
     lengths, which = np.unique(np.round(step[0] / (SAME * longest)), return_inverse=True)
     if len(lengths) * WORTH > step.shape[1]:
         return None
-    first = system.split(start[:, :1])
-    if first is None:
+    first = system.coefficients(start[:, :1])
+    if first.contact is None:
         return None
     m, s = system.size, len(c)
     out = np.empty((system.batch, step.shape[1], 2 * m, 2 * m + 1))
@@ -247,21 +248,23 @@ def split_maps(method: RungeKutta, system: System, start: Floats, step: Floats) 
             whole = mine[many : many + AT_ONCE * part]
             # stages first: (s, n) keeps the steps on the last axis
             theta = start[0, whole] + h * c[:, None]
-            here = system.split(theta.reshape(1, -1))
-            if here is None:
+            here = system.coefficients(theta.reshape(1, -1))
+            if here.contact is None or here.fixed_damping.shape[1] > 1 or here.fixed_stiffness.shape[1] > 1:
                 return None
-            parts = _stage_parts(here, s, len(whole))
+            vectors = (here.force, here.contact.push, here.contact.rate, here.contact.place)
+            parts = [_by_stage(values, s, len(whole)) for values in vectors]
             for low in range(0, len(whole), part):
                 cut = slice(low, low + part)
                 out[:, whole[cut]] = _effort_maps([values[..., cut] for values in parts], shared)
     return out
 
 
-def _constant(method: RungeKutta, split: Split, h: float, batch: int) -> Constant:
+def _constant(method: RungeKutta, here: Coefficients, h: float, batch: int) -> Constant:
     """The shared part of steps h rad long."""
     a, b, c = np.array(method.a), np.array(method.b), np.array(method.c)
-    m, s = split.damping.shape[-1], len(c)
-    damping, stiffness = (np.broadcast_to(part, (batch, m, m)) for part in (split.damping, split.stiffness))
+    m, s = here.force.shape[-1], len(c)
+    fixed = (here.fixed_damping[:, 0], here.fixed_stiffness[:, 0])
+    damping, stiffness = (np.broadcast_to(part, (batch, m, m)) for part in fixed)
     aa, eye = a @ a, np.eye(m)
     matrix = np.einsum("ij,bxy->bixjy", h * a, damping) + np.einsum("ij,bxy->bixjy", h * h * aa, stiffness)
     inverse = np.linalg.inv(matrix.reshape(batch, s * m, s * m) + np.eye(s * m))
@@ -292,12 +295,9 @@ def _last(values: Floats) -> Floats:
     return np.ascontiguousarray(values)[..., None]
 
 
-def _stage_parts(here: Split, s: int, n: int) -> list[Floats]:
-    """F, u, r, p as (m, s, 1 or b, n) from the parts at the stages, (., s n, m) with the steps fastest."""
-    return [
-        part.reshape(len(part), s, n, part.shape[-1]).transpose(3, 1, 0, 2)
-        for part in (here.force, here.push, here.rate, here.place)
-    ]
+def _by_stage(values: Floats, s: int, n: int) -> Floats:
+    """Values (m, s, 1 or b, n) from those at the stages, (., s n, m) with the steps fastest."""
+    return values.reshape(len(values), s, n, values.shape[-1]).transpose(3, 1, 0, 2)
 
 
 def _effort_maps(parts: list[Floats], shared: Constant) -> Floats:

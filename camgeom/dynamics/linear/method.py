@@ -11,7 +11,7 @@ formed for all steps and all speeds at once; who needs a steady state composes t
 them.
 
 Gauss stages are what everything is solved with: stable at every step, of order 2 s, and cheap where only the contact
-varies (`Split`). The Newmark family is there to repeat what papers computed with it.
+varies. The Newmark family is there to repeat what papers computed with it.
 """
 
 from __future__ import annotations
@@ -48,37 +48,73 @@ AUTO = "gauss8"
 
 
 @dataclass(frozen=True, eq=False)
-class Coefficients:
-    """The equation of motion q'' = F - D q' - S q at given cam angles, per radian of cam angle.
+class Contact:
+    """The one direction of an equation of motion that varies: it adds u r^T to D and u p^T to S.
 
-    damping D (b, n, m, m), stiffness S (b, n, m, m), force F (b, n, m); an axis of length 1 stands for all.
+    push u (b, n, m), rate r (b, n, m), place p (b, n, m); an axis of length 1 stands for all.
     """
 
-    damping: Floats
-    stiffness: Floats
-    force: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Split:
-    """An equation of motion of which only one direction varies: D = D0 + u r^T, S = S0 + u p^T.
-
-    damping D0 (b, m, m), stiffness S0 (b, m, m) and, at cam angles (n,), force F, push u, rate r, place p, each (b, n,
-    m). An axis b of length 1 stands for all speeds.
-    """
-
-    damping: Floats
-    stiffness: Floats
-    force: Floats
     push: Floats
     rate: Floats
     place: Floats
 
+    @classmethod
+    def on_cam(
+        cls, slope: Floats, bend: Floats, stiffness: Floats | float, damping: float, speed: Floats, mass: Floats
+    ) -> Contact:
+        """Spring and damper between a cam (first of the coordinates of mass (m,)) and what it drives (second).
+
+        Elongation g = q2 - s' q1, its rate omega (q2' - s' q1' - s'' q1) at the speed omega (b, 1 or n) in rad/s; slope
+        s' and bend s'' (1 or b, n) of the motion, stiffness (1, n) and damping of g in SI.
+        """
+        along = np.zeros((*slope.shape, len(mass)))
+        along[..., 0], along[..., 1] = -slope, 1.0
+        place = np.asarray(stiffness)[..., None] * along / (speed**2)[..., None]
+        place[..., 0] -= damping * bend / speed
+        return cls(along / mass, damping * along / speed[..., None], place)
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """The equation of motion q'' = F - D q' - S q at given cam angles, per radian of cam angle.
+
+    fixed_damping (b, n, m, m), fixed_stiffness (b, n, m, m) and force F (b, n, m); an axis of length 1 stands for all.
+    D and S are the fixed ones and what the contact adds.
+    """
+
+    fixed_damping: Floats
+    fixed_stiffness: Floats
+    force: Floats
+    contact: Contact | None = None
+
+    @property
+    def damping(self) -> Floats:
+        """D (b, n, m, m)."""
+        if self.contact is None:
+            return self.fixed_damping
+        return self.fixed_damping + self.contact.push[..., None] * self.contact.rate[..., None, :]
+
+    @property
+    def stiffness(self) -> Floats:
+        """S (b, n, m, m)."""
+        if self.contact is None:
+            return self.fixed_stiffness
+        return self.fixed_stiffness + self.contact.push[..., None] * self.contact.place[..., None, :]
+
     def acceleration(self, position: Floats, rate: Floats) -> Floats:
         """q'' (b, n, m) for q and q' (b, n, m)."""
-        effort = (self.place * position).sum(-1) + (self.rate * rate).sum(-1)
-        plain = rate @ np.swapaxes(self.damping, -1, -2) + position @ np.swapaxes(self.stiffness, -1, -2)
-        return np.asarray(self.force - plain - self.push * effort[..., None])
+        pull = _times(self.fixed_damping, rate) + _times(self.fixed_stiffness, position)
+        if self.contact is not None:
+            effort = (self.contact.place * position).sum(-1) + (self.contact.rate * rate).sum(-1)
+            pull = pull + self.contact.push * effort[..., None]
+        return np.asarray(self.force - pull)
+
+
+def _times(matrix: Floats, vector: Floats) -> Floats:
+    """Products (b, n, m) of matrices (b, n or 1, m, m) with vectors (b, n, m)."""
+    if matrix.shape[1] == 1:
+        return np.asarray(vector @ np.swapaxes(matrix[:, 0], -1, -2))
+    return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
 class System(Protocol):
@@ -98,10 +134,6 @@ class System(Protocol):
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F at cam angles theta (1 or b, n) in rad; at a knot the limit from the given side."""
-        ...
-
-    def split(self, theta: Floats, side: Side = "right") -> Split | None:
-        """The same as `coefficients` at cam angles theta (1, n), where all but one direction is constant; else None."""
         ...
 
     def correction(self, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:

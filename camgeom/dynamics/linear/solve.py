@@ -85,16 +85,8 @@ class Solution:
 
 def acceleration(system: System, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
     """q'' (b, n, m) per rad^2 at cam angles theta (n,) or (b, n) for given q and q'."""
-    parts = system.split(np.atleast_2d(theta), side)
-    if parts is not None:
-        out = parts.acceleration(position, rate)
-    else:
-        here = system.coefficients(np.atleast_2d(theta), side)
-        pull = (here.damping @ rate[..., None])[..., 0] + (here.stiffness @ position[..., None])[..., 0]
-        out = here.force - pull
-    if not system.linear:
-        out = out + system.correction(np.atleast_2d(theta), position, rate, side)
-    return np.asarray(out)
+    out = system.coefficients(np.atleast_2d(theta), side).acceleration(position, rate)
+    return out if system.linear else out + system.correction(np.atleast_2d(theta), position, rate, side)
 
 
 def periodic(system: System, grid: Grid, method: str | Method) -> Solution:
