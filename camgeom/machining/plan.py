@@ -5,6 +5,7 @@ A tool comes down beside the flank (or in the middle of the groove), goes in on 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Literal, final
@@ -15,10 +16,10 @@ from camgeom.errors import NotConverged
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import Positions, SidePath, ToolPath, climbs
 from camgeom.machining.rows import RowPath, Rows
-from camgeom.machining.sampling import Chords, divided, equal_error, estimate
 from camgeom.machining.spec import CutterSpec
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
+from camgeom.maths.sampling import even_steps, steps_about, subdivided
 from camgeom.track import Track
 
 LEAST = 1e-6
@@ -97,8 +98,37 @@ FINE = np.radians(1.0)
 """cam angle of the chords that a contact's way is summed from"""
 WIDEST = np.radians(30.0)
 """largest rotation of one block: controls that take the shorter way round must not turn back"""
+SHARES = (0.25, 0.5, 0.75)
+"""where along a block the chord is measured"""
 TRANSFER = np.radians(5.0)
 """rotation between the positions of a rapid way from one pass to the next"""
+
+
+@dataclass(frozen=True, eq=False)
+class Chords:
+    """What is interpolated, and what counts.
+
+    curve    phi (n,) -> coordinates (c, n) that a machine interpolates in straight lines
+    locate   coordinates (c, n) -> points of the tool (k, 3, n), mm, whose way counts
+    """
+
+    curve: Callable[[Floats], Floats]
+    locate: Callable[[Floats], Floats]
+
+    def error(self, phi: Floats) -> Floats:
+        """Largest distance (n - 1,), mm, of each chord from the true way, across it."""
+        ends = self.curve(phi)
+        points = self.locate(ends)
+        chord = points[:, :, 1:] - points[:, :, :-1]
+        length = np.sqrt((chord**2).sum(axis=1, keepdims=True))
+        along = chord / np.where(length > 0.0, length, 1.0)
+        worst = np.zeros(len(phi) - 1)
+        for share in SHARES:
+            mixed = (1.0 - share) * ends[:, :-1] + share * ends[:, 1:]
+            off = self.locate(mixed) - self.locate(self.curve((1.0 - share) * phi[:-1] + share * phi[1:]))
+            across = off - (off * along).sum(axis=1, keepdims=True) * along
+            worst = np.maximum(worst, np.sqrt((across**2).sum(axis=1)).max(axis=0))
+        return worst
 
 
 @final
@@ -152,9 +182,12 @@ class Machining:
             blocks = 0
             for i, group in enumerate(self.rows):
                 chords, knots = self._chords_of_rows(i, space), group.paths[0].knots()
-                blocks += len(group.paths) * estimate(chords, knots, self.spec.tolerance)
+                blocks += len(group.paths) * self._about(chords, knots)
             return blocks
-        return sum(estimate(self._chords((path,), space), path.knots(), self.spec.tolerance) for path in self.paths)
+        return sum(self._about(self._chords((path,), space), path.knots()) for path in self.paths)
+
+    def _about(self, chords: Chords, knots: Floats) -> int:
+        return steps_about(chords.error, list(itertools.pairwise(knots.tolist())), self.spec.tolerance) + 1
 
     def passes(self, space: Space = "cam") -> Iterator[Pass]:
         """The passes one by one, blocks so spaced that the chord error in a space keeps spec.tolerance.
@@ -197,11 +230,11 @@ class Machining:
         """Cam angles of a pass's blocks and their chord error; rows of one flank share them."""
         knots = divided_knots(path.knots())
         if not isinstance(path, RowPath):
-            return equal_error(self._chords((path,), space), knots, self.spec.tolerance, MOST_BLOCKS)
+            return spaced(self._chords((path,), space), knots, self.spec.tolerance)
         key = (space, path.group)
         if key not in self._shared:
             chords = self._chords_of_rows(path.group, space)
-            self._shared[key] = equal_error(chords, knots, self.spec.tolerance, MOST_BLOCKS)
+            self._shared[key] = spaced(chords, knots, self.spec.tolerance)
         return self._shared[key]
 
     def _chords_of_rows(self, group: int, space: Space) -> Chords:
@@ -281,6 +314,22 @@ def _beside(at: Positions, sense: float) -> tuple[Floats, Floats]:
     )
 
 
+def spaced(chords: Chords, knots: Floats, tolerance: float) -> tuple[Floats, float]:
+    """Cam angles of blocks, every knot among them, and the largest chord error measured between them, mm."""
+    try:
+        phi, error = even_steps(chords.error, list(itertools.pairwise(knots.tolist())), tolerance, MOST_BLOCKS)
+    except NotConverged as reason:
+        raise NotConverged(f"cutter.tolerance of one pass: {reason}") from None
+    worst = float(error.max(initial=0.0))
+    if worst > tolerance:
+        at = float(np.degrees(phi[int(np.argmax(error))]))
+        raise NotConverged(
+            f"the tool's path bends too sharply at cam angle {at:.6g} deg: its chord error stays at {worst:.3g} mm, "
+            f"above cutter.tolerance {tolerance:g} mm; smooth the motion there, or ask for a coarser tolerance"
+        )
+    return phi, worst
+
+
 def divided_knots(knots: Floats) -> Floats:
     """Knots with others between them where a block would turn by more than WIDEST."""
     pieces = [
@@ -296,7 +345,7 @@ def contact_lengths(path: ToolPath, phi: Floats) -> Floats:
     Summed over chords of at most FINE, which are short of the arc by a share of FINE² / 24.
     """
     parts = np.maximum(1, np.ceil(np.diff(phi) / FINE)).astype(np.int64)
-    chords = np.sqrt((np.diff(path.at(divided(phi, parts)).contacts, axis=2) ** 2).sum(axis=1))
+    chords = np.sqrt((np.diff(path.at(subdivided(phi, parts)).contacts, axis=2) ** 2).sum(axis=1))
     return np.asarray(np.add.reduceat(chords, np.cumsum(parts) - parts, axis=1).max(axis=0))
 
 

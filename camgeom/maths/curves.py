@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.sampling import even_steps, subdivided
 
 Role = Literal["profile", "pitch", "cutter", "centre"]
 
@@ -30,9 +30,6 @@ MOST = 20_000
 """intervals of a spline, or chords of a polyline, beyond which it is given up"""
 SHARES = np.array([0.25, 0.5, 0.75])
 """where in an interval the error is measured"""
-FILL = 0.98
-FEWEST = 16
-"""cells a piece is measured in first"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +118,7 @@ def _fitted_pieces(curve: PlaneCurve, deviation: float) -> list[tuple[Floats, Fl
             best = max(best, worst)
             # A cubic's error falls with the fourth power of the interval.
             parts = np.clip(np.ceil(1.05 * (error / deviation) ** 0.25), np.where(error > 0.9 * deviation, 2, 1), 4)
-            grids[number] = _subdivided(grids[number], parts.astype(np.int64))
+            grids[number] = subdivided(grids[number], parts.astype(np.int64))
         if len(done) == len(grids):
             return [done[number] for number in range(len(grids))]
         if max(map(len, grids)) > MOST:
@@ -131,13 +128,6 @@ def _fitted_pieces(curve: PlaneCurve, deviation: float) -> list[tuple[Floats, Fl
         f"{curve.name}: no spline within {deviation:g} mm between {where[0]:.6g} and {where[1]:.6g} deg (best "
         f"{best:.3g} mm): the curve has a cusp there (look at the undercut margin)"
     )
-
-
-def _subdivided(phi: Floats, parts: npt.NDArray[np.int64]) -> Floats:
-    """Every interval of phi cut into so many parts."""
-    first = np.repeat(np.cumsum(parts) - parts, parts)
-    share = (np.arange(parts.sum()) - first) / np.repeat(parts, parts)
-    return np.append(np.repeat(phi[:-1], parts) + share * np.repeat(np.diff(phi), parts), phi[-1])
 
 
 def _interpolated(curve: PlaneCurve, grids: list[Floats]) -> list[tuple[Floats, Floats, Floats]]:
@@ -194,49 +184,23 @@ def chords(curve: PlaneCurve, chord: float) -> Polyline:
 
     Raises NotConverged where that takes too many points.
     """
-    grids = [np.linspace(low, high, FEWEST + 1) for low, high in curve.pieces()]
-    sags = _sags(curve, grids)
-    # Pieces that are far within the chord are first spread anew as well: a short dwell needs one chord, not sixteen.
-    for attempt in range(ROUNDS):
-        aim = FILL * chord * 0.97**attempt
-        again = [n for n, sag in enumerate(sags) if sag.max() > chord or (attempt == 0 and sag.max() < 0.25 * chord)]
-        if not again:
-            break
-        for number in again:
-            grids[number] = _spread(grids[number], sags[number], aim)
-            if len(grids[number]) > MOST:
-                raise NotConverged(f"{curve.name}: a chord error of {chord:g} mm needs more than {MOST} points")
-        for number, sag in zip(again, _sags(curve, [grids[number] for number in again])):
-            sags[number] = sag
-    worst = max(float(sag.max()) for sag in sags)
+    try:
+        phi, sag = even_steps(lambda phi: _sags(curve, phi), curve.pieces(), chord, MOST)
+    except NotConverged as error:
+        raise NotConverged(f"{curve.name}: a chord error of {error}") from None
+    worst = float(sag.max())
     if worst > chord:
         raise NotConverged(f"{curve.name}: the chord error stays at {worst:.3g} mm, above {chord:g} mm")
-    joined = np.concatenate([grids[0], *(phi[1:] for phi in grids[1:])])
-    points = curve.at(joined)[0].T
+    points = curve.at(phi)[0].T
     return Polyline(np.ascontiguousarray(points[:-1] if curve.closed else points), worst)
 
 
-def _sags(curve: PlaneCurve, grids: list[Floats]) -> list[Floats]:
-    """Largest distance of the curve from each chord of every grid, at three places."""
-    ends = _split(curve.at(np.concatenate(grids))[0], grids)
-    steps = [np.diff(phi) for phi in grids]
-    start = np.concatenate([phi[:-1] for phi in grids])
-    between = start[:, None] + np.concatenate(steps)[:, None] * SHARES
-    x = curve.at(between.ravel())[0].reshape(2, len(start), -1)
-    first = np.concatenate([end[:, :-1] for end in ends], axis=1)
-    step = np.concatenate([np.diff(end, axis=1) for end in ends], axis=1)
+def _sags(curve: PlaneCurve, phi: Floats) -> Floats:
+    """Largest distance (n,) of the curve from each chord between neighbours of phi (n + 1,), at three places."""
+    ends = curve.at(phi)[0]
+    between = phi[:-1, None] + np.diff(phi)[:, None] * SHARES
+    x = curve.at(between.ravel())[0].reshape(2, len(phi) - 1, -1)
+    step = np.diff(ends, axis=1)
     length = np.maximum(np.hypot(*step), 1e-300)
-    away = x - first[:, :, None]
-    sag = (np.abs(away[0] * step[1][:, None] - away[1] * step[0][:, None]) / length[:, None]).max(axis=1)
-    return _split(sag, steps)
-
-
-def _spread(phi: Floats, sag: Floats, aim: float) -> Floats:
-    """New parameters with the chords that each cell needs, spread evenly over the piece."""
-    need = np.maximum(np.sqrt(sag / aim), 1e-3)
-    smooth = np.maximum(need, 0.5 * (np.r_[need[1:], need[-1]] + np.r_[need[0], need[:-1]]))
-    total = np.concatenate([[0.0], np.cumsum(smooth)])
-    count = max(1, int(np.ceil(total[-1])))
-    found = np.interp(np.linspace(0.0, total[-1], count + 1), total, phi)
-    found[[0, -1]] = phi[[0, -1]]
-    return np.asarray(found)
+    away = x - ends[:, :-1, None]
+    return np.asarray((np.abs(away[0] * step[1][:, None] - away[1] * step[0][:, None]) / length[:, None]).max(axis=1))

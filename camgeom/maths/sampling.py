@@ -11,7 +11,7 @@ column c stands at theta[c mod N] + 2 pi (c div N), with N intervals a round.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import floor, pi
@@ -43,6 +43,11 @@ PROBED_CELLS = 60_000
 SPARSE = 0.995
 """share of the tolerance that counts as met where only a part of the cells was measured"""
 MAX_CELLS = 40_000_000
+FEWEST = 16
+"""steps a piece of a curve is measured in first"""
+EVEN = 0.98
+"""aim of a curve's steps as a share of the tolerance"""
+ROUNDS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -442,3 +447,68 @@ def _folded(x: Floats, first: int, n: int) -> Floats:
     padded = np.zeros((rounds * n, x.shape[1]))
     padded[before : before + len(x)] = x
     return np.asarray(padded.reshape(rounds, n, -1).transpose(1, 0, 2).reshape(n, -1))
+
+
+def even_steps(
+    error: Callable[[Floats], Floats], pieces: Sequence[tuple[float, float]], tolerance: float, most: int
+) -> tuple[Floats, Floats]:
+    """Steps of nearly equal error along a curve: parameters (n + 1,) with the ends of every piece, and errors (n,).
+
+    error   parameters (n + 1,) -> the error (n,) of each step, which falls with its square as a chord's sag does
+    pieces  smooth stretches one after the other
+    most    steps; NotConverged where more are needed, before they are made
+    Where some error stays above the tolerance the caller sees it, and can say where.
+    """
+    grids = [np.linspace(low, high, FEWEST + 1) for low, high in pieces]
+    errors = _errors(error, grids)
+    for attempt in range(ROUNDS):
+        # Pieces that are far within the tolerance are first spread anew as well: a short dwell needs one step.
+        ample = 0.25 * tolerance if attempt == 0 else 0.0
+        again = [k for k, e in enumerate(errors) if e.max() > tolerance or e.max() < ample]
+        if not again:
+            break
+        totals = {k: _steps_needed(errors[k], EVEN * tolerance * 0.97**attempt) for k in again}
+        steps = sum(float(totals[k][-1]) if k in totals else len(grid) - 1 for k, grid in enumerate(grids))
+        if steps > most:
+            raise NotConverged(f"{tolerance:g} mm would take {steps:.0f} steps, more than {most}; ask for a coarser one")
+        for k, total in totals.items():
+            grids[k] = _spread(grids[k], total)
+        for k, anew in zip(again, _errors(error, [grids[k] for k in again])):
+            errors[k] = anew
+    return np.concatenate([grids[0], *(phi[1:] for phi in grids[1:])]), np.concatenate(errors)
+
+
+def steps_about(error: Callable[[Floats], Floats], pieces: Sequence[tuple[float, float]], tolerance: float) -> int:
+    """About how many steps `even_steps` takes."""
+    errors = _errors(error, [np.linspace(low, high, FEWEST + 1) for low, high in pieces])
+    return sum(int(np.ceil(_steps_needed(e, EVEN * tolerance)[-1])) for e in errors)
+
+
+def subdivided(phi: Floats, parts: Index) -> Floats:
+    """Every interval of phi cut into so many equal parts."""
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    share = (np.arange(parts.sum()) - first) / np.repeat(parts, parts)
+    return np.append(np.repeat(phi[:-1], parts) + share * np.repeat(np.diff(phi), parts), phi[-1])
+
+
+def _errors(error: Callable[[Floats], Floats], grids: list[Floats]) -> list[Floats]:
+    """The error of every step of several grids, in one call; what lies between two grids does not count."""
+    cuts = np.cumsum([len(grid) for grid in grids])[:-1]
+    parts = np.split(error(np.concatenate(grids)), cuts)
+    return [part[: len(grid) - 1] for part, grid in zip(parts, grids)]
+
+
+def _steps_needed(error: Floats, aim: float) -> Floats:
+    """Number of steps needed from the first parameter up to each, (n + 1,)."""
+    need = np.maximum(np.sqrt(error / aim), 1e-3)
+    # A step beside one that bends more sharply is cut as if it bent nearly as much.
+    smooth = np.maximum(need, 0.5 * (np.r_[need[1:], need[-1]] + np.r_[need[0], need[:-1]]))
+    return np.concatenate([[0.0], np.cumsum(smooth)])
+
+
+def _spread(phi: Floats, total: Floats) -> Floats:
+    """New parameters at equal shares of the steps needed."""
+    count = max(1, int(np.ceil(total[-1])))
+    spread = np.interp(np.linspace(0.0, total[-1], count + 1), total, phi)
+    spread[[0, -1]] = phi[[0, -1]]
+    return np.asarray(spread)
