@@ -19,14 +19,7 @@ from camgeom.solid.cut import CutBlank
 from camgeom.solid.drum import GroovedCylinder, RibbedCylinder, drum_walls
 from camgeom.solid.mechanism import Drive, Drum, Mechanism
 from camgeom.track import Joint, Slide, Swing, Track
-from camgeom.track.follower import (
-    AnyRoller,
-    CylinderRoller,
-    Setup,
-    SphereRoller,
-    SwingingFollower,
-    TranslatingFollower,
-)
+from camgeom.track.follower import AnyRoller, CylinderRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
 from camgeom.track.section import Level, cylinder_level
 
 
