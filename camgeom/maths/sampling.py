@@ -470,7 +470,7 @@ def even_steps(
         totals = {k: _steps_needed(errors[k], EVEN * tolerance * 0.97**attempt) for k in again}
         steps = sum(float(totals[k][-1]) if k in totals else len(grid) - 1 for k, grid in enumerate(grids))
         if steps > most:
-            raise NotConverged(f"{tolerance:g} mm would take {steps:.0f} steps, more than {most}; ask for a coarser one")
+            raise NotConverged(f"{tolerance:g} mm takes {steps:.0f} steps, more than {most}; ask for a coarser one")
         for k, total in totals.items():
             grids[k] = _spread(grids[k], total)
         for k, anew in zip(again, _errors(error, [grids[k] for k in again])):
