@@ -23,7 +23,6 @@ from camgeom.model import Model
 from camgeom.motion.program import Program
 from camgeom.profile import Profile, parse
 from camgeom.solid.prism import Prism
-from camgeom.track.follower import TranslatingFollower
 from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
 
 PER_TURN = 720
@@ -258,13 +257,12 @@ def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
 
 def _offset(profile: Profile, wanted: Wanted) -> float:
     """The best offset of a translating roller follower, mm, to a hundredth."""
-    follower = profile.follower
-    simple = isinstance(follower, TranslatingFollower) and follower.face == "roller" and profile.kind == "disc"
+    follower, mechanism = profile.follower, profile.cam.mechanism(profile.setup())
+    simple = follower.face == "roller" and not follower.rotating and len(mechanism.tracks) == 1
     if not simple or wanted.pressure_angle_deg is None:
         raise ProfileError([Problem("--best-offset", "only a roller on a slide has an offset to choose")])
-    setup = profile.setup()
-    sense = profile.cam.mechanism(setup).sense
-    return round(best_offset(setup.program, radians(wanted.pressure_angle_deg), sense) / STEP) * STEP
+    best = best_offset(mechanism.program, radians(wanted.pressure_angle_deg), mechanism.sense)
+    return round(best / STEP) * STEP
 
 
 def with_key(text: str, table: str, key: str, value: float) -> str:

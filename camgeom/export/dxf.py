@@ -27,6 +27,7 @@ from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
 from camgeom.solid.mechanism import Drum
+from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import TURN, Arc, Swing, Track
 from camgeom.track.developed import developed, drum_radii
 from camgeom.track.follower import TurretFollower
@@ -60,7 +61,7 @@ def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: flo
     """
     import ezdxf
 
-    cutter = getattr(model.profile.cutter_spec, "diameter", None)
+    cutter = model.profile.cutter_spec.diameter if model.profile.cutter_spec else None
     try:
         model.refuse_folded()
         views = plane_views(model, 0.5 * cutter if cutter else None)
@@ -275,14 +276,16 @@ def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:
     discs: dict[Disc, None] = {}
     strokes: dict[Stroke, None] = {}
     for part in model.parts:
-        one: Any = part
-        for layer, loops in (("blank", (getattr(one, "rim", None),)), ("mark", getattr(one, "holes", ()))):
-            for loop in loops:
-                if loop is not None and isinstance(loop.outline, CircleOutline):
-                    discs[Disc(layer, loop.outline.centre, loop.outline.radius)] = None  # type: ignore[arg-type]
-        bore = getattr(one, "bore", None)
-        if isinstance(bore, Bore):
-            strokes[_bore_stroke(bore)] = None
+        circles: list[tuple[Layer, Loop]] = []
+        if isinstance(part, FaceGroove):
+            circles.append(("blank", part.rim))
+        elif isinstance(part, Prism):
+            circles += [("mark", hole) for hole in part.holes]
+        for layer, loop in circles:
+            if isinstance(loop.outline, CircleOutline):
+                discs[Disc(layer, loop.outline.centre, loop.outline.radius)] = None
+        if isinstance(part, FaceGroove | Prism) and part.bore is not None:
+            strokes[_bore_stroke(part.bore)] = None
     return list(discs), list(strokes)
 
 

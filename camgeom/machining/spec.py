@@ -8,7 +8,7 @@ from pydantic import Field
 
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length, Section
-from camgeom.track import Track
+from camgeom.track import Arc, Slide, Track
 
 if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
@@ -154,13 +154,13 @@ def narrowest(track: Track) -> float:
 def is_ball(track: Track) -> bool:
     """True for a spherical roller."""
     meridian = track.meridian
-    return hasattr(meridian, "arc") and abs(meridian.arc - meridian.radius) <= SAME * meridian.radius
+    return isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) <= SAME * meridian.radius
 
 
 def is_radial(track: Track) -> bool:
     """True where the roller's axis always meets the cam's at a right angle (a drum with a sliding follower)."""
-    direction = getattr(track.joint, "direction", None)
-    return track.axis == (1.0, 0.0, 0.0) and track.anchor[1] == 0.0 and direction == (0.0, 0.0, 1.0)
+    along = isinstance(track.joint, Slide) and track.joint.direction == (0.0, 0.0, 1.0)
+    return along and track.axis == (1.0, 0.0, 0.0) and track.anchor[1] == 0.0
 
 
 def _problem(key: str, value: object, allowed: str) -> Problem:

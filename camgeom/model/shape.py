@@ -10,6 +10,7 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
 from camgeom.model.facts import Ledger, Observer, fact
 from camgeom.profile import Profile
 from camgeom.track import TURN, Track
@@ -71,8 +72,8 @@ class Shape:
         return self.mechanism.passages
 
     @fact
-    def drive_angle(self) -> tuple[float, float] | None:
-        """Largest pressure angle (rad) of the best placed roller, and its cam angle, of cams whose rollers take turns.
+    def drive_angle(self) -> Extreme | None:
+        """Largest pressure angle, rad, of the best placed roller, of cams whose rollers take turns.
 
         None for others, where every roller has to be driven all the way.
         """
@@ -81,7 +82,21 @@ class Shape:
             return None
         from camgeom.track.turret import largest_drive_angle
 
-        return largest_drive_angle(turret.bearing, self.mechanism.inside)
+        value, cam_angle = largest_drive_angle(turret.bearing, self.mechanism.inside)
+        return Extreme(value, cam_angle, 0.0, "best placed roller that carries")
+
+    @fact
+    def pressure_angle(self) -> Extreme | None:
+        """Largest pressure angle, rad: between the contact normal and the velocity of the follower.
+
+        Of a drum or globoid the velocity of the contact point, over the whole flank; of a planar cam that of the
+        roller's centre; where rollers take turns that of the best placed one. None where nothing is driven.
+        """
+        if self.drive_angle is not None:
+            return self.drive_angle
+        if self.planar is not None:
+            return self.planar.pressure_angle
+        return max((survey.pressure_angle for survey in self.flanks), key=lambda worst: worst.value, default=None)
 
     @fact
     def cutters(self) -> tuple[Track, ...]:
@@ -92,7 +107,11 @@ class Shape:
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
         foot = self.mechanism.wall_foot
-        return tuple(Survey(track, cutter, foot) for track, cutter in zip(self.tracks, self.cutters))
+        pairs = zip(self.tracks, self.cutters)
+        if self.mechanism.touches:
+            # The wall of a disc is straight along the roller: it is not the envelope of a crown.
+            pairs = zip((t.straightened() for t in self.tracks), (t.straightened() for t in self.cutters))
+        return tuple(Survey(track, cutter, foot) for track, cutter in pairs)
 
     @fact
     def parts(self) -> tuple[Part, ...]:

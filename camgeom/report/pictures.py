@@ -77,15 +77,9 @@ def seen_from(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:
 
 def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
     """All bodies in the machine frame at the cam angle of the largest pressure angle."""
-    moving = moving_bodies(model, cams, np.array([_steepest(model)]))
+    steepest = model.pressure_angle.cam_angle if model.pressure_angle is not None else 0.0
+    moving = moving_bodies(model, cams, np.array([steepest]))
     return [replace(body, mesh=placed(body.mesh, motion[0])) for body, motion in moving]
-
-
-def _steepest(model: Model) -> float:
-    """Cam angle of the largest pressure angle, rad."""
-    if model.flanks:
-        return max((s.pressure_angle for s in model.flanks), key=lambda e: e.value).cam_angle
-    return model.planar.pressure_angle.cam_angle if model.planar is not None else 0.0
 
 
 def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[Body, Floats]]:

@@ -224,9 +224,10 @@ def flank_data(model: Model) -> dict[str, Any]:
 
 def _angles(model: Model) -> dict[str, Any]:
     """Largest pressure angles; where rollers take turns, of the best placed one."""
-    if model.drive_angle is not None:
-        value, at = model.drive_angle
-        return {"max_pressure_angle_deg": degrees(value), "max_pressure_angle_at_deg": degrees(at) % 360.0}
+    worst = model.drive_angle
+    if worst is not None:
+        at = degrees(worst.cam_angle) % 360.0
+        return {"max_pressure_angle_deg": degrees(worst.value), "max_pressure_angle_at_deg": at}
     angle = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
     axis = max((s.axis_pressure_angle for s in model.flanks), key=lambda e: e.value)
     return {

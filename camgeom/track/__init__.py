@@ -246,6 +246,13 @@ class Track:
         """The same track with a roller (cutter) larger by the normal distance gap, mm."""
         return self if gap == 0.0 else replace(self, meridian=self.meridian.grown(gap))
 
+    def straightened(self) -> Track:
+        """The same track with a cylinder as wide as the roller's crest, which is all of a crown that a disc meets."""
+        meridian = self.meridian
+        if not isinstance(meridian, Arc):
+            return self
+        return replace(self, meridian=Straight(meridian.radius, meridian.centre))
+
 
 def _turned(vector: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
     """A fixed machine-frame vector in the cam frame, (3, n)."""

@@ -18,6 +18,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.motion.program import Program
+from camgeom.track import Slide, Swing
 from camgeom.track.outline import Crossing, Outline, crossing
 from camgeom.track.survey import largest, smallest
 from camgeom.track.touch import Contacting, Touch
@@ -114,7 +115,7 @@ class Planar:
         worst = self.face_radius
         if worst is None:
             return ""
-        if getattr(self.touches[0].joint, "centre", None) is None:
+        if isinstance(self.touches[0].joint, Slide):
             return f"enlarge base_radius by more than {max(0.0, -worst.value):.6g} mm, or take a gentler motion"
         return "enlarge base_radius, or take a gentler motion"
 
@@ -147,7 +148,7 @@ class Planar:
         flat = [touch for touch in self.touches if touch.kind == "flat"]
         if not flat:
             return None
-        if getattr(flat[0].joint, "centre", None) is not None:
+        if isinstance(flat[0].joint, Swing):
             return largest(self.touches, lambda at: np.abs(at.along))
         return largest(self.touches, lambda at: 2.0 * np.abs(at.along - at.touch.way * self.centre))
 

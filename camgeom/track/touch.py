@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.track import Joint
+from camgeom.track import Joint, Swing
 from camgeom.track.outline import Curve, Outline
 from camgeom.track.survey import PER_TURN, Grid
 
@@ -130,7 +130,7 @@ class Touch:
 
     def _along(self, turn: npt.NDArray[np.complex128], curve: Curve, left: Floats) -> Floats:
         """Place of the contact along the face turned left from its normal, from the joint's centre or the cam axis."""
-        centre = getattr(self.joint, "centre", (0.0, 0.0, 0.0))
+        centre = self.joint.centre if isinstance(self.joint, Swing) else (0.0, 0.0, 0.0)
         fixed = complex(centre[0], centre[1]) * turn
         x = curve.points
         return np.asarray((x[0] - fixed.real) * left[0] + (x[1] - fixed.imag) * left[1])

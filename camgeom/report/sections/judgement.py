@@ -129,12 +129,10 @@ def _flank(model: Model) -> Iterator[Figure]:
         yield from _profile(model)
     if not model.flanks:
         return
-    if model.planar is None:
-        worst = max((s.pressure_angle for s in model.flanks), key=lambda e: e.value)
-        value, at = model.drive_angle or (worst.value, worst.cam_angle)
+    if model.planar is None and (worst := model.pressure_angle):
         limit = model.profile.limits.pressure_angle_deg
-        note = _at(at) + (f", limit {number(limit)}°" if limit else "")
-        yield Figure("Largest pressure angle", degrees(value), "°", note)
+        note = _at(worst.cam_angle) + (f", limit {number(limit)}°" if limit else "")
+        yield Figure("Largest pressure angle", degrees(worst.value), "°", note)
     margin = min((s.margin for s in model.flanks), key=lambda e: e.value)
     if margin.value <= 0.0:  # a folded flank has no curvature to quote
         yield Figure("Undercut margin", margin.value, "", f"folds at {degrees(margin.cam_angle) % 360.0:.1f}°")
