@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import degrees
 from typing import TYPE_CHECKING
 
@@ -56,7 +57,7 @@ class Shape:
         """Follower, roller and motion program in internal units."""
         return self.profile.setup()
 
-    @fact
+    @cached_property
     def mechanism(self) -> Mechanism:
         """The cam bound to its follower, roller and program."""
         return self.profile.cam.mechanism(self.setup)
