@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.load import Load
-from camgeom.track import Arc, Straight
+from camgeom.track import Arc
 
 if TYPE_CHECKING:
     from camgeom.mechanics.face_duty import FaceDuty
@@ -64,10 +63,9 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
     duties = []
     for track in mechanism.tracks:
         low, high = track.contact
-        crown, meridian = None, track.meridian
-        if mechanism.touches and isinstance(meridian, Arc):
-            crown = meridian.arc
-            track = replace(track, meridian=Straight(meridian.radius, meridian.centre))
+        crown = None
+        if mechanism.touches and isinstance(track.meridian, Arc):
+            crown, track = track.meridian.arc, track.straightened()
         within = quoted is not None and min(low, high) <= quoted <= max(low, high)
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating))
