@@ -107,10 +107,9 @@ def _primitives(
     if colour_by is not None and coloured:
         colours = _colours(mesh.fields[colour_by])[shaded.source]
         attributes["COLOR_0"] = accessor(colours, _ARRAY, normalized=True)
-    group = np.zeros(len(mesh.faces), np.uint8) if mesh.group is None else mesh.group
     primitives = []
     for number, label in enumerate(mesh.groups):
-        faces = shaded.faces[group == number]
+        faces = shaded.faces[mesh.face_groups == number]
         if len(faces):
             colour = (1.0, 1.0, 1.0) if coloured else body.colour or (_FLANK if label.startswith("flank") else _STEEL)
             document["materials"].append(_material(label, colour))

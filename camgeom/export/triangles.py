@@ -67,9 +67,8 @@ def write_obj(path: Path, bodies: Sequence[Body]) -> int:
             mesh, name = body.mesh, _word(body.name)
             stream.write(f"o {name}\n".encode())
             stream.writelines(number_lines(mesh.vertices, (b"v ", b" ", b" "), b"\n", decimals=9))
-            group = np.zeros(len(mesh.faces), np.uint8) if mesh.group is None else mesh.group
             for number, label in enumerate(mesh.groups):
-                faces = mesh.faces[group == number]
+                faces = mesh.faces[mesh.face_groups == number]
                 if len(faces):
                     stream.write(f"g {name}_{_word(label)}\n".encode())
                     stream.writelines(number_lines(faces + np.int32(first), (b"f ", b" ", b" "), b"\n"))
@@ -104,7 +103,7 @@ def write_ply(path: Path, bodies: Sequence[Body]) -> int:
                 block = np.empty(len(mesh.faces[part]), dtype=face)
                 block["count"], block["body"] = 3, number
                 block["corners"] = mesh.faces[part] + np.int32(first)
-                block["group"] = 0 if mesh.group is None else mesh.group[part]
+                block["group"] = mesh.face_groups[part]
                 stream.write(block.data)
             first += len(mesh.vertices)
         return stream.tell()

@@ -65,7 +65,7 @@ def _sections(bodies: Sequence[Body], names: Sequence[str]) -> dict[str, dict[st
     """The file's arrays by section and name, little endian and contiguous."""
     starts = np.cumsum([0] + [len(body.mesh.vertices) for body in bodies])
     faces = np.concatenate([body.mesh.faces + np.int32(start) for body, start in zip(bodies, starts)])
-    group = [np.zeros(len(b.mesh.faces), np.uint8) if b.mesh.group is None else b.mesh.group for b in bodies]
+    group = [body.mesh.face_groups for body in bodies]
     number = [np.full(len(body.mesh.faces), i) for i, body in enumerate(bodies)]
     fields = {name: np.concatenate([body.mesh.fields[name] for body in bodies]) for name in names}
     return {

@@ -149,7 +149,7 @@ class Inspection:
             "beyond_the_flanks": int((~self.kept).sum()),
             "rounds": self.rounds,
             **{key: value for key, value in self.of().as_dict().items() if key not in ("flank", "points")},
-            "flanks": [one.as_dict() for one in self.flanks],
+            "flanks": [flank.as_dict() for flank in self.flanks],
         }
 
 
@@ -169,18 +169,18 @@ def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit
         if model.planar is None:
             raise ProfileError([Problem("points", "need heights on a cam that is not planar", None, "a column z")])
         x = np.stack([x[0], x[1], np.full(x.shape[1], 0.5 * sum(surfaces[0].wall))])
-    problem = _Problem(target, x, probe_radius, allowed, FREE[fit])
-    found = problem.solved()
-    if found.foreign or (found.rms > SUSPECT and fit != "none"):
-        _refuse(problem, found)
+    registration = _Registration(target, x, probe_radius, allowed, FREE[fit])
+    best = registration.solved()
+    if best.foreign or (best.rms > SUSPECT and fit != "none"):
+        _refuse(registration, best)
     stations = np.zeros(x.shape[1])
     for number, surface in enumerate(surfaces):
-        mine = found.feet.surface == number
-        stations[mine] = surface.station(found.feet.t[mine])
+        mine = best.feet.surface == number
+        stations[mine] = surface.station(best.feet.t[mine])
     words = ("tilt about X", "tilt about Y", "angle", "shift along X", "shift along Y", "axial shift")
     return Inspection(
-        fit, found.turn, found.shift, tuple(words[k] for k in found.weak), names,
-        found.turn @ x + found.shift[:, None], found.kept, found.feet, found.deviation, stations, found.rounds,
+        fit, best.turn, best.shift, tuple(words[k] for k in best.weak), names,
+        best.turn @ x + best.shift[:, None], best.kept, best.feet, best.deviation, stations, best.rounds,
     )  # fmt: skip
 
 
@@ -196,7 +196,7 @@ def _allowed(points: MeasuredPoints, names: tuple[str, ...]) -> npt.NDArray[np.b
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _Placement:
     """A place of the points in the cam frame and what it gives."""
 
     turn: Floats
@@ -222,7 +222,7 @@ class _State:
 
 
 @dataclass(frozen=True, eq=False)
-class _Problem:
+class _Registration:
     """Points (3, n) of a probe of `radius` to be brought onto the target by the free motions."""
 
     target: Target
@@ -232,17 +232,17 @@ class _Problem:
     free: tuple[int, ...]
     newton: int = ENOUGH
 
-    def solved(self) -> _State:
+    def solved(self) -> _Placement:
         """The best place: of several starting angles where the angle is free."""
         if not self.free:
             return self.state(np.eye(3), np.zeros(3))
         step = max(1, self.x.shape[1] // SUBSET)
         part = replace(self, x=self.x[:, ::step], allowed=self.allowed[::step], newton=FEW)
-        best: _State | None = None
+        best: _Placement | None = None
         for angle in part.starts()[0]:
-            one = part.descended(part.state(_about_z(angle), np.zeros(3)), rough=True)
-            if best is None or (one.beyond > MOST_BEYOND, one.rms) < (best.beyond > MOST_BEYOND, best.rms):
-                best = one
+            tried = part.descended(part.state(_about_z(angle), np.zeros(3)), rough=True)
+            if best is None or (tried.beyond > MOST_BEYOND, tried.rms) < (best.beyond > MOST_BEYOND, best.rms):
+                best = tried
             if not best.foreign and best.rms < SURE * GROSS:
                 break
         assert best is not None
@@ -261,13 +261,13 @@ class _Problem:
         order = places[np.argsort(score[places])][:TRIED]
         return [*angles[order].tolist(), 0.0], float(score.min())
 
-    def state(self, turn: Floats, shift: Floats, last: Feet | None = None) -> _State:
+    def state(self, turn: Floats, shift: Floats, last: Feet | None = None) -> _Placement:
         """Feet and deviations with the points at a place."""
         placed = turn @ self.x + shift[:, None]
         feet = self.target.feet(placed, self.radius, self.allowed, last, self.newton)
-        return _State(turn, shift, feet, feet.distance - self.radius, feet.beside < EDGE)
+        return _Placement(turn, shift, feet, feet.distance - self.radius, feet.beside < EDGE)
 
-    def descended(self, state: _State, rough: bool = False) -> _State:
+    def descended(self, state: _Placement, rough: bool = False) -> _Placement:
         """Gauss-Newton steps to the least squares, shortened where they do not descend."""
         size = float(np.abs(self.x).max())
         for count in range(1, (ROUGH_ROUNDS if rough else ROUNDS) + 1):
@@ -299,13 +299,13 @@ class _Problem:
             "places alike: measure more of the motion, or fit fewer degrees of freedom"
         )
 
-    def _moved(self, state: _State, step: Floats, size: float) -> _State:
-        turn = _rotation(step[:3]) @ state.turn
-        shift = _rotation(step[:3]) @ state.shift + size * step[3:]
+    def _moved(self, state: _Placement, step: Floats, size: float) -> _Placement:
+        turn = rotation(step[:3]) @ state.turn
+        shift = rotation(step[:3]) @ state.shift + size * step[3:]
         near = float(np.abs(step).max()) < 1e-3
         return self.state(turn, shift, state.feet if near else None)
 
-    def _step(self, state: _State, size: float) -> tuple[Floats, tuple[int, ...]]:
+    def _step(self, state: _Placement, size: float) -> tuple[Floats, tuple[int, ...]]:
         """The step (rotation vector, translation over the size) and the free motions that have no effect."""
         feet = state.feet
         placed = (state.turn @ self.x + state.shift[:, None])[:, state.kept]
@@ -321,20 +321,20 @@ class _Problem:
         return step, tuple(k for k, share in zip(self.free, lost) if share > 0.5)
 
 
-def _refuse(problem: _Problem, found: _State) -> None:
+def _refuse(registration: _Registration, best: _Placement) -> None:
     """Raise ProfileError where points do not belong to the cam, or belong to its mirror image."""
-    mirrored = replace(problem, x=problem.x * np.array([1.0, -1.0, 1.0])[:, None])
+    mirrored = replace(registration, x=registration.x * np.array([1.0, -1.0, 1.0])[:, None])
     hint = False
     # Points that lie nowhere near the flanks are not searched for twice.
-    if found.beyond <= MOST_BEYOND or mirrored.starts()[1] < 0.8 * problem.starts()[1]:
+    if best.beyond <= MOST_BEYOND or mirrored.starts()[1] < 0.8 * registration.starts()[1]:
         try:
             other = mirrored.solved()
-            hint = not other.foreign and other.rms < 0.2 * found.rms
+            hint = not other.foreign and other.rms < 0.2 * best.rms
         except NotConverged:
             hint = False  # its mirror image fits no better
-    if not (hint or found.foreign):
+    if not (hint or best.foreign):
         return
-    amount = f"rms {found.rms:.4g} mm" if found.beyond <= MOST_BEYOND else f"{found.beyond:.0%} lie beyond the flanks"
+    amount = f"rms {best.rms:.4g} mm" if best.beyond <= MOST_BEYOND else f"{best.beyond:.0%} lie beyond the flanks"
     advice = "look at profile, units (mm), probe radius and the frame (Z along the cam axis)"
     if hint:
         advice = "they fit its mirror image: look at the direction or hand of the profile"
@@ -342,10 +342,10 @@ def _refuse(problem: _Problem, found: _State) -> None:
 
 
 def _about_z(angle: float) -> Floats:
-    return _rotation(np.array([0.0, 0.0, angle]))
+    return rotation(np.array([0.0, 0.0, angle]))
 
 
-def _rotation(vector: Floats) -> Floats:
+def rotation(vector: Floats) -> Floats:
     """Rotation matrix of a rotation vector, rad (Rodrigues)."""
     angle = float(np.sqrt(vector @ vector))
     x, y, z = vector

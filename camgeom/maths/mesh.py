@@ -150,13 +150,16 @@ class Mesh:
         made.field_data["groups"] = list(self.groups)
         return made
 
+    @property
+    def face_groups(self) -> npt.NDArray[np.uint8]:
+        """Index into `groups` of every face, (f,)."""
+        return np.zeros(len(self.faces), np.uint8) if self.group is None else self.group
+
     def group_faces(self, name: str) -> npt.NDArray[np.bool_]:
         """Mask (f,) of the faces in the named group; all False where the name is absent."""
         if name not in self.groups:
             return np.zeros(len(self.faces), dtype=bool)
-        if self.group is None:
-            return np.full(len(self.faces), self.groups[0] == name)
-        return np.asarray(self.group == self.groups.index(name))
+        return np.asarray(self.face_groups == self.groups.index(name))
 
 
 def mass_properties(mesh: Mesh, density: float) -> tuple[float, float, Vector, tuple[Vector, ...]]:

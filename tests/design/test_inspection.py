@@ -14,7 +14,7 @@ import pytest
 from camgeom.cli import main
 from camgeom.errors import ProfileError
 from camgeom.export import write
-from camgeom.inspection import GROSS, _rotation, inspect
+from camgeom.inspection import GROSS, inspect, rotation
 from camgeom.inspection.points import MeasuredPoints, read_points
 from camgeom.model import Model, read
 from camgeom.model.surfaces import flank_surfaces, within
@@ -104,7 +104,7 @@ def test_every_kind_has_a_table(tmp_path: Path, name: str) -> None:
 def test_a_turned_and_shifted_cam_is_found_again(name: str, radius: float) -> None:
     made = model(name)
     x, n, _, _ = nominal(made)
-    turn, shift = _rotation(np.array([0.0, 0.0, 2.3])), np.array([0.0, 0.0, 0.4])
+    turn, shift = rotation(np.array([0.0, 0.0, 2.3])), np.array([0.0, 0.0, 0.4])
     found = inspect(made, measured(turn.T @ (x + radius * n - shift[:, None])), radius)
     whole = found.of()
     assert max(abs(whole.largest), abs(whole.smallest)) < 1e-9
@@ -120,7 +120,7 @@ def test_a_turned_and_shifted_cam_is_found_again(name: str, radius: float) -> No
 def test_all_six_degrees_of_freedom_are_found_again(name: str) -> None:
     made = model(name)
     x, _, _, _ = nominal(made)
-    turn, shift = _rotation(np.array([0.004, -0.002, 1.1])), np.array([0.3, -0.2, 0.25])
+    turn, shift = rotation(np.array([0.004, -0.002, 1.1])), np.array([0.3, -0.2, 0.25])
     found = inspect(made, measured(turn.T @ (x - shift[:, None])), fit="rigid")
     assert np.abs(found.turn - turn).max() < 1e-10
     assert found.shift == pytest.approx(shift, abs=1e-9)
@@ -148,7 +148,7 @@ def test_a_bump_is_found_in_its_place(name: str, flank: int, at: float) -> None:
         patch = surface.at(phi, t)
         bump = 0.005 * np.exp(-(((phi - at) / 0.02) ** 2)) * (number == flank)
         parts.append((patch.x + bump * patch.n)[:, inside(patch.x)])
-    found = inspect(made, measured(_rotation(np.array([0.0, 0.0, -2.0])) @ np.concatenate(parts, axis=1)))
+    found = inspect(made, measured(rotation(np.array([0.0, 0.0, -2.0])) @ np.concatenate(parts, axis=1)))
     whole = found.of()
     assert whole.worst == pytest.approx(0.005, abs=2.5e-4)  # the fit of the angle takes a little of it
     assert degrees(whole.cam_angle) == pytest.approx(degrees(at), abs=0.6)
@@ -167,7 +167,7 @@ def test_noise_is_fitted_to_the_least_squares() -> None:
     assert best == pytest.approx(0.004, rel=0.1)
     placed = found.turn @ x + found.shift[:, None]
     for angle, axial in ((2e-6, 0.0), (-2e-6, 0.0), (0.0, 1e-4), (0.0, -1e-4)):
-        moved = _rotation(np.array([0.0, 0.0, angle])) @ placed + np.array([[0.0], [0.0], [axial]])
+        moved = rotation(np.array([0.0, 0.0, angle])) @ placed + np.array([[0.0], [0.0], [axial]])
         assert inspect(made, measured(moved), fit="none").of().rms > best
 
 

@@ -7,7 +7,7 @@ end. A face's outward normal is its surface's normal (u x v), reversed where `sa
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import pi
@@ -93,19 +93,6 @@ Loop = tuple[Use, ...]
 def reversed_loop(loop: Loop) -> Loop:
     """The loop run the other way."""
     return tuple(use.reversed() for use in reversed(loop))
-
-
-def chained(edges: Sequence[Edge]) -> Loop:
-    """The edges, given in order round a loop, each turned so that it begins where the one before ends."""
-    if len(edges) == 1:
-        return (Use(edges[0]),)
-    first = edges[0]
-    nxt = (edges[1].start, edges[1].end)
-    two = len(edges) == 2
-    uses = [Use(first, True if two else any(first.end is vertex for vertex in nxt))]
-    for edge in edges[1:]:
-        uses.append(Use(edge, edge.start is uses[-1].last))
-    return tuple(uses)
 
 
 @final

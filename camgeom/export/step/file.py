@@ -264,10 +264,9 @@ def _style(out: Instances, colour: Colour) -> int:
 def _triangles(out: Instances, body: Facets) -> int:
     """TESSELLATED_SOLID of a mesh, one TRIANGULATED_FACE for each face group; returns its number."""
     mesh = body.mesh
-    group = np.zeros(len(mesh.faces), dtype=np.uint8) if mesh.group is None else mesh.group
     faces = []
     for index, label in enumerate(mesh.groups):
-        chosen = mesh.faces[group == index]
+        chosen = mesh.faces[mesh.face_groups == index]
         if len(chosen) == 0:
             continue
         used, local = np.unique(chosen, return_inverse=True)
