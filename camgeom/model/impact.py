@@ -44,7 +44,7 @@ def impact_problem(profile: Profile, mechanism: Mechanism) -> ImpactProblem:
     roller, drum = mechanism.roller, mechanism.drum
     setup = Setup(mechanism.follower, roller, mechanism.program)
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
-    length = (roller.length if roller is not None else None) or (mechanism.width if mechanism.touches else 1.0)
+    length = mechanism.touches[0].length if mechanism.touches else (roller and roller.length) or 1.0
     base = mechanism.base_radius or (drum.radius if drum else radius)
     pair, load = impact_pair(profile, mechanism), impact_load(profile, setup)
     if load.applied is not None and load.applied.jumps:

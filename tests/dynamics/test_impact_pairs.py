@@ -4,6 +4,7 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,10 +16,15 @@ from camgeom.dynamics.impact.pair import Pair, Roller, Wall, groove_pair, planar
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import solve
 from camgeom.errors import NotConverged, ProfileError
+from camgeom.model import Model
+from camgeom.model.impact import impact_pair
 from camgeom.motion import Program, Segment
+from camgeom.profile import parse
 from camgeom.track import Slide, Straight, Swing, Track
 from camgeom.track.follower import CylinderRoller, Setup, TranslatingFollower
 from tests.reference.impact_reference import LOWEST, b1_pair, b1_problem, frame_pair, pressure_angle, rise_return_lift
+
+PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 
 def slide_program(stroke: float = 30.0, law: str = "cycloidal") -> Program:
@@ -42,12 +48,22 @@ def slide_pair(
     return planar_pair(program, cam.mechanism(setup).touches, clearance, "chord")
 
 
+def profile_pair(name: str, extra: str = "") -> Pair:
+    """The pair of a profile with 1 mm of play."""
+    text = (PROFILES / f"{name}.toml").read_text().partition("[impact]")[0]
+    model = Model(parse(f"{text}\n{extra}\n[impact]\nclearance = 1\n"))
+    return impact_pair(model.profile, model.mechanism)
+
+
 PAIRS: dict[str, Callable[[], Pair]] = {
     "rocker": lambda: b1_pair(1e-3),
     "rocker-right": lambda: b1_pair(1e-3, side="right"),
     "rocker-normal": lambda: b1_pair(1e-3, kind="normal"),
     "rocker-unequal": lambda: b1_pair(1e-3, return_arm=80.0, rocker_angle=math.degrees(1.9)),
     "slide": lambda: slide_pair(slide_program(), 50.0, 70.0, 15.0, 1e-3, offset=10.0),
+    "slide-normal": lambda: replace(PAIRS["slide"](), kind="normal"),
+    "yoke": lambda: profile_pair("constant_width_press", "[roller]\ndiameter = 20\nlength = 12\n"),
+    "face-groove": lambda: profile_pair("disc_face_groove"),
     "frame": lambda: frame_pair(slide_lift(), 0.04, 1e-3),
     "table": lambda: table_pair(b1_pair(1e-3)),
     "groove": lambda: groove_pair(groove_track(True), 1e-3, 0.0, 180),
@@ -100,7 +116,10 @@ def test_levers_and_drags_are_the_derivatives_of_the_penetration(name: str) -> N
         assert np.all(np.sign(lever) == side.push)
 
 
-@pytest.mark.parametrize("name", ["rocker", "rocker-right", "rocker-normal", "rocker-unequal", "slide"])
+ROLLERS = ["rocker", "rocker-right", "rocker-normal", "rocker-unequal", "slide", "yoke", "face-groove"]
+
+
+@pytest.mark.parametrize("name", ROLLERS)
 def test_penetration_is_the_distance_to_the_true_profile(name: str) -> None:
     """Roller radius less the distance of its centre from densely sampled pitch curve points."""
     pair = PAIRS[name]()

@@ -13,13 +13,19 @@ from typing import Any
 import numpy as np
 
 from camgeom.cams.conjugate import Conjugate
-from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, PowerLaw, PrintedStiffness, contact_modulus
+from camgeom.dynamics.impact.laws import ContactLaw, HertzLine, LinePatch, PowerLaw, PrintedStiffness
 from camgeom.dynamics.impact.lift import TURN, Lift
 from camgeom.dynamics.impact.pair import ClearanceKind, Face, Pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.errors import ProfileError
 from camgeom.motion.program import Program, Segment
 from camgeom.track.follower import CylinderRoller, Setup, SwingingFollower
+
+
+def contact_modulus(elastic_1: float, poisson_1: float, elastic_2: float, poisson_2: float) -> float:
+    """The contact modulus E*, in the unit of the moduli: 1/E* is the sum of (1 - nu^2)/E."""
+    return 1.0 / ((1.0 - poisson_1**2) / elastic_1 + (1.0 - poisson_2**2) / elastic_2)
+
 
 CENTER_DISTANCE = 0.205
 ARM = 0.090

@@ -23,15 +23,6 @@ from camgeom.maths import Floats
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-def contact_modulus(elastic_1: float, poisson_1: float, elastic_2: float, poisson_2: float) -> float:
-    """The contact modulus E*, in the unit of the moduli: 1/E* is the sum of (1 - nu^2)/E.
-
-    >>> f"{contact_modulus(207e9, 0.28, 207e9, 0.28):.10g}"
-    '1.123046875e+11'
-    """
-    return 1.0 / ((1.0 - poisson_1**2) / elastic_1 + (1.0 - poisson_2**2) / elastic_2)
-
-
 class ContactLaw(ABC):
     """A normal force [N] over the penetration [m]; `curvature` is that of the cam [1/m], convex positive."""
 
@@ -192,12 +183,6 @@ class LiuCylinder(ContactLaw):
         )
         return force
 
-    def stiffness(self, delta: float) -> float:
-        """Tangent stiffness dF/ddelta [N/m]: 1/8 pi E* L sqrt(2 delta (3 S + 2 delta)^2/(S + delta)^3)."""
-        s = self.radius_sum
-        inside = 2.0 * delta * (3.0 * s + 2.0 * delta) ** 2 / (s + delta) ** 3
-        return 0.125 * math.pi * self.modulus * self.length * math.sqrt(inside)
-
 
 @final
 @dataclass(frozen=True)
@@ -306,17 +291,6 @@ def _balance(factor: float, e: float) -> float:
     return (factor - math.log1p(factor) + factor * e + math.log1p(-factor * e)) / factor**2
 
 
-def restitution_of(factor: float) -> float:
-    """The restitution, 1, that a damping factor chi really gives.
-
-    >>> round(restitution_of(hybrid_factor(0.9)), 6)
-    0.895918
-    """
-    if factor == 0.0:
-        return 1.0
-    return _falling_root(lambda e: _balance(factor, e), 0.0, min(1.0, 1.0 / factor))
-
-
 def exact_factor(restitution: float) -> float:
     """The damping factor chi, 1, that gives exactly this restitution (0 < restitution <= 1).
 
@@ -348,7 +322,7 @@ class ImpactDamping:
     """Damping proportional to the elastic force: F = Fe (1 + chi v/v0), v0 the approach speed of this contact [m/s].
 
     `coefficient` 0..1 is the nominal restitution; `exact` chooses chi so that the restitution is that number, otherwise
-    the hybrid model's chi is used, whose true restitution differs (`restitution` tells it). `speed_floor` [m/s] bounds
+    the hybrid model's chi is used, whose true restitution differs (0.8959 for 0.9). `speed_floor` [m/s] bounds
     v0 from below (contact that begins at rest). The damping keeps the v0 of the onset for the whole contact, so ripples
     late in a long contact are damped less than a new impact of their speed would be: a property of the model.
     """
@@ -370,11 +344,6 @@ class ImpactDamping:
     def factor(self) -> float:
         """The damping factor chi, 1."""
         return exact_factor(self.coefficient) if self.exact else hybrid_factor(self.coefficient)
-
-    @cached_property
-    def restitution(self) -> float:
-        """The restitution, 1, of a free impact under this damping."""
-        return restitution_of(self.factor)
 
 
 @final

@@ -40,7 +40,7 @@ Instant = tuple[float, float, float, float, float, float]
 """delta [m], lever h, drag g, sliding lever ht, sliding drag gt [m/rad, or 1 for a slide], cam curvature [1/m]"""
 Instants = tuple[Floats, Floats, Floats, Floats, Floats, Floats]
 """the same as arrays"""
-Toucher = Callable[[int, float, float, float, float, float], Instant]
+Evaluator = Callable[[int, float, float, float, float, float], Instant]
 """(arc number, angle past its start [rad], s, ds, d2s there, eta) -> Instant"""
 
 
@@ -72,7 +72,7 @@ class Side(ABC):
         """What keeps a cam from being made for this follower."""
 
     @abstractmethod
-    def compiled(self, jets: LiftJets) -> Toucher:
+    def compiled(self, jets: LiftJets) -> Evaluator:
         """A plain function that evaluates the contact at one moment."""
 
     @abstractmethod
@@ -152,7 +152,7 @@ class Roller(Side):
         arm = back * self.arm * exp(1j * self.turn * (s0 + self.shift))
         return hub + arm, 1j * (rate * arm - hub), (1j * self.turn * s2 - rate * rate) * arm - hub
 
-    def compiled(self, jets: LiftJets) -> Toucher:
+    def compiled(self, jets: LiftJets) -> Evaluator:
         """A plain function of the contact; Newton for the foot point, a bracketed search where Newton fails.
 
         Most of the solver's time goes here: `pose` and `pitch` are written out, so that a contact costs no calls but
@@ -311,7 +311,7 @@ class Face(Side):
             return []
         return [Problem("base_radius", "the cam is not convex", self.base, f"> {self.base - least:.6g} m")]
 
-    def compiled(self, jets: LiftJets) -> Toucher:
+    def compiled(self, jets: LiftJets) -> Evaluator:
         base, gap, push = self.base, self.gap, float(self.push)
 
         def touch(k: int, x: float, s0: float, s1: float, s2: float, eta: float) -> Instant:
@@ -403,7 +403,7 @@ class Wall(Side):
         offset = tuple(-self.push * self.gap / lever for lever in self.lever)
         return Ring(self.lever), Ring(offset), Ring(self.curvature), Ring(self.sliding)
 
-    def compiled(self, jets: LiftJets) -> Toucher:
+    def compiled(self, jets: LiftJets) -> Evaluator:
         lever_at, offset_at, bend_at, slide_at = (ring.at for ring in self._rings)
         starts, push = jets.starts, float(self.push)
 
