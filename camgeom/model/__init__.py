@@ -50,7 +50,7 @@ class Model(Shape):
         """What acts on the follower. Raises ProfileError where the profile has no [operation]."""
         from camgeom.model.loads import load_of
 
-        return load_of(self.profile, self.setup)
+        return load_of(self.profile, self.mechanism)
 
     @fact
     def drive(self) -> FaceDuty:
@@ -93,14 +93,14 @@ class Model(Shape):
         if spec is None or spec.kind != "follower":
             return None
         load = self.load if self.profile.operation is not None else None
-        return elastic_follower_of(self.profile, self.setup, load, all(len(t.sides) < 2 for t in self.tracks))
+        return elastic_follower_of(self.profile, self.mechanism, load)
 
     @fact
     def impact(self) -> ImpactRun | None:
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
-        return impact_of(self.profile, self.mechanism) if self.profile.impact_spec is not None else None
+        return impact_of(self.profile, self.mechanism, self.load) if self.profile.impact_spec is not None else None
 
     @fact
     def machining(self) -> Machining:

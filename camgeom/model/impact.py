@@ -10,13 +10,15 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.material import pair_compliance
-from camgeom.model.loads import load_of, operation_of
-from camgeom.track.follower import Setup
+from camgeom.model.loads import load_of
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.pair import Pair
-    from camgeom.dynamics.impact.problem import ImpactProblem, Load
+    from camgeom.dynamics.impact.problem import ImpactProblem
+    from camgeom.dynamics.impact.problem import Load as ImpactLoad
     from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.mechanics.load import Load
+    from camgeom.motion.program import Program
     from camgeom.profile import Profile
     from camgeom.solid.mechanism import Mechanism
 
@@ -25,39 +27,39 @@ IGNORES = ("guide_friction",)
 """keys of [operation] that the contact with free play leaves out"""
 
 
-def impact_of(profile: Profile, mechanism: Mechanism) -> ImpactRun:
+def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
-    Raises ProfileError where the cam does not drive both ways or has no play.
+    Leaves out IGNORES of the load. Raises ProfileError where the cam does not drive both ways or has no play.
     """
     from camgeom.dynamics.impact.run import solve
 
     spec = profile.impact_spec
     assert spec is not None
-    return solve(impact_problem(profile, mechanism), turns=spec.turns, rtol=spec.tolerance)
+    return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance)
 
 
-def impact_problem(profile: Profile, mechanism: Mechanism) -> ImpactProblem:
+def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactProblem:
     """The contact problem of the profile's cam in SI units; raises as `impact_of`."""
     spec = profile.impact_spec
     assert spec is not None
+    assert profile.operation is not None, "it made the load"
     roller, drum = mechanism.roller, mechanism.drum
-    setup = Setup(mechanism.follower, roller, mechanism.program)
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     length = mechanism.touches[0].length if mechanism.touches else (roller and roller.length) or 1.0
     base = mechanism.base_radius or (drum.radius if drum else radius)
-    pair, load = impact_pair(profile, mechanism), impact_load(profile, setup)
-    if load.applied is not None and load.applied.jumps:
-        pair = replace(pair, lift=pair.lift.split(load.applied.jumps))
+    pair, acting = impact_pair(profile, mechanism), impact_load(load, mechanism.program)
+    if acting.applied is not None and acting.applied.jumps:
+        pair = replace(pair, lift=pair.lift.split(acting.applied.jumps))
     return spec.problem(
         pair,
-        inertia=load_of(profile, setup).si.mass,
-        speed_rpm=operation_of(profile, "impacts").speed,
+        inertia=load.si.mass,
+        speed_rpm=profile.operation.speed,
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
         length_mm=length,
         roller_radius_mm=radius,
         cam_radius_mm=base,
-        load=load,
+        load=acting,
     )
 
 
@@ -78,21 +80,20 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
         setup = other.setup()
         if problems := other.cam.problems(setup):
             raise ProfileError(problems, profile.source)
-        found[law] = impact_problem(other, other.cam.mechanism(setup))
+        mechanism = other.cam.mechanism(setup)
+        found[law] = impact_problem(other, mechanism, load_of(other, mechanism))
     return found
 
 
-def impact_load(profile: Profile, setup: Setup) -> Load:
-    """What [operation] puts on the follower beside its inertia: spring, friction, weight, applied forces; SI.
+def impact_load(load: Load, program: Program) -> ImpactLoad:
+    """What acts on the follower beside its inertia: spring, friction, weight, applied forces; SI.
 
-    Leaves out IGNORES.
     Applied forces are taken over the cam angle along the ideal motion. Friction is reached at a hundredth of the
     motion's peak speed.
     """
     from camgeom.dynamics.impact.lift import ForceTable
     from camgeom.dynamics.impact.problem import Load
 
-    load, program = load_of(profile, setup), setup.program
     si, omega = load.si, load.omega
     unit, length = (MILLI, 1.0) if load.rotating else (1.0, MILLI)
     applied = None

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from camgeom.profile import Profile
     from camgeom.profile.sections import Materials, Operation
     from camgeom.solid.mechanism import Mechanism, Turret
-    from camgeom.track.follower import AnyRoller, Setup
+    from camgeom.track.follower import AnyRoller
     from camgeom.track.touch import Touch
 
 DEGREES = 180.0 / pi
@@ -29,16 +29,16 @@ def operation_of(profile: Profile, purpose: str) -> Operation:
     return profile.operation
 
 
-def load_of(profile: Profile, setup: Setup) -> Load:
+def load_of(profile: Profile, mechanism: Mechanism) -> Load:
     """Inertia, friction, spring, weight and applied forces on the follower; N and mm, or N mm and rad.
 
     A solver that leaves some of it out names those keys: IGNORES in `vibration` and `impact`; the rigid duties honour
     all that means something for their follower (see `Operation.idle`).
     """
-    operation, follower = operation_of(profile, "a force"), setup.follower
+    operation, follower = operation_of(profile, "a force"), mechanism.follower
     mass = follower.moving(operation.load_mass, operation.load_inertia)
     return Load(
-        setup.program,
+        mechanism.program,
         operation.speed * 2.0 * pi / 60.0,
         mass,
         operation.friction,

@@ -5,21 +5,22 @@ The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeo
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.track.follower import Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
+    from camgeom.dynamics.follower.train import Closure
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
     from camgeom.solid import Solid
+    from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
 INDEXING_IGNORES = ("friction", "spring_rate", "spring_preload", "force")
@@ -28,13 +29,15 @@ FOLLOWER_IGNORES = ("friction", "guide_friction", "gravity", "force")
 """keys of [operation] that the elastic follower leaves out"""
 
 
-class Drive(Protocol):
+class Indexer(Protocol):
     """What an indexing drive takes from a model."""
 
     @property
     def profile(self) -> Profile: ...
     @property
-    def setup(self) -> Setup: ...
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def load(self) -> Load: ...
     @property
     def turret_duty(self) -> TurretDuty: ...
     @property
@@ -43,7 +46,7 @@ class Drive(Protocol):
     def turret(self) -> Solid | None: ...
 
 
-def indexing_of(model: Drive) -> IndexingStudy:
+def indexing_of(model: Indexer) -> IndexingStudy:
     """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
 
     Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Leaves out
@@ -53,35 +56,36 @@ def indexing_of(model: Drive) -> IndexingStudy:
 
     spec = model.profile.dynamics_spec
     assert spec is not None
-    if not isinstance(model.setup.follower, TurretFollower):
+    if model.mechanism.turret is None:
         raise ProfileError([Problem("dynamics.kind", "an indexing drive needs a turret", spec.kind, "follower")])
     speed, sources = _speed(model.profile), dict[str, str]()
     table: tuple[float, ...] = ()
     if spec.contact_stiffness is None:
         table = model.turret_duty.stiffness_table(spec.estimate)
         sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
-    inertias = _inertias(model, spec, sources)
-    return indexing_study(spec, model.setup.program, speed, table, inertias, sources)
+    inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
+    return indexing_study(spec, model.mechanism.program, speed, table, inertias, sources)
 
 
-def _inertias(model: Drive, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
-    """Inertias, kg m2, that the profile's [dynamics] does not give; where each comes from goes into sources."""
+def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
+    """Inertias, kg m2, that the profile's [dynamics] does not give; where each comes from goes into sources.
+
+    own: follower.inertia, of the turret or, without a load of its own, of the turret with its load.
+    """
     found: dict[str, float] = {}
-    follower, operation = model.setup.follower, model.profile.operation
-    assert isinstance(follower, TurretFollower)
+    moved = model.load.si.mass
     if spec.cam_inertia is None:
         found["cam_inertia"] = sum(
             m.inertia[2][2] + m.mass * MILLI**2 * (m.centroid[0] ** 2 + m.centroid[1] ** 2) for m in model.mass
         )
         sources["cam_inertia"] = "the cam's body"
-    load = operation.load_inertia if operation is not None else 0.0
     turret = spec.turret_inertia
     if turret is None:
-        turret = follower.inertia if load > 0.0 else _turret_inertia(model)
+        turret = own if moved > own else _turret_inertia(model)
         found["turret_inertia"] = turret
-        sources["turret_inertia"] = "follower.inertia" if load > 0.0 else "the turret's body"
+        sources["turret_inertia"] = "follower.inertia" if moved > own else "the turret's body"
     if spec.load_inertia is None:
-        rest = follower.inertia + load - turret
+        rest = moved - turret
         if rest <= 0.0 or turret <= 0.0:
             text = "nothing of follower.inertia and operation.load_inertia is left for it beside the turret"
             hint = f"the turret takes {turret:.6g} kg m2; give dynamics.turret_inertia and dynamics.load_inertia"
@@ -91,7 +95,7 @@ def _inertias(model: Drive, spec: DynamicsSpec, sources: dict[str, str]) -> dict
     return found
 
 
-def _turret_inertia(model: Drive) -> float:
+def _turret_inertia(model: Indexer) -> float:
     """Inertia, kg m2, of the turret's disc and rollers about the turret axis, of the roller's material."""
     from camgeom.maths.mesh import mass_properties
     from camgeom.track import Swing
@@ -107,23 +111,23 @@ def _turret_inertia(model: Drive) -> float:
     return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
 
 
-def elastic_follower_of(profile: Profile, setup: Setup, load: Load | None, one_sided: bool) -> FollowerStudy:
-    """The elastic follower under the load at the operating speed; force-closed where the cam has one flank
-    (`one_sided`). Leaves out FOLLOWER_IGNORES. Raises ProfileError for a turret, and without a load.
+def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | None) -> FollowerStudy:
+    """The elastic follower under the load at the operating speed; force-closed where every track has one wall.
+
+    Leaves out FOLLOWER_IGNORES. Raises ProfileError for a turret, and without a load.
     """
     from camgeom.dynamics.follower.study import follower_study
 
     spec = profile.dynamics_spec
     assert spec is not None
-    if isinstance(setup.follower, TurretFollower):
+    if mechanism.turret is not None:
         raise ProfileError([Problem("dynamics.kind", "a turret is an indexing drive", spec.kind, "indexing")])
     speed = _speed(profile)
     assert load is not None
     si = load.si
-    closure: Literal["force", "form"] = "force" if one_sided else "form"
-    return follower_study(
-        spec, setup.program, speed, load.rotating, closure, si.mass, si.rate, si.preload
-    )
+    one_sided = all(len(track.sides) < 2 for track in mechanism.tracks)
+    closure: Closure = "force" if one_sided else "form"
+    return follower_study(spec, mechanism.program, speed, load.rotating, closure, si.mass, si.rate, si.preload)
 
 
 def _speed(profile: Profile) -> float:

@@ -13,7 +13,6 @@ from camgeom.dynamics.impact.problem import Load
 from camgeom.dynamics.impact.study import statistics
 from camgeom.errors import NotConverged
 from camgeom.model import Model
-from camgeom.model.loads import load_of
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from tests.places import PROFILES
@@ -88,7 +87,7 @@ def test_the_cam_supplies_what_friction_and_force_take() -> None:
     press = model("constant_width_press", "tolerance = 1e-7\n")
     run = press.impact
     assert run.energy.relative_residual < 1e-6
-    work = 1e-3 * float(load_of(press.profile, press.setup).sampled().work())
+    work = 1e-3 * float(press.load.sampled().work())
     assert work == pytest.approx(0.6)
     assert statistics(run).mean_power == pytest.approx(work, rel=5e-3)
     assert run.problem.load.applied.jumps == pytest.approx(np.radians([140.0, 180.0]))
