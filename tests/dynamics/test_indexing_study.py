@@ -64,7 +64,7 @@ def test_indexing_study(index: Program) -> None:
     assert figures["speed_class"] == "medium"
     assert len(figures["indefinite_blocks"]) == 2
     assert figures["error"] <= 1e-9
-    assert study.sweep.maximum[1] == pytest.approx(1746.331746878, rel=1e-9)
+    assert study.sweep.peaks["load_acceleration"].maximum[1] == pytest.approx(1746.331746878, rel=1e-9)
     assert figures["sweep"]["speed_rpm"] == pytest.approx([900.0, 1000.0, 1100.0])
     assert figures["sweep"]["peak_load_acceleration_rad_s2"][1] == pytest.approx(1746.331746878, rel=1e-9)
     assert figures["sweep"]["refused"] == []
@@ -114,7 +114,7 @@ def test_follower_study(lift: Program) -> None:
     swept = follower_study(
         DynamicsSpec(**{**spec.model_dump(exclude_unset=True), "sweep": (100.0, 400.0)}), lift, 300.0
     )
-    assert swept.sweep.peak("contact_force").minimum.shape == (100,)
+    assert swept.sweep.peaks["contact_force"].minimum.shape == (100,)
     listed = json.loads(json.dumps(swept.summary(), allow_nan=False))["sweep"]
     assert (listed["speed_rpm"][0], listed["speed_rpm"][-1]) == pytest.approx((100.0, 400.0))
     assert len(listed["least_contact_force_n"]) == 100

@@ -10,9 +10,10 @@ import numpy as np
 
 from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
 from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
-from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerTrain, Load
+from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerSystem, FollowerTrain, Load
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.response import Sweep, swept
 from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -46,10 +47,15 @@ class FollowerStudy:
         return from_rest(self.train, self.motion, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
 
     @cached_property
-    def sweep(self) -> FollowerResponse:
-        """Steady states over the sweep, or at the operating speed alone where none was asked for."""
-        speeds = np.array([self.speed]) if self.sweep_speeds is None else self.sweep_speeds
-        return steady_state(self.train, self.motion, speeds, self.accuracy, self.scale, self.shaft, self.load)
+    def sweep(self) -> Sweep:
+        """Steady states over the sweep; ProfileError when no sweep was asked for."""
+        if self.sweep_speeds is None:
+            raise ProfileError([Problem("dynamics.sweep", "is missing", None, "two speeds in r/min")])
+
+        def at(speeds: Floats) -> FollowerSystem:
+            return FollowerSystem(self.train, self.motion, speeds, self.scale, self.shaft, self.load)
+
+        return swept(at, self.sweep_speeds, self.accuracy, ("acceleration", "contact_force"))
 
     @cached_property
     def jump(self) -> Jump | None:
@@ -132,14 +138,13 @@ class FollowerStudy:
 
     def _sweep_figures(self, length: str, force: str) -> dict[str, object]:
         """Lists over the speeds of the sweep."""
-        found = self.sweep
+        acceleration, contact = self.sweep.peaks["acceleration"], self.sweep.peaks["contact_force"]
         columns = {
-            f"peak_acceleration_{length}_s2": found.peak("acceleration").magnitude,
-            f"least_contact_force_{force}": found.peak("contact_force").minimum,
-            f"peak_contact_force_{force}": found.peak("contact_force").maximum,
+            f"peak_acceleration_{length}_s2": acceleration.magnitude,
+            f"least_contact_force_{force}": contact.minimum,
+            f"peak_contact_force_{force}": contact.maximum,
         }
-        speeds = {"speed_rpm": [float(speed / RPM) for speed in found.system.speed]}
-        return {**speeds, **{key: [float(value) for value in values] for key, values in columns.items()}}
+        return self.sweep.figures(columns)
 
 
 def follower_study(

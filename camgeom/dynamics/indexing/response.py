@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,11 +9,15 @@ from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque, TorsionSystem
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.method import Motion
-from camgeom.dynamics.linear.response import periodic_response, swept, transient_response
+from camgeom.dynamics.linear.peaks import Peak
+from camgeom.dynamics.linear.response import Sweep, periodic_response, swept, transient_response
+from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 
 CONSTANT = Fluctuation()
+STRETCHES = 360
+"""pieces of a turn in each of which the rigid acceleration is searched"""
 
 
 def steady_state(
@@ -67,59 +69,6 @@ def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[
         raise DesignError("; ".join(str(item) for item in wrong) + "; it is not integrated")
 
 
-def rigid_peak(response: DriveResponse) -> Floats:
-    """Peak (b,) of the rigid turret acceleration in rad/s2 at the mean speed."""
-    begin, width = response.theta[:-1], np.diff(response.theta)
-    motion = response.system.motion
-    low, high = np.zeros_like(begin), np.ones_like(begin)
-    best = float(np.abs(motion.jet(response.theta[1:], 2, "left")[2]).max())
-    for _ in range(6):
-        share = low + (high - low) * np.linspace(0.0, 1.0, 17)[:-1, None]
-        values = np.abs(motion.jet(begin + share * width, 2)[2])
-        best = max(best, float(values.max()))
-        place = share.ravel()[values.argmax(0) * share.shape[1] + np.arange(share.shape[1])]
-        reach = (high - low) / 16.0
-        low, high = np.maximum(place - reach, 0.0), np.minimum(place + reach, 1.0)
-    return np.asarray(response.speed**2 * best)
-
-
-def amplification(response: DriveResponse) -> Floats:
-    """Peak load-plate acceleration over its rigid value (b,), no unit."""
-    return np.asarray(response.peak("load_acceleration").magnitude / rigid_peak(response))
-
-
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """Steady states over input speeds (s,) in rad/s: peaks of the load-plate acceleration in rad/s2, where, and how
-    exact.
-
-    refused maps the index of a speed to the reason why it has no steady state; its numbers are those of the rigid
-    motion and answered (s,) is False.
-    """
-
-    speed: Floats
-    maximum: Floats
-    maximum_at: Floats
-    minimum: Floats
-    minimum_at: Floats
-    amplification: Floats
-    spectral_radius: Floats
-    error: Floats
-    answered: npt.NDArray[np.bool_]
-    choices: tuple[str, ...]
-    refused: tuple[tuple[int, str], ...]
-
-    @property
-    def speed_rpm(self) -> Floats:
-        """Input speeds (s,) in r/min."""
-        return self.speed * 30.0 / np.pi
-
-    @property
-    def peak(self) -> Floats:
-        """Larger magnitude of the load-plate acceleration (s,) in rad/s2."""
-        return np.maximum(np.abs(self.maximum), np.abs(self.minimum))
-
-
 def sweep(
     drive: IndexingDrive,
     motion: Motion,
@@ -128,39 +77,34 @@ def sweep(
     fluctuation: Fluctuation = CONSTANT,
     exact: bool = False,
 ) -> Sweep:
-    """Steady state at every input speed (s,) in rad/s.
+    """Steady state at every input speed (s,) in rad/s: extremes of the load plate's acceleration.
 
-    A speed without a steady state (resonance without damping) is refused by name and does not stop the others. Raises
-    DesignError for an indefinite torsion.
+    Raises DesignError for an indefinite torsion.
     """
     refuse_indefinite(drive, motion)
-    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
-    table = np.zeros((8, len(speeds)))
-    choices, refused = [""] * len(speeds), list[tuple[int, str]]()
 
-    def at(some: Floats) -> TorsionSystem:
-        return TorsionSystem(drive, motion, some, fluctuation, exact=exact)
+    def at(speeds: Floats) -> TorsionSystem:
+        return TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
 
-    for part, answer in swept(at, speeds, accuracy):
-        if isinstance(answer, str):
-            refused.append((int(part[0]), answer))
-            continue
-        table[:, part] = _row(answer)
-        for k in part:
-            choices[k] = answer.solution.choice
-    top, top_at, bottom, bottom_at, ratio, radius, error, answered = table
-    reasons = tuple(sorted(refused))
-    good = answered > 0.0
-    return Sweep(speeds, top, top_at, bottom, bottom_at, ratio, radius, error, good, tuple(choices), reasons)
+    return swept(at, np.atleast_1d(np.asarray(speed, dtype=float)), accuracy, ("load_acceleration",))
 
 
-def _row(response: DriveResponse) -> Floats:
-    """The columns of a sweep for a group of speeds."""
-    peak = response.peak("load_acceleration")
-    ratio = peak.magnitude / rigid_peak(response)
-    radius, error = response.solution.spectral_radius, response.solution.error
-    # a solution of a given number of steps has no measured error
-    error = np.where(np.isfinite(error), error, 1.0)
-    return np.stack(
-        [peak.maximum, peak.maximum_at, peak.minimum, peak.minimum_at, ratio, radius, error, np.ones_like(radius)]
-    )
+def rigid_peak(motion: Motion, speed: Floats) -> Floats:
+    """Peak (b,) of the rigid turret acceleration in rad/s2 at mean speeds (b,) in rad/s."""
+    theta = aligned_grid(motion.knots, STRETCHES).theta
+    begin, width = theta[:-1], np.diff(theta)
+    low, high = np.zeros_like(begin), np.ones_like(begin)
+    best = float(np.abs(motion.jet(theta[1:], 2, "left")[2]).max())
+    for _ in range(6):
+        share = low + (high - low) * np.linspace(0.0, 1.0, 17)[:-1, None]
+        values = np.abs(motion.jet(begin + share * width, 2)[2])
+        best = max(best, float(values.max()))
+        place = share.ravel()[values.argmax(0) * share.shape[1] + np.arange(share.shape[1])]
+        reach = (high - low) / 16.0
+        low, high = np.maximum(place - reach, 0.0), np.minimum(place + reach, 1.0)
+    return np.asarray(speed**2 * best)
+
+
+def amplification(peak: Peak, motion: Motion, speed: Floats) -> Floats:
+    """Peak load-plate acceleration over its rigid value (b,) at mean speeds (b,) in rad/s, no unit."""
+    return np.asarray(peak.magnitude / rigid_peak(motion, speed))

@@ -26,10 +26,11 @@ from camgeom.dynamics.indexing.modes import (
     natural_modes,
     speed_classes,
 )
-from camgeom.dynamics.indexing.response import CONSTANT, Sweep, from_rest, rigid_peak, steady_state, sweep
+from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.method import Motion
+from camgeom.dynamics.linear.response import Sweep
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -126,7 +127,7 @@ class IndexingStudy:
             "speed_class": self.classes.of(speed_rpm),
             "peak_load_acceleration_rad_s2": float(load.magnitude[0]),
             "peak_load_acceleration_cam_angle_deg": degrees(float(load.magnitude_at[0])),
-            "amplification": float(load.magnitude[0] / rigid_peak(steady)[0]),
+            "amplification": float(amplification(load, self.motion, steady.speed)[0]),
             "peak_contact_torque_n_m": float(contact.magnitude[0]),
             "peak_output_torque_n_m": float(steady.peak("output_torque").magnitude[0]),
             "peak_input_torque_n_m": float(steady.peak("input_torque").magnitude[0]),
@@ -158,20 +159,13 @@ class IndexingStudy:
         """The sweep, where one was asked for: lists over its speeds, null at a speed without a steady state."""
         if self.sweep_speeds is None:
             return {}
-        found = self.sweep
-
-        def listed(values: Floats) -> list[float | None]:
-            return [float(v) if good else None for v, good in zip(values, found.answered, strict=True)]
-
-        return {
-            "sweep": {
-                "speed_rpm": [float(v) for v in found.speed_rpm],
-                "peak_load_acceleration_rad_s2": listed(found.peak),
-                "amplification": listed(found.amplification),
-                "spectral_radius": listed(found.spectral_radius),
-                "refused": [{"speed_rpm": float(found.speed_rpm[k]), "reason": why} for k, why in found.refused],
-            }
+        load = self.sweep.peaks["load_acceleration"]
+        columns = {
+            "peak_load_acceleration_rad_s2": load.magnitude,
+            "amplification": amplification(load, self.motion, self.sweep.speed),
+            "spectral_radius": self.sweep.spectral_radius,
         }
+        return {"sweep": self.sweep.figures(columns)}
 
     def _data_figures(self) -> dict[str, object]:
         """Contact stiffness and inertias that the figures rest on, and where they come from."""

@@ -118,16 +118,64 @@ def _solved(system: S, accuracy: Accuracy, once: Once) -> Response[S]:
     return Response(system, solved(system, system.knots, accuracy, once, watch(system)))
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Steady states over speeds (s,) in rad/s: extremes of some outputs by name, and how exact they are.
+
+    answered (s,) is False at a speed that has no steady state, and its figures are zeros; refused names the index of
+    the speed and the reason.
+    """
+
+    speed: Floats
+    peaks: Mapping[str, Peak]
+    spectral_radius: Floats
+    error: Floats
+    answered: npt.NDArray[np.bool_]
+    refused: tuple[tuple[int, str], ...]
+
+    @property
+    def speed_rpm(self) -> Floats:
+        """Speeds (s,) in r/min."""
+        return self.speed * 30.0 / np.pi
+
+    def figures(self, columns: Mapping[str, Floats]) -> dict[str, object]:
+        """Columns (s,) of a result file as lists over the speeds, null where there is no steady state."""
+        rows = {
+            name: [float(v) if good else None for v, good in zip(values, self.answered, strict=True)]
+            for name, values in columns.items()
+        }
+        refused = [{"speed_rpm": float(self.speed_rpm[k]), "reason": why} for k, why in self.refused]
+        return {"speed_rpm": [float(v) for v in self.speed_rpm], **rows, "refused": refused}
+
+
+def swept(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy, outputs: tuple[str, ...]) -> Sweep:
+    """Periodic responses over speeds (s,) in rad/s of the system that `at` makes for some of them.
+
+    A speed without a steady state (resonance without damping) is refused by name and does not stop the others.
+    """
+    count = len(speeds)
+    extremes, radius, error = np.zeros((len(outputs), 4, count)), np.zeros(count), np.zeros(count)
+    answered, refused = np.zeros(count, dtype=bool), list[tuple[int, str]]()
+    for index, answer in _grouped(at, speeds, accuracy):
+        if isinstance(answer, str):
+            refused.append((int(index[0]), answer))
+            continue
+        answered[index] = True
+        radius[index], error[index] = answer.solution.spectral_radius, answer.solution.error
+        for k, name in enumerate(outputs):
+            top = answer.peak(name)
+            extremes[k][:, index] = top.maximum, top.maximum_at, top.minimum, top.minimum_at
+    peaks = {name: Peak(*rows) for name, rows in zip(outputs, extremes, strict=True)}
+    return Sweep(speeds, peaks, radius, error, answered, tuple(sorted(refused)))
+
+
 Answer = tuple[npt.NDArray[np.intp], Response[S] | str]
 """Speeds by index, and their response or, for a single one, the reason why it has none."""
 
 
-def swept(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> list[Answer[S]]:
-    """Periodic responses over speeds (s,) in rad/s of the system that `at` makes for some of them.
-
-    Neighbours share a grid: fewer groups, at most two fifths more steps. A speed without a steady state does not stop
-    the others.
-    """
+def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> list[Answer[S]]:
+    """Responses of all speeds in groups: neighbours share a grid, at the price of at most two fifths more steps."""
     everywhere = np.arange(len(speeds))
     if accuracy.steps is not None:
         steps = accuracy.steps

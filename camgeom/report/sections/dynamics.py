@@ -135,14 +135,15 @@ def flying(flight: Flight, study: FollowerStudy, rotating: bool) -> tuple[Block,
 
 def over_speeds(study: FollowerStudy, rotating: bool) -> Chart:
     """Peak acceleration and, for a force-closed follower, the least contact force over the cam speed."""
-    response, rpm = study.sweep, study.speed * RAD
-    x = np.asarray(study.sweep_speeds) * RAD
+    sweep, rpm = study.sweep, study.speed * RAD
+    kept = sweep.answered
+    x = sweep.speed[kept] * RAD
     acceleration, force, _, _ = _units(rotating)
     at = (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
-    peak = response.peak("acceleration").magnitude
+    peak = sweep.peaks["acceleration"].magnitude[kept]
     panels = [Panel(Axis("Peak acceleration", acceleration, zero=True), (Series("peak", x, peak),), limits=at)]
     if study.train.closure == "force":
-        least = response.peak("contact_force").minimum
+        least = sweep.peaks["contact_force"].minimum[kept]
         limits = (Limit(0.0, "contact lost below"), Limit(rpm, "", vertical=True))
         panels.append(Panel(Axis("Least contact force", force, zero=True), (Series("least", x, least),), limits=limits))
     return Chart("Response over the cam speed", Axis("Cam speed", "r/min"), tuple(panels))

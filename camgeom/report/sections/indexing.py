@@ -14,7 +14,6 @@ from camgeom.maths import Floats
 
 if TYPE_CHECKING:
     from camgeom.dynamics.indexing.modes import Mode, Modes
-    from camgeom.dynamics.indexing.response import Sweep
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.dynamics.indexing.system import DriveResponse
     from camgeom.motion.program import Program
@@ -33,7 +32,7 @@ def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
     left = in_dwell(study)
     blocks += [left] if left is not None else []
     if study.sweep_speeds is not None:
-        blocks.append(over_speeds(study.sweep, speed))
+        blocks.append(over_speeds(study, speed))
     return (*blocks, modes_table(found, speed), figures(study), peaks(response))
 
 
@@ -183,13 +182,16 @@ def figures(study: IndexingStudy) -> Table:
     return Table(f"The drive at {number(study.speed * RAD)} r/min", columns, tuple(rows))
 
 
-def over_speeds(sweep: Sweep, speed_rpm: float) -> Chart:
+def over_speeds(study: IndexingStudy, speed_rpm: float) -> Chart:
     """Peak load acceleration and its ratio to the rigid peak over the cam speed."""
-    kept = sweep.answered
+    from camgeom.dynamics.indexing.response import amplification
+
+    sweep = study.sweep
+    kept, load = sweep.answered, sweep.peaks["load_acceleration"]
     x = sweep.speed[kept] * RAD
     at = (Limit(speed_rpm, f"{number(speed_rpm)} r/min", vertical=True),)
-    peak = np.maximum(np.abs(sweep.maximum), np.abs(sweep.minimum))[kept]
-    ratio = sweep.amplification[kept]
+    peak = load.magnitude[kept]
+    ratio = amplification(load, study.motion, sweep.speed)[kept]
     i = int(ratio.argmax())
     mark = Mark(float(x[i]), float(ratio[i]), f"{number(float(ratio[i]))} at {number(float(x[i]))} r/min")
     panels = (
@@ -234,7 +236,8 @@ def peaks(response: DriveResponse) -> Table:
         )
         unit = meaning.split(",")[0].split(" of ")[0].split(" in ")[0].split(" between ")[0].replace("rad/s2", "rad/s²")
         rows.append((name.replace("_", " "), unit, high[0], degrees(high[1]) % 360.0, low[0], degrees(low[1]) % 360.0))
-    rows.append(("peak load acceleration over rigid", "1", float(amplification(response)[0]), None, None, None))
+    ratio = float(amplification(response.peak("load_acceleration"), response.system.motion, response.speed)[0])
+    rows.append(("peak load acceleration over rigid", "1", ratio, None, None, None))
     columns = (
         Column("Output"), Column("Unit"), Column("Largest"), Column("at", "°"), Column("Smallest"), Column("at", "°"),
     )  # fmt: skip
