@@ -68,20 +68,18 @@ class Machine:
             low, high = (middle, high) if short else (low, middle)
         return math.pow(10.0, low)
 
-    def depth(self, which: int, regime: Regime, t: float, y: Coordinates) -> tuple[float, float]:
+    def depth(self, which: int, regime: Regime, t: float, y: complex) -> tuple[float, float]:
         """How far the follower is past the limit of side `which` (0 main, 1 return), and its rate of change."""
-        moving = follower(y)
-        eta, rate = moving.real, moving.imag
+        eta, rate = y.real, y.imag
         limit = self.limits[which]
         if limit is not None:
             return (limit - eta, -rate) if which == 0 else (eta - limit, rate)
         delta, speed = self.approach(which, regime, t, y)[:2]
         return delta, speed
 
-    def approach(self, which: int, regime: Regime, t: float, y: Coordinates) -> tuple[float, float, float]:
+    def approach(self, which: int, regime: Regime, t: float, y: complex) -> tuple[float, float, float]:
         """Penetration [m], its rate [m/s] and the factor of the elastic force that damping leaves (negative: clip)."""
-        moving = follower(y)
-        eta, rate = moving.real, moving.imag
+        eta, rate = y.real, y.imag
         x = self.speed * (t - regime.begin)
         s0, s1, s2 = self.jets.jets[regime.arc](x)
         delta, h, g, _, _, bend = self.touches[which](regime.arc, x, s0, s1, s2, eta)

@@ -265,7 +265,7 @@ class _Walk:
         inside = angle % TURN
         arc = lift.arc_at(inside)
         begin = (lift.starts[arc] - inside) / w
-        regime = self._first_regime(Regime(State.FREE, arc, begin, 1.0, False), start)
+        regime = self._first_regime(Regime(State.FREE, arc, begin, 1.0, False), follower(start))
         self.steps: list[StepRecord] = []
         self.work: list[complex] = [0j]
         self.regimes: list[Regime] = []
@@ -289,7 +289,7 @@ class _Walk:
                 )
         return Recorded(self.steps, t, y, self.work, self.regimes, self.events, self.calls)
 
-    def _first_regime(self, regime: Regime, y: Coordinates) -> Regime:
+    def _first_regime(self, regime: Regime, y: complex) -> Regime:
         """Start in contact where the state is past a limit, or on it and moving in."""
         for which in (0, 1):
             depth, rate = self.machine.depth(which, regime, 0.0, y)
@@ -297,7 +297,7 @@ class _Walk:
                 return self._entered(regime, which, 0.0, y)
         return regime
 
-    def _entered(self, regime: Regime, which: int, t: float, y: Coordinates) -> Regime:
+    def _entered(self, regime: Regime, which: int, t: float, y: complex) -> Regime:
         speed = self.machine.approach(which, regime, t, y)[1]
         damping = self.machine.problem.damping
         floor = damping.speed_floor if isinstance(damping, ImpactDamping) else 0.0
@@ -331,7 +331,7 @@ class _Walk:
                     continue
                 self._accept(record._replace(length=tau), made.work)
                 t, y = t + tau, made.state
-                return t, y, self._changed(regime, which, t, y)
+                return t, y, self._changed(regime, which, t, follower(y))
             self._accept(record, trial.work)
             t, y, k, p = trial.time, trial.state, trial.rate, trial.powers
         return t, y, regime
@@ -418,7 +418,7 @@ class _Walk:
         fastest = max(abs(first.imag), abs(second.imag)) * self.machine.levers[regime.state - 1]
         return bool(2.0 * fastest * self.machine.factor > regime.approach)
 
-    def _crossed(self, regime: Regime, which: int, t: float, y: Coordinates) -> float:
+    def _crossed(self, regime: Regime, which: int, t: float, y: complex) -> float:
         """Positive once the event has happened."""
         if which < 2:
             return self.machine.depth(which, regime, t, y)[0]
@@ -436,20 +436,20 @@ class _Walk:
         def at(tau: float) -> tuple[float, Stepped]:
             made = step(rate, record.time, record.state, record.rate, record.powers, tau)
             self.calls += 11
-            return self._crossed(regime, which, record.time + tau, made.state), made
+            return self._crossed(regime, which, record.time + tau, follower(made.state)), made
 
         value_high, made = at(high)
         if value_high <= 0.0:
             return None
         if low == 0.0:
-            value_low = min(self._crossed(regime, which, record.time, record.state), 0.0)
+            value_low = min(self._crossed(regime, which, record.time, follower(record.state)), 0.0)
         else:
             value_low = at(low)[0]
             if value_low > 0.0:
                 return self._placed(regime, rate, record, which, 0.0, low)
         return (*illinois(at, low, high, value_low, value_high, made, 1e-15 * (1.0 + abs(record.time))), which)
 
-    def _changed(self, regime: Regime, which: int, t: float, y: Coordinates) -> Regime:
+    def _changed(self, regime: Regime, which: int, t: float, y: complex) -> Regime:
         """The regime after an event, which is noted."""
         if which < 2:
             after = self._entered(regime, which, t, y)
