@@ -216,6 +216,8 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error is one message on stderr."""
     console = Console()
+    # Plugins of pydantic are for its own extensions; looking for them reads every installed package.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     words = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 Ints = npt.NDArray[np.int32]
 Index = npt.NDArray[np.int64]
@@ -241,7 +241,7 @@ def open_loops(faces: Index, on: npt.NDArray[np.bool_]) -> list[Index] | None:
     size = np.int64(len(on))
     single = ~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
     start, stop = edges[single].T
-    if len(np.unique(start)) < len(start) or not np.array_equal(np.sort(start), np.sort(stop)):
+    if len(distinct(start)) < len(start) or not np.array_equal(np.sort(start), np.sort(stop)):
         return None
     following = dict(zip(start.tolist(), stop.tolist()))
     loops = []

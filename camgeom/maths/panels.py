@@ -15,7 +15,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 
 Ints = NDArray[np.intp]
@@ -163,7 +163,7 @@ class Panels:
 
 def panels(breaks: ArrayLike, widest: float = np.radians(10.0)) -> Panels:
     """Panels no wider than `widest` rad over the range of the breaks (rad, any order; near equal ones are joined)."""
-    wanted = np.unique(np.asarray(breaks, dtype=np.float64))
+    wanted = distinct(np.asarray(breaks, dtype=np.float64))
     if wanted.size < 2:
         raise ValueError("a range of cam angle needs two different ends")
     kept = [float(wanted[0])]

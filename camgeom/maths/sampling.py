@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.surface import cross, dot
 
 Counts = tuple[int, ...]
@@ -417,7 +417,7 @@ def _step_table(band: Cells, coarse: int, tolerance: float, most: int) -> tuple[
     """Counts (q,) to choose from and the step factor (q, n) that each allows."""
     sag = float(np.abs(band.c).max()) / 8.0
     least = min(most, max(1, int(np.ceil(coarse * np.sqrt(sag / (ACROSS * tolerance))))))
-    series = np.unique(np.minimum(most, np.ceil(least * 1.35 ** np.arange(12)))).astype(np.int64)
+    series = distinct(np.minimum(most, np.ceil(least * 1.35 ** np.arange(12)))).astype(np.int64)
     factors = _bound(band, (coarse / series)[:, None, None], FILL * tolerance).min(axis=2)
     return series, np.minimum(factors, 64.0)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
 from camgeom.mechanics.applied import Applied
 
@@ -235,7 +235,7 @@ def reversals(where: Panels, force: Floats) -> list[tuple[Reversal, ...]]:
 
 def _walls(where: Panels, force: Floats, zeros: Floats, floor: float) -> tuple[Reversal, ...]:
     """Reversals of one row: the sign between consecutive zeros and breaks, followed round the turn."""
-    edges = np.unique(np.concatenate([where.edges, zeros]))
+    edges = distinct(np.concatenate([where.edges, zeros]))
     middle = 0.5 * (edges[1:] + edges[:-1])
     value = where.at(force, middle)
     sign = np.where(np.abs(value) <= floor, 0, np.sign(value)).astype(int)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.motion.joining import all_ends, pin_problems
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
 from camgeom.motion.segment import TURN, Segment, Span
@@ -122,7 +122,7 @@ class Program:
     def knots(self) -> Floats:
         """Cam angles (rad) from 0 to 2 pi where some derivative may jump: segment ends and breaks inside the laws."""
         ends = np.array([0.0, *(span.end for span in self.spans)])
-        knots = np.unique(np.concatenate([ends, self.table.edges[1:-1][self._lowest_jumps[1:] <= ORDER_LIMIT]]))
+        knots = distinct(np.concatenate([ends, self.table.edges[1:-1][self._lowest_jumps[1:] <= ORDER_LIMIT]]))
         knots.setflags(write=False)
         return knots
 

@@ -12,7 +12,7 @@ from math import asin, cos, pi, sqrt, tan
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
 from camgeom.motion.table import Side
@@ -234,7 +234,7 @@ class Track:
         base = np.asarray(self.program.knots)
         if self.relief is not None:
             base = np.concatenate([base, self.relief.knots()])
-        every = np.unique(np.concatenate([base + TURN * k for k in range(first, last + 1)]))
+        every = distinct(np.concatenate([base + TURN * k for k in range(first, last + 1)]))
         width = 1e-12 * max(1.0, high - low)
         inside = every[(every > low + width) & (every < high - width)]
         merged = np.concatenate([[low], inside, [high]])

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats
-from camgeom.maths.extremum import ROUNDS, narrowed
+from camgeom.maths import Floats, distinct
+from camgeom.maths.extremum import FAN, ROUNDS, narrowed
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 
@@ -76,7 +76,7 @@ def wall_points(mesh: Mesh, height: float) -> Floats:
     Such a wall has vertices at its two ends alone; a roller shorter than the wall touches between them.
     """
     points = mesh.vertices.copy()
-    flank = np.unique(mesh.faces[mesh.group_faces("flank")])
+    flank = distinct(mesh.faces[mesh.group_faces("flank")])
     if len(flank):
         z = points[flank, 2]
         points[flank, 2] = np.clip(height, z.min(), z.max())
@@ -88,16 +88,29 @@ def floor_points(mesh: Mesh) -> Floats:
     faces = mesh.faces[mesh.group_faces("floor")]
     if not len(faces):
         return np.zeros((0, 3))
-    edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
-    return np.asarray(mesh.vertices[edges].mean(axis=1))
+    low, high = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).T
+    count = len(mesh.vertices)
+    edges = distinct(low.astype(np.int64) * count + high)
+    return np.asarray(mesh.vertices[np.stack([edges // count, edges % count], axis=1)].mean(axis=1))
 
 
 def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
     """Signed distance (…) of points x (3, ...) to the roller body standing at cam angles phi (...), mm."""
     pose = track.pose(phi.ravel(), 0)
     shape = (3, *phi.shape)
-    d = x - pose.a[0].reshape(shape)
-    u = pose.u[0].reshape(shape)
+    return _distance(track, x, pose.a[0].reshape(shape), pose.u[0].reshape(shape))
+
+
+def _at_steps(track: Track, x: Floats, index: npt.NDArray[np.int64], step: float) -> Floats:
+    """The same at whole multiples `index` (...) of an angle: points that share an angle share its pose."""
+    first, last = int(index.min()), int(index.max())
+    pose = track.pose(step * np.arange(first, last + 1, dtype=np.float64), 0)
+    return _distance(track, x, pose.a[0][:, index - first], pose.u[0][:, index - first])
+
+
+def _distance(track: Track, x: Floats, a: Floats, u: Floats) -> Floats:
+    """Signed distance (…) of points x from the roller whose axis has the point a and the direction u (3, ...), mm."""
+    d = x - a
     axial = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
     across = np.sqrt(np.maximum(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - axial**2, 0.0))
     return body_distance(track.meridian, track.tip, track.contact, axial, across)
@@ -181,36 +194,42 @@ class _Window:
 def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) -> Clearance:
     """Best of coarse samples in each point's window, refined: on the roller's side by the stationary distance to its
     axis, elsewhere (ends, rims) by narrowing brackets where the point can still undercut the best."""
-    share = np.linspace(-1.0, 1.0, SAMPLES)
-    step = window.half * (share[1] - share[0])
+    # Samples stand on whole steps, so that few poses serve all points; half a step more covers the window from there.
+    beside = SAMPLES // 2
+    step = window.half / (beside - 0.5)
     speed = _lipschitz(track)
     xt = np.ascontiguousarray(x.T)
-    phi = window.angles(x)[:, None] + TURN * turn + window.half * share
-    value = roller_distance(track, xt[:, :, None], phi) + extra[:, None]
+    middle = np.rint((window.angles(x) + TURN * turn) / step).astype(np.int64)
+    index = middle[:, None] + np.arange(-beside, beside + 1)
+    value = _at_steps(track, xt[:, :, None], index, step) + extra[:, None]
     rows = np.arange(len(x))
     best = np.argmin(value, axis=1)
-    centre, coarse = phi[rows, best], value[rows, best]
+    centre, coarse = step * index[rows, best], value[rows, best]
     refined = _stationary(track, xt, centre, step)
     fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
     refined = np.where(fine < coarse, refined, centre)
     least = float(fine.min())
     unsure = (coarse - 0.5 * speed * step < least) & (fine > least + 1e-9) & (fine == coarse)
-    index, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
-    for _ in range(ROUNDS):
-        if not len(index):
+    point, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
+    for number in range(ROUNDS):
+        if not len(point):
             break
 
-        def depth(at: Floats, near: Floats = xt[:, index, None]) -> Floats:
-            return -roller_distance(track, near, at)
+        def depth(at: Floats, near: Floats = xt[:, point, None], whole: bool = number == 0) -> Floats:
+            # The first fans stand on parts of the steps.
+            part = 2.0 * step / (FAN - 1)
+            return -(_at_steps(track, near, np.rint(at / part).astype(np.int64), part) if whole
+                     else roller_distance(track, near, at))
 
         deepest, where, low, high = narrowed(depth, low, high)
-        distance = extra[index] - deepest
-        better = distance < fine[index]
-        fine[index] = np.where(better, distance, fine[index])
-        refined[index] = np.where(better, where, refined[index])
-        # A point whose distance cannot fall below the least within its bracket is done with.
-        keep = distance - speed * (high - low) < float(fine.min())
-        index, low, high = index[keep], low[keep], high[keep]
+        distance = extra[point] - deepest
+        better = distance < fine[point]
+        fine[point] = np.where(better, distance, fine[point])
+        refined[point] = np.where(better, where, refined[point])
+        # From the middle of its bracket a distance falls by no more than the fastest point of the roller moves; a point
+        # that cannot come below the least is done with.
+        keep = distance - 0.5 * speed * (high - low) < float(fine.min())
+        point, low, high = point[keep], low[keep], high[keep]
     i = int(np.argmin(fine))
     return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
 
