@@ -7,6 +7,7 @@ A cam type is a section of the profile, `Cam`, that answers what cannot be built
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +19,7 @@ from camgeom.keys import Section
 from camgeom.track.follower import Setup
 
 if TYPE_CHECKING:
+    from camgeom.solid import Part
     from camgeom.solid.mechanism import Mechanism
 
 
@@ -38,6 +40,10 @@ class Cam(Section, ABC):
     @abstractmethod
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
+
+    def parts(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
+        """The recipes of the bodies. A cam type on which several followers run joins what their mechanisms leave."""
+        return tuple(part for mechanism in mechanisms for part in mechanism.parts)
 
 
 @lru_cache(maxsize=1)

@@ -1,16 +1,16 @@
 """Checks: facts judged against limits. One file a check, found by file name; each is a function (Model) -> findings.
 
-A check module defines `@check("name", needs=...)` functions. `needs` names what has to exist for the check to apply:
-"tracks", "solid", "operation", "face load", "turret", "turret load"; a check that does not apply says nothing.
+A check module defines `@check("name", *needs)` functions. `NEEDS` names what has to exist for a check to apply; one
+that does not apply says nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from camgeom.errors import DesignError
 
@@ -44,15 +44,28 @@ class Check:
     """A registered check: its name, what it needs, and the judging function."""
 
     name: str
-    needs: tuple[str, ...]
+    needs: tuple[Need, ...]
     judge: Judge
 
 
 _REGISTRY: dict[str, Check] = {}
 
+Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "face load", "turret load"]
+NEEDS: dict[Need, Callable[[Model], bool]] = {
+    "body": lambda model: True,
+    "solid": lambda model: True,
+    "tracks": lambda model: bool(model.tracks),
+    "planar": lambda model: model.planar is not None,
+    "turret": lambda model: model.mechanism.turret is not None,
+    "operation": lambda model: model.loaded,
+    "face load": lambda model: model.driven and not model.tracks,
+    "turret load": lambda model: model.turret_loaded,
+}
+"""What a check may need. A "body" is judged once for all followers; "solid" marks what takes a mesh."""
 
-def check(name: str, *needs: str) -> Callable[[Judge], Judge]:
-    """Register a judging function under a name; see the module's docstring for `needs`."""
+
+def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
+    """Register a judging function under a name; see `NEEDS`."""
 
     def register(judge: Judge) -> Judge:
         _REGISTRY[name] = Check(name, needs, judge)
@@ -69,32 +82,25 @@ def checks() -> dict[str, Check]:
 
 
 def findings(model: Model, only: Iterable[str] | None = None) -> tuple[Finding, ...]:
-    """Judge the model: every check that applies, or the named ones. A body that cannot be made is a finding."""
+    """Judge the model: every check that applies, or the named ones. A body that cannot be made is a finding.
+
+    Checks of the body judge it once, the others every follower on it.
+    """
     wanted = None if only is None else set(only)
     found: list[Finding] = []
     for name, one in checks().items():
-        if wanted is not None and name not in wanted:
-            continue
-        if not all(_has(model, need) for need in one.needs):
-            continue
-        try:
-            found.extend(one.judge(model))
-        except DesignError as refusal:
-            found.append(Finding(name, None, None, "", False, None, str(refusal)))
+        if wanted is None or name in wanted:
+            bindings = model.bindings[:1] if "body" in one.needs else model.bindings
+            found += [finding for binding in bindings for finding in _judged(one, binding, len(bindings) > 1)]
     return tuple(found)
 
 
-def _has(model: Model, need: str) -> bool:
-    if need == "tracks":
-        return bool(model.tracks)
-    if need == "operation":
-        return model.loaded
-    if need == "planar":
-        return model.planar is not None
-    if need == "turret":
-        return model.mechanism.turret is not None
-    if need == "turret load":
-        return model.turret_loaded
-    if need == "face load":
-        return model.driven and not model.tracks
-    return True
+def _judged(one: Check, model: Model, several: bool) -> list[Finding]:
+    """What a check finds of one follower, which is named where there are several."""
+    if not all(NEEDS[need](model) for need in one.needs):
+        return []
+    try:
+        found = list(one.judge(model))
+    except DesignError as refusal:
+        found = [Finding(one.name, None, None, "", False, None, str(refusal))]
+    return [replace(f, where=f"follower {model.number + 1}: {f.where}") for f in found] if several else found

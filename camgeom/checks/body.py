@@ -15,7 +15,7 @@ CONTACT_SLACK = 1e-7
 """mm; a roller that touches without a gap measures zero to this much"""
 
 
-@check("watertight", "solid")
+@check("watertight", "body", "solid")
 def watertight(model: Model) -> Iterable[Finding]:
     """Every body closed and oriented, one shell, of the expected genus."""
     for solid in model.solids:
@@ -29,7 +29,7 @@ def watertight(model: Model) -> Iterable[Finding]:
         yield Finding("watertight", float(solid.sound), 1.0, "", solid.sound, None, advice, solid.name)
 
 
-@check("chord-error", "solid")
+@check("chord-error", "body", "solid")
 def chord_error(model: Model) -> Iterable[Finding]:
     """Chord error of the mesh against the tolerance asked for."""
     for solid in model.solids:
@@ -49,7 +49,7 @@ def interference(model: Model) -> Iterable[Finding]:
         yield Finding("interference", found.value, limit, "mm", passed, angle, advice, track.name)
 
 
-@check("wall")
+@check("wall", "body")
 def wall(model: Model) -> Iterable[Finding]:
     """Thinnest walls of the body."""
     limit = model.profile.limits.min_wall_mm

@@ -5,12 +5,12 @@ One judgement a question; its name and advice are those of the carrier: a roller
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 from math import degrees, isfinite
 from typing import TYPE_CHECKING
 
-from camgeom.checks import Finding, check
+from camgeom.checks import Finding, Need, check
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -42,7 +42,7 @@ def life(name: str, remedy: str, model: Model) -> Iterable[Finding]:
         yield Finding(name, shown, limit, "h", value >= limit, None, "" if value >= limit else remedy, body)
 
 
-for _name, _need, _judge, _remedy in (
+JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding]], str], ...] = (
     ("contact-pressure", "operation", pressure, "use a longer or larger roller, a larger cam, less mass or speed"),
     ("face-pressure", "face load", pressure,
      "use a wider cam, a larger base_radius, or less mass, speed or preload"),
@@ -50,5 +50,6 @@ for _name, _need, _judge, _remedy in (
      "use longer or larger rollers, a larger centre distance, less inertia or speed"),
     ("life", "operation", life, "lower the contact pressure: longer or larger roller, larger cam, less speed"),
     ("turret-life", "turret load", life, "lower the load: larger rollers or centre distance, less inertia or speed"),
-):  # fmt: skip
+)  # fmt: skip
+for _name, _need, _judge, _remedy in JUDGEMENTS:
     check(_name, _need)(partial(_judge, _name, _remedy))

@@ -86,7 +86,7 @@ def hand_over(model: Model) -> Iterable[Finding]:
         yield Finding("hand-over", float(row[least]), 1.0, "rollers", passed, degrees(theta[least]), advice, name)
 
 
-@check("fins", "turret", "solid")
+@check("fins", "body", "turret", "solid")
 def fins(model: Model) -> Iterable[Finding]:
     """Thin pieces that the grooves cut off a too wide blank."""
     for solid in model.solids:

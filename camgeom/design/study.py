@@ -227,8 +227,10 @@ def _chunk(study: Study, variants: list[tuple[Value, ...]]) -> list[Row]:
     return rows
 
 
-GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "parts", "solids", "walls", "clearances", "turret")
-"""Facts of a model that rest on cam, follower, roller and motion alone (and, for the solids, on the tolerance)."""
+GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "clearances", "turret")
+"""Facts of a model that rest on cam, follower, roller and motion alone."""
+SHAPE = ("parts", "solids", "walls")
+"""Facts of its body that rest on them and on the tolerance."""
 
 
 def _take_over(model: Model, before: Model | None) -> None:
@@ -237,10 +239,10 @@ def _take_over(model: Model, before: Model | None) -> None:
         return
     old, new = before.profile, model.profile
     if (old.cam, old.follower, old.roller, old.motion) == (new.cam, new.follower, new.roller, new.motion):
-        facts = vars(before)
+        shape = (*SHAPE, "mass") if old.material == new.material else SHAPE
         # Facts are kept under their names in the instance, where the next access finds them.
-        names = (*GEOMETRY, *(("mass",) if old.material == new.material else ()))
-        vars(model).update({name: facts[name] for name in names if name in facts})
+        for to, source, names in ((model, before, GEOMETRY), (model.body, before.body, shape)):
+            vars(to).update({name: vars(source)[name] for name in names if name in vars(source)})
 
 
 def cores() -> int:

@@ -8,14 +8,25 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
+from functools import cached_property
+from math import degrees
 from typing import TYPE_CHECKING, final
 
+import numpy as np
+
 from camgeom.errors import DesignError
-from camgeom.model.facts import fact
-from camgeom.model.shape import Shape
-from camgeom.solid.mechanism import Drive
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.model.body import Body, MassProperties
+from camgeom.model.facts import Ledger, Observer, fact
+from camgeom.profile import Profile
+from camgeom.solid.mechanism import Drive, Mechanism
+from camgeom.track import TURN, Track
+from camgeom.track.follower import Setup
+from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
+    from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
     from camgeom.dynamics.indexing.study import IndexingStudy
@@ -28,11 +39,223 @@ if TYPE_CHECKING:
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.solid import Part, Solid
+    from camgeom.solid.blank import Wall
+    from camgeom.track.clearance import Clearance
+    from camgeom.track.pair import PairResidual
+    from camgeom.track.planar import Planar
 
 
 @final
-class Model(Shape):
-    """A profile and its facts. Facts are attributes; `ledger.costs` says which were computed and what they cost."""
+class Model:
+    """A profile and its facts. Facts are attributes; `ledger.costs` says which were computed and what they cost.
+
+    A model sees its cam from one follower. All followers of the cam are `bindings`, models that share one `body`.
+    """
+
+    def __init__(
+        self,
+        profile: Profile,
+        tolerance: float | None = None,
+        observer: Observer | None = None,
+        *,
+        body: Body | None = None,
+        number: int = 0,
+    ) -> None:
+        self.profile = profile
+        self.number = number
+        if body is not None:
+            self.body = body
+            return
+        self.body = Body(profile, tolerance if tolerance is not None else profile.output.tolerance, Ledger(observer))
+        others = range(1, len(profile.followers))
+        self.body.bindings = (self, *(Model(profile, body=self.body, number=other) for other in others))
+
+    @property
+    def bindings(self) -> tuple[Model, ...]:
+        """The models of all followers of the cam, this one among them."""
+        return self.body.bindings
+
+    @property
+    def tolerance(self) -> float:
+        """Largest chord error of the solids, mm."""
+        return self.body.tolerance
+
+    @property
+    def ledger(self) -> Ledger:
+        """Where the costs of facts are booked."""
+        return self.body.ledger
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The recipes of the bodies."""
+        return self.body.parts
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """The finished bodies within the tolerance. Raises DesignError where the cam is undercut."""
+        return self.body.solids
+
+    @property
+    def solid(self) -> Solid:
+        """The cam's (first) body."""
+        return self.body.solids[0]
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """Thinnest walls of the bodies."""
+        return self.body.walls
+
+    @property
+    def mass(self) -> tuple[MassProperties, ...]:
+        """Mass properties of every body, of the cam material's density."""
+        return self.body.mass
+
+    @property
+    def cam(self) -> Cam:
+        """The [cam] table."""
+        return self.profile.cam
+
+    @fact
+    def setup(self) -> Setup:
+        """Follower, roller and motion program in internal units."""
+        return self.profile.setup(self.number)
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The cam bound to its follower, roller and program."""
+        return self.profile.cam.mechanism(self.setup)
+
+    @fact
+    def tracks(self) -> tuple[Track, ...]:
+        """The roller tracks; empty for followers without a roller."""
+        return self.mechanism.tracks
+
+    @fact
+    def passages(self) -> tuple[Track, ...]:
+        """Every roller over all the cam angles at which it is beside the cam, also where it touches nothing."""
+        return self.mechanism.passages
+
+    @fact
+    def cutters(self) -> tuple[Track, ...]:
+        """The tracks with the tool that cuts them (clearance, groove depth)."""
+        return self.mechanism.cutters
+
+    @fact
+    def drive_angle(self) -> Extreme | None:
+        """Largest pressure angle, rad, of the best placed roller, of cams whose rollers take turns.
+
+        None for others, where every roller has to be driven all the way.
+        """
+        turret = self.mechanism.turret
+        if turret is None or not turret.take_turns:
+            return None
+        from camgeom.track.turret import largest_drive_angle
+
+        value, cam_angle = largest_drive_angle(turret.bearing, self.mechanism.inside)
+        return Extreme(value, cam_angle, 0.0, "best placed roller that carries")
+
+    @fact
+    def pressure_angle(self) -> Extreme | None:
+        """Largest pressure angle, rad: between the contact normal and the velocity of the follower.
+
+        Of a drum or globoid the velocity of the contact point, over the whole flank; of a planar cam that of the
+        roller's centre; where rollers take turns that of the best placed one. None where nothing is driven.
+        """
+        if self.drive_angle is not None:
+            return self.drive_angle
+        if self.planar is not None:
+            return self.planar.pressure_angle
+        return max((survey.pressure_angle for survey in self.flanks), key=lambda worst: worst.value, default=None)
+
+    @fact
+    def flanks(self) -> tuple[Survey, ...]:
+        """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
+        foot = self.mechanism.wall_foot
+        pairs = zip(self.tracks, self.cutters)
+        if self.mechanism.touches:
+            # The wall of a disc is straight along the roller: it is not the envelope of a crown.
+            pairs = zip((t.straightened() for t in self.tracks), (t.straightened() for t in self.cutters))
+        return tuple(Survey(track, cutter, foot) for track, cutter in pairs)
+
+    def refuse_folded(self) -> None:
+        """Raise DesignError where a flank folds back on itself or the motion jumps, so that no solid exists."""
+        continuity = self.setup.program.continuity
+        if continuity.order < 1 and (self.tracks or self.planar is not None):
+            angles = ", ".join(f"{degrees(j.angle):.6g}" for j in continuity.jumps if j.order <= 1)
+            raise DesignError(f"the motion's velocity jumps at {angles} deg, so the flank has gaps there and no solid")
+        if self.planar is not None:
+            self.planar.refuse_folded()
+        for survey in self.flanks:
+            if survey.margin.value <= 0.0:
+                at = survey.margin
+                raise DesignError(
+                    f"track {survey.track.name!r} is undercut at cam angle {degrees(at.cam_angle):.6g} deg "
+                    f"(margin 1 - r k = {at.value:.6g}, must be above 0), so its flank bounds no solid; use a smaller "
+                    "roller, a larger cam or a gentler motion"
+                )
+
+    @fact
+    def turret(self) -> Solid | None:
+        """The turret with its rollers at cam angle zero, for assemblies; None where the follower is no turret."""
+        turret = self.mechanism.turret
+        return turret.body.solid(self.tolerance) if turret else None
+
+    @fact
+    def clearances(self) -> tuple[Clearance, ...]:
+        """Least distance between every roller and the final mesh over the whole turn."""
+        return self.clearances_with(0.0)
+
+    def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
+        """The same with rollers larger by `grow` mm (normal)."""
+        from camgeom.track.clearance import least_clearance
+
+        return tuple(least_clearance(track, *self._surface_points(track), grow) for track in self.passages)
+
+    def _surface_points(self, track: Track) -> tuple[Floats, Floats]:
+        """Vertices of all bodies, and by how much each may stand inside the true surface, mm.
+
+        A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface. A planar
+        cam's walls run along the roller, with vertices at their ends alone: those are taken beside the roller's middle.
+        """
+        from camgeom.track.clearance import floor_points, wall_points
+
+        points = [solid.mesh.vertices for solid in self.solids]
+        if self.planar is not None:
+            points = [wall_points(solid.mesh, 0.5 * sum(track.contact)) for solid in self.solids]
+        rungs = [floor_points(solid.mesh) for solid in self.solids]
+        slack = [
+            np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method != "direct" else
+            np.zeros(len(solid.mesh.vertices))
+            for solid in self.solids
+        ]
+        slack += [np.full(len(rung), solid.chord_error) for rung, solid in zip(rungs, self.solids)]
+        return np.concatenate([*points, *rungs]), np.concatenate(slack)
+
+    @fact
+    def planar(self) -> Planar | None:
+        """What touches a planar cam, and its extremes; None for other cams."""
+        mechanism = self.mechanism
+        if not mechanism.touches:
+            return None
+        from camgeom.track.planar import Planar
+
+        span, offset = mechanism.span_between, mechanism.follower.offset
+        return Planar(mechanism.touches, mechanism.outlines, mechanism.program, span, offset)
+
+    @fact
+    def pair(self) -> PairResidual | None:
+        """Gap at the second roller of a pair that drives a follower both ways; None for other cams.
+
+        None too where the motion's velocity jumps: the discs then have gaps, and no solid.
+        """
+        if self.planar is None or not self.planar.form_closed or len(self.tracks) != 2:
+            return None
+        if self.setup.program.continuity.order < 1:
+            return None
+        from camgeom.track.pair import pair_residual
+
+        return pair_residual(*self.tracks, np.linspace(0.0, TURN, 1440, endpoint=False))
 
     @property
     def loaded(self) -> bool:

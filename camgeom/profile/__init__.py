@@ -93,16 +93,22 @@ class Profile(Section):
 
         return self.cutter if isinstance(self.cutter, CutterSpec) else None
 
-    def setup(self) -> Setup:
-        """Follower, roller and the motion program (mm or rad over rad).
+    @property
+    def followers(self) -> tuple[AnyFollower, ...]:
+        """Everything that runs on the cam; a profile states one."""
+        return (self.follower,)
+
+    def setup(self, number: int = 0) -> Setup:
+        """Follower of a number, roller and the motion program (mm or rad over rad).
 
         Raises ProfileError where the motion cannot be made or does not close.
         """
-        problems = motion_problems(self.motion, self.follower, self.cam.MOTION_SPAN)
+        follower = self.followers[number]
+        problems = motion_problems(self.motion, follower, self.cam.MOTION_SPAN)
         if problems:
             raise ProfileError(problems, self.source)
-        program = program_of(self.motion, self.follower, self.cam.MOTION_SPAN, _folder_name(self.source))
-        return Setup(self.follower, self.roller, program)
+        program = program_of(self.motion, follower, self.cam.MOTION_SPAN, _folder_name(self.source))
+        return Setup(follower, self.roller, program)
 
 
 def read(path: str | Path) -> Profile:

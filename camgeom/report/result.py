@@ -98,9 +98,23 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
         if name in wanted:
             fill(name, partial(source, model))
     data = {name: value for name, value in data.items() if value != {}}
+    if len(model.bindings) > 1:
+        data["followers"] = [_of_follower(binding, wanted) for binding in model.bindings[1:]]
     data["files"] = []
     body = refused.pop("solid", "")
     return Result(data, found, body, tuple(refused.items()))
+
+
+def _of_follower(model: Model, wanted: set[str]) -> dict[str, Any]:
+    """The products of a further follower on the same body, with a refusal in the place of what is not admitted."""
+    data: dict[str, Any] = {}
+    for name, source in {"motion": motion_data, "flank": _flank, **SOURCES}.items():
+        if name in wanted and name != "solid":
+            try:
+                data[name] = source(model)
+            except DesignError as error:
+                data[name] = {"refused": str(error)}
+    return data
 
 
 def _flank(model: Model) -> dict[str, Any]:

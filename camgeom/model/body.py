@@ -1,0 +1,78 @@
+"""The cam as a workpiece, whoever runs on it: bodies, solids, walls and mass, each computed when asked for, once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+from camgeom.errors import DesignError
+from camgeom.model.facts import Ledger, fact
+from camgeom.profile import Profile
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.solid import Part, Solid
+    from camgeom.solid.blank import Wall
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Volume mm³, mass kg, centroid mm and inertia tensor about it, kg m² (uniform density)."""
+
+    volume: float
+    mass: float
+    centroid: tuple[float, float, float]
+    inertia: tuple[tuple[float, float, float], ...]
+
+
+@final
+class Body:
+    """What the followers of one cam share; `bindings` are the models that see it, one a follower."""
+
+    def __init__(self, profile: Profile, tolerance: float, ledger: Ledger) -> None:
+        self.profile = profile
+        self.tolerance = tolerance
+        self.ledger = ledger
+        self.bindings: tuple[Model, ...] = ()
+
+    @fact
+    def parts(self) -> tuple[Part, ...]:
+        """The recipes of the bodies."""
+        return self.profile.cam.parts([binding.mechanism for binding in self.bindings])
+
+    @fact
+    def solids(self) -> tuple[Solid, ...]:
+        """The finished bodies within the tolerance. Raises DesignError where the cam is undercut."""
+        try:
+            for binding in self.bindings:
+                binding.refuse_folded()
+        except DesignError:
+            solid = self._undercut_solid() if self.profile.output.undercut_solid else None
+            if solid is None:
+                raise
+            return (solid,)
+        return tuple(part.solid(self.tolerance) for part in self.parts)
+
+    def _undercut_solid(self) -> Solid | None:
+        """What the tools really leave of an undercut drum; None for other cams."""
+        from camgeom.solid.cut import RollerUnion
+
+        drum, blank = self.bindings[0].mechanism.drum, self.bindings[0].mechanism.blank
+        if drum is None or drum.depth is None or blank is None:
+            return None
+        beyond = drum.radius + max(0.05 * drum.radius, 0.25 * drum.depth)
+        cutters = tuple(cutter for binding in self.bindings for cutter in binding.cutters)
+        return RollerUnion("cam", cutters, blank, beyond).solid(self.tolerance)
+
+    @fact
+    def walls(self) -> tuple[Wall, ...]:
+        """Thinnest walls of the bodies."""
+        return tuple(wall for binding in self.bindings for wall in binding.mechanism.walls)
+
+    @fact
+    def mass(self) -> tuple[MassProperties, ...]:
+        """Mass properties of every body from its mesh and the cam material's density."""
+        from camgeom.maths.mesh import mass_properties
+
+        density = self.profile.material.cam.density
+        return tuple(MassProperties(*mass_properties(solid.mesh, density)) for solid in self.solids)
