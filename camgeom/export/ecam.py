@@ -30,6 +30,7 @@ from camgeom.export import writer
 from camgeom.export.files import atomic_write, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.sampling import subdivided
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -137,9 +138,7 @@ def _within(program: Program, unit: float, interpolation: Interpolation, toleran
         parts = np.clip(need, np.where(error > tolerance, 2, 1), 16).astype(np.int64)
         if parts.sum() >= MOST:
             break
-        first = np.repeat(np.cumsum(parts) - parts, parts)
-        share = (np.arange(parts.sum()) - first) / np.repeat(parts, parts)
-        theta = np.append(np.repeat(theta[:-1], parts) + share * np.repeat(np.diff(theta), parts), theta[-1])
+        theta = subdivided(theta, parts)
     raise NotConverged(f"an electronic cam within {tolerance:g} needs more than {MOST} points; ask for a coarser one")
 
 

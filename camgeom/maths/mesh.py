@@ -95,20 +95,11 @@ class Mesh:
 
     @cached_property
     def _labels(self) -> npt.NDArray[np.int64]:
-        """The shell of each vertex (v,), named by its first vertex: trees hooked onto smaller names and flattened."""
-        label = np.arange(len(self.vertices))
+        """The shell of each vertex (v,), named by its first vertex."""
         # Two edges of each triangle join all three corners.
         a = self.faces[:, [0, 1]].ravel().astype(np.int64)
         b = self.faces[:, [1, 2]].ravel().astype(np.int64)
-        while len(a):
-            low, high = np.minimum(a, b), np.maximum(a, b)
-            label[high] = low
-            while not np.array_equal(label, flat := label[label]):
-                label = flat
-            a, b = label[a], label[b]
-            apart = a != b
-            a, b = a[apart], b[apart]
-        return label
+        return joined(len(self.vertices), a, b)
 
     @property
     def genus(self) -> int:
@@ -160,6 +151,23 @@ class Mesh:
         if name not in self.groups:
             return np.zeros(len(self.faces), dtype=bool)
         return np.asarray(self.face_groups == self.groups.index(name))
+
+
+def joined(count: int, a: npt.NDArray[np.int64], b: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """The group of each of `count` things, (count,), where a[i] and b[i] are of one, named by its first thing.
+
+    Trees are hooked onto smaller names and flattened.
+    """
+    label = np.arange(count)
+    while len(a):
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        label[high] = low
+        while not np.array_equal(label, flat := label[label]):
+            label = flat
+        a, b = label[a], label[b]
+        apart = a != b
+        a, b = a[apart], b[apart]
+    return label
 
 
 def mass_properties(mesh: Mesh, density: float) -> tuple[float, float, Vector, tuple[Vector, ...]]:

@@ -107,7 +107,7 @@ def test_assembly_puts_its_parts_where_it_says(tmp_path: Path) -> None:
 
 def test_triangles(tmp_path: Path) -> None:
     mesh = drum().solid(0.2).mesh
-    write_step(tmp_path / "a.step", Facets("cam", mesh, (0.2, 0.4, 0.9)))
+    write_step(tmp_path / "a.step", Facets("cam", mesh))
     verdict = judged_files([tmp_path / "a.step"])[0]
     assert verdict.triangles == len(mesh.faces)
     assert set(verdict.face_names) == set(mesh.groups)

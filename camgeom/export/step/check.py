@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from camgeom.export.step.brep import Brep, Face, Loop, Use, gauss, rule
-from camgeom.export.step.geometry import Plane, SplineSurface, Surface, solve_pairs
+from camgeom.export.step.geometry import Plane, SplineSurface, Surface, largest_gap, solve_pairs
 from camgeom.maths import Floats
 
 
@@ -101,8 +101,7 @@ def _vertex_gap(solid: Brep) -> float:
 def _edge_gap(face: Face) -> float:
     """Largest distance of the face's edges from its surface, mm, at 23 points an edge."""
     points = np.concatenate([use.edge.points(23) for loop in face.loops for use in loop])
-    gap = face.surface.jet(*face.surface.locate(points))[0] - points
-    return float(np.sqrt((gap * gap).sum(axis=1)).max())
+    return largest_gap(face.surface.jet(*face.surface.locate(points))[0], points)
 
 
 def measure_face(face: Face, nodes: int = 6) -> tuple[float, float]:

@@ -293,6 +293,11 @@ def solve_pairs(xu: Floats, xv: Floats, d: Floats) -> tuple[Floats, Floats]:
     return np.asarray((p - q * f) / (det * lu)), np.asarray((q - p * f) / (det * lv))
 
 
+def largest_gap(a: Floats, b: Floats) -> float:
+    """Largest distance between points (..., 3) of the one and of the other, mm."""
+    return float(np.sqrt(((a - b) ** 2).sum(axis=-1)).max())
+
+
 def _rows_dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.einsum("nc,nc->n", a, b))
 

@@ -18,6 +18,7 @@ from camgeom.export.step.shell import Band, shell
 from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
+from camgeom.maths.extremum import bracketed_root
 from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
 from camgeom.track import Track
 from camgeom.track.section import Column, Level, cylinder_level
@@ -193,35 +194,17 @@ def split_knots(track: Track, samples: int = 48) -> Floats:
     knots = track.knots()
     if Column(track, knots[:1]).ball_ended:
         return knots
-    found = [knots]
+    narrow = [knots]
     for side in (1.0, -1.0):
+
+        def arc(phi: Floats, side: float = side) -> Floats:
+            return Column(track, phi).edge_angle(side)[2]
+
         for low, high in pairwise(knots.tolist()):
             phi = np.linspace(low, high, samples + 1)[1:-1]
-            angle = Column(track, phi).edge_angle(side)[2]
-            big = float(np.abs(angle).max())
-            if big < 1e-9:
-                continue
+            angle = arc(phi)
             at = np.nonzero((angle[1:] * angle[:-1] < 0.0) & (np.maximum(abs(angle[1:]), abs(angle[:-1])) > 1e-9))[0]
-            found.append(np.array([_crossing(track, side, phi[j], phi[j + 1]) for j in at]))
-    merged = np.unique(np.concatenate(found))
+            narrow.append(bracketed_root(arc, phi[at], phi[at + 1]))
+    merged = np.unique(np.concatenate(narrow))
     keep = np.concatenate([[True], np.diff(merged) > 1e-9])
     return np.asarray(merged[keep])
-
-
-def _crossing(track: Track, side: float, low: float, high: float) -> float:
-    """Cam angle between low and high where the edge sweep's arc is zero (bisection to rounding)."""
-
-    def angle(phi: float) -> float:
-        return float(Column(track, np.array([phi])).edge_angle(side)[2][0])
-
-    at_low = angle(low)
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        value = angle(middle)
-        if value == 0.0 or middle in (low, high):
-            return middle
-        if (value > 0.0) == (at_low > 0.0):
-            low = middle
-        else:
-            high = middle
-    raise DesignError(f"track {track.name!r}: the edge sweep does not close near {np.degrees(low):.6g} deg")

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
-from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surface
+from camgeom.export.step.geometry import Curve, SplineCurve, SplineSurface, Surface, largest_gap
 from camgeom.export.step.recognise import curve_of
 from camgeom.export.step.spline import DEGREE, kit, refined
 from camgeom.maths import Floats
@@ -134,7 +134,7 @@ def fit_curve(point: Callable[[Floats], Floats], start: Floats, stop: Floats, to
         nodes = len(tools.nodes)
         exact[0], exact[nodes - 1] = start, stop
         poles = tools.inverse @ exact[:nodes]
-        error = float(np.sqrt(((tools.probe @ poles - exact[nodes:]) ** 2).sum(axis=1)).max())
+        error = largest_gap(tools.probe @ poles, exact[nodes:])
         if error <= tolerance:
             order = np.argsort(tools.grid, kind="stable")
             return curve_of(Basis(DEGREE, tools.knots), poles, exact[order]), error
@@ -242,12 +242,12 @@ class SurfaceCrossing:
             nodes = len(tools.nodes)
             x[0], x[nodes - 1] = self.ends
             curve = SplineCurve(Basis(DEGREE, tools.knots), tools.inverse @ x[:nodes])
-            error = _largest(tools.probe @ curve.poles - x[nodes:])
+            error = largest_gap(tools.probe @ curve.poles, x[nodes:])
             if error < near:
                 # Near enough to be its own guide: what is left is measured across it.
                 guide = curve
                 exact = self._beside(guide, t, tools.grid[nodes:])
-                error = _largest(exact - tools.probe @ curve.poles)
+                error = largest_gap(exact, tools.probe @ curve.poles)
                 if error <= tolerance:
                     order = np.argsort(tools.grid, kind="stable")
                     return curve_of(curve.basis, curve.poles, np.concatenate([x[:nodes], exact])[order]), error
@@ -262,10 +262,6 @@ class SurfaceCrossing:
 def _between(at: Floats, t: Floats, values: Floats) -> Floats:
     """Columns of values (n, c) at t (n,), linear between."""
     return np.stack([np.interp(at, t, values[:, c]) for c in range(values.shape[1])], axis=1)
-
-
-def _largest(gap: Floats) -> float:
-    return float(np.sqrt((gap * gap).sum(axis=1)).max())
 
 
 def _cubic(t: Floats, x: Floats, at: Floats) -> tuple[Floats, Floats]:

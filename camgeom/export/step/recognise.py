@@ -23,6 +23,7 @@ from camgeom.export.step.geometry import (
     Surface,
     Torus,
     cross,
+    largest_gap,
     unit,
     vector,
 )
@@ -39,7 +40,7 @@ def curve_of(basis: Basis, poles: Floats, exact: Floats) -> Curve:
     length = float(np.sqrt(chord @ chord))
     if length > EXACT:
         line = Line(vector(exact[0]), unit(chord))
-        if _distance(line.at(line.locate(exact)), exact) < EXACT:
+        if largest_gap(line.at(line.locate(exact)), exact) < EXACT:
             return line
     circle = circle_through(exact)
     return circle if circle is not None else SplineCurve(basis, poles)
@@ -60,7 +61,7 @@ def circle_through(points: Floats) -> Circle | None:
     ref = points[0] - centre
     ref = ref - (ref @ axis) * axis
     circle = Circle(Frame(vector(centre), vector(axis), unit(ref)), radius)
-    return circle if _distance(circle.at(circle.locate(points)), points) < EXACT else None
+    return circle if largest_gap(circle.at(circle.locate(points)), points) < EXACT else None
 
 
 def surface_of(
@@ -89,7 +90,7 @@ def lies_on(surface: Surface, points: Floats) -> bool:
     """Whether all points (k, 3) are on an elementary surface within EXACT."""
     if isinstance(surface, SplineSurface):
         return False
-    return _distance(surface.jet(*surface.locate(points))[0], points) < EXACT
+    return largest_gap(surface.jet(*surface.locate(points))[0], points) < EXACT
 
 
 def _plane_through(points: Floats) -> Plane | None:
@@ -142,7 +143,3 @@ def _snapped_axis(axis: Floats) -> Floats:
     """The axis with rounding noise removed where it is along X, Y or Z."""
     snapped = np.where(np.abs(axis) < 1e-13, 0.0, axis)
     return np.asarray(snapped / np.sqrt(snapped @ snapped))
-
-
-def _distance(a: Floats, b: Floats) -> float:
-    return float(np.sqrt(((a - b) ** 2).sum(axis=-1)).max())

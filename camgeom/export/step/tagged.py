@@ -22,6 +22,7 @@ from camgeom.export.step.geometry import SplineSurface
 from camgeom.export.step.patches import GrooveBody, Patch
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.maths import Floats
+from camgeom.maths.mesh import joined
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import cell_faces
 from camgeom.solid.engine import checked
@@ -306,16 +307,7 @@ def _connected(tag: Ints, opposite: Ints) -> Ints:
     """Connected region (f,) of each triangle over edges inside one patch, numbered from 0."""
     a, b = np.repeat(np.arange(len(tag)), 3), opposite // 3
     inner = (tag[a] == tag[b]) & (a < b)
-    a, b = a[inner], b[inner]
-    label = np.arange(len(tag))
-    while True:
-        before = label.copy()
-        low = np.minimum(label[a], label[b])
-        np.minimum.at(label, a, low)
-        np.minimum.at(label, b, low)
-        label = label[label]
-        if np.array_equal(before, label):
-            return np.unique(label, return_inverse=True)[1].astype(np.int64)
+    return np.unique(joined(len(tag), a[inner], b[inner]), return_inverse=True)[1].astype(np.int64)
 
 
 def _chains(cut: Cut, owner: Ints, opposite: Ints, border: Ints) -> list[Chain]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import final
 
@@ -11,6 +12,8 @@ from camgeom.maths import Floats
 
 DECIMALS = 10
 """of coordinates, mm: far below the uncertainty of any file, and short"""
+_WIDE = re.compile("[^ -~\U00010000-\U0010ffff]+|[\U00010000-\U0010ffff]+")
+"""runs outside printable ASCII, of code units of one size"""
 
 
 def string(text: str) -> str:
@@ -19,29 +22,12 @@ def string(text: str) -> str:
     >>> string("Nut 'Ø 22'")
     "'Nut ''\\\\X2\\\\00D8\\\\X0\\\\ 22'''"
     """
-    out = []
-    wide: list[str] = []
-    size = 0
+    return "'" + _WIDE.sub(_code_units, text.replace("\\", "\\\\").replace("'", "''")) + "'"
 
-    def flush() -> None:
-        nonlocal wide
-        if wide:
-            out.append(f"\\X{size}\\{''.join(wide)}\\X0\\")
-            wide = []
 
-    for character in text:
-        code = ord(character)
-        if 32 <= code < 127:
-            flush()
-            out.append({"'": "''", "\\": "\\\\"}.get(character, character))
-            continue
-        need = 2 if code < 0x10000 else 4
-        if need != size:
-            flush()
-            size = need
-        wide.append(f"{code:0{2 * need}X}")
-    flush()
-    return "'" + "".join(out) + "'"
+def _code_units(run: re.Match[str]) -> str:
+    size = 4 if ord(run[0][0]) > 0xFFFF else 2
+    return f"\\X{size}\\" + "".join(f"{ord(character):0{2 * size}X}" for character in run[0]) + "\\X0\\"
 
 
 def real(value: float) -> str:
