@@ -20,7 +20,7 @@ from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
-from camgeom.drawing.content import Axis, Block, Chart, Column, Figure, Page, Panel, Section, Series, Table, Text
+from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
 from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def page(study: Study, rows: Sequence[Row], name: str) -> Page:
         kind=f"study of {', '.join(one.key for one in study.axes)}",
         passed=None,
         figures=tuple(Figure(f"variants: {status}", count) for status, count in counts.items()),
-        sections=(Section("study", "Variants", tuple(blocks)),),
+        sections=(Chapter("study", "Variants", tuple(blocks)),),
     )
 
 

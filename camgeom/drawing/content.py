@@ -6,7 +6,7 @@ the renderer escapes it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, final
 
@@ -245,7 +245,7 @@ class Drawing:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class Actor:
     """One rigid body of a scene: its mesh at pose identity, and poses (n, 3, 4) [R | t] in the machine frame at the
     scene's cam angles; None for a body that stands still. `fields` are results on its vertices, (v,), by the key of a
     shade; NaN where a vertex has none."""
@@ -284,7 +284,7 @@ class Scene:
     caption: str
     angles: Floats
     """(n,) cam angles, degrees, rising from the first to the last frame"""
-    bodies: tuple[Body, ...]
+    bodies: tuple[Actor, ...]
     shades: tuple[Shade, ...] = ()
     readouts: tuple[tuple[Axis, Floats], ...] = ()
     speed: float = 60.0
@@ -298,48 +298,13 @@ class Scene:
                 raise ValueError(f"body {body.name!r}: poses {body.poses.shape} do not fit {len(self.angles)} angles")
 
 
-__all__ = [
-    "CAM_ANGLE",
-    "Axis",
-    "Band",
-    "Block",
-    "Body",
-    "Cell",
-    "Chart",
-    "Circle",
-    "Column",
-    "Cost",
-    "Dimension",
-    "Drawing",
-    "Figure",
-    "Finding",
-    "Leader",
-    "Limit",
-    "Map",
-    "Mark",
-    "Page",
-    "Panel",
-    "Path",
-    "Point",
-    "Polar",
-    "Region",
-    "Scene",
-    "Section",
-    "Series",
-    "Shade",
-    "Table",
-    "Text",
-    "Width",
-    "Zone",
-]
-
 Cell = str | float | int | bool | None
 """A table cell: text, a number (set right, four significant digits), a verdict (True passes), or nothing."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Remark:
     """One judged fact: what was checked, its value against its limit, where it occurs and what to do about it."""
 
     check: str
@@ -386,6 +351,12 @@ class Table:
             raise ValueError(f"table {self.caption!r}: a row does not fit its {len(self.columns)} columns")
 
 
+def quantities(caption: str, rows: Sequence[tuple[Cell, ...]]) -> Table:
+    """A table of named quantities with value and unit, and the cam angle, degrees, where the rows have one."""
+    heads = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
+    return Table(caption, heads[: len(rows[0])], tuple(rows))
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Text:
@@ -408,7 +379,7 @@ Block = Text | Table | Chart | Map | Polar | Drawing | Scene | Cost
 
 @final
 @dataclass(frozen=True, slots=True)
-class Section:
+class Chapter:
     """A numbered section: `key` is its anchor and its name for `--only`."""
 
     key: str
@@ -426,7 +397,7 @@ class Page:
     passed: bool | None
     """None where nothing was judged"""
     summary: str = ""
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[Remark, ...] = ()
     figures: tuple[Figure, ...] = ()
-    sections: tuple[Section, ...] = ()
+    sections: tuple[Chapter, ...] = ()
     details: tuple[tuple[str, str], ...] = field(default=())

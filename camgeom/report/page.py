@@ -9,17 +9,17 @@ from itertools import count, groupby
 from camgeom.drawing.content import (
     Block,
     Cell,
+    Chapter,
     Chart,
     Column,
     Cost,
     Drawing,
     Figure,
-    Finding,
     Map,
     Page,
     Polar,
+    Remark,
     Scene,
-    Section,
     Table,
     Text,
 )
@@ -115,7 +115,7 @@ def _verdict(page: Page) -> str:
     )
 
 
-def _finding(finding: Finding) -> str:
+def _finding(finding: Remark) -> str:
     fact = [_value(finding.value, finding.unit)] if finding.value is not None else []
     fact += [f"limit {_value(finding.limit, finding.unit)}"] if finding.limit is not None else []
     fact += [escape(finding.where)] if finding.where else []
@@ -139,7 +139,7 @@ def _key_figures(figures: tuple[Figure, ...]) -> str:
     return f'<dl class="figures">{"".join(rows)}</dl>'
 
 
-def _section(n: int, section: Section, figures: count[int], tables: count[int]) -> str:
+def _section(n: int, section: Chapter, figures: count[int], tables: count[int]) -> str:
     parts = []
     for width, run in groupby(section.blocks, key=_width):
         inner = "".join(_block(block, figures, tables) for block in run)

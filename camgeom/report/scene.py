@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.drawing.colours import scale, value_range
-from camgeom.drawing.content import Axis, Body, Scene
+from camgeom.drawing.content import Actor, Axis, Scene
 from camgeom.drawing.sheet import Ticks, ticks
 from camgeom.maths import Floats
 
@@ -44,7 +44,7 @@ def scene_json(scene: Scene) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _body(body: Body, scene: Scene) -> dict[str, object]:
+def _body(body: Actor, scene: Scene) -> dict[str, object]:
     mesh = body.mesh
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     size = np.where(high > low, high - low, 1.0)

@@ -24,8 +24,6 @@ from camgeom.maths.creases import crease_lines, shade
 from camgeom.maths.mesh import Ints, Mesh
 from camgeom.report.overlay import ColourBar, overlay
 
-__all__ = ["CAMERAS", "Plane", "Stage", "View", "render", "stage"]
-
 _LINE, _HATCH = "#20252b", "#b98a45"
 
 _METAL = {"ambient": 0.30, "diffuse": 0.74, "specular": 0.16, "specular_power": 20.0}

@@ -9,9 +9,10 @@ import numpy as np
 
 from camgeom.drawing.content import (
     CAM_ANGLE,
+    Actor,
     Axis,
     Band,
-    Body,
+    Chapter,
     Chart,
     Circle,
     Column,
@@ -19,7 +20,6 @@ from camgeom.drawing.content import (
     Dimension,
     Drawing,
     Figure,
-    Finding,
     Leader,
     Limit,
     Map,
@@ -28,8 +28,8 @@ from camgeom.drawing.content import (
     Panel,
     Path,
     Polar,
+    Remark,
     Scene,
-    Section,
     Series,
     Shade,
     Table,
@@ -131,7 +131,7 @@ def scene() -> Scene:
     return Scene(
         "The mechanism over one turn",
         angles,
-        (Body("cam", mesh, cam, "cam", fields), Body("roller", roller_mesh(), follower, "follower")),
+        (Actor("cam", mesh, cam, "cam", fields), Actor("roller", roller_mesh(), follower, "follower")),
         (
             Shade("pressure_angle", "Pressure angle", "°", True, ("flank",)),
             Shade("curvature", "Curvature", "1/mm", True),
@@ -279,9 +279,9 @@ def drawing() -> Drawing:
 def page() -> Page:
     """The whole page."""
     findings = (
-        Finding("Pressure angle", False, 31.46, 30.0, "°", "cam angle 97.5°", "Lengthen the rise to 127°."),
-        Finding("Undercut", True, 0.62, 1.0, "", "cam angle 118°"),
-        Finding("Contact pressure <script>alert(1)</script>", True, 843.0, 2450.0, "MPa", "cam angle 40.0°"),
+        Remark("Pressure angle", False, 31.46, 30.0, "°", "cam angle 97.5°", "Lengthen the rise to 127°."),
+        Remark("Undercut", True, 0.62, 1.0, "", "cam angle 118°"),
+        Remark("Contact pressure <script>alert(1)</script>", True, 843.0, 2450.0, "MPa", "cam angle 40.0°"),
     )  # fmt: skip
     table = Table(
         "Validation against independent ways of computing",
@@ -313,14 +313,14 @@ def page() -> Page:
             Figure("Cam mass", 1.183, "kg"),
         ),
         (
-            Section("design", "Design", (drawing(), scene())),
-            Section("motion", "Motion", (Text(("Cycloidal rise and return between three dwells.",)), motion())),
-            Section("flank", "Flank", (pressure_angle(), contact_map(True))),
-            Section("contact", "Contact and life", (contact_map(), polar(), parameters_half())),
-            Section("dynamics", "Dynamics", (campbell(), history())),
-            Section("validation", "Validation", (table,)),
-            Section("parameters", "Parameters", (parameters,)),
-            Section("cost", "What was computed", (Cost((("flank", 0.012), ("solid", 0.31)), ("dynamics",)),)),
+            Chapter("design", "Design", (drawing(), scene())),
+            Chapter("motion", "Motion", (Text(("Cycloidal rise and return between three dwells.",)), motion())),
+            Chapter("flank", "Flank", (pressure_angle(), contact_map(True))),
+            Chapter("contact", "Contact and life", (contact_map(), polar(), parameters_half())),
+            Chapter("dynamics", "Dynamics", (campbell(), history())),
+            Chapter("validation", "Validation", (table,)),
+            Chapter("parameters", "Parameters", (parameters,)),
+            Chapter("cost", "What was computed", (Cost((("flank", 0.012), ("solid", 0.31)), ("dynamics",)),)),
         ),
         (("Kind", "disc"), ("Version", "0.1.0"), ("Profile", "plate.toml"), ("Date", "2024-01-01")),
     )  # fmt: skip

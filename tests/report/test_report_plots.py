@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from camgeom.drawing.colours import picture, scale
 from camgeom.drawing.content import (
     CAM_ANGLE,
+    Actor,
     Axis,
-    Body,
     Chart,
     Limit,
     Map,
@@ -228,7 +228,7 @@ def _rotation(q: np.ndarray) -> np.ndarray:
 
 def test_scene_text_cannot_leave_its_script() -> None:
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
-    body = Body("</script><script>", mesh, fields={"k": np.zeros(3)})
+    body = Actor("</script><script>", mesh, fields={"k": np.zeros(3)})
     text = scene_json(Scene("s", np.array([0.0]), (body,), (Shade("k", "<!--"),)))
     assert "<" not in text
     assert json.loads(text)["bodies"][0]["name"] == "</script><script>"

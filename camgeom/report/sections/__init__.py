@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
-from camgeom.drawing.content import Block, Page, Section, Text
+from camgeom.drawing.content import Block, Chapter, Page, Text
 from camgeom.errors import CamgeomError, Problem, ProfileError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def report(model: Model, only: Collection[str] | None = None, judged: tuple[Find
     sections = []
     for entry in SECTIONS:
         if entry.key in wanted and (blocks := entry.blocks(model)):
-            sections.append(Section(entry.key, entry.title, blocks))
+            sections.append(Chapter(entry.key, entry.title, blocks))
     return head(model, "checks" in wanted, figures, tuple(sections))
 
 

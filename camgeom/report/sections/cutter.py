@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Column, Map, Table, Text, quantities
 from camgeom.machining.rest import NOISE
 from camgeom.track.flank import Flank
 
@@ -49,7 +49,7 @@ def cutter(model: Model) -> tuple[Block, ...]:
     data = outcome.data()
     known = [entry for entry in _FIGURES if data.get(entry[0]) is not None]
     rows: list[tuple[Cell, ...]] = [(label, data[key], unit) for key, label, unit in known]
-    table = Table(f"Tool: {data['tool']}", (Column("Quantity"), Column("Value"), Column("Unit")), tuple(rows))
+    table = quantities(f"Tool: {data['tool']}", rows)
     blocks: list[Block] = [table, *_maps(outcome)]
     if shop := data.get("shop_errors"):
         ways: list[tuple[Cell, ...]] = [

@@ -282,6 +282,3 @@ def _turns(name: str, angle: Floats, height: Floats, style: int) -> list[Series]
 
 def _turret(track: Track) -> bool:
     return isinstance(track.joint, Swing) and abs(track.joint.axis[1]) > 0.99
-
-
-__all__ = ["across", "axial", "design", "developed", "outlines"]

@@ -8,10 +8,24 @@ from typing import TYPE_CHECKING, Literal, final
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table, Text
+from camgeom.drawing.content import (
+    CAM_ANGLE,
+    Axis,
+    Block,
+    Cell,
+    Chart,
+    Column,
+    Limit,
+    Mark,
+    Panel,
+    Series,
+    Table,
+    Text,
+    quantities,
+)
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
-from camgeom.report.sections.motion import mark, zones
+from camgeom.report.sections.motion import at_speed, mark, zones
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -139,7 +153,7 @@ def over_speeds(study: FollowerStudy, rotating: bool) -> Chart:
     kept = sweep.answered
     x = sweep.speed[kept] * RAD
     acceleration, force, _, _ = _units(rotating)
-    at = (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
+    at = at_speed(rpm)
     peak = sweep.peaks["acceleration"].magnitude[kept]
     panels = [Panel(Axis("Peak acceleration", acceleration, zero=True), (Series("peak", x, peak),), limits=at)]
     if study.train.closure == "force":
@@ -211,7 +225,7 @@ def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | 
         values = residual_spectrum(move, periods, ratio).amplitude * move.size * study.scale * factor
         name = f"after {number(degrees(move.start))}° to {number(degrees(move.end) % 360.0 or 360.0)}°"
         series.append(Series(name, speeds, values))
-    at = (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
+    at = at_speed(rpm)
     panel = Panel(Axis("Residual amplitude", unit, zero=True), tuple(series), limits=at)
     hertz = number(frequency / TURN)
     caption = f"Vibration left at the start of the dwell by each move from rest, one mass at {hertz} Hz"
@@ -242,8 +256,7 @@ def figures(study: FollowerStudy, rotating: bool) -> Table:
     if study.shaft is not None:
         rows.append(("Peak windup of the camshaft", degrees(float(steady.peak("windup").magnitude[0])), "°"))
         rows.append(("Peak torque of the camshaft", float(steady.peak("shaft_torque").magnitude[0]), "N m"))
-    columns = (Column("Quantity"), Column("Value"), Column("Unit"))
-    return Table("The elastic follower in numbers", columns, tuple(rows))
+    return quantities("The elastic follower in numbers", rows)
 
 
 def impacts(run: ImpactRun, angular: bool) -> tuple[Block, ...]:
@@ -351,4 +364,4 @@ def balance(run: ImpactRun, turns: list[tuple[float, float]]) -> Table:
         ("Energy lost in the contacts", energy.lost, "J"),
         ("Energy balance, residual of the largest flow", energy.relative_residual, "1"),
     ]
-    return Table("The run in numbers", (Column("Quantity"), Column("Value"), Column("Unit")), tuple(rows))
+    return quantities("The run in numbers", rows)

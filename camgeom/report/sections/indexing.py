@@ -7,10 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
+from camgeom.drawing.content import (
+    CAM_ANGLE,
+    Axis,
+    Band,
+    Block,
+    Cell,
+    Chart,
+    Column,
+    Limit,
+    Mark,
+    Panel,
+    Series,
+    Table,
+    quantities,
+)
 from camgeom.drawing.sheet import number
 from camgeom.errors import ProfileError
 from camgeom.maths import Floats
+from camgeom.report.sections.motion import at_speed
 
 if TYPE_CHECKING:
     from camgeom.dynamics.indexing.modes import Mode, Modes
@@ -93,7 +108,7 @@ def campbell_chart(found: Modes, speed_rpm: float) -> Chart:
             lines.append(Series(name, speeds, np.full(2, 0.5 * (lowest + highest)), style))
         else:
             bands.append(Band(name, speeds, np.full(2, lowest), np.full(2, highest), style))
-    at = (Limit(speed_rpm, f"{number(speed_rpm)} r/min", vertical=True),)
+    at = at_speed(speed_rpm)
     panel = Panel(Axis("Frequency", "Hz", 0.0, top), tuple(lines), tuple(bands), at, direct=True, height=1.4)
     caption = "Campbell diagram: bands of natural frequency over the turn, and harmonics of the cam speed"
     return Chart(caption, Axis("Cam speed", "r/min", 0.0, reach), (panel,))
@@ -178,8 +193,7 @@ def figures(study: IndexingStudy) -> Table:
                 "ms" if settled else "",
             ),
         ]
-    columns = (Column("Quantity"), Column("Value"), Column("Unit"))
-    return Table(f"The drive at {number(study.speed * RAD)} r/min", columns, tuple(rows))
+    return quantities(f"The drive at {number(study.speed * RAD)} r/min", rows)
 
 
 def over_speeds(study: IndexingStudy, speed_rpm: float) -> Chart:
@@ -189,7 +203,7 @@ def over_speeds(study: IndexingStudy, speed_rpm: float) -> Chart:
     sweep = study.sweep
     kept, load = sweep.answered, sweep.peaks["load_acceleration"]
     x = sweep.speed[kept] * RAD
-    at = (Limit(speed_rpm, f"{number(speed_rpm)} r/min", vertical=True),)
+    at = at_speed(speed_rpm)
     peak = load.magnitude[kept]
     ratio = amplification(load, study.motion, sweep.speed)[kept]
     i = int(ratio.argmax())

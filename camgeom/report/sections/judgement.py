@@ -6,12 +6,12 @@ from collections.abc import Collection, Iterator
 from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING
 
-from camgeom.drawing.content import Block, Column, Figure, Finding, Page, Section, Table
+from camgeom.drawing.content import Block, Chapter, Column, Figure, Page, Remark, Table
 from camgeom.drawing.sheet import number
 from camgeom.report.sections.bodies import kept
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding as Judged
+    from camgeom.checks import Finding
     from camgeom.model import Model
 
 UNITS = {"deg": "°", "1": "", "order": ""}
@@ -22,21 +22,21 @@ ENDLESS = 1e29
 """a life at least this long means no load"""
 
 
-def _findings(model: Model) -> tuple[Judged, ...]:
+def _findings(model: Model) -> tuple[Finding, ...]:
     """The findings of all checks, judged once for a model."""
     from camgeom.checks import findings
 
     return kept(model, "checks", lambda: findings(model))
 
 
-def _shown(finding: Judged) -> Finding:
+def _shown(finding: Finding) -> Remark:
     value: float | str | None = finding.value
     if isinstance(value, float):
         value = "unlimited" if value > ENDLESS else 0.0 if finding.unit == "mm" and abs(value) < PICOMETRE else value
     angle = "" if finding.cam_angle_deg is None else f"cam angle {number(finding.cam_angle_deg)}°"
     where = ", ".join(part for part in (angle, finding.where) if part)
     unit = UNITS.get(finding.unit, finding.unit)
-    return Finding(_words(finding.check), finding.passed, value, finding.limit, unit, where, _sentence(finding.advice))
+    return Remark(_words(finding.check), finding.passed, value, finding.limit, unit, where, _sentence(finding.advice))
 
 
 def _words(name: str) -> str:
@@ -56,7 +56,7 @@ def check_table(model: Model) -> tuple[Block, ...]:
     return (Table("Checks made", columns, rows),) if rows else ()
 
 
-def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tuple[Section, ...]) -> Page:
+def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tuple[Chapter, ...]) -> Page:
     """The page with its title block and, where the checks were asked for, its verdict."""
     from camgeom import __version__
 
@@ -73,7 +73,7 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
     return Page(profile.name, kind, passed, _summary(found), found, figures, sections, tuple(details))
 
 
-def _summary(found: tuple[Finding, ...]) -> str:
+def _summary(found: tuple[Remark, ...]) -> str:
     failed = sorted({f.check.lower() for f in found if not f.passed})
     if failed:
         return f"The design fails: {', '.join(failed)}. What to change stands below each finding."
@@ -85,7 +85,7 @@ def _summary(found: tuple[Finding, ...]) -> str:
     return f"The design meets its limits; the closest to its limit is the {closest}, at {share:.0f} % of it."
 
 
-def _share(finding: Finding) -> float | None:
+def _share(finding: Remark) -> float | None:
     """Share of an upper limit that is used; None for lower limits and yes-or-no checks."""
     upper = finding.check in ("Pressure angle", "Contact pressure", "Bearing load", "Peak torque")
     value, limit = finding.value, finding.limit

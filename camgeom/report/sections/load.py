@@ -23,6 +23,7 @@ from camgeom.drawing.content import (
     Text,
     Width,
     Zone,
+    quantities,
 )
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
@@ -136,7 +137,7 @@ def hardest(model: Model) -> Table:
     one = duty.peak_contact
     force, torque = duty.peak_force, duty.peak_torque
     peak, slices = duty.contact.peak(), duty.peak_pressure
-    rows: list[tuple[str, float, str, float | None]] = [
+    rows: list[tuple[Cell, ...]] = [
         ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
         ("Peak contact pressure, worst slice", slices.value, "MPa", degrees(slices.cam_angle)),
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
@@ -151,9 +152,8 @@ def hardest(model: Model) -> Table:
             None,
         ),
     ]
-    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
     name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
-    return Table(name, columns, tuple(rows))
+    return quantities(name, rows)
 
 
 def _unless_rounding(value: float, scale: float) -> float:
@@ -316,8 +316,7 @@ def touch_figures(drive: FaceDuty) -> Table:
             ("Contact is lost above", rpm if isfinite(rpm) else "no speed", "r/min" if isfinite(rpm) else "", None),
             ("Preload that just keeps contact", drive.preload_needed, "N mm" if rotating else "N", None),
         ]
-    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
-    return Table("Contact and drive", columns, tuple(rows))
+    return quantities("Contact and drive", rows)
 
 
 def turret_contact(model: Model) -> tuple[Block, ...]:
@@ -404,8 +403,7 @@ def turret_figures(duty: TurretDuty) -> Table:
             rows.append((label, value, unit, data[at] % 360.0 if at else None))
     least, most = data["rollers_sharing_least"], data["rollers_sharing_most"]
     rows.append(("Rollers that share the load", f"{least} to {most}" if most > least else str(most), "", None))
-    columns = (Column("Quantity"), Column("Value"), Column("Unit"), Column("Cam angle", "°"))
-    return Table("Contact and drive", columns, tuple(rows))
+    return quantities("Contact and drive", rows)
 
 
 def supports(duty: TurretDuty) -> Text:

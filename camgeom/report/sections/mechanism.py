@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.drawing.content import Axis, Block, Body, Scene, Shade
+from camgeom.drawing.content import Actor, Axis, Block, Scene, Shade
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import (
@@ -62,10 +62,10 @@ def _scene(model: Model) -> Scene:
     sense = model.mechanism.sense
     bodies = []
     for name, mesh in cam_meshes(model):
-        bodies.append(Body(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))
+        bodies.append(Actor(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))
     for name, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
-        bodies.append(Body(name, mesh, poses(track, phi), "follower"))
-    bodies += [Body(name, mesh, moved, "follower") for name, mesh, moved in face_bodies(model, phi)]
+        bodies.append(Actor(name, mesh, poses(track, phi), "follower"))
+    bodies += [Actor(name, mesh, moved, "follower") for name, mesh, moved in face_bodies(model, phi)]
     shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
     axes, factors = units(model)
     lift = factors[0] * model.setup.program.jet(phi, 0)[0]

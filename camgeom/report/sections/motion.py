@@ -59,6 +59,11 @@ def mark(angle: float, value: float, unit: str = "") -> Mark:
     return Mark(angle, value, f"{number(value)}{unit} at {number(angle)}°")
 
 
+def at_speed(rpm: float) -> tuple[Limit, ...]:
+    """The working speed, r/min, as a line over the cam speed."""
+    return (Limit(rpm, f"{number(rpm)} r/min", vertical=True),)
+
+
 def pressure_limit(model: Model, top: float) -> tuple[Limit, ...]:
     """The contact limit, MPa, as a line where the largest pressure comes near it; else nothing."""
     material = model.profile.material
