@@ -27,6 +27,8 @@ MOST_FACES = 60_000
 ROUND = 48
 STUD = 0.45
 """stud radius as a share of the roller's"""
+THICK = 0.12
+"""thickness of a face plate as a share of its reach"""
 
 
 def kept(model: Model, name: str, compute: Callable[[], T]) -> T:
@@ -104,18 +106,20 @@ def turned(profile: Floats, origin: Floats, axis: Floats) -> Mesh:
     second = np.cross(along, first)
     turn = TURN * np.arange(ROUND) / ROUND
     ring = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-    rows = origin + profile[:, :1, None] * along + profile[:, 1:, None] * ring[None]
-    k = len(profile)
-    poles = origin + profile[[0, -1], :1] * along
-    vertices = np.vstack([rows.reshape(-1, 3), poles])
-    i = np.arange(ROUND)
-    j = (i + 1) % ROUND
-    faces = [np.column_stack([j, i, np.full(ROUND, k * ROUND)])]
-    for row in range(k - 1):
-        a, b = row * ROUND, (row + 1) * ROUND
-        faces += [np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]
-    last = (k - 1) * ROUND
-    faces.append(np.column_stack([last + i, last + j, np.full(ROUND, k * ROUND + 1)]))
+    return lofted(origin + profile[:, :1, None] * along + profile[:, 1:, None] * ring[None])
+
+
+def lofted(rings: Floats, hollow: bool = False) -> Mesh:
+    """Closed body through rings of points (m, n, 3), flat at the first and last; a hollow one joins these instead."""
+    m, n, _ = rings.shape
+    i = np.arange(n)
+    j, first, last = (i + 1) % n, np.full(n, m * n), (m - 1) * n
+    neighbours = [(n * k, n * (k + 1) % (m * n)) for k in range(m if hollow else m - 1)]
+    faces = [np.column_stack(f) for a, b in neighbours for f in ((a + i, a + j, b + j), (a + i, b + j, b + i))]
+    vertices = rings.reshape(-1, 3)
+    if not hollow:
+        faces += [np.column_stack([j, i, first]), np.column_stack([last + i, last + j, first + 1])]
+        vertices = np.vstack([vertices, rings[[0, -1]].mean(axis=1)])
     return _outward(Mesh(vertices, np.vstack(faces).astype(np.int32)))
 
 
@@ -189,19 +193,7 @@ def _arm(track: Track, joint: Swing) -> Mesh:
     loop = np.vstack([end + cap, foot + other])
     gap = 0.15 * _radius(track)
     thick = max(0.5 * _radius(track), 1e-3)
-    levels = [loop + (gap + h) * outward for h in (0.0, thick)]
-    n = len(loop)
-    middle = [level.mean(axis=0) for level in levels]
-    i, j = np.arange(n), (np.arange(n) + 1) % n
-    faces = np.vstack(
-        [
-            np.column_stack([i, j, n + j]),
-            np.column_stack([i, n + j, n + i]),
-            np.column_stack([j, i, np.full(n, 2 * n)]),
-            np.column_stack([n + i, n + j, np.full(n, 2 * n + 1)]),
-        ]
-    )
-    return _outward(Mesh(np.vstack([*levels, *middle]), faces.astype(np.int32)))
+    return lofted(np.stack([loop + (gap + h) * outward for h in (0.0, thick)]))
 
 
 def poses(track: Track, phi: Floats) -> Floats:
@@ -230,10 +222,6 @@ def cam_poses(sense: float, phi: Floats) -> Floats:
 def placed(mesh: Mesh, pose: Floats) -> Mesh:
     """The mesh moved by one pose (3, 4)."""
     return Mesh(mesh.vertices @ pose[:, :3].T + pose[:, 3], mesh.faces, mesh.groups, mesh.group)
-
-
-THICK = 0.12
-"""thickness of a face plate as a share of its reach"""
 
 
 def face_bodies(model: Model, phi: Floats) -> tuple[tuple[str, Mesh, Floats], ...]:
@@ -273,7 +261,9 @@ def flat_face(motion: FlatFace, width: float, phi: Floats) -> tuple[Mesh, Floats
     low, high = float(place.min()) - slack, float(place.max()) + slack
     if motion.pivot is not None:  # the arm reaches back to its pivot
         low, high = min(low, -0.1 * motion.pivot), max(high, 0.1 * motion.pivot)
-    mesh = box((0.0, low, -0.1 * width), (THICK * (high - low), high, 1.1 * width))
+    thick = THICK * (high - low)
+    ring = np.array([[0.0, low], [thick, low], [thick, high], [0.0, high]])
+    mesh = lofted(_at_heights((ring, -0.1 * width), (ring, 1.1 * width)))
     moved = np.zeros((len(phi), 3, 4))
     moved[:, :2, 0], moved[:, :2, 1], moved[:, 2, 2], moved[:, :2, 3] = normal, along, 1.0, origin
     return mesh, moved
@@ -287,24 +277,13 @@ def frame(span: float, base: float, width: float) -> Mesh:
     thick, half = THICK * span, 1.05 * (span - base)
     inner = np.array([[-span, -half], [0.0, -half], [0.0, half], [-span, half]])
     outer = inner + thick * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    levels = (0.1 * width, 0.9 * width)
-    vertices = np.vstack([np.column_stack([ring, np.full(4, z)]) for ring in (outer, inner) for z in levels])
-    i, j = np.arange(4), (np.arange(4) + 1) % 4
-    bands = ((0, 4, False), (8, 12, True), (0, 8, True), (4, 12, False))  # outside, inside, below, above
-    faces = []
-    for a, b, turned in bands:
-        quads = np.stack([np.column_stack([a + i, a + j, b + j]), np.column_stack([a + i, b + j, b + i])]).reshape(
-            -1, 3
-        )
-        faces.append(quads[:, ::-1] if turned else quads)
-    return Mesh(vertices, np.ascontiguousarray(np.vstack(faces), dtype=np.int32))
+    low, high = 0.1 * width, 0.9 * width
+    return lofted(_at_heights((outer, low), (outer, high), (inner, high), (inner, low)), hollow=True)
 
 
-def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:
-    """A box between two corners."""
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    return Mesh(corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32))
+def _at_heights(*rings: tuple[Floats, float]) -> Floats:
+    """Flat rings of points (n, 2), each at its z, as points (m, n, 3)."""
+    return np.stack([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in rings])
 
 
 def _wedge(track: Track, width: float) -> Mesh:
@@ -314,8 +293,4 @@ def _wedge(track: Track, width: float) -> Mesh:
     size = 0.35 * float(np.hypot(*edge))
     across = np.array([-out[1], out[0]])
     ring = np.array([edge, edge + size * (out - 0.3 * across), edge + size * (out + 0.3 * across)])
-    vertices = np.vstack([np.column_stack([ring, np.full(3, z)]) for z in (-0.05 * width, 1.05 * width)])
-    i, j = np.arange(3), (np.arange(3) + 1) % 3
-    sides = np.vstack([np.column_stack([i, j, j + 3]), np.column_stack([i, j + 3, i + 3])])
-    mesh = Mesh(vertices, np.vstack([sides, [[0, 2, 1], [3, 4, 5]]]).astype(np.int32))
-    return mesh if mesh.volume > 0.0 else Mesh(vertices, np.ascontiguousarray(mesh.faces[:, ::-1]))
+    return lofted(_at_heights((ring, -0.05 * width), (ring, 1.05 * width)))

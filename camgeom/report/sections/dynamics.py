@@ -25,7 +25,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
-from camgeom.report.sections.motion import at_speed, mark, zones
+from camgeom.report.sections.motion import at_speed, mark, one_turn, zones
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -81,9 +81,7 @@ def _units(rotating: bool) -> tuple[str, str, str, float]:
 def over_turn(study: FollowerStudy, program: Program, rotating: bool) -> Chart:
     """Acceleration against the rigid motion, deviation, contact force and cam torque over a periodic turn."""
     steady = study.steady
-    last = float(steady.theta[-1])
-    theta = np.linspace(last - TURN, last, 1081)[:-1]
-    angle = np.degrees(theta - theta[0])
+    theta, angle = one_turn(steady)
     acceleration, force, play, factor = _units(rotating)
     rigid = study.scale * study.speed**2 * np.asarray(study.motion.jet(theta, 2)[2])
     panels = [
@@ -92,18 +90,14 @@ def over_turn(study: FollowerStudy, program: Program, rotating: bool) -> Chart:
             (Series("with vibration", angle, steady.at(theta, "acceleration")[0]), Series("rigid", angle, rigid)),
             marks=(_peak(study, "acceleration"),),
         ),
-        Panel(Axis("Deviation", play), (Series("deviation", angle, factor * steady.at(theta, "deviation")[0]),)),
-        Panel(
-            Axis("Contact force", force, zero=True),
-            (Series("contact", angle, steady.at(theta, "contact_force")[0]),),
-            marks=_contact(study),
-        ),
-        Panel(
-            Axis("Cam torque", "N m", zero=True),
-            (Series("torque", angle, steady.at(theta, "cam_torque")[0]),),
-            marks=(_peak(study, "cam_torque"),),
-        ),
     ]
+    rows = (
+        ("deviation", Axis("Deviation", play), factor, ()),
+        ("contact_force", Axis("Contact force", force, zero=True), 1.0, _contact(study)),
+        ("cam_torque", Axis("Cam torque", "N m", zero=True), 1.0, (_peak(study, "cam_torque"),)),
+    )
+    for name, axis, scale, marks in rows:
+        panels.append(Panel(axis, (Series(axis.label, angle, scale * steady.at(theta, name)[0]),), marks=marks))
     caption = f"Periodic response of the elastic follower at {number(study.speed * RAD)} r/min, contact held"
     return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
 

@@ -25,7 +25,7 @@ from camgeom.drawing.content import (
 from camgeom.drawing.sheet import number
 from camgeom.errors import ProfileError
 from camgeom.maths import Floats
-from camgeom.report.sections.motion import at_speed
+from camgeom.report.sections.motion import at_speed, mark, one_turn
 
 if TYPE_CHECKING:
     from camgeom.dynamics.indexing.modes import Mode, Modes
@@ -114,29 +114,18 @@ def campbell_chart(found: Modes, speed_rpm: float) -> Chart:
     return Chart(caption, Axis("Cam speed", "r/min", 0.0, reach), (panel,))
 
 
-def _turn(response: DriveResponse) -> tuple[Floats, Floats]:
-    """Cam angles of one turn, rad: as the response knows them, and from zero."""
-    last = float(response.theta[-1])
-    theta = np.linspace(last - 2.0 * pi, last, 1081)
-    return theta[:-1], theta[:-1] - theta[0]
-
-
 def over_turn(response: DriveResponse) -> Chart:
     """Load acceleration against the rigid motion, load deviation, contact and input torque over one turn."""
-    theta, shown = _turn(response)
-    angle = np.degrees(shown)
+    theta, angle = one_turn(response)
     acceleration = response.at(theta, "load_acceleration")[0]
     omega = float(response.speed[0])
     rigid = omega**2 * np.asarray(response.system.motion.jet(theta, 2)[2])
     i = int(np.abs(acceleration).argmax())
-    mark = Mark(
-        float(angle[i]), float(acceleration[i]), f"{number(float(acceleration[i]))} at {number(float(angle[i]))}°"
-    )
     panels = [
         Panel(
             Axis("Load acceleration", "rad/s²"),
             (Series("with vibration", angle, acceleration), Series("rigid", angle, rigid)),
-            marks=(mark,),
+            marks=(mark(float(angle[i]), float(acceleration[i])),),
         )
     ]
     rows = (
@@ -207,10 +196,10 @@ def over_speeds(study: IndexingStudy, speed_rpm: float) -> Chart:
     peak = load.magnitude[kept]
     ratio = amplification(load, study.motion, sweep.speed)[kept]
     i = int(ratio.argmax())
-    mark = Mark(float(x[i]), float(ratio[i]), f"{number(float(ratio[i]))} at {number(float(x[i]))} r/min")
+    top = Mark(float(x[i]), float(ratio[i]), f"{number(float(ratio[i]))} at {number(float(x[i]))} r/min")
     panels = (
         Panel(Axis("Peak load acceleration", "rad/s²", zero=True), (Series("peak", x, peak),), limits=at),
-        Panel(Axis("Ratio to the rigid peak"), (Series("ratio", x, ratio),), marks=(mark,)),
+        Panel(Axis("Ratio to the rigid peak"), (Series("ratio", x, ratio),), marks=(top,)),
     )
     return Chart("Response over the cam speed", Axis("Cam speed", "r/min"), panels)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import degrees, pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
+    from camgeom.dynamics.linear.response import Response
     from camgeom.maths.panels import Panels
     from camgeom.model import Model
     from camgeom.motion.program import Program
@@ -39,6 +40,13 @@ def over_turn(panels: Panels, values: Floats) -> tuple[Floats, Floats]:
     share = np.linspace(HAIR, 1.0 - HAIR, PER_PANEL)
     at = panels.edges[:-1, None] + np.diff(panels.edges)[:, None] * share
     return np.degrees(at).ravel(), np.asarray(panels.at(values, at.ravel()))
+
+
+def one_turn(response: Response[Any]) -> tuple[Floats, Floats]:
+    """The last turn of a response: cam angles as it counts them, rad, and from zero, degrees; each (n,)."""
+    last = float(response.theta[-1])
+    theta = np.linspace(last - 2.0 * pi, last, 1081)[:-1]
+    return theta, np.degrees(theta - theta[0])
 
 
 def extremes(panels: Panels, values: Floats, factor: float = 1.0) -> tuple[Mark, ...]:
