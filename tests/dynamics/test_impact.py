@@ -1,6 +1,7 @@
 """The event solver on the reference mechanism B1, over the first 140 degrees: states, events, peaks, energy."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -213,6 +214,9 @@ def test_refusals() -> None:
         ImpactProblem(b1_pair(1e-4), 0.0, 1.0, HertzLine(MODULUS, LENGTH, ROLLER, BASE))
     with pytest.raises(ProfileError, match="friction"):
         b1_problem(1e-4, spin=RollerSpin(1e-4))
+    still = still_frame(HertzLine(MODULUS, LENGTH, ROLLER, BASE), ImpactDamping())
+    with pytest.raises(ProfileError, match="roller_inertia"):
+        replace(still, friction=Coulomb(), spin=RollerSpin(1e-4))
     with pytest.raises(ProfileError, match="clearance"):
         b1_pair(0.0)
     with pytest.raises(NotConverged, match="range of the Hertz"):

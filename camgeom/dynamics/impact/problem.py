@@ -154,7 +154,7 @@ class ImpactProblem:
             problems.append(Problem("spin", "a roller turns only by friction", None, "", "give friction as well"))
         if self.spin is not None and not all(side.rolls[0] for side in self.pair.sides):
             message = "rollers turn on planar cams only; the roller of a groove and a flat face take no spin"
-            problems.append(Problem("roller_inertia", message, self.spin.inertia, "none"))
+            problems.append(Problem("impact.roller_inertia", message, self.spin.inertia, "none"))
         if self.spin is not None and not (self.spin.inertia > 0.0 and self.spin.drag >= 0.0):
             problems.append(Problem("spin", "needs an inertia > 0 and a drag >= 0", self.spin))
         if problems:

@@ -69,7 +69,8 @@ class ImpactSpec(Section):
     stick_speed: Annotated[Positive, Field(description="m/s; sliding speed of the static friction")] = 0.001
     slip_speed: Annotated[Positive, Field(description="m/s; sliding speed from which friction is dynamic")] = 0.002
     roller_inertia: Annotated[
-        Positive | None, Field(description="kg mm²; the rollers turn; default: they do not, and rub on the cam")
+        Positive | None,
+        Field(description="kg mm²; the rollers of a planar cam turn; default: they do not, and rub on it"),
     ] = None
     inertia: Annotated[
         Positive | None, Field(description="kg m² (swinging) or kg; default: the follower's inertia or mass")
