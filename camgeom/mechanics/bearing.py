@@ -90,15 +90,19 @@ def required_rating(load: ArrayLike, life_h: ArrayLike, roller_speed: ArrayLike,
 
 @final
 @dataclass(frozen=True, eq=False)
-class StudStress:
-    """Stresses at the clamped end of a roller stud, MPa: bending, mean shear, and both combined (von Mises)."""
+class RoundStress:
+    """Stresses in a round section, MPa: bending, and shear (the mean in a stud, that of torsion in a shaft)."""
 
     bending: Floats
     shear: Floats
-    mises: Floats
+
+    @property
+    def mises(self) -> Floats:
+        """Both combined after von Mises, MPa."""
+        return np.asarray(np.hypot(self.bending, np.sqrt(3.0) * self.shear))
 
 
-def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> StudStress:
+def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> RoundStress:
     """Stress in a roller stud, MPa: force N at a distance `arm` mm from the clamped end, solid round section, mm.
 
     Bending 32 F a / (pi d³); shear 4 F / (pi d²), the mean: its peak is at the neutral fibre, where bending vanishes.
@@ -106,7 +110,7 @@ def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> StudSt
     load, lever, d = (np.asarray(x, dtype=np.float64) for x in (force, arm, diameter))
     bending = 32.0 * np.abs(load) * lever / (np.pi * d**3)
     shear = 4.0 * np.abs(load) / (np.pi * d**2)
-    return StudStress(np.asarray(bending), np.asarray(shear), np.asarray(np.hypot(bending, np.sqrt(3.0) * shear)))
+    return RoundStress(np.asarray(bending), np.asarray(shear))
 
 
 def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elastic_modulus: ArrayLike) -> Floats:
@@ -115,17 +119,7 @@ def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elast
     return np.asarray(64.0 * load * lever**3 / (3.0 * e * np.pi * d**4))
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class ShaftStress:
-    """Stresses in a shaft section, MPa: bending, torsion, and both combined (von Mises)."""
-
-    bending: Floats
-    torsion: Floats
-    mises: Floats
-
-
-def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> ShaftStress:
+def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> RoundStress:
     """Stress in a round or hollow shaft, MPa: 32 M / (pi d³ (1 - q⁴)), 16 T / (pi d³ (1 - q⁴)), q = bore / diameter.
 
     Moment and torque in N mm, diameters in mm. Raises ValueError where the bore is not smaller than the diameter.
@@ -134,8 +128,7 @@ def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore
     if np.any(b >= d) or np.any(b < 0.0):
         raise ValueError("a shaft's bore must be smaller than its diameter")
     section = np.pi * d**3 * (1.0 - (b / d) ** 4)
-    bending, torsion = 32.0 * np.abs(m) / section, 16.0 * np.abs(t) / section
-    return ShaftStress(np.asarray(bending), np.asarray(torsion), np.asarray(np.hypot(bending, np.sqrt(3.0) * torsion)))
+    return RoundStress(np.asarray(32.0 * np.abs(m) / section), np.asarray(16.0 * np.abs(t) / section))
 
 
 def span_moment(force: ArrayLike, left: ArrayLike, right: ArrayLike) -> Floats:

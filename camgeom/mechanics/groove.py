@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.load import FollowerForce
+from camgeom.mechanics.load import FollowerForce, column
 from camgeom.mechanics.material import Material, pair_compliance
 
 Wall = Literal["behind", "ahead"]
 Convention = Literal["exact", "developed", "published", "flat", "developed-wall"]
-CONVENTIONS: tuple[str, ...] = get_args(Convention)
+CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 """How the relative curvature of roller and wall is taken.
 
 exact: the true surface; developed: 1/r - 1/rho, rho the radius of the developed pitch curve (the formula as printed in
@@ -105,7 +105,7 @@ def groove_contact(load: FollowerForce, pitch_radius: ArrayLike, roller_radius: 
     Any of the numbers may be an array of variants (...), of the shape of the load's variants or broadcast with it.
     Force, curvature and rolling path are taken at the pitch radius; see `CONVENTIONS`.
     """
-    big, small, long = (_column(x) for x in (pitch_radius, roller_radius, length))
+    big, small, long = (column(x) for x in (pitch_radius, roller_radius, length))
     normal = load.normal(cos_pressure_angle(big, load.ds), guide_friction=guide_friction)
     behind = relative_curvature(convention, "behind", small, big, load.ds, load.dds)
     ahead = relative_curvature(convention, "ahead", small, big, load.ds, load.dds)
@@ -114,8 +114,3 @@ def groove_contact(load: FollowerForce, pitch_radius: ArrayLike, roller_radius: 
         undercut_margin("ahead", small, big, load.ds, load.dds))
     return line_contacts(load.panels, normal, behind, ahead, path_rate(big, load.ds), long,
                          pair_compliance(roller, cam), margins)
-
-
-def _column(value: ArrayLike) -> Floats:
-    array = np.asarray(value, dtype=np.float64)
-    return array if array.ndim == 0 else array[..., None, None]

@@ -112,17 +112,17 @@ class Load:
         """The force over one turn, on the given panels or on ones that resolve it."""
         on = self.panels() if where is None else where
         jet = _jet(self.motion, on.theta)
-        omega, mass = _column(self.speed), _column(self.mass)
+        omega, mass = column(self.speed), column(self.mass)
         unit = KILO if self.rotating else MILLI
         side = direction(on, jet[1])
         inertia = unit * mass * omega * omega * jet[2]
-        force = (_column(self.friction) * side + inertia + _column(self.preload) + _column(self.rate) * jet[0]
-                 + _column(self.weight))
+        force = (column(self.friction) * side + inertia + column(self.preload) + column(self.rate) * jet[0]
+                 + column(self.weight))
         force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
         return FollowerForce(on, jet[0], jet[1], jet[2], side, np.asarray(force), np.asarray(inertia))
 
     def _force(self, one: Applied, theta: Floats, jet: Floats) -> Floats:
-        omega = _column(self.speed)
+        omega = column(self.speed)
         return one(theta, jet[0], omega * jet[1], omega * omega * jet[2])
 
     def _smooth(self, theta: Floats) -> Floats:
@@ -150,10 +150,10 @@ class FollowerForce:
 
     def normal(self, cos_alpha: ArrayLike, lever: ArrayLike = 1.0, guide_friction: ArrayLike = 0.0) -> Floats:
         """Signed normal force on the roller, N; see `normal_force`."""
-        return normal_force(self.force, cos_alpha, lever, _column(guide_friction), self.direction)
+        return normal_force(self.force, cos_alpha, lever, column(guide_friction), self.direction)
 
     def camshaft_torque(self) -> Floats:
-        """Torque that the cam takes from its shaft without losses at the roller, N mm: F ds/dtheta, (..., p, n)."""
+        """Torque that the cam takes from its shaft, N mm: F ds/dtheta, without losses at the roller, (..., p, n)."""
         return np.asarray(self.force * self.ds)
 
     def work(self) -> Floats:
@@ -249,24 +249,12 @@ def _walls(where: Panels, force: Floats, zeros: Floats, floor: float) -> tuple[R
     return tuple(sorted(found, key=lambda change: change.taken))
 
 
-def drive_torque(where: FollowerForce, normal: Floats, path_rate: ArrayLike, roller_radius: ArrayLike,
-                 bearing_friction: float = 0.0, bearing_radius: float = 0.0, rolling_arm: float = 0.0) -> Floats:
-    """Torque that the cam takes from its shaft, N mm, (..., p, n): F ds/dtheta plus the losses at the roller.
-
-    The roller turns path_rate / r per rad of cam angle; its bearing (coefficient, radius mm) resists with
-    mu r_b |Fn| and rolling on the wall with rolling_arm |Fn| (arm of rolling friction, mm).
-    """
-    moment = (bearing_friction * bearing_radius + rolling_arm) * np.abs(normal)
-    turns = np.asarray(path_rate, dtype=np.float64) / _column(roller_radius)
-    return np.asarray(where.camshaft_torque() + moment * turns)
-
-
 def _jet(motion: Motion, theta: Floats) -> Floats:
     """s, s', s'' on (p, n) sample points, (3, p, n)."""
     return np.asarray(motion.jet(theta.ravel(), 2)[:3], dtype=np.float64).reshape(3, *theta.shape)
 
 
-def _column(value: ArrayLike) -> Floats:
+def column(value: ArrayLike) -> Floats:
     """A number or an array (...) of variants, ready to meet (p, n)."""
     array = np.asarray(value, dtype=np.float64)
     return array if array.ndim == 0 else array[..., None, None]

@@ -19,11 +19,11 @@ from camgeom.maths.panels import panels, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
-from camgeom.mechanics.contact import Contact, crown_gaps, line_contacts, share_load
+from camgeom.mechanics.contact import Contact, Peak, crown_gaps, line_contacts, share_load
 from camgeom.mechanics.duty import MILLI, finite, hertz_data, peak_of, slice_data, torque_data
 from camgeom.mechanics.hertz import LineContact, line_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, drive_torque, guided_force, normal_force
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Track
 from camgeom.track.flank import Flank
@@ -143,15 +143,19 @@ class RollerDuty:
         pair = pair_compliance(self.roller, self.cam)
         return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, w.path_rate, self.length, pair)
 
-    def convention(self, name: groove.Convention, pitch_radius: float) -> Contact:
-        """Contact under a named curvature convention of the literature (translating follower, cylindrical groove)."""
-        ds, dds = self.force.ds, self.force.dds
-        cosine = groove.cos_pressure_angle(pitch_radius, ds)
-        k = [groove.relative_curvature(name, w, self.radius, pitch_radius, ds, dds) for w in ("behind", "ahead")]
-        pair = pair_compliance(self.roller, self.cam)
-        rate = groove.path_rate(pitch_radius, ds)
-        normal = self.force.normal(cosine, guide_friction=self.load.guide_friction)
-        return line_contacts(self.force.panels, normal, k[0], k[1], rate, self.length, pair)
+    def conventions(self, pitch_radius: float) -> dict[groove.Convention, tuple[Peak, RollerLife]]:
+        """Peak pressure and roller life under the curvature conventions of the literature, at the pitch radius, mm.
+
+        Of a cylindrical roller on a translating follower, in the groove of a drum.
+        """
+        answers = {}
+        for name in groove.CONVENTIONS:
+            contact = groove.groove_contact(
+                self.force, pitch_radius, self.radius, self.length, self.roller, self.cam, name,
+                self.load.guide_friction,
+            )  # fmt: skip
+            answers[name] = (contact.peak(), roller_life(contact, self.roller, self.radius, self.speed))
+        return answers
 
     @cached_property
     def slices(self) -> Contact:
@@ -248,7 +252,7 @@ class RollerDuty:
     def torque(self) -> Floats:
         """Torque the cam takes from its shaft, N mm, (p, n)."""
         guides = (self.pushed - self.force.force) * self.force.ds
-        return drive_torque(self.force, self.normal, self.reference.path_rate, self.radius) + guides
+        return self.force.camshaft_torque() + guides
 
     @property
     def contact_forces(self) -> Floats:

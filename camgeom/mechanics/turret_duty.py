@@ -31,7 +31,7 @@ from camgeom.mechanics.contact import share_load
 from camgeom.mechanics.duty import MILLI, finite, hertz_data, slice_data, torque_data
 from camgeom.mechanics.hertz import allowable_load, line_contact, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, drive_torque
+from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
@@ -182,8 +182,7 @@ class TurretDuty:
     @cached_property
     def torque(self) -> Floats:
         """Torque that the cam takes from its shaft, N mm, (p, n)."""
-        zero = np.zeros(self.force.force.shape)
-        return drive_torque(self.force, zero, zero, 1.0)
+        return self.force.camshaft_torque()
 
     def slices(self, beside: Engagement) -> Slices:
         """The slices of the rollers that may press, preloaded, at the cam angles of an engagement."""

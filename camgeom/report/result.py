@@ -373,32 +373,23 @@ def conventions(model: Model) -> list[dict[str, Any]]:
 
     All at the quoted pitch radius; the last row is the exact surface integrated over slices along the roller.
     """
-    from camgeom.mechanics.life import roller_life
-
     duty, radius = model.duty, model.mechanism.quoted_radius
     assert radius is not None
-    rows = []
-    for name in ("developed", "published", "flat", "developed-wall", "exact"):
-        contact = duty.convention(name, radius)
-        peak, life = contact.peak(), roller_life(contact, duty.roller, duty.radius, duty.speed)
-        rows.append(
-            {
-                "convention": name,
-                "peak_pressure_mpa": finite(peak.pressure),
-                "cam_angle_deg": degrees(float(peak.theta)),
-                "roller_life_h": finite(life.life_h),
-            }
-        )
+    rows: list[tuple[str, Any, Any, Any]] = [
+        (name, peak.pressure, peak.theta, life.life_h) for name, (peak, life) in duty.conventions(radius).items()
+    ]
+    rows.sort(key=lambda row: row[0] == "exact")
     hardest = duty.peak_pressure
-    rows.append(
+    rows.append(("exact, slices", hardest.value, hardest.cam_angle, np.min(duty.slice_life.life_h)))
+    return [
         {
-            "convention": "exact, slices",
-            "peak_pressure_mpa": finite(hardest.value),
-            "cam_angle_deg": degrees(hardest.cam_angle),
-            "roller_life_h": finite(np.min(duty.slice_life.life_h)),
+            "convention": name,
+            "peak_pressure_mpa": finite(pressure),
+            "cam_angle_deg": degrees(angle),
+            "roller_life_h": finite(hours),
         }
-    )
-    return rows
+        for name, pressure, angle, hours in rows
+    ]
 
 
 SOURCES: dict[str, Callable[[Model], dict[str, Any]]] = {

@@ -12,9 +12,8 @@ from scipy import integrate, interpolate, optimize
 from camgeom.errors import DesignError, ProfileError
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.panels import TURN, highest, panels, roots
-from camgeom.mechanics import groove
 from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
-from camgeom.mechanics.load import Load, drive_torque, normal_force, reversals
+from camgeom.mechanics.load import Load, normal_force, reversals
 from camgeom.model.impact import IGNORES as IMPACT_IGNORES
 from camgeom.model.vibration import FOLLOWER_IGNORES, INDEXING_IGNORES
 from camgeom.motion import Program, Segment
@@ -23,7 +22,6 @@ from tests.reference.pin_machine import (
     INSERTION_FROM,
     INSERTION_UNTIL,
     PIN_MOTION,
-    PITCH_RADIUS,
     SPEED,
     insertion,
     pin_load,
@@ -100,14 +98,6 @@ def test_work_over_a_turn_is_what_friction_and_insertion_take():
     loaded = pin_load(rate=3.0, preload=50.0, weight=20.0).sampled(PIN.panels)
     assert float(loaded.work()) == pytest.approx(float(PIN.work()), rel=1e-9)
     np.testing.assert_allclose(loaded.force - PIN.force, 70.0 + 3.0 * PIN.lift, rtol=1e-12)
-
-
-def test_torque_of_the_whole_drive_balances_the_power():
-    rate = groove.path_rate(PITCH_RADIUS, PIN.ds)
-    normal = PIN.normal(groove.cos_pressure_angle(PITCH_RADIUS, PIN.ds))
-    torque = drive_torque(PIN, normal, rate, 11.0, bearing_friction=0.005, bearing_radius=6.0, rolling_arm=0.01)
-    lost = PIN.panels.integral(np.abs(normal) * rate) * (0.005 * 6.0 + 0.01) / 11.0
-    assert float(PIN.panels.integral(torque)) == pytest.approx(float(PIN.work() + lost), rel=1e-9)
 
 
 def test_rotating_follower_is_in_torques():

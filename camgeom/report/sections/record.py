@@ -132,18 +132,10 @@ def conventions(model: Model) -> tuple[Block, ...]:
     radius = model.mechanism.quoted_radius
     if not model.classical or radius is None:
         return ()
-    from typing import get_args
-
-    from camgeom.mechanics.groove import Convention
-    from camgeom.mechanics.life import roller_life
-
-    duty = model.duty
-    rows: list[tuple[Cell, ...]] = []
-    for name in get_args(Convention):
-        contact = duty.convention(name, radius)
-        peak = contact.peak()
-        hours = float(roller_life(contact, duty.roller, duty.radius, duty.speed).life_h)
-        rows.append((name, float(peak.pressure), float(np.degrees(peak.theta)), hours))
+    rows: list[tuple[Cell, ...]] = [
+        (name, float(peak.pressure), float(np.degrees(peak.theta)), float(life.life_h))
+        for name, (peak, life) in model.duty.conventions(radius).items()
+    ]
     columns = (
         Column("Curvature"),
         Column("Peak pressure", "MPa"),
