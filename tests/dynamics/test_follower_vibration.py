@@ -199,6 +199,15 @@ class TestResponse:
         assert found.at(angles, "windup") == pytest.approx(expected, rel=2e-2)
         assert found.peak("shaft_torque").maximum[0] == pytest.approx(plain.peak("cam_torque").maximum[0], rel=5e-3)
 
+    def test_peaks_are_as_exact_as_the_steady_state(self) -> None:
+        """Weakly damped, forced by jumps: eight stages turn through two radians of the mode in a step."""
+        train = replace(TRAIN, damping=5.0)
+        coarse, fine = (
+            steady_state(train, program("simple-harmonic"), 41.3, accuracy).peak("contact_force").maximum[0]
+            for accuracy in (Accuracy(1e-6), Accuracy(1e-11, "gauss6"))
+        )
+        assert coarse == pytest.approx(fine, rel=1e-6)
+
     def test_knocking_law_is_refused(self) -> None:
         with pytest.raises(ProfileError, match=r"velocity jumps at .* degrees"):
             steady_state(TRAIN, program("constant-velocity"), 10.0)

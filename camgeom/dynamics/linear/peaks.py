@@ -65,8 +65,8 @@ def peak(solution: Solution, output: Output) -> Peak:
 
 def _best(solution: Solution, output: Output, samples: Floats) -> Peak:
     """Extremes in the intervals whose samples (b, steps, k) are largest and smallest."""
-    upper = np.argsort(-samples.max(-1), axis=1)[:, :CANDIDATES]
-    lower = np.argsort(samples.min(-1), axis=1)[:, :CANDIDATES]
+    upper = np.argsort(-_tops(samples), axis=1)[:, :CANDIDATES]
+    lower = np.argsort(-_tops(-samples), axis=1)[:, :CANDIDATES]
     best = np.concatenate([upper, lower], 1)
     sign = np.repeat([1.0, -1.0], [upper.shape[1], lower.shape[1]])
     begin, width = solution.theta[:-1][best], np.diff(solution.theta)[best]
@@ -76,6 +76,15 @@ def _best(solution: Solution, output: Output, samples: Floats) -> Peak:
     row = np.arange(len(samples))
     top, bottom = values[:, :half].argmax(1), half + values[:, half:].argmin(1)
     return Peak(values[row, top], places[row, top], values[row, bottom], places[row, bottom])
+
+
+def _tops(samples: Floats) -> Floats:
+    """Largest value (b, steps) in each interval, by parabolas through its samples (inside first, then both ends)."""
+    y = np.concatenate([samples[..., -2:-1], samples[..., :-2], samples[..., -1:]], -1)
+    slope, bend = (y[..., 2:] - y[..., :-2]) / 2.0, y[..., 2:] - 2.0 * y[..., 1:-1] + y[..., :-2]
+    place = np.divide(-slope, bend, out=np.zeros_like(slope), where=bend < 0.0)
+    vertex = y[..., 1:-1] + np.where(np.abs(place) <= 1.0, place * slope / 2.0, 0.0)
+    return np.asarray(np.maximum(y.max(-1), vertex.max(-1)))
 
 
 def _refined(

@@ -30,7 +30,7 @@ SETTLED = 2e-15
 LOOSE = 1e-7
 """change that is still accepted when rounding, amplified by a weakly damped mode, keeps it from shrinking further; what
 is left shows in the error by halving"""
-FINE = radau(5)
+FINE = radau(6)
 """steps of its own for events, peaks and single angles: L-stable, so that a partial step leaves no stiff ringing"""
 
 
