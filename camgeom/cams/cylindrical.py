@@ -15,8 +15,6 @@ from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
-from camgeom.solid.cut import CutBlank
-from camgeom.solid.drum import GroovedCylinder, RibbedCylinder, drum_walls
 from camgeom.solid.mechanism import Drive, Drum, Mechanism
 from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.track.follower import AnyRoller, CylinderRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
@@ -279,6 +277,8 @@ class CylindricalMechanism(Mechanism):
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The drum: meshed directly where its groove or rib is one closed ring, cut by a boolean otherwise."""
+        from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
+
         cam, blank, cutters = self.cam, self.blank, self.cutters
         if cam.form == "rib":
             lower, upper = cutters
@@ -287,6 +287,8 @@ class CylindricalMechanism(Mechanism):
         ring = GroovedCylinder("cam", track, blank, cam.radius, cam.length)
         if ring.fits():
             return (ring,)
+        from camgeom.solid.cut import CutBlank
+
         beyond = cam.radius + max(0.05 * cam.radius, 0.25 * cam.groove_depth)
         ridge = beyond + 0.5 * cam.groove_depth
         genus = 0 if blank.bore is None else 1
@@ -306,6 +308,8 @@ class CylindricalMechanism(Mechanism):
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the drum: to the ends, between passes of the groove, and to the bore."""
+        from camgeom.solid.drum import drum_walls
+
         cam = self.cam
         return tuple(drum_walls(self.cutters, cam.radius, cam.floor_radius, cam.length, self.bore))
 

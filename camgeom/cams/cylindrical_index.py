@@ -20,7 +20,6 @@ from camgeom.keys import Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore
-from camgeom.solid.cut import IndexingCut
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
@@ -248,6 +247,8 @@ class CylindricalIndexMechanism(Mechanism):
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The cam: drum minus its grooves."""
+        from camgeom.solid.cut import IndexingCut
+
         top = 1.04 * self.radius
         return (
             IndexingCut(

@@ -17,7 +17,6 @@ from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Globoid
-from camgeom.solid.cut import IndexingCut
 from camgeom.solid.lands import GloboidLevel
 from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
@@ -282,6 +281,8 @@ class GloboidalMechanism(Mechanism):
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The cam: globoid blank minus its grooves."""
+        from camgeom.solid.cut import IndexingCut
+
         top, centre = self.top_radius, self.cam.center_distance
         return (
             IndexingCut(

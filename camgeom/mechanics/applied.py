@@ -23,7 +23,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Degrees, Section
 from camgeom.maths import Floats
-from camgeom.maths.panels import TURN
+from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, distinct
-from camgeom.motion.joining import all_ends, pin_problems
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
 from camgeom.motion.segment import TURN, Segment, Span
 from camgeom.motion.table import Peak, Piece, Side, Table
@@ -167,7 +166,12 @@ def _resolve(
     if problems:
         raise ProfileError(problems)
     spans = _spans(segments, start, closed)
-    ends = all_ends(segments, spans, unit, folder, key)
+    if _stand_alone(segments):
+        ends = [Ends(span.after - span.before, unit=unit, folder=folder) for span in spans]
+    else:
+        from camgeom.motion.joining import all_ends
+
+        ends = all_ends(segments, spans, unit, folder, key)
     return spans, tuple(_pieces(*row) for row in zip(segments, spans, ends, strict=True))
 
 
@@ -197,7 +201,20 @@ def _problems(
     if closed and not bad_lift and abs(position - start) > slip:
         message = "the program must end where it began"
         found.append(Problem(f"{key}[{len(segments) - 1}].to", message, position / unit, f"{start / unit:.12g}"))
-    return found or pin_problems(segments, key)
+    if found or _stand_alone(segments):
+        return found
+    from camgeom.motion.joining import pin_problems
+
+    return pin_problems(segments, key)
+
+
+def _stand_alone(segments: Sequence[Segment]) -> bool:
+    """Whether every law has a shape of its own and no state is fixed, so that no segment asks its neighbours."""
+    return not any(
+        (segment.law is not None and LAWS[segment.law].joins)
+        or any(state is not None for state in (segment.velocity, segment.acceleration, segment.jerk))
+        for segment in segments
+    )
 
 
 def _lift_range(unit: float) -> str:
