@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
-from camgeom.maths.sampling import Grid, sample
 from camgeom.solid import Solid
 from camgeom.solid.blank import Bore
 from camgeom.solid.builder import Builder, Index, filled, polygon_area, triangle_areas, zipper
 from camgeom.track.outline import Outline
+
+if TYPE_CHECKING:
+    from camgeom.maths.sampling import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,5 +167,7 @@ def outline_grid(outline: Outline, tolerance: float) -> Grid:
         n = points.shape[1]
         flat = np.broadcast_to(points[:, :, None], (2, n, len(height)))
         return np.concatenate([flat, np.broadcast_to(height, (1, n, len(height)))])
+
+    from camgeom.maths.sampling import sample
 
     return sample(rows, outline.knots(), tolerance, (1,))

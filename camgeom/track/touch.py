@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,9 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.track import Joint, Swing
 from camgeom.track.outline import Curve, Outline
-from camgeom.track.survey import PER_TURN, Grid
+
+if TYPE_CHECKING:
+    from camgeom.track.survey import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,8 @@ class Touch:
     @cached_property
     def grid(self) -> Grid:
         """Cam angles (n,), rad, at which it is sampled, one-sided at every knot, and the piece of each."""
+        from camgeom.track.survey import PER_TURN
+
         return piece_grid(self.knots(), PER_TURN)
 
     @cached_property
