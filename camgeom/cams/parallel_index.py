@@ -28,7 +28,7 @@ from camgeom.solid.turret import StackedTurret, TurretBody
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
 from camgeom.track.outline import Outline
-from camgeom.track.sweep import Edge, Rim, RollerSweep
+from camgeom.track.sweep import BandEdge, RimArc, RollerSweep
 from camgeom.track.turret import turret_tracks
 
 
@@ -224,10 +224,10 @@ class ParallelIndexMechanism(Mechanism):
         reach = self.bore.reach if self.bore else 0.0
         for name, sweep in zip(self.outlines, self._cuts):
             for part in sweep.chain:
-                if isinstance(part, Rim):
+                if isinstance(part, RimArc):
                     width = 2.0 * part.radius * sin(0.5 * min(part.high - part.low, 0.5 * TURN))
                     found.append(Wall(f"{name} horn tip", width, None, "a smaller diameter cuts horns off where wider"))
-            edges = [part for part in sweep.chain if isinstance(part, Edge)]
+            edges = [part for part in sweep.chain if isinstance(part, BandEdge)]
             points = [edge.curve(np.linspace(edge.low, edge.high, 2001)).points for edge in edges]
             least = min(float(np.hypot(*x).min()) for x in points)
             found.append(Wall(f"{name} to bore", least - reach, None, "a larger centre distance or a smaller bore"))

@@ -15,8 +15,6 @@ from camgeom.maths import Floats
 
 Complexes = npt.NDArray[np.complex128]
 
-MAX_ORDER = 3
-
 
 def constant_jet(vector: Floats, order: int, n: int) -> Floats:
     """Jet of a vector that does not move, (order + 1, 3, n)."""

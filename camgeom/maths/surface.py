@@ -47,10 +47,6 @@ class Forms:
         """
         return np.asarray(np.maximum(self.determinant, np.maximum(1e-24 * self.E * self.G, 1e-140)))
 
-    def twice_mean(self) -> Floats:
-        """2H = k1 + k2, 1/mm."""
-        return np.asarray((self.E * self.N - 2.0 * self.F * self.M + self.G * self.L) / self._area)
-
     def gauss(self) -> Floats:
         """K = k1 k2, 1/mm²."""
         return np.asarray((self.L * self.N - self.M**2) / self._area)

@@ -57,9 +57,7 @@ class CutBlank:
     def solid(self, tolerance: float) -> Solid:
         """One boolean. Raises GeometryEngineError where the engine refuses."""
         tools = [self.tool(track, tolerance) for track in self.tracks]
-        mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
-        error = max([tolerance, *(e for _, e in tools)])
-        return Solid(self.name, mesh, error, "boolean", self.expected_genus)
+        return _subtracted(self.name, self.blank, tools, tolerance, tolerance, self.expected_genus)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +121,8 @@ class IndexingCut:
     def cut(self, tolerance: float) -> Solid:
         """Blank minus groove bodies, one boolean. Raises GeometryEngineError where the engine refuses."""
         tools = [self.tool(track, tolerance) for track in self.tracks]
-        mesh = subtract(self.blank.mesh(tolerance), [tool for tool, _ in tools])
-        error = max([self.blank.share * tolerance, *(e for _, e in tools)])
-        return Solid(self.name, mesh, error, "boolean", self.expected_genus)
+        own = self.blank.share * tolerance
+        return _subtracted(self.name, self.blank, tools, tolerance, own, self.expected_genus)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +179,14 @@ def groove_tool(section: CrossSection, ridge: float, tolerance: float) -> tuple[
 
     grid = sample(rows, section.track.knots(), tolerance, section.max_counts)
     return groove_body(grid, section, ridge, tolerance), grid.chord_error
+
+
+def _subtracted(
+    name: str, blank: Blank, tools: list[tuple[Mesh, float]], tolerance: float, own: float, genus: int
+) -> Solid:
+    """The blank, whose mesh is off by no more than `own` mm, minus tools with the errors given."""
+    mesh = subtract(blank.mesh(tolerance), [tool for tool, _ in tools])
+    return Solid(name, mesh, max([own, *(error for _, error in tools)]), "boolean", genus)
 
 
 def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: float) -> Mesh:

@@ -21,11 +21,6 @@ def unite(bodies: Sequence[Mesh]) -> Mesh:
     return _combine(bodies[0], bodies[1:], "Add")
 
 
-def intersect(first: Mesh, second: Mesh) -> Mesh:
-    """Intersection of two bodies; face groups keep their names. Raises GeometryEngineError where the engine refuses."""
-    return _combine(first, [second], "Intersect")
-
-
 def _combine(first: Mesh, rest: Sequence[Mesh], operation: str) -> Mesh:
     import manifold3d
 

@@ -7,7 +7,7 @@ Cam types only produce tracks (and a blank); flanks, checks, solids, contact and
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import asin, cos, pi, sqrt, tan
+from math import asin, pi, sqrt, tan
 
 import numpy as np
 import numpy.typing as npt
@@ -263,8 +263,3 @@ def _turned(vector: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
 def cone_slope(half_angle: float, tip_sign: float) -> float:
     """dr/ddelta of a cone of the given half angle (rad) that narrows towards the tip."""
     return -tip_sign * tan(half_angle)
-
-
-def crown_drop(arc: float, half_length: float) -> float:
-    """How much a crowned roller of crown radius `arc` falls off at half_length from its middle, mm."""
-    return arc * (1.0 - cos(asin(min(1.0, half_length / arc))))

@@ -34,7 +34,7 @@ BLOCK = 256
 
 
 @dataclass(frozen=True, eq=False)
-class Edge:
+class BandEdge:
     """A piece of a band's edge: the roller on `track` touches it with its `side` from cam angle `low` to `high`, rad.
 
     An edge is travelled with the material on the left: in the sense of the cam angle on side +1, against it on -1.
@@ -72,7 +72,7 @@ class Edge:
 
 
 @dataclass(frozen=True, eq=False)
-class Rim:
+class RimArc:
     """A piece of the blank's circle from azimuth `low` to `high`, rad, counter-clockwise."""
 
     radius: float
@@ -107,7 +107,7 @@ class ChainOutline:
     Each part takes a share of the parameter by its length; inside it the parameter is linear in the part's own.
     """
 
-    parts: tuple[Edge | Rim, ...]
+    parts: tuple[BandEdge | RimArc, ...]
 
     @cached_property
     def _stretches(self) -> tuple[Floats, Floats, npt.NDArray[np.int64]]:
@@ -191,15 +191,15 @@ class RollerSweep:
         return np.asarray(found)
 
     @cached_property
-    def edges(self) -> tuple[Edge, ...]:
+    def edges(self) -> tuple[BandEdge, ...]:
         """All pieces of the bands' edges on the boundary of what is left, ends polished."""
-        found: list[Edge] = []
+        found: list[BandEdge] = []
         for track, (phi, _) in zip(self.tracks, self._samples):
             for side in (1.0, -1.0):
                 found += self._pieces(track, side, phi)
         return self._polished(found)
 
-    def _pieces(self, track: Track, side: float, phi: Floats) -> list[Edge]:
+    def _pieces(self, track: Track, side: float, phi: Floats) -> list[BandEdge]:
         on = self._open(track, side, phi)
         change = np.flatnonzero(on[1:] != on[:-1])
         a, b, rising = phi[change], phi[change + 1], on[change + 1]
@@ -210,9 +210,9 @@ class RollerSweep:
         ends = np.where(rising, b, a)
         starts = ends[rising] if not on[0] else np.r_[phi[0], ends[rising]]
         stops = ends[~rising] if not on[-1] else np.r_[ends[~rising], phi[-1]]
-        return [Edge(track, side, float(low), float(high)) for low, high in zip(starts, stops) if high > low]
+        return [BandEdge(track, side, float(low), float(high)) for low, high in zip(starts, stops) if high > low]
 
-    def _polished(self, found: list[Edge]) -> tuple[Edge, ...]:
+    def _polished(self, found: list[BandEdge]) -> tuple[BandEdge, ...]:
         """The pieces with their ends moved onto the exact crossing with the rim or with another piece."""
         ends = [[edge.low, edge.high] for edge in found]
         near = NEAR * self.radius
@@ -233,7 +233,7 @@ class RollerSweep:
         return tuple(replace(edge, low=low, high=high) for edge, (low, high) in zip(found, ends))
 
     @cached_property
-    def chain(self) -> tuple[Edge | Rim, ...]:
+    def chain(self) -> tuple[BandEdge | RimArc, ...]:
         """The boundary of the piece that holds the shaft, counter-clockwise.
 
         Raises DesignError where the rollers leave no closed piece about the shaft.
@@ -243,7 +243,7 @@ class RollerSweep:
         left = set(range(len(edges)))
         while left:
             i = begin = min(left)
-            parts: list[Edge | Rim] = []
+            parts: list[BandEdge | RimArc] = []
             while True:
                 if i not in left:
                     raise DesignError(
@@ -262,7 +262,7 @@ class RollerSweep:
             "distance, the pitch radius or the plate's diameter"
         )
 
-    def _next(self, edge: Edge, starts: Floats, parts: list[Edge | Rim]) -> int:
+    def _next(self, edge: BandEdge, starts: Floats, parts: list[BandEdge | RimArc]) -> int:
         """The edge that begins where one ends, by way of the rim where it ends there (which is added)."""
         end = edge.curve(np.array([edge.last])).points[:, 0]
         near = NEAR * self.radius
@@ -279,7 +279,7 @@ class RollerSweep:
         ahead = np.where(np.abs(np.hypot(*starts.T) - self.radius) < near, azimuth % TURN, np.inf)
         i = int(np.argmin(ahead))
         low = float(np.arctan2(end[1], end[0]))
-        parts.append(Rim(self.radius, low, low + float(ahead[i])))
+        parts.append(RimArc(self.radius, low, low + float(ahead[i])))
         return i
 
     @property
@@ -290,7 +290,7 @@ class RollerSweep:
     @cached_property
     def contacts(self) -> tuple[Track, ...]:
         """One track a wall of the plate: the roller that touches it, over the cam angles at which it does."""
-        walls = [part for part in self.chain if isinstance(part, Edge)]
+        walls = [part for part in self.chain if isinstance(part, BandEdge)]
         return tuple(replace(wall.track, span=(wall.low, wall.high), sides=(wall.side,)) for wall in walls)
 
 
@@ -355,13 +355,13 @@ def _nearest(track: Track, phi: Floats, path: npt.NDArray[np.complex128], x: npt
     return np.asarray(np.minimum(fine.min(axis=1), gap.min(axis=1)))
 
 
-def _rate(edge: Edge, phi: float) -> tuple[complex, complex]:
+def _rate(edge: BandEdge, phi: float) -> tuple[complex, complex]:
     """Point of an edge and its derivative by the cam angle."""
     x, d, bend = _parallel(edge.track, np.array([phi]), edge.side)
     return complex(x[0]), complex(d[0] * (1.0 - edge.side * _radius(edge.track) * bend[0]))
 
 
-def _on_rim(edge: Edge, phi: float, radius: float) -> float:
+def _on_rim(edge: BandEdge, phi: float, radius: float) -> float:
     """Cam angle at which an edge meets the rim, by Newton's method from one close by."""
     for _ in range(4):
         x, d = _rate(edge, phi)
@@ -370,7 +370,7 @@ def _on_rim(edge: Edge, phi: float, radius: float) -> float:
     return phi
 
 
-def _crossed(one: Edge, phi: float, two: Edge, psi: float) -> tuple[float, float]:
+def _crossed(one: BandEdge, phi: float, two: BandEdge, psi: float) -> tuple[float, float]:
     """Cam angles at which two edges cross, by Newton's method; as given where they touch without crossing."""
     a, b = phi, psi
     for _ in range(6):
@@ -385,7 +385,7 @@ def _crossed(one: Edge, phi: float, two: Edge, psi: float) -> tuple[float, float
     return (a, b) if abs(a - phi) < 1e-3 and abs(b - psi) < 1e-3 else (phi, psi)
 
 
-def _winding(parts: list[Edge | Rim]) -> int:
+def _winding(parts: list[BandEdge | RimArc]) -> int:
     """How often a chain runs round the cam axis."""
     angles = []
     for part in parts:

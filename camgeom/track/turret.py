@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import bracketed_maximum
+from camgeom.maths.extremum import Extreme, bracketed_maximum
 from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
@@ -193,8 +193,8 @@ class Engagement:
         return np.asarray(self.on.any(axis=3).sum(axis=2))
 
 
-def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> tuple[float, float]:
-    """Largest pressure angle at which the best placed roller has to drive or to hold, and its cam angle, rad."""
+def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> Extreme:
+    """Largest pressure angle, rad, at which the best placed roller has to drive or to hold."""
     theta, step = np.linspace(0.0, TURN, samples), TURN / (samples - 1)
     value, at = 0.0, 0.0
     for _ in range(4):
@@ -204,7 +204,7 @@ def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int 
             value, at = float(angle[i]), float(theta[i])
         theta = np.linspace(max(0.0, at - step), min(TURN, at + step), 33)
         step /= 16.0
-    return value, at
+    return Extreme(value, at, where="best placed roller that carries")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
 from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
 from camgeom.track.outline import Measured
-from camgeom.track.sweep import Edge, Rim, _centre, _parallel
+from camgeom.track.sweep import BandEdge, RimArc, _centre, _parallel
 from camgeom.track.turret import Engagement, largest_drive_angle
 from tests.oracle.envelope import swept_distance, triangle_points
 from tests.reference.indexing_machines import index_program
@@ -79,7 +79,7 @@ def test_outlines_lie_at_the_roller_radius_from_the_nearest_roller(stops, roller
         points, rim = [], []
         for part in sweep.parts:
             x = part.curve(np.linspace(part.first, part.last, 17)).points.T
-            (points if isinstance(part, Edge) else rim).append(x)
+            (points if isinstance(part, BandEdge) else rim).append(x)
         touching = ring_distance(cam, setup, plate, np.concatenate(points))
         assert np.abs(touching).max() < 1e-9
         for x in rim:
@@ -118,7 +118,7 @@ def test_dwell_and_rim_are_arcs_of_circles_in_closed_form():
     rf, c, r = 80.0, cam.center_distance, 13.0
     seat = hypot(c - rf * np.cos(pi / 8.0), rf * np.sin(pi / 8.0)) - r
     for sweep in cam.mechanism(setup).outlines.values():
-        rims = [part for part in sweep.parts if isinstance(part, Rim)]
+        rims = [part for part in sweep.parts if isinstance(part, RimArc)]
         assert len(rims) == 1
         u = np.linspace(0.0, 2.0 * pi, 4001)
         distance = np.hypot(*sweep.curve(u).points)
@@ -170,10 +170,10 @@ def test_pressure_angle_of_the_dwell_in_closed_form():
     angle = acos(centre @ across / np.linalg.norm(centre))
     e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, np.array([0.1, 0.3]))
     assert e.drive_angle == pytest.approx(np.full((2, 2), angle), abs=1e-9)
-    worst, at = largest_drive_angle(cam.mechanism(setup).tracks, cam.mechanism(setup).inside)
-    assert worst >= angle - 1e-12
-    assert degrees(worst) < 45.0
-    assert 0.0 <= at <= 2.0 * pi
+    worst = largest_drive_angle(cam.mechanism(setup).tracks, cam.mechanism(setup).inside)
+    assert worst.value >= angle - 1e-12
+    assert degrees(worst.value) < 45.0
+    assert 0.0 <= worst.cam_angle <= 2.0 * pi
 
 
 def test_a_roller_of_the_other_size_interferes_or_clears():
