@@ -26,7 +26,17 @@ from camgeom.profile.errors import (
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
 from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.text import Path_, beside, dotted, number_table
-from camgeom.track.follower import AnyFollower, ConeRoller, CrownedRoller, CylinderRoller, FrameFollower, SphereRoller, SwingingFollower, TranslatingFollower, TurretFollower
+from camgeom.track.follower import (
+    AnyFollower,
+    ConeRoller,
+    CrownedRoller,
+    CylinderRoller,
+    FrameFollower,
+    SphereRoller,
+    SwingingFollower,
+    TranslatingFollower,
+    TurretFollower,
+)
 
 FOLLOWERS: dict[str, Model] = {
     "translating": TranslatingFollower,

@@ -17,7 +17,18 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.mesh import clip, open_loops
-from camgeom.maths.sampling import TURN, Cells, Counts, Sampled, Strip, angles, columns_over, middle_angles, sample_surface, strip_sags
+from camgeom.maths.sampling import (
+    TURN,
+    Cells,
+    Counts,
+    Sampled,
+    Strip,
+    angles,
+    columns_over,
+    middle_angles,
+    sample_surface,
+    strip_sags,
+)
 from camgeom.solid import Solid
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled
