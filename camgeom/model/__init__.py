@@ -152,8 +152,7 @@ class Model:
             return None
         from camgeom.track.turret import largest_drive_angle
 
-        value, cam_angle = largest_drive_angle(turret.bearing, self.mechanism.inside)
-        return Extreme(value, cam_angle, 0.0, "best placed roller that carries")
+        return largest_drive_angle(turret.bearing, self.mechanism.inside)
 
     @fact
     def pressure_angle(self) -> Extreme | None:
