@@ -68,6 +68,11 @@ def starter(kind: str) -> str:
     return (Path(__file__).parent / "starters" / f"{kind}.toml").read_text(encoding="utf-8")
 
 
+def problem(key: str, value: object, allowed: str) -> Problem:
+    """A value that cannot be built, with its allowed range."""
+    return Problem(key, "cannot be built", value, allowed)
+
+
 def sense_of(direction: str) -> float:
     """+1 for a cam that turns counter-clockwise ("ccw", seen from +Z), -1 clockwise."""
     return 1.0 if direction == "ccw" else -1.0

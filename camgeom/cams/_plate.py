@@ -7,6 +7,7 @@ from math import acos, cos, pi, sin
 
 import numpy as np
 
+from camgeom.cams import problem
 from camgeom.errors import Problem
 from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore
@@ -90,6 +91,11 @@ def swing_problem(start: float, program: Program, key: str = "motion.to") -> Pro
     return problem(key, float(np.degrees(high if start + high >= pi else low)), limit)
 
 
+def bore_of(diameter: float, keyway_width: float, keyway_depth: float) -> Bore | None:
+    """The bore of a disc; None where its diameter is 0."""
+    return Bore(diameter, keyway_width, keyway_depth) if diameter else None
+
+
 def bore_problems(bore: float, keyway_width: float, keyway_depth: float, radius: float) -> list[Problem]:
     """What is wrong with a bore and keyway in a disc whose material reaches in to `radius`, mm."""
     if not bore:
@@ -123,8 +129,3 @@ def lift_range(program: Program) -> tuple[float, float]:
     """Smallest and largest lift of a program, mm or rad."""
     least, most = program.extremes(0)
     return float(least.value), float(most.value)
-
-
-def problem(key: str, value: object, allowed: str) -> Problem:
-    """A value that cannot be built, with its allowed range."""
-    return Problem(key, "cannot be built", value, allowed)

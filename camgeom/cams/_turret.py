@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
+from camgeom.cams import Cam, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap
 from camgeom.motion.program import Program
@@ -102,11 +102,6 @@ class TurretKeys(Cam):
             return []
         limit = f"at most {most:.12g} deg, half of the shortest dwell or motion beside an end"
         return [problem("cam.relief_angle", self.relief_angle, limit)]
-
-
-def problem(key: str, value: object, allowed: str) -> Problem:
-    """A value that cannot be built, with its allowed range."""
-    return Problem(key, "cannot be built", value, allowed)
 
 
 def _boundaries(program: Program) -> list[tuple[float, float]]:

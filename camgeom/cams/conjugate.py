@@ -13,16 +13,16 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
+from camgeom.cams import Cam, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
     arm_angle,
+    bore_of,
     bore_problems,
     lift_range,
     mark_loops,
     mark_problems,
-    problem,
     roller_track,
     swing_problem,
     triangle_problem,
@@ -30,7 +30,6 @@ from camgeom.cams._plate import (
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length
 from camgeom.solid import Part
-from camgeom.solid.blank import Bore
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
@@ -69,7 +68,17 @@ class Conjugate(Cam):
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, SwingingFollower | TranslatingFollower)
         assert roller is not None
-        return ConjugateMechanism(follower, roller, setup.program, sense_of(self.direction), self)
+        return ConjugateMechanism(
+            follower=follower,
+            roller=roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.OPPOSED,
+            width=self.width,
+            bore=bore_of(self.bore, self.keyway_width, self.keyway_depth),
+            base_radius=self.base_radius,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -127,34 +136,13 @@ class Conjugate(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ConjugateMechanism(Mechanism):
     """A conjugate pair and its rocker or slide."""
 
     follower: SwingingFollower | TranslatingFollower
     roller: AnyRoller
     cam: Conjugate
-
-    @property
-    def drive(self) -> Drive:
-        """The two discs push against each other."""
-        return Drive.OPPOSED
-
-    @property
-    def width(self) -> float:
-        """Thickness of each disc, mm."""
-        return self.cam.width
-
-    @property
-    def base_radius(self) -> float:
-        """Radius of the main profile at zero lift, mm."""
-        return self.cam.base_radius
-
-    @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        cam = self.cam
-        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
 
     @property
     def quoted_radius(self) -> float:

@@ -14,12 +14,11 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
-from camgeom.cams._plate import SLIDE, bore_problems, lift_range, problem, roller_track
+from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams._plate import SLIDE, bore_of, bore_problems, lift_range, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
-from camgeom.solid.blank import Bore
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
@@ -46,8 +45,17 @@ class ConstantWidth(Cam):
     def mechanism(self, setup: Setup) -> ConstantWidthMechanism:
         """The disc with its frame or yoke."""
         assert isinstance(setup.follower, FrameFollower)
-        sense = sense_of(self.direction)
-        return ConstantWidthMechanism(setup.follower, setup.roller, setup.program, sense, self)
+        return ConstantWidthMechanism(
+            follower=setup.follower,
+            roller=setup.roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.OPPOSED,
+            width=self.width,
+            bore=bore_of(self.bore, self.keyway_width, self.keyway_depth),
+            base_radius=self.base_radius,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -62,33 +70,12 @@ class ConstantWidth(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ConstantWidthMechanism(Mechanism):
     """A constant-width cam in its frame or yoke."""
 
     follower: FrameFollower
     cam: ConstantWidth
-
-    @property
-    def drive(self) -> Drive:
-        """The two faces or rollers push against each other."""
-        return Drive.OPPOSED
-
-    @property
-    def width(self) -> float:
-        """Thickness of the disc, mm."""
-        return self.cam.width
-
-    @property
-    def base_radius(self) -> float:
-        """Near face (yoke: profile) from the cam axis at zero lift, mm."""
-        return self.cam.base_radius
-
-    @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        cam = self.cam
-        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
 
     @property
     def quoted_radius(self) -> float:

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
+from camgeom.cams import Cam, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
@@ -65,7 +65,19 @@ class Cylindrical(Cam):
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
         assert roller is not None
-        return CylindricalMechanism(follower, roller, setup.program, sense_of(self.direction), self)
+        return CylindricalMechanism(
+            follower=follower,
+            roller=roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.OPPOSED,
+            width=self.length,
+            form=self.form,
+            bore=self.bore_spec,
+            outside_diameter=self.diameter,
+            running_clearance=self.running_clearance,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -74,25 +86,25 @@ class Cylindrical(Cam):
             found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
-            found.append(_problem("cam.pitch_radius", self.pitch_radius, limit))
+            found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
         return [*found, *self._start_problems(setup), *self._follower_problems(setup)]
 
     def _size_problems(self) -> list[Problem]:
         found = []
         if self.groove_depth >= self.radius:
             limit = f"below the drum's radius {self.radius:g} mm"
-            found.append(_problem("cam.groove_depth", self.groove_depth, limit))
+            found.append(problem("cam.groove_depth", self.groove_depth, limit))
         bore = self.bore_spec
         if bore is None and (self.keyway_width or self.keyway_depth):
-            found.append(_problem("cam.keyway_width", self.keyway_width, "0 where the drum has no bore"))
+            found.append(problem("cam.keyway_width", self.keyway_width, "0 where the drum has no bore"))
         elif bore is not None:
             if self.keyway_width >= self.bore:
-                found.append(_problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
+                found.append(problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
             elif bool(self.keyway_width) != bool(self.keyway_depth):
-                found.append(_problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
+                found.append(problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
             elif self.groove_depth < self.radius and bore.reach >= self.floor_radius:
                 limit = f"outline (reaches {bore.reach:g} mm) inside the groove floor, {self.floor_radius:g} mm"
-                found.append(_problem("cam.bore", self.bore, limit))
+                found.append(problem("cam.bore", self.bore, limit))
         return found
 
     def _roller_problems(self, roller: AnyRoller | None) -> list[Problem]:
@@ -101,19 +113,19 @@ class Cylindrical(Cam):
         if not isinstance(roller, SphereRoller):
             if roller.length <= self.groove_depth:
                 return []
-            return [_problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm")]
+            return [problem("roller.length", roller.length, f"at most the wall height {self.groove_depth:g} mm")]
         if self.form == "rib":
-            return [_problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'")]
+            return [problem("roller.shape", roller.shape, "cylinder, cone or crowned, for form = 'rib'")]
         found = []
         if self.groove_depth > 0.5 * roller.diameter:
             limit = f"at most half the ball's diameter, {0.5 * roller.diameter:g} mm (the equator must come out)"
-            found.append(_problem("cam.groove_depth", self.groove_depth, limit))
+            found.append(problem("cam.groove_depth", self.groove_depth, limit))
         least = 0.5 * roller.diameter - self.groove_depth
         if (roller.length or 0.35 * roller.diameter) <= least:
             limit = f"above {least:g} mm, from the ball's equator down into the groove"
-            found.append(_problem("roller.length", roller.length, limit))
+            found.append(problem("roller.length", roller.length, limit))
         if (roller.length or 0.0) > 0.49 * roller.diameter:
-            found.append(_problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
+            found.append(problem("roller.length", roller.length, f"below {0.49 * roller.diameter:g} mm"))
         return found
 
     def _start_problems(self, setup: Setup) -> list[Problem]:
@@ -130,7 +142,7 @@ class Cylindrical(Cam):
         if low < self.start < high:
             return []
         limit = f"{low:g} .. {high:g} mm, where the {self.form} meets the drum"
-        return [_problem("cam.start", self.start, limit)]
+        return [problem("cam.start", self.start, limit)]
 
     def _follower_problems(self, setup: Setup) -> list[Problem]:
         follower = setup.follower
@@ -138,12 +150,12 @@ class Cylindrical(Cam):
             arm = follower.arm
             if abs(follower.pivot_distance - arm) > 0.9 * self.radius:
                 limit = f"{max(0.0, arm - 0.9 * self.radius):g} .. {arm + 0.9 * self.radius:g} mm for an arm of {arm:g}"
-                return [_problem("follower.pivot_distance", follower.pivot_distance, limit)]
+                return [problem("follower.pivot_distance", follower.pivot_distance, limit)]
         return []
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class CylindricalMechanism(Mechanism):
     """A drum and its follower."""
 
@@ -152,44 +164,14 @@ class CylindricalMechanism(Mechanism):
     cam: Cylindrical
 
     @property
-    def drive(self) -> Drive:
-        """The walls of the groove, or the sides of the rib, push both ways."""
-        return Drive.OPPOSED
-
-    @property
-    def form(self) -> str:
-        """Groove or rib."""
-        return self.cam.form
-
-    @property
-    def width(self) -> float:
-        """Length of the drum, mm."""
-        return self.cam.length
-
-    @property
-    def outside_diameter(self) -> float:
-        """Of the drum, mm."""
-        return self.cam.diameter
-
-    @property
     def drum(self) -> Drum:
         """The drum from z = 0 up."""
         return Drum(self.cam.radius, 0.0, self.cam.length, self.cam.groove_depth)
 
     @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        return self.cam.bore_spec
-
-    @property
     def blank(self) -> Blank:
         """The drum before the groove is cut."""
         return Blank.cylinder(self.cam.radius, self.cam.length, self.bore)
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and each flank, mm."""
-        return self.cam.running_clearance
 
     @property
     def classical(self) -> bool:
@@ -312,7 +294,3 @@ class CylindricalMechanism(Mechanism):
 
         cam = self.cam
         return tuple(drum_walls(self.cutters, cam.radius, cam.floor_radius, cam.length, self.bore))
-
-
-def _problem(key: str, value: object, allowed: str) -> Problem:
-    return Problem(key, "cannot be built", value, allowed)

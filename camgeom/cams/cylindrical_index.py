@@ -13,13 +13,13 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import sense_of
-from camgeom.cams._turret import TurretKeys, problem
+from camgeom.cams import problem, sense_of
+from camgeom.cams._turret import TurretKeys
 from camgeom.errors import Problem
 from camgeom.keys import Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank, Bore
+from camgeom.solid.blank import Blank
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
@@ -44,7 +44,19 @@ class CylindricalIndex(TurretKeys):
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
         assert roller is not None
-        return CylindricalIndexMechanism(follower, roller, setup.program, sense_of(self.direction), self)
+        return CylindricalIndexMechanism(
+            follower=follower,
+            roller=roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.SHARED,
+            width=self.width,
+            form=self.form,
+            bore=self.bore_spec,
+            outside_diameter=self.diameter,
+            running_clearance=self.running_clearance,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -85,33 +97,13 @@ class CylindricalIndex(TurretKeys):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class CylindricalIndexMechanism(Mechanism):
     """A barrel cam and its turret."""
 
     follower: TurretFollower
     roller: AnyRoller
     cam: CylindricalIndex
-
-    @property
-    def drive(self) -> Drive:
-        """The turret's rollers share the load."""
-        return Drive.SHARED
-
-    @property
-    def form(self) -> str:
-        """Rib or groove."""
-        return self.cam.form
-
-    @property
-    def width(self) -> float:
-        """Length of the drum, mm."""
-        return self.cam.width
-
-    @property
-    def outside_diameter(self) -> float:
-        """Of the drum, mm."""
-        return self.cam.diameter
 
     @property
     def radius(self) -> float:
@@ -124,20 +116,10 @@ class CylindricalIndexMechanism(Mechanism):
         return Drum(self.radius, -0.5 * self.cam.width, 0.5 * self.cam.width)
 
     @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        return self.cam.bore_spec
-
-    @property
     def blank(self) -> Blank:
         """The drum before the grooves are cut."""
         half = 0.5 * self.cam.width
         return Blank(((self.radius, -half), (self.radius, half)), self.bore, (None,), ("land",))
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and each flank, mm."""
-        return self.cam.running_clearance
 
     @property
     def contact(self) -> tuple[float, float]:

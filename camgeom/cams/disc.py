@@ -9,14 +9,14 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
+from camgeom.cams import Cam, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
     arm_angle,
+    bore_of,
     bore_problems,
     lift_range,
-    problem,
     roller_track,
     swing_problem,
     triangle_problem,
@@ -24,7 +24,6 @@ from camgeom.cams._plate import (
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
-from camgeom.solid.blank import Bore
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
@@ -56,7 +55,21 @@ class Disc(Cam):
         """The disc with its follower."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
-        return DiscMechanism(follower, setup.roller, setup.program, sense_of(self.direction), self)
+        groove = self.form == "groove"
+        return DiscMechanism(
+            follower=follower,
+            roller=setup.roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.OPPOSED if groove else Drive.ALONE,
+            width=self.width,
+            form=self.form,
+            bore=bore_of(self.bore, self.keyway_width, self.keyway_depth),
+            base_radius=self.base_radius,
+            outside_diameter=self.diameter,
+            running_clearance=self.running_clearance if groove else 0.0,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -123,48 +136,12 @@ class Disc(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DiscMechanism(Mechanism):
     """A disc cam and its follower."""
 
     follower: TranslatingFollower | SwingingFollower
     cam: Disc
-
-    @property
-    def drive(self) -> Drive:
-        """Both flanks of a face groove push; an external cam pushes one way."""
-        return Drive.OPPOSED if self.cam.form == "groove" else Drive.ALONE
-
-    @property
-    def form(self) -> str:
-        """External or groove."""
-        return self.cam.form
-
-    @property
-    def width(self) -> float:
-        """Thickness of the disc or plate, mm."""
-        return self.cam.width
-
-    @property
-    def base_radius(self) -> float:
-        """Radius of the profile (groove: of its inner flank) at zero lift, mm."""
-        return self.cam.base_radius
-
-    @property
-    def outside_diameter(self) -> float | None:
-        """Of a plate with a groove, mm."""
-        return self.cam.diameter
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and each flank of a groove, mm."""
-        return self.cam.running_clearance if self.cam.form == "groove" else 0.0
-
-    @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        cam = self.cam
-        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
 
     @property
     def touch_radius(self) -> float:

@@ -10,13 +10,13 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import sense_of
-from camgeom.cams._turret import TurretKeys, problem
+from camgeom.cams import problem, sense_of
+from camgeom.cams._turret import TurretKeys
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank, Bore, Globoid
+from camgeom.solid.blank import Blank, Globoid
 from camgeom.solid.lands import GloboidLevel
 from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
@@ -52,7 +52,18 @@ class Globoidal(TurretKeys):
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
         assert roller is not None
-        return GloboidalMechanism(follower, roller, setup.program, sense_of(self.direction), self)
+        return GloboidalMechanism(
+            follower=follower,
+            roller=roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.SHARED,
+            width=self.width,
+            form=self.form,
+            bore=self.bore_spec,
+            running_clearance=self.running_clearance,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -102,7 +113,7 @@ class Globoidal(TurretKeys):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class GloboidalMechanism(Mechanism):
     """A globoidal cam and its turret."""
 
@@ -111,34 +122,9 @@ class GloboidalMechanism(Mechanism):
     cam: Globoidal
 
     @property
-    def drive(self) -> Drive:
-        """The turret's rollers share the load."""
-        return Drive.SHARED
-
-    @property
-    def form(self) -> str:
-        """Rib or groove."""
-        return self.cam.form
-
-    @property
-    def width(self) -> float:
-        """Length of the cam along its axis, mm."""
-        return self.cam.width
-
-    @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        return self.cam.bore_spec
-
-    @property
     def blank(self) -> Blank:
         """The globoid before the grooves are cut."""
         return self.cam.globoid.blank()
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and each flank, mm."""
-        return self.cam.running_clearance
 
     @property
     def centre_shift(self) -> float:

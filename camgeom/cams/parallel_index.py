@@ -16,12 +16,12 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import Cam, sense_of
-from camgeom.cams._plate import bore_problems, problem
+from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
-from camgeom.solid.blank import Bore, Wall
+from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism, Turret
 from camgeom.solid.prism import Loop, Prism
 from camgeom.solid.turret import StackedTurret, TurretBody
@@ -63,7 +63,18 @@ class ParallelIndex(Cam):
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
         assert isinstance(roller, CylinderRoller)
-        return ParallelIndexMechanism(follower, roller, setup.program, sense_of(self.direction), self)
+        return ParallelIndexMechanism(
+            follower=follower,
+            roller=roller,
+            program=setup.program,
+            sense=sense_of(self.direction),
+            drive=Drive.SHARED,
+            width=self.width,
+            bore=bore_of(self.bore, self.keyway_width, self.keyway_depth),
+            outside_diameter=self.diameter,
+            running_clearance=self.running_clearance,
+            cam=self,
+        )
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -113,39 +124,13 @@ def ring_distance(cam: ParallelIndex, follower: TurretFollower) -> float:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ParallelIndexMechanism(Mechanism):
     """Plates and their turret. Facts of the plates' shape raise DesignError where no plate is left."""
 
     follower: TurretFollower
     roller: CylinderRoller
     cam: ParallelIndex
-
-    @property
-    def drive(self) -> Drive:
-        """The turret's rollers share the load."""
-        return Drive.SHARED
-
-    @property
-    def width(self) -> float:
-        """Thickness of each plate, mm."""
-        return self.cam.width
-
-    @property
-    def outside_diameter(self) -> float:
-        """Of the discs the plates are cut from, mm."""
-        return self.cam.diameter
-
-    @property
-    def bore(self) -> Bore | None:
-        """The bore, or None."""
-        cam = self.cam
-        return Bore(cam.bore, cam.keyway_width, cam.keyway_depth) if cam.bore else None
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and plate, mm."""
-        return self.cam.running_clearance
 
     def _contact(self, plate: int) -> tuple[float, float]:
         """Heights z between which a plate and its rollers touch, mm."""

@@ -103,4 +103,5 @@ def _judged(one: Check, model: Model, several: bool) -> list[Finding]:
         found = list(one.judge(model))
     except DesignError as refusal:
         found = [Finding(one.name, None, None, "", False, None, str(refusal))]
-    return [replace(f, where=f"follower {model.number + 1}: {f.where}") for f in found] if several else found
+    own = f"follower {model.number + 1}"
+    return [replace(f, where=f"{own}: {f.where}" if f.where else own) for f in found] if several else found

@@ -90,38 +90,37 @@ class Turret:
     dials: tuple[tuple[float, float, float], ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Mechanism(ABC):
     """A cam with what it drives. Facts are attributes, computed when asked, once; lengths in mm, cam frame.
 
-    roller  None for flat and knife followers; program: the motion round the cam
-    sense   +1 where the cam turns counter-clockwise seen from +Z, -1 clockwise
+    roller             None for flat and knife followers; program: the motion round the cam
+    sense              +1 where the cam turns counter-clockwise seen from +Z, -1 clockwise
+    drive              who presses whom
+    width              length of the cam, or thickness of each of its discs, along its axis
+    form               the profile's word for one of several forms of a kind; empty where there is one
+    bore               the opening for the shaft
+    base_radius        of a planar cam's profile at zero lift
+    outside_diameter   nominal, of a body that has one
+    running_clearance  normal gap between roller and each flank
     """
 
     follower: AnyFollower
     roller: AnyRoller | None
     program: Program
     sense: float
-
-    @property
-    @abstractmethod
-    def drive(self) -> Drive:
-        """Who presses whom."""
-
-    @property
-    @abstractmethod
-    def width(self) -> float:
-        """Length of the cam, or thickness of each of its discs, along its axis."""
+    drive: Drive
+    width: float
+    form: str = ""
+    bore: Bore | None = None
+    base_radius: float | None = None
+    outside_diameter: float | None = None
+    running_clearance: float = 0.0
 
     @property
     @abstractmethod
     def parts(self) -> tuple[Part, ...]:
         """The recipes of its bodies."""
-
-    @property
-    def form(self) -> str:
-        """The word of the profile for one of several forms of a kind; empty where there is one."""
-        return ""
 
     @property
     def quoted_radius(self) -> float | None:
@@ -164,21 +163,6 @@ class Mechanism(ABC):
         return None
 
     @property
-    def bore(self) -> Bore | None:
-        """The opening for the shaft."""
-        return None
-
-    @property
-    def outside_diameter(self) -> float | None:
-        """Nominal diameter of the body, where it has one."""
-        return None
-
-    @property
-    def base_radius(self) -> float | None:
-        """Radius of a planar cam's profile at zero lift."""
-        return None
-
-    @property
     def drum(self) -> Drum | None:
         """The outside of a drum."""
         return None
@@ -202,11 +186,6 @@ class Mechanism(ABC):
     def turret(self) -> Turret | None:
         """The indexing turret."""
         return None
-
-    @property
-    def running_clearance(self) -> float:
-        """Normal gap between roller and each flank."""
-        return 0.0
 
     @property
     def allowed_interference(self) -> float:
