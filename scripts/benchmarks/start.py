@@ -1,7 +1,7 @@
 """Cold starts: what each command costs as a whole process, and the work that `--explain` says was not done.
 
 Every figure is the shortest of several whole processes, beside an interpreter that does nothing and one that only
-imports numpy.
+imports numpy, in one run; and how many of camgeom's own modules a profile of each kind enters.
 """
 
 from __future__ import annotations
@@ -26,6 +26,25 @@ def process(*arguments: str) -> str:
 def modules(*arguments: str) -> int:
     """How many modules such a process imports."""
     return process("-X", "importtime", *arguments).count("import time:") - 1
+
+
+def own_modules(code: str) -> int:
+    """How many modules of camgeom a process has entered after this code."""
+    count = "print(sum(name.partition('.')[0] == 'camgeom' for name in sys.modules))"
+    return int(process("-c", f"import sys\n{code}\n{count}").split()[-1])
+
+
+def entered() -> list[Row]:
+    """The modules of camgeom that reading and checking a drum, a disc and a globoid enter."""
+    rows: list[Row] = []
+    for kind, name in (("drum", "pin_insertion"), ("disc", "disc_offset_roller"), ("globoid", "conical_indexer")):
+        profile = str(ROOT / "profiles" / f"{name}.toml")
+        rows.append({
+            "profile": f"{kind}, {name}",
+            "read": own_modules(f"import camgeom\ncamgeom.read({profile!r})"),
+            "check": own_modules(f"from camgeom.cli import main\nmain(['check', {profile!r}])"),
+        })
+    return rows
 
 
 def tables(quick: bool) -> list[Table]:
@@ -59,7 +78,11 @@ def tables(quick: bool) -> list[Table]:
             lines = [line.strip() for line in told.splitlines()]
             said = [line for line in lines if line.startswith(("skipped", "not asked", "imported"))]
             skipped.append({"command": command, "it says": "; ".join(" ".join(line.split()) for line in said) or "-"})
-    return [Table("start", "Whole processes", rows), Table("start_skipped", "Work not done", skipped)]
+    return [
+        Table("start", "Whole processes", rows),
+        Table("start_modules", "Modules of camgeom entered", entered()),
+        Table("start_skipped", "Work not done", skipped),
+    ]
 
 
 if __name__ == "__main__":
