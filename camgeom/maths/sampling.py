@@ -80,6 +80,8 @@ class Cells:
     @classmethod
     def joined(cls, parts: list[Cells]) -> Cells:
         """The cells of several bands side by side."""
+        if len(parts) == 1:
+            return parts[0]
         return cls(*(np.concatenate([getattr(part, k) for part in parts], axis=1) for k in "abc"))
 
     def spread(self, measured: Index, n: int) -> Cells:
