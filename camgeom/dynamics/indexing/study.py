@@ -16,16 +16,7 @@ import numpy as np
 
 from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.measures import EnergyBalance, Residual, energy_balance, residual_vibration
-from camgeom.dynamics.indexing.modes import (
-    Campbell,
-    CriticalSpeed,
-    Modes,
-    SpeedClasses,
-    campbell,
-    critical_speeds,
-    natural_modes,
-    speed_classes,
-)
+from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
 from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
@@ -70,11 +61,6 @@ class IndexingStudy:
         return speed_classes(self.modes.lowest_hz()[0])
 
     @cached_property
-    def critical(self) -> tuple[CriticalSpeed, ...]:
-        """Critical speeds of every mode and harmonic, r/min."""
-        return critical_speeds(self.modes)
-
-    @cached_property
     def steady(self) -> DriveResponse:
         """Periodic steady state."""
         return steady_state(self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, exact=self.exact)
@@ -100,11 +86,6 @@ class IndexingStudy:
     def energy(self) -> EnergyBalance:
         """Mean powers of the steady state."""
         return energy_balance(self.steady)
-
-    def campbell(self, highest_rpm: float | None = None) -> Campbell:
-        """Campbell diagram up to a speed in r/min, by default the first critical speed."""
-        top = highest_rpm if highest_rpm is not None else self.classes.first_critical_rpm
-        return campbell(self.modes, np.linspace(0.0, top, 101))
 
     def summary(self) -> dict[str, object]:
         """The figures of the drive for a result file, units in the names."""
@@ -205,8 +186,8 @@ def indexing_study(
 ) -> IndexingStudy:
     """The study a profile's [dynamics] table asks for, at the operating speed in r/min.
 
-    contact_table: K12 in N m/rad at equal steps of a turn (see `indexing_contact`), inertias in kg m2 by key: used
-    where the table gives none. sources says where they come from.
+    contact_table: K12 in N m/rad at equal steps of a turn (`mechanics.turret_stiffness`), inertias in kg m2 by key:
+    used where the table gives none. sources says where they come from.
     """
     return IndexingStudy(
         spec.drive(contact_table, inertias),
