@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -112,7 +113,7 @@ def _turret_inertia(model: Indexer) -> float:
 
 
 def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | None) -> FollowerStudy:
-    """The elastic follower under the load at the operating speed; force-closed where every track has one wall.
+    """The elastic follower under the load at the operating speed; force-closed where a spring holds it on the cam.
 
     Leaves out FOLLOWER_IGNORES. Raises ProfileError for a turret, and without a load.
     """
@@ -125,8 +126,7 @@ def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | Non
     speed = _speed(profile)
     assert load is not None
     si = load.si
-    one_sided = all(len(track.sides) < 2 for track in mechanism.tracks)
-    closure: Closure = "force" if one_sided else "form"
+    closure: Closure = "force" if mechanism.drive is Drive.ALONE else "form"
     return follower_study(spec, mechanism.program, speed, load.rotating, closure, si.mass, si.rate, si.preload)
 
 
