@@ -69,7 +69,8 @@ class Model:
             return
         self.body = Body(profile, tolerance if tolerance is not None else profile.output.tolerance, Ledger(observer))
         others = range(1, len(profile.followers))
-        self.body.bindings = (self, *(Model(profile, body=self.body, number=other) for other in others))
+        self._others = tuple(Model(profile, body=self.body, number=other) for other in others)
+        self.body.seen_by(self, *self._others)
 
     @property
     def bindings(self) -> tuple[Model, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
+from weakref import ref
 
 from camgeom.errors import DesignError
 from camgeom.model.facts import Ledger, fact
@@ -33,7 +34,17 @@ class Body:
         self.profile = profile
         self.tolerance = tolerance
         self.ledger = ledger
-        self.bindings: tuple[Model, ...] = ()
+        # Weak, so that a model that is dropped frees its meshes at once.
+        self._seen_by: tuple[ref[Model], ...] = ()
+
+    def seen_by(self, *models: Model) -> None:
+        """Name the models of all followers, once, as the first of them is made; it keeps the others."""
+        self._seen_by = tuple(ref(model) for model in models)
+
+    @property
+    def bindings(self) -> tuple[Model, ...]:
+        """The models of all followers."""
+        return tuple(model for seen in self._seen_by if (model := seen()) is not None)
 
     @fact
     def parts(self) -> tuple[Part, ...]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+from weakref import ref
+
 import numpy as np
 import pytest
 
@@ -41,6 +44,18 @@ def test_an_elastic_follower_between_two_discs_has_no_contact_to_lose() -> None:
 def test_what_a_check_needs_is_provided() -> None:
     for one in checks().values():
         assert set(one.needs) <= set(NEEDS)
+
+
+def test_a_dropped_model_is_freed_at_once() -> None:
+    model = Model(parse(starter("disc")))
+    assert model.solid.sound
+    body = ref(model.body)
+    gc.disable()
+    try:
+        del model
+        assert body() is None
+    finally:
+        gc.enable()
 
 
 def test_several_followers_on_one_body_are_a_list(monkeypatch: pytest.MonkeyPatch) -> None:
