@@ -57,9 +57,9 @@ NEEDS: dict[Need, Callable[[Model], bool]] = {
     "tracks": lambda model: bool(model.tracks),
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
-    "operation": lambda model: model.loaded,
-    "face load": lambda model: model.driven and not model.tracks,
-    "turret load": lambda model: model.turret_loaded,
+    "operation": lambda model: bool(model.duties),
+    "face load": lambda model: model.drive is not None and not model.tracks,
+    "turret load": lambda model: model.turret_duty is not None,
 }
 """What a check may need. A "body" is judged once for all followers; "solid" marks what takes a mesh."""
 

@@ -93,10 +93,10 @@ def curvature_jumps(model: Model) -> Iterable[Finding]:
 @check("contact-kept", "planar")
 def contact_kept(model: Model) -> Iterable[Finding]:
     """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
-    least = model.drive.least_force if model.driven else None
-    if least is None:
-        return
     drive = model.drive
+    least = drive.least_force if drive is not None else None
+    if drive is None or least is None:
+        return
     passed = least.value >= -FORCE_SLACK * float(drive.contact_forces.max())
     advice = where = ""
     if not passed:

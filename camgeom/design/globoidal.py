@@ -345,6 +345,7 @@ def _bore(centre: float, pitch: float, length: float, diameter: float) -> float 
 def _finish(wanted: Wanted, trial: Candidate, model: Model, first: tuple[Choice, ...]) -> Design:
     """Material by stress and speed, all checks with the solid, and the reasons."""
     duty = model.turret_duty
+    assert duty is not None
     pressure, speed = duty.peak_pressure.value, _track_speed(wanted, trial)
     material = material_for(pressure, speed)
     if material is None:

@@ -128,7 +128,7 @@ def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]
             reach = wanted.convex_radius_mm + 0.5 * (model.setup.roller.diameter if model.setup.roller else 0.0)
             found[f"convex radius, {track.name}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
-        peak = model.drive.peak_pressure
+        peak = model.drive.peak_pressure if model.drive is not None else None
         found["contact pressure"] = 1.0 - (peak.value if peak else inf) / wanted.contact_pressure_mpa
     return found
 

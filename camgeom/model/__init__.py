@@ -257,17 +257,6 @@ class Model:
 
         return pair_residual(*self.tracks, np.linspace(0.0, TURN, 1440, endpoint=False))
 
-    @property
-    def loaded(self) -> bool:
-        """True where the profile has an [operation] and a roller follower that one roller at a time serves."""
-        simple = self.mechanism.drive is not Drive.SHARED and self.setup.roller is not None
-        return self.profile.operation is not None and bool(self.tracks) and simple
-
-    @property
-    def driven(self) -> bool:
-        """True for a planar cam whose profile has an [operation]."""
-        return self.profile.operation is not None and bool(self.mechanism.touches)
-
     @fact
     def load(self) -> Load:
         """What acts on the follower. Raises ProfileError where the profile has no [operation]."""
@@ -276,27 +265,22 @@ class Model:
         return load_of(self.profile, self.mechanism)
 
     @fact
-    def drive(self) -> FaceDuty:
-        """Forces of a planar cam on its follower. Raises ProfileError where the profile has no [operation]."""
+    def drive(self) -> FaceDuty | None:
+        """Forces of a planar cam on its follower; None for other cams, and without an [operation]."""
         from camgeom.model.loads import face_duty
 
-        if self.planar is None:
-            raise DesignError(f"a {self.profile.kind} cam has no planar outline to compute the force on")
-        return face_duty(self.profile.material, self.load, self.planar.touches)
-
-    @property
-    def turret_loaded(self) -> bool:
-        """True where the profile has an [operation] and a turret, whose rollers share the load."""
-        return self.profile.operation is not None and self.mechanism.drive is Drive.SHARED
+        if self.profile.operation is None or not self.mechanism.touches:
+            return None
+        return face_duty(self.profile.material, self.load, self.mechanism.touches)
 
     @fact
-    def turret_duty(self) -> TurretDuty:
-        """Load sharing, stress and life of a turret. Raises ProfileError where the profile has no [operation]."""
+    def turret_duty(self) -> TurretDuty | None:
+        """Load sharing, stress and life of a turret; None for other cams, and without an [operation]."""
         from camgeom.model.loads import turret_duty
 
         turret = self.mechanism.turret
-        if turret is None:
-            raise DesignError(f"a {self.profile.kind} cam has no turret")
+        if self.profile.operation is None or turret is None:
+            return None
         return turret_duty(self.profile.material, self.mechanism, turret, self.load)
 
     @fact
@@ -347,27 +331,30 @@ class Model:
         made = machining_of(self.profile.name, spec, self.mechanism)
         return Outcome(made, self.mechanism.inside)
 
-    @property
-    def classical(self) -> bool:
-        """True for a loaded groove drum with a translating cylindrical roller: the case of the literature."""
-        return self.loaded and self.mechanism.classical
-
     @fact
     def duties(self) -> tuple[RollerDuty, ...]:
         """The duty of every roller: of two that drive a follower to and fro each carries its own direction.
 
-        Raises ProfileError where the profile has no [operation].
+        None of them without an [operation], for a turret, whose rollers share, and for a follower without a roller.
         """
         from camgeom.model.loads import roller_duties
 
+        shared = self.mechanism.drive is Drive.SHARED
+        if self.profile.operation is None or shared or self.mechanism.roller is None:
+            return ()
         return roller_duties(self.profile.material, self.mechanism, self.load)
 
     @fact
     def duty(self) -> RollerDuty:
         """Force, contact stress, life and torque of the hardest pressed roller.
 
-        Raises ProfileError where the profile has no [operation].
+        Raises ProfileError where the profile has no [operation], DesignError where no roller is pressed alone.
         """
+        from camgeom.model.loads import operation_of
+
+        if not self.duties:
+            operation_of(self.profile, "stress and life")
+            raise DesignError(f"a {self.setup.follower.kind} follower has no roller that bears alone")
         if len(self.duties) == 1:
             return self.duties[0]
         return max(self.duties, key=lambda duty: float(duty.contact.peak().pressure))
@@ -378,19 +365,17 @@ class Model:
 
         None where the profile has no [operation].
         """
-        if self.turret_loaded:
+        if self.turret_duty is not None:
             return self.turret_duty
-        if self.loaded:
-            return self.duty
-        return self.drive if self.driven else None
+        return self.duty if self.duties else self.drive
 
     @property
     def contact(self) -> Contact | TurretDuty | FaceDuty:
         """Contact stress over the turn: of the hardest pressed roller, of a turret's rollers that share the load, or of
         the faces of a cam without a roller. Raises ProfileError where the profile has no [operation]."""
-        if self.turret_loaded:
+        if self.turret_duty is not None:
             return self.turret_duty
-        return self.drive if self.driven and not self.loaded else self.duty.contact
+        return self.drive if self.drive is not None and not self.duties else self.duty.contact
 
     @property
     def life(self) -> RollerLife | TurretDuty:
@@ -398,7 +383,7 @@ class Model:
 
         Raises ProfileError where the profile has no [operation], DesignError for a follower without a roller.
         """
-        if self.turret_loaded:
+        if self.turret_duty is not None:
             return self.turret_duty
         if self.setup.roller is None:
             raise DesignError(f"a {self.setup.follower.kind} follower without a roller has no roller life")

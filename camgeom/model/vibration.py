@@ -40,7 +40,7 @@ class Indexer(Protocol):
     @property
     def load(self) -> Load: ...
     @property
-    def turret_duty(self) -> TurretDuty: ...
+    def turret_duty(self) -> TurretDuty | None: ...
     @property
     def mass(self) -> tuple[Any, ...]: ...
     @property
@@ -62,6 +62,7 @@ def indexing_of(model: Indexer) -> IndexingStudy:
     speed, sources = _speed(model.profile), dict[str, str]()
     table: tuple[float, ...] = ()
     if spec.contact_stiffness is None:
+        assert model.turret_duty is not None, "there is a turret, and a speed"
         table = model.turret_duty.stiffness_table(spec.estimate)
         sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
@@ -105,7 +106,7 @@ def _turret_inertia(model: Indexer) -> float:
     if body is None:
         raise ProfileError([Problem("dynamics.turret_inertia", "is missing", None, "> 0 kg m2")])
     _, mass, centre, inertia = mass_properties(body.mesh, model.profile.material.roller.density)
-    joint = model.turret_duty.tracks[0].joint
+    joint = model.mechanism.tracks[0].joint
     assert isinstance(joint, Swing)
     axis, away = np.array(joint.axis), np.array(centre) - np.array(joint.centre)
     across = away - away @ axis * axis

@@ -175,7 +175,7 @@ def explain(model: Model, products: Iterable[str]) -> list[str]:
     facts = ("flanks", "solids", "clearances", "mass", "duty")
     skipped = [name for name in facts if name not in model.ledger.costs]
     reasons = dict.fromkeys(skipped, "not asked for")
-    if "duty" in skipped and not model.loaded:
+    if "duty" in skipped and not model.duties:
         reasons["duty"] = "the profile has no [operation], or no roller that one load bears on"
     lines += [f"  skipped     {name}: {reason}" for name, reason in reasons.items()]
     missing = [name for name in PRODUCTS if name not in set(products)]
@@ -291,7 +291,7 @@ def contact_data(model: Model) -> dict[str, Any]:
     """Force, pressure and torque of what presses the cam."""
     data = model.carrier.contact_data() if model.carrier is not None else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
-    return model.drive.contact_data() | data | model.drive.torque_data() if model.driven else data
+    return model.drive.contact_data() | data | model.drive.torque_data() if model.drive is not None else data
 
 
 def fatigue_data(model: Model) -> dict[str, Any]:
@@ -299,9 +299,9 @@ def fatigue_data(model: Model) -> dict[str, Any]:
     if model.carrier is None:
         return {}
     data = model.carrier.fatigue_data()
-    if model.loaded and len(model.duties) > 1:
+    if len(model.duties) > 1:
         data["roller_lives_h"] = [finite(duty.lives["roller"]) for duty in model.duties]
-    if model.classical:
+    if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
     return data | bearing_data(model.carrier.bearing)
 

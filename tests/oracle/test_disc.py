@@ -109,8 +109,8 @@ def test_flat_faces_touch_the_solid_all_round(kind: str, offset: float) -> None:
 def test_curved_face_is_a_large_roller_that_does_not_roll() -> None:
     model = disc("", 'kind = "translating"\nface = "curved"\nface_radius = 60', "", rest="[operation]\nspeed = 100")
     assert model.planar.sliding is not None
-    assert not model.loaded
-    assert model.driven
+    assert not model.duties
+    assert model.drive is not None
     assert model.planar.touches[0].at(np.zeros(1)).relative == pytest.approx(1.0 / 30.0 + 1.0 / 60.0)
 
 

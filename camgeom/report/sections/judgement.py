@@ -12,6 +12,8 @@ from camgeom.report.sections.bodies import kept
 
 if TYPE_CHECKING:
     from camgeom.checks import Finding
+    from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
 UNITS = {"deg": "°", "1": "", "order": ""}
@@ -162,9 +164,9 @@ def _at(angle: float) -> str:
     return f"at {degrees(angle) % 360.0:.1f}°"
 
 
-def _shared(model: Model) -> Iterator[Figure]:
+def _shared(duty: TurretDuty) -> Iterator[Figure]:
     """A turret whose rollers share the load."""
-    data = model.turret_duty.contact_data()
+    data = duty.contact_data()
     at = f"at {data['peak_slice_cam_angle_deg'] % 360.0:.1f}°, worst slice"
     yield Figure("Peak contact pressure", data["peak_slice_pressure_mpa"], "MPa", at)
     least, most = data["rollers_sharing_least"], data["rollers_sharing_most"]
@@ -174,11 +176,10 @@ def _shared(model: Model) -> Iterator[Figure]:
     yield Figure("Peak camshaft torque", data["peak_torque_n_m"], "N m", torque)
 
 
-def _touched(model: Model) -> Iterator[Figure]:
+def _touched(model: Model, drive: FaceDuty) -> Iterator[Figure]:
     """A planar cam by all that touches it."""
-    drive = model.drive
     peak, least = drive.peak_pressure, drive.least_force
-    if peak is not None and not model.loaded:
+    if peak is not None and not model.duties:
         yield Figure("Peak contact pressure", peak.value, "MPa", _at(peak.cam_angle))
     yield Figure("Peak contact force", drive.peak_force.value, "N", _at(drive.peak_force.cam_angle))
     if least is not None:
@@ -187,17 +188,17 @@ def _touched(model: Model) -> Iterator[Figure]:
 
 
 def _contact(model: Model) -> Iterator[Figure]:
-    if model.turret_loaded:
-        yield from _shared(model)
-    if not model.loaded:
-        yield from _touched(model) if model.driven else ()
+    if model.turret_duty is not None:
+        yield from _shared(model.turret_duty)
+    if not model.duties:
+        yield from _touched(model, model.drive) if model.drive is not None else ()
         return
     duty = model.duty
     peak = duty.contact.peak()
     note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"
     yield Figure("Peak contact pressure", float(peak.pressure), "MPa", note)
-    if model.driven:
-        yield from _touched(model)
+    if model.drive is not None:
+        yield from _touched(model, model.drive)
         return
     force, torque = duty.peak_force, duty.peak_torque
     yield Figure("Peak contact force", force.value, "N", f"at {degrees(force.cam_angle):.1f}°")

@@ -59,11 +59,11 @@ _FIGURES = (
 
 def contact(model: Model) -> tuple[Block, ...]:
     """Lines over the turn, the map over turn and roller, and the hardest contact in numbers."""
-    if model.turret_loaded:
-        return turret_contact(model)
-    if model.driven:
-        return touch_contact(model)
-    if not model.loaded:
+    if model.turret_duty is not None:
+        return turret_contact(model, model.turret_duty)
+    if model.drive is not None:
+        return touch_contact(model, model.drive)
+    if not model.duties:
         return ()
     return track_contact(model)
 
@@ -172,9 +172,9 @@ def reversals(duty: RollerDuty) -> Text:
 
 def life(model: Model) -> tuple[Block, ...]:
     """Hot spot, life along the roller and the table of lives."""
-    if model.turret_loaded:
-        return turret_life(model)
-    if not model.loaded:
+    if model.turret_duty is not None:
+        return turret_life(model.turret_duty)
+    if not model.duties:
         return ()
     duty = model.duty
     spot = hot_spot(model)
@@ -241,20 +241,18 @@ def lives(model: Model) -> Table:
     return Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
 
 
-def touch_contact(model: Model) -> tuple[Block, ...]:
+def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
     """Force and pressure of every touch over the turn, torque, contact lost; along a roller too."""
 
-    if model.loaded and not bool(np.all(model.duty.contact.sound)):
+    if model.duties and not bool(np.all(model.duty.contact.sound)):
         return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
-    blocks: list[Block] = [touch_lines(model), held(model.drive)]
-    blocks += [pressure_map(model), hardest(model)] if model.loaded else [touch_figures(model.drive)]
+    blocks: list[Block] = [touch_lines(model, drive), held(drive)]
+    blocks += [pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
     return tuple(blocks)
 
 
-def touch_lines(model: Model) -> Chart:
+def touch_lines(model: Model, drive: FaceDuty) -> Chart:
     """Normal force and pressure of every touch, and the torque of all of them, over the turn."""
-
-    drive = model.drive
     panels, names = drive.force.panels, tuple(touch.name for touch in drive.touches)
     force = tuple(Series(name, *over_turn(panels, drive.normals[name])) for name in names)
     high = extremes(panels, drive.contact_forces.max(axis=0))
@@ -273,7 +271,7 @@ def touch_lines(model: Model) -> Chart:
     still = zones(model.setup.program) + tuple(
         Zone(degrees(one.begin), degrees(one.end), "no contact") for one in drive.lost
     )
-    line = ", as a line contact over the whole length" if model.loaded and model.duty.crown is not None else ""
+    line = ", as a line contact over the whole length" if model.duties and model.duty.crown is not None else ""
     return Chart(f"Contact of cam and follower over one turn{line}", CAM_ANGLE, tuple(shown), still)
 
 
@@ -319,9 +317,8 @@ def touch_figures(drive: FaceDuty) -> Table:
     return quantities("Contact and drive", rows)
 
 
-def turret_contact(model: Model) -> tuple[Block, ...]:
+def turret_contact(model: Model, duty: TurretDuty) -> tuple[Block, ...]:
     """Torque, load of every roller, how many share it, pressure over the turn and along the roller, and the numbers."""
-    duty = model.turret_duty
     if not len(duty.loaded):
         return (Text(("No torque acts on the turret: there is no load to share.",)),)
     return turret_lines(model, duty), turret_map(duty), turret_figures(duty), supports(duty)
@@ -415,9 +412,8 @@ def supports(duty: TurretDuty) -> Text:
     return Text((text + ": replace these by your own.",))
 
 
-def turret_life(model: Model) -> tuple[Block, ...]:
+def turret_life(duty: TurretDuty) -> tuple[Block, ...]:
     """Lives of roller, cam and bearing, and the roller's life along its axis."""
-    duty = model.turret_duty
     if not len(duty.loaded):
         return ()
     rows: list[tuple[Cell, ...]] = [

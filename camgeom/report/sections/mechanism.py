@@ -145,7 +145,7 @@ def _sampled(model: Model) -> _Samples:
         for side in survey.track.sides:
             flank = Flank(survey.track, phi, t, side)
             results = {"pressure_angle": np.degrees(flank.pressure_angle()).ravel(), "curvature": flank.k_rel.ravel()}
-            if number == 0 and model.planar is None and model.loaded and bool(np.all(model.duty.slices.sound)):
+            if number == 0 and model.planar is None and model.duties and bool(np.all(model.duty.slices.sound)):
                 results["pressure"] = _pressure(model, flank, phi, t).ravel()
             parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
     names = sorted({name for part in parts for name in part[2]})
@@ -221,11 +221,11 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
 def _touch_pressure(model: Model, number: int, phi: Floats) -> Floats | None:
     """Peak pressure of a touch at cam angles phi (n,), the largest along a roller; None where none is known."""
     touch = model.planar.touches[number] if model.planar is not None else None
-    if touch is None or not model.driven or touch.name not in model.drive.contacts:
+    if touch is None or model.drive is None or touch.name not in model.drive.contacts:
         return None
     contact = model.drive.contacts[touch.name]
     square = contact.behind
-    if model.loaded:
+    if model.duties:
         duty = model.duties[number if len(model.duties) > 1 else 0]
         if not bool(np.all(duty.slices.sound)):
             return None

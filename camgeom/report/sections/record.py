@@ -109,7 +109,7 @@ def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
 
 def load_rows(model: Model) -> list[tuple[Cell, ...]]:
     """Energy of one turn: inertia takes nothing, the torque gives what friction and forces consume."""
-    if not model.loaded:
+    if not model.duties:
         return []
     duty = model.duty
     force, panels = duty.force, duty.force.panels
@@ -130,7 +130,7 @@ def load_rows(model: Model) -> list[tuple[Cell, ...]]:
 def conventions(model: Model) -> tuple[Block, ...]:
     """Peak pressure and life under each curvature convention found in the literature (groove cams)."""
     radius = model.mechanism.quoted_radius
-    if not model.classical or radius is None:
+    if not (model.duties and model.mechanism.classical) or radius is None:
         return ()
     rows: list[tuple[Cell, ...]] = [
         (name, float(peak.pressure), float(np.degrees(peak.theta)), float(life.life_h))
