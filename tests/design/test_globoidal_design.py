@@ -37,7 +37,7 @@ def test_design_passes_its_checks(changes, law, form):
     if wanted.envelope:
         cam, setup = profile.cam, profile.setup()
         outer = setup.follower.pitch_radius + 0.5 * setup.roller.length
-        assert cam.end_radius + cam.center_distance + outer <= 1.03 * wanted.envelope
+        assert cam.globoid.end_radius + cam.center_distance + outer <= 1.03 * wanted.envelope
     duty = Model(profile).turret_duty
     assert duty.peak_pressure.value <= profile.material.cam.contact_limit
     assert min(duty.cam_life, duty.roller_life) >= wanted.life
