@@ -112,8 +112,8 @@ def test_result_notes_say_what_a_file_holds(tmp_path: Path) -> None:
 def test_triangles_say_why(tmp_path: Path) -> None:
     cam = model("pin_insertion")
     part = replace(cam.parts[0], length=90.0)  # the groove runs out of the end, so it is no closed ring
-    cam.__dict__["parts"] = (part,)
-    cam.__dict__["solids"] = (replace(model("pin_insertion").solid, name="cam"),)
+    cam.body.__dict__["parts"] = (part,)
+    cam.body.__dict__["solids"] = (replace(model("pin_insertion").solid, name="cam"),)
     write(cam, tmp_path / "cam.step")
     (body,) = cam.ledger.notes["step"][0]["bodies"]
     assert body["faces"] == "triangles"

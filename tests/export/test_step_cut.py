@@ -104,8 +104,8 @@ def test_a_body_that_does_not_close_goes_out_as_triangles(tmp_path: Path) -> Non
     (part,) = model.parts
     with pytest.raises(DesignError, match="reaches into the blank"):
         cut_solid(replace(part, ridge=part.guess - 6.0))
-    model.__dict__["parts"] = (replace(part, ridge=part.guess - 6.0),)
-    model.__dict__["solids"] = (part.solid(0.1),)
+    model.body.__dict__["parts"] = (replace(part, ridge=part.guess - 6.0),)
+    model.body.__dict__["solids"] = (part.solid(0.1),)
     write(model, tmp_path / "cam.step")
     (note,) = model.ledger.notes["step"][0]["bodies"]
     assert note["faces"] == "triangles"
