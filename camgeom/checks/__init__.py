@@ -1,44 +1,51 @@
-"""Checks: facts judged against limits. One file a check, found by file name; each is a function (Model) -> findings.
+"""Checks: facts judged against limits. One idea a file, found by file name; each is a function (Model) -> judgements.
 
-A check module defines `@check("name", *needs)` functions. `NEEDS` names what has to exist for a check to apply; one
-that does not apply says nothing.
+A check module defines `@check("name", *needs)` functions that give findings (see `camgeom.checks.verdict`), or
+`NotJudged` where something is missing that the check itself knows of. `NEEDS` names what a check is about: where the
+cam has no such thing the check does not apply and says nothing; where it has, but the profile does not give what is
+wanted, the verdict tells that it was not judged, and what to give.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, final
 
+from camgeom.checks.verdict import Finding, NotJudged, Verdict
 from camgeom.errors import DesignError
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-
-@dataclass(frozen=True)
-class Finding:
-    """One fact judged: its value against a limit, in a unit, where, whether it passes, and advice if it does not."""
-
-    check: str
-    value: float | None
-    limit: float | None
-    unit: str
-    passed: bool
-    cam_angle_deg: float | None = None
-    advice: str = ""
-    where: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """The finding as plain data for result.json."""
-        return asdict(self)
+Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
+Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load"]
+NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
-Judge = Callable[["Model"], Iterable[Finding]]
+def _load(model: Model, applies: object) -> bool | str:
+    """Whether there is a load on what a check is about; why not, where only the profile's [operation] is missing."""
+    return bool(applies) and (model.profile.operation is not None or NO_OPERATION)
 
 
+NEEDS: dict[Need, Callable[[Model], bool | str]] = {
+    "body": lambda model: True,
+    "solid": lambda model: True,
+    "tracks": lambda model: bool(model.tracks),
+    "planar": lambda model: model.planar is not None,
+    "turret": lambda model: model.mechanism.turret is not None,
+    "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
+    "face load": lambda model: _load(model, model.mechanism.touches and not model.tracks),
+    "turret load": lambda model: _load(model, model.mechanism.turret),
+}
+"""What a check may need: True where it is there, False where the check does not apply, or what is missing.
+
+A "body" is judged once for all followers; "solid" marks what takes a mesh."""
+
+
+@final
 @dataclass(frozen=True)
 class Check:
     """A registered check: its name, what it needs, and the judging function."""
@@ -49,19 +56,6 @@ class Check:
 
 
 _REGISTRY: dict[str, Check] = {}
-
-Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "face load", "turret load"]
-NEEDS: dict[Need, Callable[[Model], bool]] = {
-    "body": lambda model: True,
-    "solid": lambda model: True,
-    "tracks": lambda model: bool(model.tracks),
-    "planar": lambda model: model.planar is not None,
-    "turret": lambda model: model.mechanism.turret is not None,
-    "operation": lambda model: bool(model.duties),
-    "face load": lambda model: model.drive is not None and not model.tracks,
-    "turret load": lambda model: model.turret_duty is not None,
-}
-"""What a check may need. A "body" is judged once for all followers; "solid" marks what takes a mesh."""
 
 
 def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
@@ -81,27 +75,45 @@ def checks() -> dict[str, Check]:
     return dict(sorted(_REGISTRY.items()))
 
 
-def findings(model: Model, only: Iterable[str] | None = None) -> tuple[Finding, ...]:
-    """Judge the model: every check that applies, or the named ones. A body that cannot be made is a finding.
+def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
+    """The verdict on a model: every check that applies, or the named ones. A body that cannot be made fails.
 
     Checks of the body judge it once, the others every follower on it.
     """
     wanted = None if only is None else set(only)
-    found: list[Finding] = []
-    for name, one in checks().items():
+    said: list[Finding | NotJudged] = []
+    for name, entry in checks().items():
         if wanted is None or name in wanted:
-            bindings = model.bindings[:1] if "body" in one.needs else model.bindings
-            found += [finding for binding in bindings for finding in _judged(one, binding, len(bindings) > 1)]
-    return tuple(found)
+            bindings = model.bindings[:1] if "body" in entry.needs else model.bindings
+            said += [word for binding in bindings for word in _said(entry, binding, len(bindings) > 1)]
+    findings = tuple(word for word in said if isinstance(word, Finding))
+    return Verdict(findings, tuple(word for word in said if isinstance(word, NotJudged)))
 
 
-def _judged(one: Check, model: Model, several: bool) -> list[Finding]:
-    """What a check finds of one follower, which is named where there are several."""
-    if not all(NEEDS[need](model) for need in one.needs):
+def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged]:
+    """What a check says of one follower, which is named where there are several."""
+    answers = [NEEDS[need](model) for need in entry.needs]
+    if any(answer is False for answer in answers):
         return []
+    missing = [answer for answer in answers if isinstance(answer, str)]
+    if missing:
+        return [NotJudged(entry.name, "; ".join(missing))]
+    said: list[Finding | NotJudged]
     try:
-        found = list(one.judge(model))
+        said = list(entry.judge(model))
     except DesignError as refusal:
-        found = [Finding(one.name, None, None, "", False, None, str(refusal))]
-    own = f"follower {model.number + 1}"
-    return [replace(f, where=f"{own}: {f.where}" if f.where else own) for f in found] if several else found
+        said = [Finding(entry.name, "fail", None, "", None, "", advice=str(refusal))]
+    if not several:
+        return said
+    who = f"follower {model.number + 1}"
+    return [
+        replace(word, where=f"{who}: {word.where}" if word.where else who)
+        if isinstance(word, Finding)
+        else replace(word, reason=f"{who}: {word.reason}")
+        for word in said
+    ]
+
+
+def findings(model: Model, only: Iterable[str] | None = None) -> tuple[Finding, ...]:
+    """The findings of a model's verdict."""
+    return judge(model, only).findings

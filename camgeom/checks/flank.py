@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import Finding, check
+from camgeom.checks import check
+from camgeom.checks.verdict import Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
@@ -22,40 +23,38 @@ PER_TURN = 720
 @check("pressure-angle")
 def pressure_angle(model: Model) -> Iterable[Finding]:
     """Largest pressure angle against the limit of the follower kind."""
-    limit, worst = model.profile.limits.pressure_angle_deg, model.pressure_angle
-    assert limit is not None
+    limits, worst = model.profile.limits, model.pressure_angle
     if worst is None:
         return
-    value = degrees(worst.value)
-    advice = ""
-    if value > limit:
-        advice = "give the motion more cam angle, enlarge the cam, or take a law of lower peak velocity"
     where = worst.where
     if not model.mechanism.touches and model.drive_angle is None:
         where = f"at {worst.place:.6g} mm along the roller axis"
-    angle = degrees(worst.cam_angle) % 360.0
-    yield Finding("pressure-angle", value, limit, "deg", value <= limit, angle, advice, where)
+    yield judged(
+        "pressure-angle", degrees(worst.value), "<=", limits.pressure_angle_deg, "deg",
+        "give the motion more cam angle, enlarge the cam, or take a law of lower peak velocity",
+        warn=limits.warn_pressure_angle_deg, cam_angle=worst.cam_angle, where=where,
+    )  # fmt: skip
 
 
 @check("undercut", "tracks")
 def undercut(model: Model) -> Iterable[Finding]:
     """Smallest undercut margin 1 - r k over the cut wall; it must be positive (and above the profile's limit)."""
-    worst = min((survey.margin for survey in model.flanks), key=lambda e: e.value)
-    limit = model.profile.limits.undercut_margin
-    passed = worst.value > 0.0 and worst.value >= limit
-    advice = "" if passed else "use a smaller roller, a larger cam or a gentler motion: the flank folds on itself"
-    where = f"at {worst.place:.6g} mm along the roller axis"
-    yield Finding("undercut", worst.value, limit, "1", passed, degrees(worst.cam_angle) % 360.0, advice, where)
+    worst, limits = min((survey.margin for survey in model.flanks), key=lambda e: e.value), model.profile.limits
+    limit = limits.undercut_margin
+    yield judged(
+        "undercut", worst.value, ">=" if limit else ">", limit, "1",
+        "use a smaller roller, a larger cam or a gentler motion: the flank folds on itself",
+        warn=limits.warn_undercut_margin, cam_angle=worst.cam_angle,
+        where=f"at {worst.place:.6g} mm along the roller axis",
+    )  # fmt: skip
 
 
 @check("relative-curvature", "tracks")
 def relative_curvature(model: Model) -> Iterable[Finding]:
     """Smallest relative curvature of cam against roller; positive everywhere (equation 33 of T/WLJC 15-2018)."""
     worst = min((survey.relative_curvature for survey in model.flanks), key=lambda e: e.value)
-    passed = worst.value > 0.0
-    advice = "" if passed else "the roller would cut into the flank beside its contact line: see undercut"
-    angle = degrees(worst.cam_angle) % 360.0
-    yield Finding("relative-curvature", worst.value, 0.0, "1/mm", passed, angle, advice)
+    advice = "the roller would cut into the flank beside its contact line: see undercut"
+    yield judged("relative-curvature", worst.value, ">", 0.0, "1/mm", advice, cam_angle=worst.cam_angle)
 
 
 @check("contact-length", "tracks")
@@ -66,16 +65,18 @@ def contact_length(model: Model) -> Iterable[Finding]:
     top = model.mechanism.wall_top
     if top is None:
         return
+    advice = (
+        "the roller leaves the drum sideways and touches nothing there: a longer arm, less swing, a pivot distance "
+        "that centres the arc, or a larger drum"
+    )
     for track in model.tracks:
         phi, _ = piece_grid(track.knots(), PER_TURN)
-        found = _lengths(track, phi, *top)
-        least = int(np.argmin(found))
-        value, angle = float(found[least]), degrees(float(phi[least])) % 360.0
-        advice = "" if value > 0.0 else (
-            "the roller leaves the drum sideways and touches nothing there: a longer arm, less swing, a pivot distance "
-            "that centres the arc, or a larger drum"
-        )
-        yield Finding("contact-length", value, 0.0, "mm", value > 0.0, angle, advice, track.name)
+        lengths = _lengths(track, phi, *top)
+        least = int(np.argmin(lengths))
+        yield judged(
+            "contact-length", float(lengths[least]), ">", 0.0, "mm", advice,
+            cam_angle=float(phi[least]), where=track.name,
+        )  # fmt: skip
 
 
 def _lengths(track: Track, phi: Floats, top: Level, near: float) -> Floats:

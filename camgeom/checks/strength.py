@@ -7,16 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from math import degrees, isfinite
 from typing import TYPE_CHECKING
 
-from camgeom.checks import Finding, Need, check
+from camgeom.checks import Need, check
+from camgeom.checks.verdict import Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-
-ENDLESS = 1e30
-"""h; shown for a body that lives for ever"""
 
 
 def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding]:
@@ -26,10 +23,8 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding]:
         return
     material = model.profile.material
     limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    passed = peak.value <= limit
     where = peak.where or f"slice at {peak.place:.6g} mm along the roller axis"
-    angle = degrees(peak.cam_angle) % 360.0
-    yield Finding(name, peak.value, limit, "MPa", passed, angle, "" if passed else remedy, where)
+    yield judged(name, peak.value, "<=", limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where)
 
 
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding]:
@@ -38,17 +33,16 @@ def life(name: str, remedy: str, model: Model) -> Iterable[Finding]:
     if limit is None or model.carrier is None:
         return
     for body, value in model.carrier.lives.items():
-        shown = value if isfinite(value) else ENDLESS
-        yield Finding(name, shown, limit, "h", value >= limit, None, "" if value >= limit else remedy, body)
+        yield judged(name, value, ">=", limit, "h", remedy, where=body)
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding]], str], ...] = (
-    ("contact-pressure", "operation", pressure, "use a longer or larger roller, a larger cam, less mass or speed"),
+    ("contact-pressure", "roller load", pressure, "use a longer or larger roller, a larger cam, less mass or speed"),
     ("face-pressure", "face load", pressure,
      "use a wider cam, a larger base_radius, or less mass, speed or preload"),
     ("turret-pressure", "turret load", pressure,
      "use longer or larger rollers, a larger centre distance, less inertia or speed"),
-    ("life", "operation", life, "lower the contact pressure: longer or larger roller, larger cam, less speed"),
+    ("life", "roller load", life, "lower the contact pressure: longer or larger roller, larger cam, less speed"),
     ("turret-life", "turret load", life, "lower the load: larger rollers or centre distance, less inertia or speed"),
 )  # fmt: skip
 for _name, _need, _judge, _remedy in JUDGEMENTS:

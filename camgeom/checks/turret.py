@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import Finding, check
+from camgeom.checks import check
+from camgeom.checks.verdict import Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -35,12 +36,12 @@ def stops(model: Model) -> Iterable[Finding]:
     """Number of stops against the range in use; a remark, never a failure."""
     value = _turret(model).follower.stops
     low, high = USUAL_STOPS
-    advice = ""
     if value < low:
         advice = f"fewer than {low} stops: expect a large pressure angle; more motion angle or a smaller rf / C helps"
-    elif value > high:
+        yield judged("stops", float(value), ">=", float(low), "1", advice, worst="warn")
+    else:
         advice = f"more than {high} stops: preload tends to jam; take the groove form and little preload"
-    yield Finding("stops", float(value), float(high), "1", True, None, advice)
+        yield judged("stops", float(value), "<=", float(high), "1", advice, worst="warn")
 
 
 @check("rib-thickness", "turret")
@@ -57,10 +58,10 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
         if not found:
             continue
         worst = min(found, key=lambda rib: rib.thickness)
-        passed = worst.thickness >= limit
-        advice = "" if passed else "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
-        angle = degrees(worst.cam_angle) % 360.0
-        yield Finding("rib-thickness", worst.thickness, limit, "mm", passed, angle, advice, f"rib {name}")
+        advice = "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
+        yield judged(
+            "rib-thickness", worst.thickness, ">=", limit, "mm", advice, cam_angle=worst.cam_angle, where=f"rib {name}"
+        )
 
 
 @check("turret-gap", "turret")
@@ -68,8 +69,7 @@ def turret_gap(model: Model) -> Iterable[Finding]:
     """Free distances of the turret: between rollers, body to blank, roller ends to floor."""
     limit = model.profile.limits.clearance_mm
     for name, value, remedy in _turret(model).gaps:
-        passed = value > limit
-        yield Finding("turret-gap", value, limit, "mm", passed, None, "" if passed else remedy, name)
+        yield judged("turret-gap", value, ">", limit, "mm", remedy, where=name)
 
 
 @check("hand-over", "turret")
@@ -81,9 +81,10 @@ def hand_over(model: Model) -> Iterable[Finding]:
     count = Engagement(_turret(model).bearing, model.mechanism.inside, theta).count
     for row, name in zip(count, ("pushing on", "holding back")):
         least = int(np.argmin(row))
-        passed = bool(row[least] >= 1)
-        advice = "" if passed else "no roller holds the turret there: widen the cam so that the next roller is engaged"
-        yield Finding("hand-over", float(row[least]), 1.0, "rollers", passed, degrees(theta[least]), advice, name)
+        advice = "no roller holds the turret there: widen the cam so that the next roller is engaged"
+        yield judged(
+            "hand-over", float(row[least]), ">=", 1.0, "rollers", advice, cam_angle=float(theta[least]), where=name
+        )
 
 
 @check("fins", "body", "turret", "solid")
@@ -99,7 +100,7 @@ def fins(model: Model) -> Iterable[Finding]:
                 f"the blank is so wide that the grooves cut {len(pieces) - 1} fins off (largest {size[-2]:.4g} mm3); "
                 f"reduce the width below {2.0 * inner:.4g} mm or the globoid radius's overlap with the rollers"
             )
-        yield Finding("fins", float(len(pieces) - 1), 0.0, "1", len(pieces) == 1, None, advice, solid.name)
+        yield judged("fins", float(len(pieces) - 1), "<=", 0.0, "1", advice, where=solid.name)
 
 
 @check("horns", "turret")
@@ -114,12 +115,11 @@ def horns(model: Model) -> Iterable[Finding]:
     worst = max((horn for horn in found if horn is not None), key=lambda horn: horn.turn, default=None)
     if worst is None:
         return
-    value, passed = degrees(worst.turn), degrees(worst.turn) <= HORN_DEGREES
-    advice = "" if passed else (
+    advice = (
         f"the outermost grooves leave a thin hoop at the end faces: make the width less than {worst.narrower:.4g} mm, "
         f"so that they are open there, or more than {worst.wider:.4g} mm"
     )
-    yield Finding("horns", value, HORN_DEGREES, "deg", passed, degrees(worst.cam_angle) % 360.0, advice)
+    yield judged("horns", degrees(worst.turn), "<=", HORN_DEGREES, "deg", advice, cam_angle=worst.cam_angle)
 
 
 @check("relief", "turret")
@@ -132,9 +132,8 @@ def relief(model: Model) -> Iterable[Finding]:
 
     for end in turret.dwell_ends:
         value = play_at(turret.bearing, model.cutters, model.mechanism.inside, end)
-        passed = value > 0.0
-        advice = "" if passed else "raise `relief` above the preload, or lower the preload"
-        yield Finding("relief", value, 0.0, "mm", passed, degrees(end), advice, "roller to flank")
+        advice = "raise `relief` above the preload, or lower the preload"
+        yield judged("relief", value, ">", 0.0, "mm", advice, cam_angle=end, where="roller to flank")
 
 
 @check("dwell-accuracy", "turret", "solid")
@@ -144,5 +143,5 @@ def dwell_accuracy(model: Model) -> Iterable[Finding]:
     error = max(solid.chord_error for solid in model.solids)
     value = degrees(error / radius) * 3600.0
     wanted = np.radians(DWELL_SECONDS / 3600.0) * radius
-    advice = "" if value <= DWELL_SECONDS else f"parts made from the mesh need a tolerance of {wanted:.3g} mm or less"
-    yield Finding("dwell-accuracy", value, DWELL_SECONDS, "arcsec", True, None, advice)
+    advice = f"parts made from the mesh need a tolerance of {wanted:.3g} mm or less"
+    yield judged("dwell-accuracy", value, "<=", DWELL_SECONDS, "arcsec", advice, worst="warn")

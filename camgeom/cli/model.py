@@ -12,13 +12,14 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from camgeom.checks.verdict import RANK
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import DesignError, ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Finding
     from camgeom.model import Model
     from camgeom.report.result import Result
 
@@ -261,7 +262,7 @@ def _report(model: Model, folder: Path, sections: tuple[str, ...] | None, judged
     """Write the report page, of all sections or some, with the findings where they are known."""
     from camgeom.report.sections import write_report
 
-    return write_report(model, folder / "report.html", sections, judged.findings if judged else None)
+    return write_report(model, folder / "report.html", sections, judged.verdict if judged else None)
 
 
 def summary(result: Result, files: Iterable[Path]) -> list[str]:
@@ -269,6 +270,7 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
     data = result.data
     lines = [f"{data['name']} ({data['kind']}): {_verdict(result)}"]
     lines += _findings(result.findings)
+    lines += [f"  not judged: {word.check}: {word.reason}" for word in result.verdict.not_judged]
     if result.refused and all(result.refused != finding.advice for finding in result.findings):
         lines.append(f"  no solid: {result.refused}")
     for why in dict.fromkeys(why for _, why in result.unanswered):
@@ -284,23 +286,22 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
 
 
 def _verdict(result: Result) -> str:
-    failed = sum(not finding.passed for finding in result.findings)
     if result.findings:
-        total = len(result.findings)
-        return f"FAIL, {failed} of {total} findings" if failed else f"PASS, {total} findings"
+        return result.verdict.sentence
     return "no solid" if result.refused else "done"
 
 
 def _findings(findings: Iterable[Finding]) -> list[str]:
-    """One aligned line a finding, the failed ones first; the advice below each failed one."""
-    ordered = sorted(findings, key=lambda finding: finding.passed)
+    """One aligned line a finding, the failed ones first; the advice below each that does not pass."""
+    ordered = sorted(findings, key=lambda finding: -RANK[finding.level])
     rows = [
         (
-            "PASS" if finding.passed else "FAIL",
+            finding.level.upper(),
             finding.check,
-            number(finding.value),
+            "unlimited" if finding.value is None and finding.passed else number(finding.value),
             finding.unit,
-            "" if finding.limit is None else f"limit {number(finding.limit)}",
+            "" if finding.limit is None else f"{finding.comparison} {number(finding.limit)}",
+            "" if finding.margin is None else f"{finding.margin + 0.0:+.0f} %",
             "" if finding.cam_angle_deg is None else f"at {finding.cam_angle_deg:.2f} deg",
             finding.where,
         )
@@ -308,9 +309,9 @@ def _findings(findings: Iterable[Finding]) -> list[str]:
     ]
     lines = []
     given: set[str] = set()
-    for finding, line in zip(ordered, aligned(rows, right=(2,))):
+    for finding, line in zip(ordered, aligned(rows, right=(2, 5))):
         lines.append(f"  {line}")
-        if not finding.passed and finding.advice and finding.advice not in given:
+        if finding.advice and finding.advice not in given:
             lines.append(f"        {finding.advice}")
             given.add(finding.advice)
     return lines

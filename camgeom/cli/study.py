@@ -6,6 +6,7 @@ import argparse
 import csv
 import io
 import json
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
@@ -84,7 +85,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         console.out(line)
     for file in files:
         console.out(f"  wrote {file}")
-    return 0
+    return 0 if any(row.figures for row in rows) else 1
 
 
 def _jobs(text: str | None) -> int | None:
@@ -96,7 +97,7 @@ def _jobs(text: str | None) -> int | None:
 
 
 def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None) -> tuple[Figures, str, str]:
-    """The figures of one variant, its status and the reason of that."""
+    """The figures of one variant, its verdict and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
     for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
@@ -106,7 +107,7 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
         figures[name] = finite(finding.value)
     failed = [finding.check for finding in result.findings if not finding.passed]
     reason = result.refused or "; ".join([*(why for _, why in result.unanswered), *dict.fromkeys(failed)])
-    return figures, "good" if result.passed else "fails", reason
+    return figures, "fail" if not result.passed else result.verdict.level, reason
 
 
 def _flat(data: dict[str, Any], name: str) -> Figures:
@@ -127,7 +128,7 @@ def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
 
     def record(row: Row) -> dict[str, Any]:
         measured = {key: row.figures.get(key) for key in figures}
-        return {**dict(zip(keys, row.values)), "status": row.status, **measured, "reason": row.reason}
+        return {**dict(zip(keys, row.values)), **measured, "verdict": row.verdict, "reason": row.reason}
 
     return [record(row) for row in rows]
 
@@ -158,10 +159,10 @@ def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
 
 
 def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[str]:
-    """How many variants there are of each status, and the first of them."""
-    counts = {status: sum(row.status == status for row in rows) for status in dict.fromkeys(row.status for row in rows)}
-    lines = [f"{len(rows)} variants: " + ", ".join(f"{count} {status}" for status, count in counts.items())]
-    columns = [one.key for one in study.axes] + ["status"]
+    """How many variants there are of each verdict, and the first of them."""
+    counts = Counter(row.verdict for row in rows)
+    lines = [f"{len(rows)} variants: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())]
+    columns = [one.key for one in study.axes] + ["verdict"]
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
     cells = [[number(record[key])[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
@@ -182,7 +183,7 @@ MOST_ROWS = 200
 
 def page(study: Study, rows: Sequence[Row], name: str) -> Page:
     """The page of a finished study."""
-    counts = {status: sum(row.status == status for row in rows) for status in dict.fromkeys(row.status for row in rows)}
+    counts = Counter(row.verdict for row in rows)
     blocks: list[Block] = []
     plotted = _chart(study, rows)
     if plotted is not None:
@@ -194,8 +195,8 @@ def page(study: Study, rows: Sequence[Row], name: str) -> Page:
     return Page(
         title=name,
         kind=f"study of {', '.join(one.key for one in study.axes)}",
-        passed=None,
-        figures=tuple(Figure(f"variants: {status}", count) for status, count in counts.items()),
+        level=None,
+        figures=tuple(Figure(f"variants: {verdict}", count) for verdict, count in counts.items()),
         sections=(Chapter("study", "Variants", tuple(blocks)),),
     )
 
@@ -244,7 +245,7 @@ def _table(study: Study, rows: Sequence[Row]) -> Table:
     measured = [(key, label, unit) for key, label, unit in PLOTTED if any(key in row.figures for row in rows)]
     heads = [*(Column(one.key) for one in study.axes), Column("Status"), *(Column(l, u) for _, l, u in measured)]
     cells = tuple(
-        (*row.values, row.status, *(row.figures.get(key) for key, _, _ in measured), row.reason[:200])
+        (*row.values, row.verdict, *(row.figures.get(key) for key, _, _ in measured), row.reason[:200])
         for row in rows[:MOST_ROWS]
     )
     return Table("Variants", (*heads, Column("Reason")), cells)

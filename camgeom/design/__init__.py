@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Finding
 
 
 @dataclass(frozen=True)

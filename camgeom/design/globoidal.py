@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import atan, ceil, degrees, floor, hypot, pi, radians, sin, sqrt, tan
 
-from camgeom.checks import Finding, findings
+from camgeom.checks import findings
+from camgeom.checks.verdict import Finding
 from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.model import Model
@@ -257,7 +258,7 @@ def _tried(wanted: Wanted, trial: Candidate) -> tuple[tuple[Finding, ...], Model
             if failed:
                 return failed, None
     except (ProfileError, DesignError) as refusal:
-        return (Finding("profile", None, None, "", False, None, str(refusal)),), None
+        return (Finding("profile", "fail", None, "", None, "", advice=str(refusal)),), None
     return (), model
 
 

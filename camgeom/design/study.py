@@ -34,7 +34,7 @@ Value = float | int | str
 Data = dict[str, Any]
 Figures = dict[str, float | int | bool | str | None]
 Measure = Callable[["Model"], tuple[Figures, str, str]]
-"""Figures of a model, its status and the reason of that; a function of a module, so that processes can share it."""
+"""Figures of a model, its verdict and the reason of that; a function of a module, so that processes can share it."""
 
 
 @final
@@ -50,11 +50,14 @@ class Axis:
 @final
 @dataclass(frozen=True)
 class Row:
-    """One variant: the values of the axes, what was measured, its status ("good", "fails", ...) and why."""
+    """One variant: the values of the axes, what was measured, and its verdict with the reason.
+
+    verdict  "pass", "warn" or "fail"; "no result" or "bad input" where there is none
+    """
 
     values: tuple[Value, ...]
     figures: Figures
-    status: str
+    verdict: str
     reason: str = ""
 
 
@@ -179,14 +182,14 @@ class Study:
         try:
             model = Model(from_data(self.variant(values), self.file))
             _take_over(model, before)
-            figures, status, reason = self.measure(model)
+            figures, verdict, reason = self.measure(model)
         except ProfileError as error:
             return Row(values, {}, "bad input", "; ".join(map(str, error.problems))), model
         except DesignError as error:
-            return Row(values, {}, "fails", str(error)), model
+            return Row(values, {}, "fail", str(error)), model
         except CamgeomError as error:
             return Row(values, {}, "no result", str(error)), model
-        return Row(values, figures, status, reason), model
+        return Row(values, figures, verdict, reason), model
 
     def rows(self, jobs: int | None = None) -> Iterator[Row]:
         """Every variant in order; by `jobs` worker processes (default: one per core) where it takes long."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Literal, final
 
 import numpy as np
@@ -298,7 +299,15 @@ class Scene:
                 raise ValueError(f"body {body.name!r}: poses {body.poses.shape} do not fit {len(self.angles)} angles")
 
 
-Cell = str | float | int | bool | None
+class Level(Enum):
+    """How a judgement ends: it passes, a designer would want to know, or it fails."""
+
+    PASS = "pass"
+    WARN = "warn"
+    FAIL = "fail"
+
+
+Cell = str | float | int | bool | Level | None
 """A table cell: text, a number (set right, four significant digits), a verdict (True passes), or nothing."""
 
 
@@ -308,9 +317,10 @@ class Remark:
     """One judged fact: what was checked, its value against its limit, where it occurs and what to do about it."""
 
     check: str
-    passed: bool
+    level: Level
     value: Cell = None
-    limit: Cell = None
+    limit: str | None = None
+    """with its comparison and unit, for example `<= 30°`"""
     unit: str = ""
     where: str = ""
     advice: str = ""
@@ -394,10 +404,12 @@ class Page:
 
     title: str
     kind: str
-    passed: bool | None
-    """None where nothing was judged"""
+    level: Level | None
+    """the worst of the findings; None where nothing was judged"""
     summary: str = ""
     findings: tuple[Remark, ...] = ()
     figures: tuple[Figure, ...] = ()
     sections: tuple[Chapter, ...] = ()
     details: tuple[tuple[str, str], ...] = field(default=())
+    omitted: tuple[tuple[str, str], ...] = ()
+    """checks that apply and were not judged, each with the reason"""

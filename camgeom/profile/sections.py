@@ -106,7 +106,11 @@ class Limits(Section):
         None, description="deg, largest pressure angle; default 30 translating, 45 swinging and frame, 50 turret"
     )
     min_wall_mm: Gap = Field(1.0, description="mm, thinnest wall of the cam body")
+    warn_pressure_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = Field(
+        None, description="deg, pressure angle above which to warn; default the customary one, as the limit's"
+    )
     undercut_margin: Share = Field(0.0, description="1, smallest margin 1 - r k against undercut")
+    warn_undercut_margin: Share = Field(0.05, description="1, margin against undercut below which to warn")
     clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
     contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
         None, description="MPa, largest peak contact pressure; default the smaller contact limit of the two materials"
@@ -117,6 +121,6 @@ class Limits(Section):
 
     def for_follower(self, follower: AnyFollower) -> Limits:
         """The limits with the defaults that depend on the follower filled in."""
-        if self.pressure_angle_deg is not None:
-            return self
-        return self.model_copy(update={"pressure_angle_deg": follower.pressure_angle_limit})
+        usual = follower.pressure_angle_limit
+        limit, warn = self.pressure_angle_deg or usual, self.warn_pressure_angle_deg or usual
+        return self.model_copy(update={"pressure_angle_deg": limit, "warn_pressure_angle_deg": warn})

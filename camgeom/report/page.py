@@ -15,6 +15,7 @@ from camgeom.drawing.content import (
     Cost,
     Drawing,
     Figure,
+    Level,
     Map,
     Page,
     Polar,
@@ -101,23 +102,28 @@ def _contents(page: Page) -> str:
 
 
 def _verdict(page: Page) -> str:
-    failed = [finding for finding in page.findings if not finding.passed]
-    checked = len(page.findings)
-    head = {True: f"Passes all {checked} checks", False: f"Fails {len(failed)} of {checked} checks", None: "Not judged"}
-    if page.passed and checked == 1:
-        head[True] = "Passes the one check made"
-    style = {True: " passed", False: " failed", None: ""}[page.passed]
+    told = sorted((f for f in page.findings if f.level is not Level.PASS), key=lambda f: f.level is not Level.FAIL)
+    checked, counted = len(page.findings), sum(finding.level is page.level for finding in page.findings)
+    heads = {
+        Level.PASS: "Passes the one check made" if checked == 1 else f"Passes all {checked} checks",
+        Level.WARN: f"Passes {checked} checks, {counted} with a warning",
+        Level.FAIL: f"Fails {counted} of {checked} checks",
+        None: "Not judged",
+    }
+    head = heads[page.level] + (f"; {len(page.omitted)} not judged" if page.omitted and page.level else "")
+    style = "" if page.level is None else f" {page.level.value}"
     summary = f"<p>{escape(page.summary)}</p>" if page.summary else ""
+    omitted = [Remark(check, Level.WARN, advice=f"Not judged: {reason}.") for check, reason in page.omitted]
     return (
-        f'<section class="verdict{style}" id="verdict"><h2>{escape(head[page.passed])}</h2>{summary}'
-        + "".join(map(_finding, failed))
+        f'<section class="verdict{style}" id="verdict"><h2>{escape(head)}</h2>{summary}'
+        + "".join(map(_finding, [*told, *omitted]))
         + "</section>"
     )
 
 
 def _finding(finding: Remark) -> str:
     fact = [_value(finding.value, finding.unit)] if finding.value is not None else []
-    fact += [f"limit {_value(finding.limit, finding.unit)}"] if finding.limit is not None else []
+    fact += [escape(f"limit {finding.limit}")] if finding.limit else []
     fact += [escape(finding.where)] if finding.where else []
     advice = f'<p class="advice">{escape(finding.advice)}</p>' if finding.advice else ""
     return f'<div class="finding"><h3>{escape(finding.check)}</h3><p class="fact">{", ".join(fact)}</p>{advice}</div>'
@@ -191,9 +197,18 @@ def sheet(block: Plot, width: float) -> Sheet:
     return drawing_sheet(block, width)
 
 
+_LEVELS = {
+    Level.PASS: '<span class="pass">✓ passes</span>',
+    Level.WARN: '<span class="warn">! warns</span>',
+    Level.FAIL: '<span class="fail">✗ fails</span>',
+}
+
+
 def _cell(value: Cell) -> str:
     if value is None:
         return "–"
+    if isinstance(value, Level):
+        return _LEVELS[value]
     if isinstance(value, bool):
         return '<span class="pass">✓ passes</span>' if value else '<span class="fail">✗ fails</span>'
     text = value if isinstance(value, str) else number(value)
@@ -207,7 +222,7 @@ def _table(table: Table, n: int) -> str:
     rows = []
     for row in table.rows:
         cells = "".join(map(_table_cell, row, numeric, labels))
-        failed = any(value is False for value in row)
+        failed = Level.FAIL in row or any(value is False for value in row)
         rows.append(f"<tr{' class=failed' if failed else ''}>{cells}</tr>")
     stacks = " class=stacks" if len(table.columns) > 3 else ""  # a phone sets the cells of a row one under another
     return (

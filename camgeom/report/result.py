@@ -16,7 +16,7 @@ from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.mechanics.duty import bearing_data, finite
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Finding, Verdict
     from camgeom.model import Model
     from camgeom.track.planar import Planar
 
@@ -32,20 +32,25 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What a job found: plain data for result.json, the findings, and whether all passed.
+    """What a job found: plain data for result.json, the findings, and their verdict.
 
     refused  why there is no body, or nothing; unanswered: why there is no contact, fatigue ..., by product
     """
 
     data: dict[str, Any]
-    findings: tuple[Finding, ...]
+    verdict: Verdict
     refused: str = ""
     unanswered: tuple[tuple[str, str], ...] = ()
 
     @property
     def passed(self) -> bool:
-        """True where every finding passes and everything asked for could be made."""
-        return not self.refused and not self.unanswered and all(finding.passed for finding in self.findings)
+        """True where no finding fails and everything asked for could be made."""
+        return not self.refused and not self.unanswered and self.verdict.level != "fail"
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was judged."""
+        return self.verdict.findings
 
 
 def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
@@ -72,10 +77,11 @@ def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], t
 def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | None = None) -> Result:
     """The result of the named products. What the design does not admit is reported in its place, not raised."""
     from camgeom import __version__
+    from camgeom.checks.verdict import Verdict
 
     wanted = set(products)
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
-    found: tuple[Finding, ...] = ()
+    verdict = Verdict(())
     refused: dict[str, str] = {}
 
     def fill(name: str, source: Callable[[], dict[str, Any]]) -> None:
@@ -90,10 +96,12 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
     if "flank" in wanted:
         fill("flank", partial(_flank, model))
     if "checks" in wanted:
-        from camgeom.checks import findings
+        from camgeom.checks import judge
 
-        found = findings(model, only_checks)
-        data["checks"] = [finding.as_dict() for finding in found]
+        verdict = judge(model, only_checks)
+        data["verdict"] = verdict.level
+        data["not_judged"] = [word.as_dict() for word in verdict.not_judged]
+        data["checks"] = [finding.as_dict() for finding in verdict.findings]
     for name, source in SOURCES.items():
         if name in wanted:
             fill(name, partial(source, model))
@@ -102,7 +110,7 @@ def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | 
         data["followers"] = [_of_follower(binding, wanted) for binding in model.bindings[1:]]
     data["files"] = []
     body = refused.pop("solid", "")
-    return Result(data, found, body, tuple(refused.items()))
+    return Result(data, verdict, body, tuple(refused.items()))
 
 
 def _of_follower(model: Model, wanted: set[str]) -> dict[str, Any]:

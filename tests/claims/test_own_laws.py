@@ -54,7 +54,7 @@ def written(folder: Path, text: str, name: str = "laws.py") -> str:
 
 
 def light(model: Model) -> tuple[dict[str, float | int | bool | str | None], str, str]:
-    return {"peak": model.setup.program.peak(1).value}, "good", ""
+    return {"peak": model.setup.program.peak(1).value}, "pass", ""
 
 
 def test_the_law_of_the_readme_is_known_once_its_file_is_read(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_worker_processes_know_the_law(tmp_path: Path, monkeypatch: pytest.Monke
     Path(tmp_path / "own.toml").write_text(re.sub(r'law = "[^"]*"', 'law = "our-cubic"', PIN), encoding="utf-8")
     study = Study(read_data(tmp_path / "own.toml"), "", (axis("operation.speed=100:200:5"),), light)
     rows = list(study.rows(2))
-    assert [row.status for row in rows] == ["good"] * 5
+    assert [row.verdict for row in rows] == ["pass"] * 5
     assert len({row.figures["peak"] for row in rows}) == 1
 
 

@@ -52,7 +52,7 @@ def light(model: Model) -> tuple[Figures, str, str]:
         raise DesignError("ninety")
     if diameter == 91.0:
         raise NotConverged("ninety-one")
-    return {"radius": 0.5 * diameter, "tracks": len(model.tracks)}, "good", ""
+    return {"radius": 0.5 * diameter, "tracks": len(model.tracks)}, "pass", ""
 
 
 def made(*texts: str) -> Study:
@@ -113,7 +113,7 @@ def test_grid_runs_the_last_axis_fastest() -> None:
 
 def test_failing_variants_are_rows_with_their_reason() -> None:
     rows = list(made("cam.diameter=80,90,91,-1,10").rows(1))
-    assert [row.status for row in rows] == ["good", "fails", "no result", "bad input", "bad input"]
+    assert [row.verdict for row in rows] == ["pass", "fail", "no result", "bad input", "bad input"]
     assert rows[1].reason == "ninety"
     assert "cam.diameter: out of range" in rows[3].reason
     assert "cam.groove_depth" in rows[4].reason
@@ -138,7 +138,7 @@ def test_studies_that_cannot_be(texts: list[str], message: str) -> None:
 def test_geometry_is_shared_where_only_the_load_varies() -> None:
     study = made("operation.speed=100,200")
     row, first = study.row((100,))
-    assert row.status == "good"
+    assert row.verdict == "pass"
     assert first is not None
     _, second = study.row((200,), first)
     assert second is not None
@@ -161,7 +161,7 @@ def test_page_draws_a_line_for_each_setting() -> None:
 
     study = made("operation.speed=100:300:3", "motion[1].law=cycloidal,3-4-5")
     rows = [
-        Row(values, {"contact.peak_pressure_mpa": 10.0 * i} if i != 2 else {}, "good")
+        Row(values, {"contact.peak_pressure_mpa": 10.0 * i} if i != 2 else {}, "pass")
         for i, values in enumerate((speed, law) for speed in (100, 200, 300) for law in ("cycloidal", "3-4-5"))
     ]
     chart, table = page(study, rows, "x").sections[0].blocks
@@ -180,7 +180,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     captured = capsys.readouterr()
     assert captured.err == ""
     result = json.loads(captured.out)
-    assert [row["status"] for row in result["rows"]] == ["good", "bad input"]
+    assert [row["verdict"] for row in result["rows"]] == ["pass", "bad input"]
     with Path("exports/small-groove-cam/study.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["cam.diameter"] for row in rows] == ["80", "-1"]
@@ -190,7 +190,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert "cam.diameter" in page
     assert [Path(file).name for file in result["files"]] == ["study.csv", "study.html"]
     assert main(words[:-1]) == 0
-    assert "2 variants: 1 good, 1 bad input" in capsys.readouterr().out
+    assert "2 variants: 1 pass, 1 bad input" in capsys.readouterr().out
     assert main(["study", "small.toml", "--vary", "cam.diamter=1,2"]) == 2
     assert "did you mean 'diameter'?" in capsys.readouterr().err
     assert main(["study", "small.toml", "--vary", "cam.diameter=1,2", "--jobs", "none"]) == 2

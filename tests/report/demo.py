@@ -21,6 +21,7 @@ from camgeom.drawing.content import (
     Drawing,
     Figure,
     Leader,
+    Level,
     Limit,
     Map,
     Mark,
@@ -279,9 +280,9 @@ def drawing() -> Drawing:
 def page() -> Page:
     """The whole page."""
     findings = (
-        Remark("Pressure angle", False, 31.46, 30.0, "°", "cam angle 97.5°", "Lengthen the rise to 127°."),
-        Remark("Undercut", True, 0.62, 1.0, "", "cam angle 118°"),
-        Remark("Contact pressure <script>alert(1)</script>", True, 843.0, 2450.0, "MPa", "cam angle 40.0°"),
+        Remark("Pressure angle", Level.FAIL, 31.46, "≤ 30°", "°", "cam angle 97.5°", "Lengthen the rise to 127°."),
+        Remark("Undercut", Level.PASS, 0.62, "> 0", "", "cam angle 118°"),
+        Remark("Contact pressure <script>alert(1)</script>", Level.PASS, 843.0, "≤ 2450 MPa", "MPa", "cam angle 40°"),
     )  # fmt: skip
     table = Table(
         "Validation against independent ways of computing",
@@ -301,7 +302,7 @@ def page() -> Page:
     return Page(
         'Plate cam <b onload="alert(1)">demo</b>',
         "disc cam, translating roller follower",
-        False,
+        Level.FAIL,
         "One of three checks fails; the advice below says by how much to change what.",
         findings,
         (

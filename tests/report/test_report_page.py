@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from camgeom.drawing.content import Chapter, Chart, Drawing, Map, Page, Polar
+from camgeom.drawing.content import Chapter, Chart, Drawing, Level, Map, Page, Polar
 from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.report.page import render, sheet
@@ -94,7 +94,7 @@ def test_page_asks_the_network_for_nothing(html: str) -> None:
 
 
 def test_viewer_is_carried_only_by_a_page_with_a_scene(html: str) -> None:
-    plain = render(Page("p", "k", True, sections=(Chapter("motion", "Motion", (report_demo.motion(),)),)))
+    plain = render(Page("p", "k", Level.PASS, sections=(Chapter("motion", "Motion", (report_demo.motion(),)),)))
     assert len(plain) < 120_000
     assert len(html) < 3_000_000
     assert "three.js" in html

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camgeom.drawing.content import Chart, Drawing, Map, Page, Polar, Scene, Table, Text
+from camgeom.drawing.content import Chart, Drawing, Level, Map, Page, Polar, Scene, Table, Text
 from camgeom.drawing.plots import NARROW, WIDE
 from camgeom.drawing.sheet import overlap
 from camgeom.errors import ExportError, ProfileError
@@ -83,7 +83,7 @@ def _crowded(plot: Chart | Map | Polar | Drawing, width: float) -> list[str]:
 
 
 def test_report_of_the_groove_cam_has_every_section(page: Page) -> None:
-    assert page.passed is True
+    assert page.level is Level.WARN
     missing = {entry.key for entry in SECTIONS} - {section.key for section in page.sections}
     assert missing <= {"dynamics", "cutter"}
     assert len(render(page)) < 3_000_000
@@ -141,17 +141,18 @@ def test_one_section_computes_only_what_it_shows(tmp_path: Path) -> None:
     lone = read(str(PIN))
     page = report(lone, ["motion"])
     assert [section.key for section in page.sections] == ["motion"]
-    assert page.passed is None
+    assert page.level is None
     assert set(lone.ledger.costs) <= {"setup"}
 
 
 def test_known_findings_are_not_judged_again() -> None:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Finding, Verdict
 
-    known = Finding("pressure-angle", 71.0, 70.0, "deg", False, 325.0, "slow down", "somewhere")
+    known = Finding("pressure-angle", "fail", 71.0, "<=", 70.0, "deg", 325.0, "somewhere", "slow down")
     lone = read(str(PIN))
-    page = report(lone, ["checks"], (known,))
-    assert (page.passed, page.findings[0].value, page.findings[0].advice) == (False, 71.0, "Slow down.")
+    page = report(lone, ["checks"], Verdict((known,)))
+    assert (page.level, page.findings[0].value, page.findings[0].limit) == (Level.FAIL, 71.0, "≤ 70°")
+    assert page.findings[0].advice == "Slow down."
     assert "checks" not in lone.ledger.costs
 
 

@@ -16,7 +16,7 @@ from camgeom.drawing.content import Block, Chapter, Page, Text
 from camgeom.errors import CamgeomError, Problem, ProfileError
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Verdict
     from camgeom.model import Model
 
 Writer = Callable[["Model"], tuple[Block, ...]]
@@ -58,8 +58,8 @@ SECTIONS = (
 """The sections in their order; checks also give the verdict at the head of the page."""
 
 
-def report(model: Model, only: Collection[str] | None = None, judged: tuple[Finding, ...] | None = None) -> Page:
-    """The page about a model; `only` names the sections wanted, `judged` the findings where they are known already.
+def report(model: Model, only: Collection[str] | None = None, judged: Verdict | None = None) -> Page:
+    """The page about a model; `only` names the sections wanted, `judged` the verdict where it is known already.
 
     Raises ProfileError for an unknown section.
     """
@@ -96,7 +96,7 @@ def write_report(
     model: Model,
     path: str | Path,
     only: Collection[str] | None = None,
-    judged: tuple[Finding, ...] | None = None,
+    judged: Verdict | None = None,
 ) -> Path:
     """Write the report as one HTML file, whole or not at all, and give its path; arguments as of `report`."""
     from camgeom.export.files import atomic_write

@@ -6,39 +6,46 @@ from collections.abc import Collection, Iterator
 from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING
 
-from camgeom.drawing.content import Block, Chapter, Column, Figure, Page, Remark, Table
+from camgeom.checks.verdict import RANK, Verdict
+from camgeom.drawing.content import Block, Chapter, Column, Figure, Level, Page, Remark, Table
 from camgeom.drawing.sheet import number
 from camgeom.report.sections.bodies import kept
 
 if TYPE_CHECKING:
-    from camgeom.checks import Finding
+    from camgeom.checks.verdict import Finding
     from camgeom.mechanics.face_duty import FaceDuty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
 UNITS = {"deg": "°", "1": "", "order": ""}
 """units as a reader expects them"""
+SIGNS = {"<=": "≤", ">=": "≥"}
 PICOMETRE = 1e-9
 """mm; a distance smaller than this is rounding"""
-ENDLESS = 1e29
-"""a life at least this long means no load"""
 
 
-def _findings(model: Model) -> tuple[Finding, ...]:
-    """The findings of all checks, judged once for a model."""
-    from camgeom.checks import findings
+def _verdict(model: Model) -> Verdict:
+    """The verdict of all checks, judged once for a model."""
+    from camgeom.checks import judge
 
-    return kept(model, "checks", lambda: findings(model))
+    return kept(model, "checks", lambda: judge(model))
 
 
 def _shown(finding: Finding) -> Remark:
     value: float | str | None = finding.value
-    if isinstance(value, float):
-        value = "unlimited" if value > ENDLESS else 0.0 if finding.unit == "mm" and abs(value) < PICOMETRE else value
+    if isinstance(value, float) and finding.unit == "mm" and abs(value) < PICOMETRE:
+        value = 0.0
+    unit = UNITS.get(finding.unit, finding.unit)
+    if value is None and finding.level == "pass":
+        value, unit = "unlimited", ""
+    limit = None
+    if finding.limit is not None:
+        sign = SIGNS.get(finding.comparison, finding.comparison)
+        limit = f"{sign} {number(finding.limit)}{'' if unit == '°' or not unit else ' '}{unit}".strip()
     angle = "" if finding.cam_angle_deg is None else f"cam angle {number(finding.cam_angle_deg)}°"
     where = ", ".join(part for part in (angle, finding.where) if part)
-    unit = UNITS.get(finding.unit, finding.unit)
-    return Remark(_words(finding.check), finding.passed, value, finding.limit, unit, where, _sentence(finding.advice))
+    level = Level(finding.level)
+    return Remark(_words(finding.check), level, value, limit, unit, where, _sentence(finding.advice))
 
 
 def _words(name: str) -> str:
@@ -51,11 +58,15 @@ def _sentence(text: str) -> str:
 
 
 def check_table(model: Model) -> tuple[Block, ...]:
-    """Every check with its value and limit, the failed ones first."""
-    shown = sorted(map(_shown, _findings(model)), key=lambda finding: finding.passed)
-    rows = tuple((f.check, f.passed, f.value, f.limit, f.unit, f.where) for f in shown)
-    columns = tuple(Column(label) for label in ("Check", "Verdict", "Value", "Limit", "Unit", "Where"))
-    return (Table("Checks made", columns, rows),) if rows else ()
+    """Every check with its value, limit and margin, the failed ones first."""
+    ordered = sorted(_verdict(model).findings, key=lambda finding: -RANK[finding.level])
+    rows = []
+    for finding in ordered:
+        f = _shown(finding)
+        margin = None if finding.margin is None else f"{finding.margin:+.0f} %"
+        rows.append((f.check, f.level, f.value, f.unit, f.limit, margin, f.where))
+    columns = tuple(Column(label) for label in ("Check", "Verdict", "Value", "Unit", "Limit", "Margin", "Where"))
+    return (Table("Checks made", columns, tuple(rows)),) if rows else ()
 
 
 def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tuple[Chapter, ...]) -> Page:
@@ -63,7 +74,7 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
     from camgeom import __version__
 
     profile = model.profile
-    found = tuple(map(_shown, _findings(model))) if judged else ()
+    verdict = _verdict(model) if judged else None
     operation = profile.operation
     details = [("Profile", profile.source.rsplit("/", 1)[-1] or "given in memory"), ("camgeom", __version__)]
     if operation is not None:
@@ -71,29 +82,25 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
     details.append(("Mesh tolerance", f"{number(model.tolerance)} mm"))
     form = model.mechanism.form
     kind = f"{profile.kind.replace('-', ' ')} cam{f', {form}' if form else ''}, {profile.follower.kind} follower"
-    passed = all(f.passed for f in found) if found else None
-    return Page(profile.name, kind, passed, _summary(found), found, figures, sections, tuple(details))
+    if verdict is None or not verdict.findings:
+        return Page(profile.name, kind, None, "", (), figures, sections, tuple(details))
+    omitted = tuple((_words(word.check), word.reason) for word in verdict.not_judged)
+    return Page(
+        profile.name, kind, Level(verdict.level), _summary(verdict), tuple(map(_shown, verdict.findings)),
+        figures, sections, tuple(details), omitted,
+    )  # fmt: skip
 
 
-def _summary(found: tuple[Remark, ...]) -> str:
-    failed = sorted({f.check.lower() for f in found if not f.passed})
+def _summary(verdict: Verdict) -> str:
+    """One sentence below the verdict: what fails, or what is closest to its limit."""
+    failed = sorted({_words(f.check).lower() for f in verdict.findings if f.level == "fail"})
     if failed:
         return f"The design fails: {', '.join(failed)}. What to change stands below each finding."
-    tightest = min((f for f in found if _share(f) is not None), key=lambda f: 1.0 - (_share(f) or 0.0), default=None)
-    if tightest is None:
+    closest = verdict.closest
+    if closest is None:
         return ""
-    share = 100.0 * (_share(tightest) or 0.0)
-    closest = tightest.check.lower()
-    return f"The design meets its limits; the closest to its limit is the {closest}, at {share:.0f} % of it."
-
-
-def _share(finding: Remark) -> float | None:
-    """Share of an upper limit that is used; None for lower limits and yes-or-no checks."""
-    upper = finding.check in ("Pressure angle", "Contact pressure", "Bearing load", "Peak torque")
-    value, limit = finding.value, finding.limit
-    if not upper or not isinstance(value, float) or not isinstance(limit, float) or limit <= 0.0:
-        return None
-    return value / limit
+    room = f"{_words(closest.check).lower()}, {closest.margin:.0f} % of the limit away from it"
+    return f"The design meets its limits; the closest to its limit is the {room}."
 
 
 def key_figures(model: Model, wanted: Collection[str]) -> tuple[Figure, ...]:

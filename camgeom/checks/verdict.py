@@ -1,0 +1,165 @@
+"""What a judgement says: pass, warn, fail or not judged; and of many, the worst."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import degrees, isfinite
+from typing import Any, Literal, final
+
+Level = Literal["pass", "warn", "fail"]
+Comparison = Literal["<=", ">=", "<", ">", "=", ""]
+RANK: dict[Level, int] = {"pass": 0, "warn": 1, "fail": 2}
+COUNTS = ("order", "rollers", "crossings", "jumps", "")
+"""units of what is counted: a whole number is met, not approached"""
+BY_CHOICE = ("chord-error",)
+"""checks of what camgeom itself brings as near its limit as it may"""
+_HOLDS: dict[Comparison, Callable[[float, float], bool]] = {
+    "<=": lambda value, limit: value <= limit,
+    ">=": lambda value, limit: value >= limit,
+    "<": lambda value, limit: value < limit,
+    ">": lambda value, limit: value > limit,
+    "=": lambda value, limit: value == limit,
+    "": lambda value, limit: True,
+}
+
+
+@final
+@dataclass(frozen=True)
+class Finding:
+    """One fact judged: its value, which has to stand in the comparison with the limit, where, and what to do.
+
+    value       None where it could not be computed (a failure), or is endless (a life without load)
+    advice      what would mend it; given where the level is not "pass"
+    """
+
+    check: str
+    level: Level
+    value: float | None
+    comparison: Comparison
+    limit: float | None
+    unit: str
+    cam_angle_deg: float | None = None
+    where: str = ""
+    advice: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """True unless it fails."""
+        return self.level != "fail"
+
+    @property
+    def margin(self) -> float | None:
+        """Room to the limit, % of it, negative beyond it; None without a number to compare with."""
+        if self.value is None or not self.limit or self.comparison not in ("<=", ">=", "<", ">"):
+            return None
+        sign = 1.0 if self.comparison in (">=", ">") else -1.0
+        return 100.0 * sign * (self.value - self.limit) / abs(self.limit)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The finding as plain data for result.json."""
+        return {
+            "check": self.check,
+            "level": self.level,
+            "value": self.value,
+            "limit": self.limit,
+            "comparison": self.comparison,
+            "unit": self.unit,
+            "margin": self.margin,
+            "passed": self.passed,
+            "cam_angle_deg": self.cam_angle_deg,
+            "where": self.where,
+            "advice": self.advice,
+        }
+
+
+@final
+@dataclass(frozen=True)
+class NotJudged:
+    """A check that applies and could not be made: what is missing, and what to give so that it is made."""
+
+    check: str
+    reason: str
+
+    def as_dict(self) -> dict[str, str]:
+        """The omission as plain data for result.json."""
+        return {"check": self.check, "reason": self.reason}
+
+
+def judged(
+    check: str,
+    value: float,
+    comparison: Comparison,
+    limit: float | None,
+    unit: str,
+    advice: str,
+    *,
+    warn: float | None = None,
+    slack: float = 0.0,
+    cam_angle: float | None = None,
+    where: str = "",
+    worst: Level = "fail",
+) -> Finding:
+    """The finding of a value against its limit.
+
+    warn       beyond it a designer would want to know, though the limit holds; in the sense of the same comparison
+    slack      rounding or mesh error that the comparison forgives, in the value's unit
+    cam_angle  rad; worst: the level beyond the limit ("warn" of what is never a failure)
+    An endless value has none in the finding. NaN fails.
+    """
+    eased = value + slack if comparison in (">=", ">") else value - slack
+    holds = _HOLDS[comparison]
+    level: Level = "pass"
+    if limit is not None and not holds(eased, limit):
+        level = worst
+    elif warn is not None and not holds(value, warn):
+        level = "warn"
+    return Finding(
+        check,
+        level,
+        float(value) if isfinite(value) else None,
+        comparison,
+        limit,
+        unit,
+        None if cam_angle is None else degrees(cam_angle) % 360.0,
+        where,
+        "" if level == "pass" else advice,
+    )
+
+
+@final
+@dataclass(frozen=True)
+class Verdict:
+    """All judgements of one design."""
+
+    findings: tuple[Finding, ...]
+    not_judged: tuple[NotJudged, ...] = ()
+
+    @property
+    def level(self) -> Level:
+        """The worst of the findings."""
+        return worst_of(finding.level for finding in self.findings)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict with its counts, as one line."""
+        total, open_ = len(self.findings), len(self.not_judged)
+        counted = sum(finding.level == self.level for finding in self.findings)
+        heads = {
+            "fail": f"FAIL, {counted} of {total} findings",
+            "warn": f"WARN, {counted} of {total} findings",
+            "pass": f"PASS of what was judged, {total} findings" if open_ else f"PASS, {total} findings",
+        }
+        return heads[self.level] + (f"; {open_} not judged" if open_ else "")
+
+    @property
+    def closest(self) -> Finding | None:
+        """The finding that holds with the least room to its limit, in %; counts and the mesher's own goal aside."""
+        holding = [f for f in self.findings if f.margin is not None and f.level != "fail"]
+        holding = [f for f in holding if f.unit not in COUNTS and f.check not in BY_CHOICE]
+        return min(holding, key=lambda f: f.margin or 0.0, default=None)
+
+
+def worst_of(levels: Iterable[Level]) -> Level:
+    """The worst of some levels; "pass" of none."""
+    return max(levels, key=lambda level: RANK[level], default="pass")

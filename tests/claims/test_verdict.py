@@ -1,0 +1,86 @@
+"""What a verdict says: levels, margins, what is not judged, and the worst of all."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import pytest
+
+from camgeom.checks import NEEDS, checks, judge
+from camgeom.checks.verdict import Finding, NotJudged, Verdict, judged
+from camgeom.model import Model, read
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from tests.places import PROFILES
+
+
+@pytest.mark.parametrize(
+    ("value", "comparison", "warn", "level", "margin"),
+    [
+        (0.999, "<=", None, "pass", 0.1),
+        (1.002, "<=", None, "fail", -0.2),
+        (0.999, "<=", 0.9, "warn", 0.1),
+        (0.899, "<=", 0.9, "pass", 10.1),
+        (1.001, ">=", None, "pass", 0.1),
+        (0.998, ">=", None, "fail", -0.2),
+        (1.001, ">=", 1.05, "warn", 0.1),
+        (1.0, "<=", None, "pass", 0.0),
+        (1.0, "<", None, "fail", 0.0),
+        (1.0, ">", None, "fail", 0.0),
+    ],
+)
+def test_a_value_against_its_limit(value, comparison, warn, level, margin) -> None:
+    finding = judged("x", value, comparison, 1.0, "mm", "mend it", warn=warn)
+    assert (finding.level, finding.passed) == (level, level != "fail")
+    assert finding.margin == pytest.approx(margin, abs=1e-9)
+    assert finding.advice == ("" if level == "pass" else "mend it")
+
+
+def test_what_is_endless_or_no_number() -> None:
+    assert judged("life", inf, ">=", 1e4, "h", "").level == "pass"
+    assert judged("life", inf, ">=", 1e4, "h", "").value is None
+    assert judged("pressure", inf, "<=", 1e4, "MPa", "x").level == "fail"
+    assert judged("pressure", nan, "<=", 1e4, "MPa", "x").level == "fail"
+    assert judged("pressure", nan, ">=", 1e4, "MPa", "x").level == "fail"
+
+
+def test_the_verdict_is_the_worst_and_says_what_was_left_out() -> None:
+    good, warns = judged("a", 1.0, "<=", 2.0, "mm", ""), judged("b", 1.9, "<=", 2.0, "mm", "", warn=1.0)
+    bad = judged("c", 3.0, "<=", 2.0, "mm", "")
+    assert Verdict(()).level == "pass"
+    assert Verdict((good,)).sentence == "PASS, 1 findings"
+    assert Verdict((good,), (NotJudged("d", "why"),)).sentence == "PASS of what was judged, 1 findings; 1 not judged"
+    assert Verdict((good, warns)).sentence == "WARN, 1 of 2 findings"
+    assert Verdict((good, warns, bad)).sentence == "FAIL, 1 of 3 findings"
+    assert Verdict((good, warns, bad)).closest is warns
+
+
+def test_every_need_of_a_check_is_known() -> None:
+    for entry in checks().values():
+        assert set(entry.needs) <= set(NEEDS), entry.name
+
+
+def without(name: str, *sections: str) -> Model:
+    data, _, _ = load((PROFILES / f"{name}.toml").read_text(encoding="utf-8"), "")
+    return Model(from_data({key: value for key, value in data.items() if key not in sections}, ""))
+
+
+@pytest.mark.parametrize(
+    ("name", "check"),
+    [("pin_insertion", "contact-pressure"), ("disc_flat_face", "face-pressure"), ("tool_changer", "turret-pressure")],
+)
+def test_a_design_without_a_load_is_told_what_was_not_judged(name: str, check: str) -> None:
+    verdict = judge(without(name, "operation", "dynamics", "impact"), [check])
+    assert verdict.findings == ()
+    assert [word.check for word in verdict.not_judged] == [check]
+    assert "operation" in verdict.not_judged[0].reason
+    judged_now = judge(read(str(PROFILES / f"{name}.toml")), [check])
+    assert [f.check for f in judged_now.findings] == [check]
+    assert judged_now.not_judged == ()
+
+
+def test_a_pressure_angle_beyond_the_customary_warns_though_the_limit_holds() -> None:
+    (finding,) = judge(read(str(PROFILES / "pin_insertion.toml")), ["pressure-angle"]).findings
+    assert isinstance(finding, Finding)
+    assert (finding.level, finding.limit, finding.comparison) == ("warn", 70.0, "<=")
+    assert finding.margin == pytest.approx(100.0 * (70.0 - 65.580914) / 70.0, abs=1e-4)
