@@ -13,9 +13,10 @@ from pydantic import Field
 from camgeom.cams import Cam, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
+from camgeom.maths import Floats
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
-from camgeom.solid.mechanism import Drive, Drum, Mechanism
+from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
 from camgeom.track import Joint, Slide, Swing, Track
 from camgeom.track.follower import AnyRoller, CylinderRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
 from camgeom.track.section import Level, cylinder_level
@@ -43,6 +44,10 @@ class Cylindrical(Cam):
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
     rib_thickness: Length | None = Field(None, description="mm, rib form: axial thickness of the rib in a dwell")
     running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    run_out: bool = Field(
+        False, description="true where the groove leaves the drum through an end face on purpose: nothing holds the "
+        "roller there, and nothing is judged where there is no wall"
+    )
     direction: Literal["ccw", "cw"] = Field("ccw", description="the cam's turning, seen from +Z")
 
     @property
@@ -84,6 +89,8 @@ class Cylindrical(Cam):
         found = [*self._size_problems(), *self._roller_problems(setup.roller)]
         if self.form == "rib" and self.rib_thickness is None:
             found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
+        if self.form == "rib" and self.run_out:
+            found.append(problem("cam.run_out", True, "false for form = 'rib': a rib has to stay within the drum"))
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
             found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
@@ -167,6 +174,17 @@ class CylindricalMechanism(Mechanism):
     def drum(self) -> Drum:
         """The drum from z = 0 up."""
         return Drum(self.cam.radius, 0.0, self.cam.length, self.cam.groove_depth)
+
+    @property
+    def runs_out(self) -> bool:
+        """True where the groove leaves the drum through an end face on purpose."""
+        return self.cam.run_out
+
+    def inside(self, x: Floats) -> Mask:
+        """Which contact points (3, ...) lie between the drum's ends; all where the groove has to stay there."""
+        if not self.runs_out:
+            return super().inside(x)
+        return np.asarray((x[2] >= 0.0) & (x[2] <= self.cam.length))
 
     @property
     def blank(self) -> Blank:

@@ -87,3 +87,34 @@ def _lengths(track: Track, phi: Floats, top: Level, near: float) -> Floats:
     column = Column(track, phi)
     ends = [column.reach(side, top, near)[:, 0] for side in track.sides]
     return np.asarray(np.min([np.minimum(track.meridian.jet(end)[0], high) - low for end in ends], axis=0))
+
+
+@check("run-out", "tracks")
+def run_out(model: Model) -> Iterable[Finding]:
+    """How far the contact stays within a drum's ends; where it leaves on purpose, over how much of a turn."""
+    drum = model.mechanism.drum
+    if drum is None or model.mechanism.turret is not None:
+        return
+    low, high = drum.low, drum.high
+    if not model.mechanism.runs_out:
+        from camgeom.track.survey import smallest
+
+        contacts = [contact for survey in model.flanks for contact in survey.contacts]
+        least = smallest(contacts, lambda flank: np.minimum(flank.x[2] - low, high - flank.x[2]))
+        yield judged(
+            "run-out", least.value, ">=", 0.0, "mm",
+            "the roller leaves the drum through an end face and touches nothing there: lengthen the drum or move "
+            "`start`, or say `run_out = true` where that is meant",
+            cam_angle=least.cam_angle, where=f"{least.where} to the nearer end",
+        )  # fmt: skip
+        return
+    for name, stretches in model.lost_contact.items():
+        lost = sum(stop - start for start, stop in stretches)
+        ranges = ", ".join(f"{degrees(a) % 360.0:.6g} .. {degrees(b) % 360.0:.6g}" for a, b in stretches)
+        advice = f"nothing holds the roller on this side at {ranges} deg: see that nothing pushes it there"
+        yield judged(
+            "run-out", degrees(lost), "<=", 360.0, "deg", advice, warn=0.0,
+            cam_angle=stretches[0][0] if stretches else None, where=f"{name} without contact",
+        )  # fmt: skip
+    if not any(model.lost_contact.values()):
+        yield Finding("run-out", "warn", 0.0, "", None, "deg", advice="the groove stays within the drum: no `run_out`")

@@ -6,12 +6,14 @@ smooth, so peaks, reversals and the hot spot are found to rounding, not to a sam
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees
 from typing import Any, final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -27,8 +29,12 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, nor
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Track
 from camgeom.track.flank import Flank
+from camgeom.track.runout import wall_ends
 
 SLICES = 9
+NOWHERE = 1e3
+"""mm; gap beside a slice of the roller that has no wall: more than any load closes"""
+Mask = npt.NDArray[np.bool_]
 
 
 @final
@@ -40,6 +46,7 @@ class Walls:
     lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
     cosine         of the pressure angle
     path_rate      path of the roller centre relative to the cam across its axis, mm/rad
+    here           whether the walls behind and ahead exist beside the roller, which may leave the cam on purpose
     """
 
     behind: Floats
@@ -47,6 +54,7 @@ class Walls:
     lever: Floats
     cosine: Floats
     path_rate: Floats
+    here: tuple[Mask, Mask]
 
 
 @final
@@ -59,6 +67,8 @@ class RollerDuty:
     crown   radius of the meridian, mm, of a crowned roller on a straight flank (planar cams); None: the flank is the
             roller's own envelope
     rating  of the roller's bearing, dynamic and static, N; None where it is not known
+    inside  which contact points (3, ...) are on the cam, where the roller leaves it on purpose: no wall takes a force
+            elsewhere
     """
 
     track: Track
@@ -70,6 +80,7 @@ class RollerDuty:
     crown: float | None = None
     rating: float | None = None
     static_rating: float | None = None
+    inside: Callable[[Floats], Mask] | None = None
 
     @property
     def speed(self) -> float:
@@ -84,6 +95,8 @@ class RollerDuty:
         clipped at zero, on panels that have an edge where it changes sign.
         """
         full = self.load.sampled()
+        if self.inside is not None:
+            return self._held(full)
         if len(self.track.sides) > 1:
             return full
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
@@ -92,6 +105,28 @@ class RollerDuty:
         sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
                               .lever().mean()))
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def _held(self, full: FollowerForce) -> FollowerForce:
+        """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""
+        assert self.inside is not None
+        stations = np.array([self.track.meridian.parameter(float(d)) for d in self._middles])
+        edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
+        edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.inside)]
+        split = self.load.sampled(panels(np.concatenate([full.panels.edges, *edges]), np.inf))
+        theta = split.panels.theta
+        held = np.zeros(theta.shape, dtype=bool)
+        for side in self.track.sides:
+            flank = Flank(self.track, theta.ravel(), stations, side)
+            behind = float(flank.lever().mean()) < 0.0
+            there = self.inside(flank.x).any(axis=1).reshape(theta.shape)
+            held |= there & ((split.force >= 0.0) if behind else (split.force < 0.0))
+        return replace(split, force=np.where(held, split.force, 0.0))
+
+    @property
+    def _middles(self) -> Floats:
+        """Middles of the slices along the roller, mm."""
+        edges = np.linspace(min(self.track.contact), max(self.track.contact), SLICES + 1)
+        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
     def walls(self, t: float) -> Walls:
         """The flank at one meridian parameter t."""
@@ -106,13 +141,26 @@ class RollerDuty:
         delta = float(self.track.meridian.jet(np.array([t]))[0][0])
         v, u = pose.a[1] + delta * pose.u[1], pose.u[0]
         across = v - dot(v, u) * u
+        here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
+        curvature = {
+            # A fold in free air is nobody's stress: a plane stands for it.
+            side: flank.k_rel.reshape(shape) if self.inside is None else
+            np.where(here[side] | (flank.k_rel.reshape(shape) > 0.0), flank.k_rel.reshape(shape), 1.0 / self.radius)
+            for side, flank in flanks.items()
+        }
+        none = np.zeros(shape, dtype=bool)
         return Walls(
-            flanks[behind].k_rel.reshape(shape) if behind is not None else zero,
-            flanks[ahead].k_rel.reshape(shape) if ahead is not None else zero,
+            curvature[behind] if behind is not None else zero,
+            curvature[ahead] if ahead is not None else zero,
             np.abs(some.lever()).reshape(shape),
             np.cos(some.pressure_angle()).reshape(shape),
             np.sqrt(dot(across, across)).reshape(shape),
+            (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
         )
+
+    def _here(self, flank: Flank) -> Mask:
+        """Where a flank's points are on the cam, (n, m)."""
+        return np.ones(flank.x.shape[1:], dtype=bool) if self.inside is None else self.inside(flank.x)
 
     @cached_property
     def reference(self) -> Walls:
@@ -165,6 +213,10 @@ class RollerDuty:
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
+        gaps = self._gaps(stations)
+        if self.inside is not None:
+            near, far = (np.stack([w.here[i] for w in walls], axis=-1) for i in (0, 1))
+            gaps = np.where(np.where(force[..., None] >= 0.0, near, far), gaps, NOWHERE)
         shared = share_load(
             np.abs(force),
             stations - stations.mean(),
@@ -174,7 +226,7 @@ class RollerDuty:
             self.cam,
             self.radius,
             2.0 * self.radius,
-            self._gaps(stations),
+            gaps,
             cosines=lever,
         )
         line = np.moveaxis(shared.line_load, -1, 0) * np.sign(force)
@@ -197,10 +249,8 @@ class RollerDuty:
     @cached_property
     def _slices(self) -> tuple[Floats, Floats, list[Walls]]:
         low, high = sorted(self.track.contact)
-        edges = np.linspace(low, high, SLICES + 1)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        walls = [self.walls(self.track.meridian.parameter(float(d))) for d in middle]
-        return middle, np.diff(edges), walls
+        walls = [self.walls(self.track.meridian.parameter(float(d))) for d in self._middles]
+        return self._middles, np.diff(np.linspace(low, high, SLICES + 1)), walls
 
     def _gaps(self, stations: Floats) -> Floats:
         """Gap between roller and flank along the slices, mm: none where the flank is the roller's own envelope."""

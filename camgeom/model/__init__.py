@@ -176,7 +176,27 @@ class Model:
         if self.mechanism.touches:
             # The wall of a disc is straight along the roller: it is not the envelope of a crown.
             pairs = zip((t.straightened() for t in self.tracks), (t.straightened() for t in self.cutters))
-        return tuple(Survey(track, cutter, foot) for track, cutter in pairs)
+        inside = self.mechanism.inside if self.mechanism.runs_out else None
+        return tuple(Survey(track, cutter, foot, inside) for track, cutter in pairs)
+
+    @fact
+    def lost_contact(self) -> dict[str, tuple[tuple[float, float], ...]]:
+        """Stretches of cam angle (from, to), rad, by flank, over which a roller that leaves its cam has none beside it.
+
+        Empty where no roller leaves its cam on purpose.
+        """
+        if not self.mechanism.runs_out:
+            return {}
+        from camgeom.track.runout import missing
+        from camgeom.track.survey import FLANKS
+
+        inside, many = self.mechanism.inside, len(self.tracks) > 1
+        return {
+            f"{track.name} {name}" if many else name: missing(track, side, inside)
+            for track in self.tracks
+            for name, side in FLANKS.items()
+            if side in track.sides
+        }
 
     def refuse_folded(self) -> None:
         """Raise DesignError where a flank folds back on itself or the motion jumps, so that no solid exists."""

@@ -60,6 +60,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
     from camgeom.mechanics.roller_duty import RollerDuty
 
     quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
+    inside = mechanism.inside if mechanism.runs_out else None
     duties = []
     for track in mechanism.tracks:
         low, high = track.contact
@@ -68,7 +69,9 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
             crown, track = track.meridian.arc, track.straightened()
         within = quoted is not None and min(low, high) <= quoted <= max(low, high)
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
-        duties.append(RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating))
+        duties.append(
+            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating, inside)
+        )
     return tuple(duties)
 
 

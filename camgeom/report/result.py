@@ -241,6 +241,18 @@ def flank_data(model: Model) -> dict[str, Any]:
         "undercut_margin": margin.value,
         "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,
         **_quoted(model),
+        **_lost(model),
+    }
+
+
+def _lost(model: Model) -> dict[str, Any]:
+    """Over how much of a turn, and where, a roller that leaves its cam on purpose misses one of its flanks."""
+    if not model.mechanism.runs_out:
+        return {}
+    lost = model.lost_contact
+    return {
+        "lost_contact_deg": max(degrees(sum(b - a for a, b in stretches)) for stretches in lost.values()),
+        "lost_contact_at_deg": {name: [[degrees(a), degrees(b)] for a, b in each] for name, each in lost.items()},
     }
 
 

@@ -197,6 +197,11 @@ class Mechanism(ABC):
         """True for the case of the literature: a cylindrical roller on a slide, in the groove of a drum."""
         return False
 
+    @property
+    def runs_out(self) -> bool:
+        """True where a roller leaves the cam on purpose: its contacts count where they are `inside` alone."""
+        return False
+
     def inside(self, x: Floats) -> Mask:
         """Which contact points (3, ...) lie on the cam's own material: tracks may run beyond it."""
         return np.ones(x.shape[1:], dtype=bool)

@@ -125,11 +125,13 @@ class Survey:
     track   the roller itself: its contact stretch is what pressure angle and relative curvature are asked on
     cutter  the tool that cuts: its wall, from the tip to the end of the contact, is what undercut is asked on
     foot    the surface at which that wall ends where it does not reach down to the tool's tip, and a delta near it
+    inside  which contact points (3, ...) are on the cam, where rollers leave it on purpose: no other counts
     """
 
     track: Track
     cutter: Track
     foot: tuple[Level, float] | None = None
+    inside: Callable[[Floats], npt.NDArray[np.bool_]] | None = None
 
     @cached_property
     def _grid(self) -> Grid:
@@ -171,30 +173,37 @@ class Survey:
     def _over(self, stations: Floats) -> tuple[FlankContact, ...]:
         return tuple(FlankContact(self.track, side, self._grid, stations) for side in self.track.sides)
 
+    def _counted(self, what: Callable[[Flank], Floats], beyond: float) -> Callable[[Flank], Floats]:
+        """The quantity where the contact is on the cam, `beyond` (never the extreme) where it is not."""
+        inside = self.inside
+        if inside is None:
+            return what
+        return lambda flank: np.where(inside(flank.x), what(flank), beyond)
+
     @cached_property
     def pressure_angle(self) -> Extreme:
         """Largest pressure angle over the contact stretch, rad."""
-        return largest(self.contacts, lambda flank: flank.pressure_angle())
+        return largest(self.contacts, self._counted(lambda flank: flank.pressure_angle(), -np.inf))
 
     @cached_property
     def axis_pressure_angle(self) -> Extreme:
         """Largest pressure angle taken at the roller axis, rad."""
-        return largest(self.contacts, lambda flank: flank.pressure_angle("axis"))
+        return largest(self.contacts, self._counted(lambda flank: flank.pressure_angle("axis"), -np.inf))
 
     def pressure_angle_at(self, delta: float) -> Extreme:
         """Largest pressure angle at one place along the roller, rad."""
         t = np.array([self.track.meridian.parameter(delta)])
-        return largest(self._over(t), lambda flank: flank.pressure_angle())
+        return largest(self._over(t), self._counted(lambda flank: flank.pressure_angle(), -np.inf))
 
     @cached_property
     def relative_curvature(self) -> Extreme:
         """Smallest relative curvature of cam against roller over the contact stretch, 1/mm."""
-        return smallest(self.contacts, lambda flank: flank.k_rel)
+        return smallest(self.contacts, self._counted(lambda flank: flank.k_rel, np.inf))
 
     @cached_property
     def largest_relative_curvature(self) -> Extreme:
         """Largest relative curvature over the contact stretch, 1/mm: the sharpest contact."""
-        return largest(self.contacts, lambda flank: flank.k_rel)
+        return largest(self.contacts, self._counted(lambda flank: flank.k_rel, -np.inf))
 
     @cached_property
     def margin(self) -> Extreme:
@@ -204,7 +213,7 @@ class Survey:
             FlankContact(self.cutter, side, self._grid, self.wall if plain else partial(self._footed, side))
             for side in self.cutter.sides
         )
-        return smallest(walls, lambda flank: flank.margin)
+        return smallest(walls, self._counted(lambda flank: flank.margin, np.inf))
 
     def _footed(self, side: float, phi: Floats) -> Floats:
         """Stations (n, m) over a wall whose foot is at another place of the roller at each angle.
@@ -220,4 +229,4 @@ class Survey:
     @cached_property
     def sliding(self) -> Extreme:
         """Largest sliding along the contact line of a roller that rolls purely at its middle, mm per rad."""
-        return largest(self.contacts, lambda flank: np.hypot(*flank.sliding()), refine=False)
+        return largest(self.contacts, self._counted(lambda flank: np.hypot(*flank.sliding()), -np.inf), refine=False)
