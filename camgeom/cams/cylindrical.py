@@ -14,6 +14,7 @@ from camgeom.cams import Cam, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
@@ -304,6 +305,27 @@ class CylindricalMechanism(Mechanism):
     def wall_top(self) -> tuple[Level, float]:
         """The drum's outside: a swinging roller can leave the drum sideways."""
         return cylinder_level(self.cam.radius), self.cam.radius
+
+    @cached_property
+    def ribs(self) -> tuple[Extreme, ...]:
+        """Least normal thickness of the rib at its tip and at its foot, mm: where it is steep it is thinner."""
+        from camgeom.track.clearance import flank_gap
+
+        if self.cam.form != "rib":
+            return ()
+        lower, upper = self.cutters
+        answers = []
+        for where, radius in (("tip", self.cam.radius), ("foot", self.cam.floor_radius)):
+            level = cylinder_level(radius)
+            gaps = (flank_gap(lower, upper, level, radius), flank_gap(upper, lower, level, radius))
+            answers.append(replace(min(gaps, key=lambda gap: gap.value), where=where))
+        return tuple(answers)
+
+    @property
+    def rib_asked(self) -> float | None:
+        """The rib's thickness in a dwell less both running clearances, mm."""
+        thickness = self.cam.rib_thickness
+        return None if thickness is None else thickness - 2.0 * self.cam.running_clearance
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, judged
+from camgeom.track import TURN
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -54,4 +55,33 @@ def wall(model: Model) -> Iterable[Finding]:
         yield judged(
             "wall", place.thickness, ">=", model.profile.limits.min_wall_mm, "mm", place.advice,
             cam_angle=place.cam_angle, where=place.name,
+        )  # fmt: skip
+
+
+@check("rib-thickness", "tracks")
+def rib_thickness_check(model: Model) -> Iterable[Finding]:
+    """Least normal thickness of ribs at their tip and root: between a drum's two rollers, or a turret's neighbours."""
+    from camgeom.track.turret import rib_thickness
+
+    limits, mechanism, turret = model.profile.limits, model.mechanism, model.mechanism.turret
+    warn = None if mechanism.rib_asked is None else (1.0 - limits.warn_rib_share) * mechanism.rib_asked
+    for rib in mechanism.ribs:
+        yield judged(
+            "rib-thickness", rib.value, ">=", limits.min_wall_mm, "mm",
+            f"steep places thin the rib to less than the {mechanism.rib_asked:.6g} mm of a level dwell: give the "
+            "motion more cam angle, enlarge the drum, or ask for a thicker rib",
+            warn=warn, cam_angle=rib.cam_angle, where=f"rib {rib.where}",
+        )  # fmt: skip
+    if turret is None:
+        return
+    pitch = TURN / turret.follower.count
+    for name, delta in turret.rib_depths:
+        neighbours = (rib_thickness(track, pitch, mechanism.inside, delta) for track in model.cutters)
+        worst = min((rib for rib in neighbours if rib is not None), key=lambda rib: rib.thickness, default=None)
+        if worst is None:
+            continue
+        advice = "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
+        yield judged(
+            "rib-thickness", worst.thickness, ">=", limits.min_wall_mm, "mm", advice,
+            cam_angle=worst.cam_angle, where=f"rib {name}",
         )  # fmt: skip

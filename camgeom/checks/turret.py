@@ -1,4 +1,4 @@
-"""An indexing turret beside its cam: ribs, gaps, hand-over, fins, dwell, contact pressure and lives."""
+"""An indexing turret beside its cam: gaps, hand-over, fins, dwell, contact pressure and lives."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from camgeom.checks.verdict import Finding, judged
 if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.solid.mechanism import Turret
-    from camgeom.track.turret import Rib
 
 USUAL_STOPS = (3, 24)
 """stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
@@ -42,26 +41,6 @@ def stops(model: Model) -> Iterable[Finding]:
     else:
         advice = f"more than {high} stops: preload tends to jam; take the groove form and little preload"
         yield judged("stops", float(value), "<=", float(high), "1", advice, worst="warn")
-
-
-@check("rib-thickness", "turret")
-def rib_thickness_check(model: Model) -> Iterable[Finding]:
-    """Thinnest place of the ribs at their tip and root over dwell and index."""
-    from camgeom.track.turret import rib_thickness
-
-    limit = model.profile.limits.min_wall_mm
-    turret, inside = _turret(model), model.mechanism.inside
-    pitch = 2.0 * np.pi / turret.follower.count
-    for name, delta in turret.rib_depths:
-        ribs = [rib_thickness(track, pitch, inside, delta) for track in model.cutters]
-        found: list[Rib] = [rib for rib in ribs if rib is not None]
-        if not found:
-            continue
-        worst = min(found, key=lambda rib: rib.thickness)
-        advice = "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
-        yield judged(
-            "rib-thickness", worst.thickness, ">=", limit, "mm", advice, cam_angle=worst.cam_angle, where=f"rib {name}"
-        )
 
 
 @check("turret-gap", "turret")

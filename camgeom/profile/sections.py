@@ -111,6 +111,9 @@ class Limits(Section):
     )
     undercut_margin: Share = Field(0.0, description="1, smallest margin 1 - r k against undercut")
     warn_undercut_margin: Share = Field(0.05, description="1, margin against undercut below which to warn")
+    warn_rib_share: Share = Field(
+        0.2, description="1, share by which a drum's rib may be thinner than in a level dwell before a warning"
+    )
     clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
     contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
         None, description="MPa, largest peak contact pressure; default the smaller contact limit of the two materials"

@@ -242,7 +242,16 @@ def flank_data(model: Model) -> dict[str, Any]:
         "undercut_margin_at_deg": degrees(margin.cam_angle) % 360.0,
         **_quoted(model),
         **_lost(model),
+        **_rib(model),
     }
+
+
+def _rib(model: Model) -> dict[str, Any]:
+    """Least normal thickness of a drum's rib, and where."""
+    thinnest = min(model.mechanism.ribs, key=lambda rib: rib.value, default=None)
+    if thinnest is None:
+        return {}
+    return {"rib_thickness_mm": thinnest.value, "rib_thickness_at_deg": degrees(thinnest.cam_angle) % 360.0}
 
 
 def _lost(model: Model) -> dict[str, Any]:

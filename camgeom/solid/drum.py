@@ -132,6 +132,20 @@ class RibbedCylinder:
             angle = np.unwrap(np.arctan2(edges[1, :, k], edges[0, :, k]))
             if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
                 raise DesignError("the rib's edge turns back on itself: the flank is undercut")
+        for lower, upper, where in ((0, 3, "foot"), (1, 2, "tip")):
+            above = _height_above(edges[:, :, lower], edges[:, :, upper])
+            if above.min() <= 0.0:
+                worst = np.degrees(np.arctan2(*edges[[1, 0], int(np.argmin(above)), lower]))
+                raise DesignError(
+                    f"the rib's flanks cross at its {where} (azimuth {worst:.6g} deg of the drum), so they bound no "
+                    "body: see rib-thickness; a thicker rib, a larger drum, or more cam angle for the motion"
+                )
+
+
+def _height_above(lower: Floats, upper: Floats) -> Floats:
+    """Height (n,) of a closed edge (3, n) round the axis above every point of another at the same azimuth, mm."""
+    at, angle = (np.arctan2(edge[1], edge[0]) for edge in (lower, upper))
+    return np.asarray(np.interp(at, angle, upper[2], period=TURN) - lower[2])
 
 
 def on_cylinder(start: Floats, stop: Floats, radius: float, count: int) -> Floats:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
 from camgeom.motion.program import Program
 from camgeom.track import Track
 from camgeom.track.follower import AnyFollower, AnyRoller, TurretFollower
@@ -175,6 +176,16 @@ class Mechanism(ABC):
     @property
     def wall_top(self) -> tuple[Level, float] | None:
         """Surface that a roller may leave sideways, so that no flank is beside it, and a delta near it."""
+        return None
+
+    @property
+    def ribs(self) -> tuple[Extreme, ...]:
+        """Least normal thickness of a rib between two rollers, mm, at each of the places (`where`) it is measured."""
+        return ()
+
+    @property
+    def rib_asked(self) -> float | None:
+        """Normal thickness that the profile gives such a rib, mm."""
         return None
 
     @property

@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats, distinct
-from camgeom.maths.extremum import FAN, ROUNDS, narrowed
+from camgeom.maths.extremum import FAN, ROUNDS, Extreme, narrowed, piece_grid
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
+from camgeom.track.section import Column, Level
 
 SAMPLES = 15
 SECANTS = 5
@@ -274,3 +275,41 @@ def _lipschitz(track: Track) -> float:
     pose = track.pose(phi, 1)
     speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
     return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds))
+
+
+def flank_gap(one: Track, other: Track, level: Level, near: float) -> Extreme:
+    """Least distance of the flank of one roller, where it meets a level surface, from the flank of the other, mm.
+
+    The material between two flanks is as thick as its points on one are far from all positions of the other's roller;
+    negative where that roller cuts the flank away. Exact: no curvature is left out, no section developed.
+
+    level  the surface on which the thickness is asked, near: a delta near it
+    """
+    wide = 2.0 * _largest_radius(other)
+    other = replace(other, tip=other.tip - wide, contact=(min(other.contact) - wide, max(other.contact) + wide))
+    (side,) = one.sides
+    knots = one.knots()
+
+    def edge(phi: Floats) -> Floats:
+        column = Column(one, phi)
+        return np.ascontiguousarray(column.wall(side, column.reach(side, level, near))[:, :, 0].T)
+
+    phi, _ = piece_grid(knots, EDGE_SAMPLES)
+    # Somewhere the flank is as near as where both rollers stand at one cam angle.
+    beside = float(roller_distance(other, edge(phi).T, phi).min())
+    reach = _largest_radius(other) + max(beside, 0.0) + 1e-6
+    low, high = float(knots[0]), float(knots[-1])
+    best, place = Clearance(np.inf, 0.0, (0.0, 0.0, 0.0)), 0.0
+    for _ in range(EDGE_ROUNDS):
+        points = edge(phi)
+        least = _least_within(other, points, None, reach)
+        at = int(np.argmin(((points - np.array(least.point)) ** 2).sum(axis=1)))
+        if least.value <= best.value:
+            best, place = least, float(phi[at])
+        step = float(np.diff(phi[max(0, at - 1) : at + 2]).max(initial=0.0))
+        phi = np.linspace(max(low, place - step), min(high, place + step), 2 * FAN)
+    return Extreme(best.value, place, near)
+
+
+EDGE_SAMPLES = 360
+EDGE_ROUNDS = 5
