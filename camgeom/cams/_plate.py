@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import acos, cos, pi, sin
 
@@ -9,11 +10,13 @@ import numpy as np
 
 from camgeom.cams import problem
 from camgeom.errors import Problem
+from camgeom.maths import Floats
+from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.motion.program import Program
-from camgeom.solid.blank import Bore
+from camgeom.solid.blank import Bore, Wall
 from camgeom.solid.prism import Loop
 from camgeom.track import Joint, Meridian, Slide, Swing, Track, Vector
-from camgeom.track.outline import CircleOutline
+from camgeom.track.outline import CircleOutline, Outline
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,65 @@ def bore_problems(bore: float, keyway_width: float, keyway_depth: float, radius:
     if reach >= radius:
         return [problem("cam.bore", bore, f"outline (reaches {reach:g} mm) inside the base circle {radius:g} mm")]
     return []
+
+
+WALL_SAMPLES = 1440
+"""a turn, before the least distances are refined"""
+
+
+def least_distance(outline: Outline, distance: Callable[[Floats], Floats]) -> tuple[float, float]:
+    """Least of a distance (2, n) -> (n,) over the points of an outline, mm, and its cam angle, rad."""
+
+    def nearness(phi: Floats) -> Floats:
+        return -distance(outline.curve(phi).points)
+
+    phi, owner = piece_grid(outline.knots(), WALL_SAMPLES)
+    nearest, where = refined_maximum(nearness, phi, owner, nearness(phi))
+    return -nearest, where
+
+
+def bore_distance(bore: Bore) -> Callable[[Floats], Floats]:
+    """Distance of points (2, n) from a bore with its keyway on the +X side, mm; negative within the opening."""
+    radius, half = 0.5 * bore.diameter, 0.5 * bore.keyway_width
+    bottom = radius + bore.keyway_depth
+
+    def distance(x: Floats) -> Floats:
+        from_bore = np.hypot(x[0], x[1]) - radius
+        if not half:
+            return np.asarray(from_bore)
+        # The keyway is the rectangle from the axis to its flat bottom.
+        beyond = np.stack([np.abs(x[0] - 0.5 * bottom) - 0.5 * bottom, np.abs(x[1]) - half])
+        outside = np.hypot(*np.maximum(beyond, 0.0))
+        return np.asarray(np.minimum(from_bore, outside + np.minimum(beyond.max(axis=0), 0.0)))
+
+    return distance
+
+
+def bore_walls(name: str, outline: Outline, bore: Bore | None) -> tuple[Wall, ...]:
+    """The wall between a profile and the bore with its keyway; none without a bore."""
+    if bore is None:
+        return ()
+    thickness, angle = least_distance(outline, bore_distance(bore))
+    return (Wall(f"{name} to bore", thickness, angle, "a smaller bore or keyway, or a larger base_radius"),)
+
+
+def mark_walls(
+    name: str, outline: Outline, bore: Bore | None, diameter: float, radius: float, sense: float
+) -> tuple[Wall, ...]:
+    """The walls between a phase mark and the profile, and between it and the bore; none without a mark."""
+    if not diameter:
+        return ()
+    centre = np.array([[0.0], [-sense * radius]])
+
+    def distance(x: Floats) -> Floats:
+        return np.asarray(np.hypot(*(x - centre)) - 0.5 * diameter)
+
+    thickness, angle = least_distance(outline, distance)
+    walls = [Wall(f"{name} to phase mark", thickness, angle, "a smaller mark_diameter or mark_radius")]
+    if bore is not None:
+        between = float(bore_distance(bore)(centre)[0]) - 0.5 * diameter
+        walls.append(Wall(f"{name} phase mark to bore", between, None, "a smaller mark or a larger mark_radius"))
+    return tuple(walls)
 
 
 def mark_loops(diameter: float, radius: float, sense: float) -> tuple[Loop, ...]:

@@ -20,9 +20,11 @@ from camgeom.cams._plate import (
     arm_angle,
     bore_of,
     bore_problems,
+    bore_walls,
     lift_range,
     mark_loops,
     mark_problems,
+    mark_walls,
     roller_track,
     swing_problem,
     triangle_problem,
@@ -30,6 +32,7 @@ from camgeom.cams._plate import (
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length
 from camgeom.solid import Part
+from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Joint, Track, Vector
@@ -244,6 +247,17 @@ class ConjugateMechanism(Mechanism):
             Touch(name, self.outlines[name], joint, self.sense, way, radius, high - low)
             for name, way in (("main", 1.0), ("return", -1.0))
         )
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """Of both discs: profile to bore, phase mark to profile and to bore."""
+        cam = self.cam
+        found: list[Wall] = []
+        for name in ("main", "return"):
+            outline = self.outlines[name]
+            found += bore_walls(name, outline, self.bore)
+            found += mark_walls(name, outline, self.bore, cam.mark_diameter, cam.mark_radius or 0.0, self.sense)
+        return tuple(found)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

@@ -15,10 +15,11 @@ from typing import ClassVar, Literal, final
 from pydantic import Field
 
 from camgeom.cams import Cam, problem, sense_of
-from camgeom.cams._plate import SLIDE, bore_of, bore_problems, lift_range, roller_track
+from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, lift_range, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
+from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
@@ -139,6 +140,11 @@ class ConstantWidthMechanism(Mechanism):
             Touch("near face", face, SLIDE, sense, 1.0, inf, length, kind="flat"),
             Touch("far face", face, SLIDE, sense, -1.0, inf, length, lag=pi, kind="flat"),
         )
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """Profile to bore."""
+        return bore_walls("profile", self.outlines["profile"], self.bore)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

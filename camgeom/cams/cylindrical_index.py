@@ -19,7 +19,7 @@ from camgeom.errors import Problem
 from camgeom.keys import Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank
+from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
@@ -225,6 +225,15 @@ class CylindricalIndexMechanism(Mechanism):
             relief=self.cam.relief,
             dwell_ends=self.cam.dwell_ends(self.program),
         )
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """Groove floor to bore, at least: what a floor straight across a groove along the drum would leave."""
+        if self.bore is None:
+            return ()
+        rim = 0.5 * self.roller.diameter + self.cam.running_clearance
+        floor = sqrt(max(0.0, self.floor_radius**2 - rim**2))
+        return (Wall("floor to bore", floor - self.bore.reach, None, "a smaller bore or keyway, or a shorter roller"),)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

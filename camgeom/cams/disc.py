@@ -7,6 +7,7 @@ from functools import cached_property
 from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
 
+import numpy as np
 from pydantic import Field
 
 from camgeom.cams import Cam, problem, sense_of
@@ -16,6 +17,8 @@ from camgeom.cams._plate import (
     arm_angle,
     bore_of,
     bore_problems,
+    bore_walls,
+    least_distance,
     lift_range,
     roller_track,
     swing_problem,
@@ -23,7 +26,9 @@ from camgeom.cams._plate import (
 )
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
+from camgeom.maths import Floats
 from camgeom.solid import Part
+from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
@@ -247,6 +252,24 @@ class DiscMechanism(Mechanism):
             replace(inner, name="inner flank"),
             Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
         )
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """Profile to bore; of a face groove also its outer flank to the rim, and what is left under its floor."""
+        cam = self.cam
+        if cam.form == "external":
+            return bore_walls("profile", self.profile, self.bore)
+        assert cam.diameter is not None
+        assert cam.groove_depth is not None
+        rim = 0.5 * cam.diameter
+
+        def to_rim(x: Floats) -> Floats:
+            return np.asarray(rim - np.hypot(x[0], x[1]))
+
+        thickness, angle = least_distance(self.outlines["outer flank"], to_rim)
+        floor = Wall("under the groove floor", cam.width - cam.groove_depth, None, "a wider plate, a shallower groove")
+        outside = Wall("outer flank to rim", thickness, angle, "a larger diameter of the plate")
+        return (*bore_walls("inner flank", self.profile, self.bore), outside, floor)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

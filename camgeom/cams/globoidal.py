@@ -16,7 +16,7 @@ from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.solid import Part
-from camgeom.solid.blank import Blank, Globoid
+from camgeom.solid.blank import Blank, Globoid, Wall
 from camgeom.solid.lands import GloboidLevel
 from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
@@ -262,6 +262,18 @@ class GloboidalMechanism(Mechanism):
             floor = sqrt(self.floor_radius**2 - (self.tip_radius + cam.running_clearance) ** 2)
             gap = floor - hypot(self.tip, self.tip_radius) - self.centre_shift
             found.append(("roller end to floor", gap, "a larger tip_clearance"))
+        return tuple(found)
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """Groove floor to bore, where every groove passes the middle of the cam; hubs to bore."""
+        if self.bore is None:
+            return ()
+        floor, reach = self.cam.center_distance - self.floor_radius, self.bore.reach
+        found = [Wall("floor to bore", floor - reach, None, "a smaller bore or keyway, or a shorter roller")]
+        if self.cam.hub_length:
+            hub = 0.5 * self.cam.hub_diameter - reach
+            found.append(Wall("hub to bore", hub, None, "a larger hub_diameter, or a smaller bore or keyway"))
         return tuple(found)
 
     @cached_property
