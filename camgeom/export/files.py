@@ -47,29 +47,27 @@ def atomic_write(path: Path | str) -> Iterator[BinaryIO]:
     Raises ExportError with the file and the reason for every failure of the file system; other exceptions of the block
     pass through.
     """
-    target = Path(path)
+    target, temporary, opened = Path(path), None, False
     try:
         final = target.resolve() if target.is_symlink() else target
         mode = _mode(final)
         final.parent.mkdir(parents=True, exist_ok=True)
+        # Its name is known before it exists, so that an interrupt at any moment finds it.
         temporary = final.with_name(f".{final.name[:80]}.{secrets.token_hex(8)}.part")
-        stream = open(temporary, "x+b")  # noqa: SIM115 - closed below, before the rename
-    except (OSError, RuntimeError, ValueError) as error:
-        raise _export_error(target, error) from error
-    try:
-        try:
-            with stream:
-                yield stream
-                stream.flush()
-                os.fsync(stream.fileno())
-            if mode is not None:
-                temporary.chmod(mode)
-            temporary.replace(final)
-        except OSError as error:
+        with open(temporary, "x+b") as stream:
+            opened = True
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        if mode is not None:
+            temporary.chmod(mode)
+        temporary.replace(final)
+    except BaseException as error:
+        if temporary is not None:
+            with suppress(OSError, ValueError):  # the first failure is the one to tell; the folder may be gone too
+                temporary.unlink()
+        if isinstance(error, OSError) or (not opened and isinstance(error, RuntimeError | ValueError)):
             raise _export_error(target, error) from error
-    except BaseException:
-        with suppress(OSError):  # the first failure is the one to tell; the folder may be gone with the file
-            temporary.unlink()
         raise
 
 
