@@ -56,6 +56,15 @@ class Finding:
         sign = 1.0 if self.comparison in (">=", ">") else -1.0
         return 100.0 * sign * (self.value - self.limit) / abs(self.limit)
 
+    @property
+    def room(self) -> str:
+        """The margin in a few letters; empty without one."""
+        if self.margin is None:
+            return ""
+        if abs(self.margin) >= 1000.0:
+            return "far" if self.margin > 0.0 else "far beyond"
+        return f"{self.margin + 0.0:+.0f} %"
+
     def as_dict(self) -> dict[str, Any]:
         """The finding as plain data for result.json."""
         return {
@@ -114,6 +123,7 @@ def judged(
         level = worst
     elif warn is not None and not holds(value, warn):
         level = "warn"
+        advice = f"allowed, but {comparison} {warn:g} {unit} is customary: {advice}" if warn else advice
     return Finding(
         check,
         level,

@@ -301,7 +301,7 @@ def _findings(findings: Iterable[Finding]) -> list[str]:
             "unlimited" if finding.value is None and finding.passed else number(finding.value),
             finding.unit,
             "" if finding.limit is None else f"{finding.comparison} {number(finding.limit)}",
-            "" if finding.margin is None else f"{finding.margin + 0.0:+.0f} %",
+            finding.room,
             "" if finding.cam_angle_deg is None else f"at {finding.cam_angle_deg:.2f} deg",
             finding.where,
         )

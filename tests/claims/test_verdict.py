@@ -33,7 +33,8 @@ def test_a_value_against_its_limit(value, comparison, warn, level, margin) -> No
     finding = judged("x", value, comparison, 1.0, "mm", "mend it", warn=warn)
     assert (finding.level, finding.passed) == (level, level != "fail")
     assert finding.margin == pytest.approx(margin, abs=1e-9)
-    assert finding.advice == ("" if level == "pass" else "mend it")
+    assert finding.advice.endswith("" if level == "pass" else "mend it")
+    assert ("customary" in finding.advice) == (level == "warn")
 
 
 def test_what_is_endless_or_no_number() -> None:

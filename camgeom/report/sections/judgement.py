@@ -63,8 +63,8 @@ def check_table(model: Model) -> tuple[Block, ...]:
     rows = []
     for finding in ordered:
         f = _shown(finding)
-        margin = None if finding.margin is None else f"{finding.margin:+.0f} %"
-        rows.append((f.check, f.level, f.value, f.unit, f.limit, margin, f.where))
+        limit = f.limit and f.limit.removesuffix(f.unit).strip()
+        rows.append((f.check, f.level, f.value, f.unit, limit, finding.room or None, f.where))
     columns = tuple(Column(label) for label in ("Check", "Verdict", "Value", "Unit", "Limit", "Margin", "Where"))
     return (Table("Checks made", columns, tuple(rows)),) if rows else ()
 
