@@ -18,7 +18,7 @@ CONTACT_SLACK = 1e-7
 
 @check("watertight", "body", "solid")
 def watertight(model: Model) -> Iterable[Finding]:
-    """Every body closed and oriented, one shell, of the expected genus."""
+    """Every body closed and oriented, one shell, of the expected genus; one that crosses itself is no body."""
     for solid in model.solids:
         mesh = solid.mesh
         advice = (

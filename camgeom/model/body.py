@@ -53,7 +53,7 @@ class Body:
 
     @fact
     def solids(self) -> tuple[Solid, ...]:
-        """The finished bodies within the tolerance. Raises DesignError where the cam is undercut."""
+        """The finished bodies within the tolerance. Raises DesignError where the cam is undercut or crosses itself."""
         try:
             for binding in self.bindings:
                 binding.refuse_folded()
@@ -62,7 +62,12 @@ class Body:
             if solid is None:
                 raise
             return (solid,)
-        return tuple(part.solid(self.tolerance) for part in self.parts)
+        from camgeom.solid.overlap import refuse_overlap
+
+        solids = tuple(part.solid(self.tolerance) for part in self.parts)
+        for part, solid in zip(self.parts, solids):
+            refuse_overlap(part, solid)
+        return solids
 
     def _undercut_solid(self) -> Solid | None:
         """What the tools really leave of an undercut drum; None for other cams."""
