@@ -6,6 +6,7 @@ visits; `.outline.csv` the plane curves of a disc.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,9 @@ from camgeom.export import writer
 from camgeom.export.files import atomic_write, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.model.surfaces import FlankSurface, flank_surfaces, within
+from camgeom.model.surfaces import FlankSurface, Mask, RolledFlank, flank_surfaces, within
+from camgeom.track.clearance import least_distances
+from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -26,45 +29,89 @@ if TYPE_CHECKING:
 def flank_points(model: Model) -> dict[str, Floats]:
     """Points of every flank of a model in the cam frame, mm, exact, with what is known there.
 
+    They lie on the surface that is left of the cam: within the blank, running clearances in it, and nowhere that
+    another pass of a tool has cut away. Values of the roller are those of its contact at the same cam angle and place.
+
     points, normals              (n, 3): the normal points out of the cam's material
-    cam_angle_deg, roller_mm     when and where along the roller (from its reference plane) the point is touched
+    cam_angle_deg, roller_mm     when and where along the roller (planar cams: at which height) the point is touched
     pressure_angle_deg           between the normal and the velocity of the contact point
     curvature_1_per_mm, _2_      principal curvatures of the cam, the larger first; positive where it is convex
-    relative_curvature_per_mm    of cam against roller across the contact line
-    track, side                  number of the roller track; +1 or -1 for its flanks
+    relative_curvature_per_mm    of cam against follower across the contact line; infinite for a knife edge
+    track, side                  number of the roller track (or disc); +1 or -1 for its flanks
 
-    Raises ExportError for a cam whose follower has no roller.
+    Raises DesignError where the flanks fold back on themselves, ExportError where no point of them is left.
     """
     parts: dict[str, list[Floats]] = {}
-    for number, survey in enumerate(model.flanks):
-        for side in survey.track.sides:
-            flank = survey.flank(side)
-            shape = flank.x.shape[1:]
-            first, second = flank.forms.principal()
-            columns = {
-                "points": flank.points.reshape(-1, 3),
-                "normals": 0.0 - flank.normals.reshape(-1, 3),
-                "cam_angle_deg": np.degrees(np.broadcast_to(flank.phi[:, None], shape)),
-                "roller_mm": np.broadcast_to(survey.track.meridian.jet(survey.stations)[0], shape),
-                "pressure_angle_deg": np.degrees(flank.pressure_angle()),
-                "curvature_1_per_mm": np.maximum(first, second),
-                "curvature_2_per_mm": np.minimum(first, second),
-                "relative_curvature_per_mm": flank.k_rel,
-                "track": np.full(shape, float(number)),
-                "side": np.full(shape, float(side)),
-            }
-            for name, values in columns.items():
-                parts.setdefault(name, []).append(values if values.ndim == 2 and name[-1] == "s" else values.ravel())
+    left = _left(model)
+    for number, surface in enumerate(flank_surfaces(model)):
+        angles, _ = piece_grid(surface.knots(), PER_TURN_OF_POINTS)
+        phi, t = (grid.ravel() for grid in np.meshgrid(angles, np.linspace(*surface.touched, STATIONS), indexing="ij"))
+        kept = left(surface.at(phi, t).x)
+        if not np.any(kept):
+            continue
+        phi, t = phi[kept], t[kept]
+        patch = surface.at(phi, t)
+        track, side, pressure, relative = _contact(model, surface, number, phi, t)
+        larger, smaller = patch.curvatures
+        columns = {
+            "points": patch.x.T,
+            "normals": patch.n.T + 0.0,
+            "cam_angle_deg": np.degrees(phi),
+            "roller_mm": surface.station(t),
+            "pressure_angle_deg": np.degrees(pressure),
+            "curvature_1_per_mm": larger,
+            "curvature_2_per_mm": smaller,
+            "relative_curvature_per_mm": relative,
+            "track": np.full(phi.shape, float(track)),
+            "side": np.full(phi.shape, side),
+        }
+        for name, values in columns.items():
+            parts.setdefault(name, []).append(values)
     if not parts:
-        raise ExportError("no flank points: the follower has no roller")
+        raise ExportError("no flank points: nothing of the flanks is left within the blank")
     return {name: np.concatenate(values) for name, values in parts.items()}
 
 
-@writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", "model", "cams with rollers")
+PER_TURN_OF_POINTS = 720
+STATIONS = 9
+CUT_AWAY = 1e-9
+"""mm; a tool that comes so deep below a point has removed it"""
+
+
+def _left(model: Model) -> Callable[[Floats], Mask]:
+    """Whether points (3, n) of the flanks are left: within the blank, and cut away by no tool's other pass."""
+    inside = within(model)
+    cutters = () if model.planar is not None else model.cutters
+
+    def left(x: Floats) -> Mask:
+        kept = inside(x)
+        for cutter in cutters:
+            kept[kept] = least_distances(cutter, x[:, kept].T) > -CUT_AWAY
+        return kept
+
+    return left
+
+
+def _contact(
+    model: Model, surface: FlankSurface, number: int, phi: Floats, t: Floats
+) -> tuple[int, float, Floats, Floats]:
+    """Number and side of a flank's roller track; pressure angle (rad) and relative curvature (1/mm) of its contact."""
+    if isinstance(surface, RolledFlank):
+        track = next(i for i, survey in enumerate(model.flanks) if survey.cutter is surface.track)
+        flank = Flank(model.flanks[track].track, phi, t[:, None], surface.side)
+        return track, surface.side, flank.pressure_angle()[:, 0], flank.k_rel[:, 0]
+    touches = model.mechanism.touches
+    touch = next((one for one in touches if one.outline is surface.outline), touches[0])
+    at = touch.at(phi)
+    disc = number if len(model.parts) > 1 else 0
+    return disc, -model.mechanism.sense * surface.material, at.pressure_angle, at.relative
+
+
+@writer(".points.ply", "flank points with normals and curvatures, binary PLY; exact", "model")
 def write_points_ply(path: Path, model: Model) -> int:
     """Write the flank points to a little-endian PLY file of doubles (x y z nx ny nz, scalars); returns its bytes.
 
-    Raises ExportError for a cam without rollers, where a number is not finite, or the file cannot be written.
+    Raises DesignError where the flanks fold, ExportError where a number is not finite or the file cannot be written.
     """
     names, table = _table(_cloud(path, model))
     lines = ["ply", "format binary_little_endian 1.0", "comment camgeom, lengths in mm"]
@@ -75,14 +122,14 @@ def write_points_ply(path: Path, model: Model) -> int:
         return stream.tell()
 
 
-@writer(".points.csv", "flank points with normals and curvatures, CSV; exact", "model", "cams with rollers")
+@writer(".points.csv", "flank points with normals and curvatures, CSV; exact", "model")
 def write_points_csv(path: Path, model: Model) -> int:
     """Write the flank points to a CSV file, one a line; returns the bytes written. Raises as `write_points_ply`."""
     names, table = _table(_cloud(path, model))
     return write_csv(path, names, [("", table)])
 
 
-@writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", "model", "cams with rollers")
+@writer(".points.npz", "flank points with normals and curvatures, numpy archive; exact", "model")
 def write_points_npz(path: Path, model: Model) -> int:
     """Write the flank points to a numpy archive, the arrays by name; returns the bytes written. Raises as above."""
     cloud = _cloud(path, model)
@@ -98,7 +145,8 @@ def _cloud(path: Path, model: Model) -> dict[str, Floats]:
     except ExportError as error:
         raise ExportError(f"{path}: {error}") from error
     for name, values in cloud.items():
-        if not np.all(np.isfinite(values)):
+        # A knife edge is infinitely sharp.
+        if np.any(np.isnan(values)) or (name != "relative_curvature_per_mm" and np.any(np.isinf(values))):
             raise ExportError(f"{path}: {name} has a value that is not finite")
     return cloud
 
@@ -128,17 +176,17 @@ def write_cmm_csv(path: Path, model: Model, step: float = STEP, across: int = AC
     """Write nominal points of every flank in the cam frame; returns the bytes written.
 
     step    deg of cam angle; across: points along the roller (or over the height of a disc)
-    Points lie on the exact flank and within the blank; normals point out of the material; the polar angle is counted
-    from +X towards +Y. Roller-centre columns stay empty where the follower has no roller. `camgeom inspect` reads
-    the same columns with measured coordinates. Raises ExportError where the cam has no flank or the file cannot be
-    written.
+    Points lie on the exact flank that is left within the blank; normals point out of the material; the polar angle
+    is counted from +X towards +Y. Roller-centre columns stay empty where the follower has no roller. `camgeom inspect`
+    reads the same columns with measured coordinates. Raises ExportError where the cam has no flank or the file cannot
+    be written.
     """
     try:
-        surfaces, inside = flank_surfaces(model), within(model)
+        surfaces, left = flank_surfaces(model), _left(model)
         rows = [(surface.name, _inspection_rows(surface, step, across)) for surface in surfaces]
     except CamgeomError as error:
         raise ExportError(f"{path}: {error}") from error
-    return write_csv(path, COLUMNS, ((f"{name},", table[inside(table[:, 2:5].T)]) for name, table in rows))
+    return write_csv(path, COLUMNS, ((f"{name},", table[left(table[:, 2:5].T)]) for name, table in rows))
 
 
 def _inspection_rows(surface: FlankSurface, step: float, across: int) -> Floats:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.surface import Forms, dot
 from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
@@ -38,6 +39,12 @@ class Patch:
     by_phi: Floats
     by_t: Floats
     second: tuple[Floats, Floats, Floats]
+
+    @property
+    def curvatures(self) -> tuple[Floats, Floats]:
+        """Principal curvatures, the larger first, 1/mm; positive where the material is convex."""
+        first = [dot(one, other) for one, other in ((self.by_phi,) * 2, (self.by_phi, self.by_t), (self.by_t,) * 2)]
+        return Forms(*first, *(-form for form in self.second)).principal()
 
 
 @final

@@ -48,6 +48,38 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
     return found
 
 
+def least_distances(track: Track, points: Floats) -> Floats:
+    """Least distance (v,) of each of the points (v, 3) from the roller over its whole motion, mm; negative: inside.
+
+    Infinite for what lies farther away than the roller's radius.
+    """
+    radius = _largest_radius(track)
+    found = np.full(len(points), np.inf)
+    turns = _turns(track)
+    for turn in turns:
+        whole = _Window.of(track, 2.0 * radius)
+        over = TURN * turn - whole.half, TURN * (turn + 1) + whole.half
+        window = whole if len(turns) == 1 else _Window.of(replace(track, span=over), 2.0 * radius)
+        near = np.flatnonzero(window.near(points))
+        if not len(near):
+            continue
+        x = np.ascontiguousarray(points[near].T)
+        count = max(SAMPLES, int(np.ceil(2.0 * whole.half * _lipschitz(track) / radius)))
+        step = whole.half / (count // 2 - 0.5)
+        middle = np.rint((whole.angles(points[near]) + TURN * turn) / step).astype(np.int64)
+        index = middle[:, None] + np.arange(-(count // 2), count // 2 + 1)
+        value = _at_steps(track, x[:, :, None], index, step)
+        best = value.min(axis=1)
+        # A point may lie in the way of several passes: each local minimum is followed.
+        edge = np.full((len(near), 1), np.inf)
+        low = (value <= np.hstack([edge, value[:, :-1]])) & (value <= np.hstack([value[:, 1:], edge]))
+        row, column = np.nonzero(low & (value < radius))
+        start = np.asarray(step * index[row, column], dtype=np.float64)
+        np.minimum.at(best, row, roller_distance(track, x[:, row], _stationary(track, x[:, row], start, step)))
+        found[near] = np.minimum(found[near], best)
+    return found
+
+
 NEARNESS = (0.02, 0.2, 1.0)
 """shares of the roller's radius within which points are looked at, until the nearest one is sure to be among them"""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -82,6 +81,8 @@ def test_flank_points_touch_the_roller_with_the_normal_towards_its_axis(model: M
     np.testing.assert_allclose(larger + smaller + 1.0 / 11.0, cloud["relative_curvature_per_mm"], atol=1e-12)
 
 
-def test_a_cam_without_rollers_has_no_flank_points() -> None:
-    with pytest.raises(ExportError, match="the follower has no roller"):
-        flank_points(SimpleNamespace(flanks=()))  # type: ignore[arg-type]
+def test_cams_without_rollers_have_flank_points_too() -> None:
+    for name in ("disc_flat_face", "constant_width_press"):
+        cloud = flank_points(read(PROFILES / f"{name}.toml"))
+        assert len(cloud["points"]) > 5000
+        np.testing.assert_allclose(cloud["relative_curvature_per_mm"], cloud["curvature_1_per_mm"], rtol=1e-9)
