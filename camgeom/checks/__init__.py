@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load"]
+Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load", "dynamics", "impact"]
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -39,6 +39,8 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.tracks),
     "turret load": lambda model: _load(model, model.mechanism.turret),
+    "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
+    "impact": lambda model: _load(model, model.profile.impact_spec),
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.
 

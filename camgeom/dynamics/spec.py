@@ -100,7 +100,9 @@ class DynamicsSpec(Section):
         0.005, description="deg, load plate counts as settled within this band"
     )
 
-    mass: Positive | None = Field(None, description="kg (kg m2 for swinging); default: the follower's mass and load")
+    mass: Positive | None = Field(
+        None, description="kg (kg m2), beyond the linkage; default: the follower's mass and load without tappet_mass"
+    )
     linkage_stiffness: Positive | None = Field(None, description="N/mm (N m/rad for swinging), cam to follower mass")
     linkage_damping: NotNegative = Field(0.0, description="N s/m (N m s/rad)")
     return_stiffness: NotNegative | None = Field(None, description="N/mm (N m/rad); default: operation.spring_rate")
@@ -215,8 +217,11 @@ class DynamicsSpec(Section):
         """
         per = 1.0 if rotating else PER_MM
         own = return_stiffness if self.return_stiffness is None else self.return_stiffness * per
+        if self.mass is None and 0.0 < mass <= self.tappet_mass:
+            hint = "it is a part of follower.mass and operation.load_mass; give dynamics.mass for what is beyond it"
+            raise ProfileError([Problem("dynamics.tappet_mass", "leaves no mass", self.tappet_mass, f"< {mass:g}", hint)])
         return FollowerTrain(
-            mass=mass if self.mass is None else self.mass,
+            mass=mass - self.tappet_mass if self.mass is None else self.mass,
             stiffness=(self.linkage_stiffness or 0.0) * per,
             damping=self.linkage_damping,
             return_stiffness=own,

@@ -7,7 +7,7 @@ lift) carries it. Arrays are (..., p, n) on panels: leading axes are variants.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, final
 
@@ -23,6 +23,8 @@ MILLI = 1e-3
 """kg mm/s² in N"""
 KILO = 1e3
 """kg m² rad/s² (N m) in N mm"""
+SOLVED = 1e-6
+"""share of its largest value to which a solved force is resolved: that of its solver"""
 QUIET = 1e-9
 """Share of the largest force below which a force counts as none: rounding in a dwell takes no side."""
 
@@ -74,6 +76,8 @@ class Load:
     kind: Literal["translating", "rotating"] = "translating"
     guide_friction: float = 0.0
     """of a slide's guides: grows with the side thrust, which the geometry decides (see `normal_force`)"""
+    solved: Callable[[Floats], Floats] | None = None
+    """force, N (N mm), over cam angles (n,) that a solver found between cam and follower, in place of that sum"""
 
     @property
     def omega(self) -> float:
@@ -106,7 +110,7 @@ class Load:
 
     def panels(self, widest: float = float(np.radians(6.0)), tolerance: float = 1e-10) -> Panels:
         """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value)."""
-        return resolved(self._smooth, panels(self.breaks(), widest), tolerance)
+        return resolved(self._smooth, panels(self.breaks(), widest), max(tolerance, SOLVED if self.solved else 0.0))
 
     def sampled(self, where: Panels | None = None) -> FollowerForce:
         """The force over one turn, on the given panels or on ones that resolve it."""
@@ -119,6 +123,8 @@ class Load:
         force = (column(self.friction) * side + inertia + column(self.preload) + column(self.rate) * jet[0]
                  + column(self.weight))
         force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
+        if self.solved is not None:
+            force = self.solved(on.theta.ravel()).reshape(on.theta.shape)
         return FollowerForce(on, jet[0], jet[1], jet[2], side, np.asarray(force), np.asarray(inertia))
 
     def _force(self, one: Applied, theta: Floats, jet: Floats) -> Floats:
@@ -128,6 +134,8 @@ class Load:
     def _smooth(self, theta: Floats) -> Floats:
         jet = _jet(self.motion, theta)
         forces = [self._force(one, theta, jet).reshape(-1, *theta.shape) for one in self.applied]
+        if self.solved is not None:
+            forces.append(self.solved(theta.ravel()).reshape(1, *theta.shape))
         return np.concatenate([jet, *forces])
 
 

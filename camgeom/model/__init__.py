@@ -323,11 +323,28 @@ class Model:
         return elastic_follower_of(self.profile, self.mechanism, load)
 
     @fact
+    def dynamic_duty(self) -> Duty | None:
+        """The duty under the contact force that [dynamics] finds; None without one, or where contact is lost."""
+        from camgeom.model.vibration import dynamic_duty_of
+
+        return dynamic_duty_of(self)
+
+    @fact
     def impact(self) -> ImpactRun | None:
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
         return impact_of(self.profile, self.mechanism, self.load) if self.profile.impact_spec is not None else None
+
+    @fact
+    def impact_pressure(self) -> Extreme:
+        """Largest contact pressure, MPa, of the follower in its clearance over the turns that [impact] counts."""
+        from camgeom.model.impact import hardest_impact
+
+        run, spec = self.impact, self.profile.impact_spec
+        if run is None or spec is None:
+            raise DesignError("the profile has no [impact]")
+        return hardest_impact(run, spec.settle)
 
     @fact
     def machining(self) -> Machining:

@@ -9,6 +9,8 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.panels import TURN
 from camgeom.mechanics.material import pair_compliance
 from camgeom.model.loads import load_of
 
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.pair import Pair
     from camgeom.dynamics.impact.problem import ImpactProblem
     from camgeom.dynamics.impact.problem import Load as ImpactLoad
-    from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.dynamics.impact.run import ImpactRun, Quantity
     from camgeom.mechanics.load import Load
     from camgeom.motion.program import Program
     from camgeom.profile import Profile
@@ -37,6 +39,15 @@ def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
     spec = profile.impact_spec
     assert spec is not None
     return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance)
+
+
+def hardest_impact(run: ImpactRun, settle: int) -> Extreme:
+    """Largest pressure, MPa, that a run finds after some settling turns, with the contact that has it."""
+    since = run.turn_times()[settle:][0][0]
+    sides: tuple[tuple[str, Quantity], ...] = (("main side", "pressure_main"), ("return side", "pressure_return"))
+    peaks = [(name, run.peak(quantity, since)) for name, quantity in sides]
+    name, hardest = max(peaks, key=lambda peak: peak[1].value)
+    return Extreme(1e-6 * hardest.value, hardest.angle % TURN, where=name)
 
 
 def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactProblem:

@@ -1,22 +1,31 @@
-"""Dynamics of a profile's own cam: indexing drive and elastic follower.
+"""Dynamics of a profile's own cam: indexing drive and elastic follower, and the duty of the cam under what they find.
 
-The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeom.dynamics`.
+The door between the model's units (mm, N, MPa, rad) and the SI units of `camgeom.dynamics`. Both solvers carry the
+whole [operation]: Coulomb friction has the sign of the ideal motion, applied forces are taken along it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.maths import Floats
+from camgeom.maths.panels import TURN, panels
+from camgeom.mechanics.load import QUIET
+from camgeom.model.loads import face_duty, roller_duties, turret_duty
 from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.follower.train import Closure
     from camgeom.dynamics.indexing.study import IndexingStudy
+    from camgeom.dynamics.linear.method import Motion, Side
     from camgeom.dynamics.spec import DynamicsSpec
+    from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
@@ -24,10 +33,88 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
-INDEXING_IGNORES = ("friction", "spring_rate", "spring_preload", "force")
-"""keys of [operation] that the elastic indexing drive leaves out"""
-FOLLOWER_IGNORES = ("friction", "guide_friction", "gravity", "force")
-"""keys of [operation] that the elastic follower leaves out"""
+INSIDE = 1e-12
+"""rad from the end of a piece at which its own limit is taken"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Resistance:
+    """What acts on a follower against larger lift beside inertia and spring, along its ideal motion; N (N m)."""
+
+    load: Load
+
+    @property
+    def jumps(self) -> bool:
+        """Whether some of it may jump or kink on the way round."""
+        return bool(self.load.applied) or self.load.si.friction > 0.0
+
+    @cached_property
+    def edges(self) -> Floats:
+        """Cam angles, rad, between which it is smooth: knots, ends of forces, changes of direction."""
+        return panels(self.load.breaks()).breaks
+
+    @cached_property
+    def _way(self) -> Floats:
+        """Sign of the motion between two edges, 0 in a dwell."""
+        slope = np.asarray(self.load.motion.jet(0.5 * (self.edges[1:] + self.edges[:-1]), 1)[1])
+        return np.where(np.abs(slope) > QUIET * np.abs(slope).max(initial=0.0), np.sign(slope), 0.0)
+
+    def friction(self, theta: Floats, side: Side) -> Floats:
+        """Coulomb friction, against the ideal motion."""
+        return np.asarray(self.load.si.friction * self._way[self._placed(theta, side)[0]])
+
+    def applied(self, theta: Floats, side: Side) -> Floats:
+        """Applied forces and weight; those that hang on lift, velocity or acceleration take the ideal ones."""
+        piece, angle = self._placed(theta, side)
+        edges = self.edges
+        angle = np.clip(angle, edges[piece] + INSIDE, edges[piece + 1] - INSIDE)
+        omega, unit = self.load.omega, MILLI if self.load.rotating else 1.0
+        s, v, a = self.load.motion.jet(angle.ravel(), 2)[:3].reshape(3, *angle.shape)
+        total = sum((force(angle, s, omega * v, omega**2 * a) for force in self.load.applied), np.zeros(angle.shape))
+        return np.asarray(unit * total + self.load.si.weight)
+
+    def __call__(self, theta: Floats, side: Side) -> Floats:
+        """All of it."""
+        return self.friction(theta, side) + self.applied(theta, side)
+
+    def _placed(self, theta: Floats, side: Side) -> tuple[Any, Floats]:
+        """The piece that each cam angle belongs to from a side, and the angle within the turn."""
+        inside = (theta >= 0.0) & (theta <= TURN)
+        angle = np.where(inside, theta, np.mod(theta, TURN))
+        piece = np.searchsorted(self.edges, angle, "left" if side == "left" else "right") - 1
+        return np.clip(piece, 0, len(self.edges) - 2), angle
+
+    def refuse_sweep(self, spec: DynamicsSpec) -> None:
+        """ProfileError where a sweep over speeds would carry forces that hang on the speed."""
+        if spec.sweep is None or not self.load.applied:
+            return
+        other = Resistance(replace(self.load, speed=2.0 * self.load.omega))
+        theta = np.linspace(0.0, TURN, 721)
+        if not np.array_equal(self.applied(theta, "right"), other.applied(theta, "right")):
+            text = "a force that hangs on the follower's velocity or acceleration would be that of one speed"
+            raise ProfileError([Problem("dynamics.sweep", text, spec.sweep, "", "leave v and a out, or the sweep")])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Broken:
+    """A motion with further knots, where a force on the follower jumps."""
+
+    motion: Motion
+    knots: Floats
+
+    def jet(self, theta: Floats, order: int = 3, side: Side = "right") -> Floats:
+        """As the motion's."""
+        return self.motion.jet(theta, order, side)
+
+
+def _refused(profile: Profile, keys: tuple[str, ...], why: str, hint: str) -> None:
+    """ProfileError for every one of some keys of [operation] that is not zero."""
+    values = {key: getattr(profile.operation, key) for key in keys}
+    problems = [Problem(f"operation.{key}", why, value, "0", hint) for key, value in values.items() if value]
+    if problems:
+        raise ProfileError(problems)
 
 
 class Indexer(Protocol):
@@ -50,8 +137,9 @@ class Indexer(Protocol):
 def indexing_of(model: Indexer) -> IndexingStudy:
     """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
 
-    Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Leaves out
-    INDEXING_IGNORES. Raises ProfileError for another follower and where nothing is left for the load plate.
+    Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Friction acts
+    on the turret, applied torques on the load plate. Raises ProfileError for another follower, for a spring, and where
+    nothing is left for the load plate.
     """
     from camgeom.dynamics.indexing.study import indexing_study
 
@@ -66,7 +154,21 @@ def indexing_of(model: Indexer) -> IndexingStudy:
         table = model.turret_duty.stiffness_table(spec.estimate)
         sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
-    return indexing_study(spec, model.mechanism.program, speed, table, inertias, sources)
+    _refused(
+        model.profile, ("spring_rate", "spring_preload"), "the elastic indexing drive has no spring: a turret that "
+        "goes on would wind it up", "give its torque as an [[operation.force]] over the cam angle",
+    )  # fmt: skip
+    against, program = Resistance(model.load), model.mechanism.program
+    if not against.jumps:
+        return indexing_study(spec, program, speed, table, inertias, sources)
+    against.refuse_sweep(spec)
+
+    def torque(theta: Floats, side: Side) -> Floats:
+        friction, applied = against.friction(theta, side), against.applied(theta, side)
+        return np.stack([np.zeros(theta.shape), -friction, -applied], -1)
+
+    motion = Broken(program, against.edges)
+    return indexing_study(spec, motion, speed, table, inertias, sources, torque)
 
 
 def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
@@ -116,7 +218,9 @@ def _turret_inertia(model: Indexer) -> float:
 def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | None) -> FollowerStudy:
     """The elastic follower under the load at the operating speed; force-closed where a spring holds it on the cam.
 
-    Leaves out FOLLOWER_IGNORES. Raises ProfileError for a turret, and without a load.
+    Friction, weight and applied forces act on the mass beyond the linkage. The guides lead the cam's end of it: their
+    friction is that of a tappet which follows the cam, so it needs a rigid contact and cam shaft. Raises ProfileError
+    for a turret, without a load, and where a force is one that the solver cannot carry.
     """
     from camgeom.dynamics.follower.study import follower_study
 
@@ -128,7 +232,52 @@ def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | Non
     assert load is not None
     si = load.si
     closure: Closure = "force" if mechanism.drive is Drive.ALONE else "form"
-    return follower_study(spec, mechanism.program, speed, load.rotating, closure, si.mass, si.rate, si.preload)
+    if spec.tappet_stiffness > 0.0 or spec.shaft_stiffness is not None:
+        _refused(
+            profile, ("guide_friction",), "is that of a tappet which follows the cam exactly, not one on an elastic "
+            "contact or cam shaft", "leave tappet_stiffness and shaft_stiffness out, or give a friction in N",
+        )  # fmt: skip
+    against, motion = Resistance(load), mechanism.program
+    if spec.polydyne and against.jumps:
+        _refused(profile, ("friction", "force"), "has no part in the cam that dynamics.polydyne corrects",
+                 "leave it out, or polydyne = false")  # fmt: skip
+    against.refuse_sweep(spec)
+    acting = against if against.jumps or si.weight else None
+    return follower_study(
+        spec, Broken(motion, against.edges) if against.jumps else motion, speed, load.rotating, closure, si.mass,
+        si.rate, si.preload, acting,
+    )  # fmt: skip
+
+
+class Vibrating(Indexer, Protocol):
+    """What the duty of a cam under solved forces takes from a model."""
+
+    @property
+    def indexing(self) -> IndexingStudy | None: ...
+    @property
+    def elastic_follower(self) -> FollowerStudy | None: ...
+
+
+def dynamic_duty_of(model: Vibrating) -> Duty | None:
+    """The duty of what presses the cam under the solved periodic contact force, by the code of the rigid one.
+
+    None without [dynamics], and where the follower leaves its cam: the force of its landings is not that of a steady
+    state.
+    """
+    material, mechanism = model.profile.material, model.mechanism
+    if model.indexing is not None and mechanism.turret is not None:
+        drive = model.indexing.steady
+        # The contact torque holds the turret back where it is positive.
+        load = replace(model.load, solved=lambda theta: -drive.at(theta, "contact_torque")[0] / MILLI)
+        return turret_duty(material, mechanism, mechanism.turret, load)
+    follower = model.elastic_follower
+    if follower is None or (follower.jump is not None and bool(follower.jump.lost[0])):
+        return None
+    unit = 1.0 / MILLI if model.load.rotating else 1.0
+    load = replace(model.load, solved=lambda theta: unit * follower.steady.at(theta, "contact_force")[0])
+    if mechanism.roller is None:
+        return face_duty(material, load, mechanism.touches)
+    return max(roller_duties(material, mechanism, load), key=lambda duty: duty.peak_pressure.value)
 
 
 def _speed(profile: Profile) -> float:

@@ -52,10 +52,16 @@ class FollowerStudy:
         if self.sweep_speeds is None:
             raise ProfileError([Problem("dynamics.sweep", "is missing", None, "two speeds in r/min")])
 
-        def at(speeds: Floats) -> FollowerSystem:
-            return FollowerSystem(self.train, self.motion, speeds, self.scale, self.shaft, self.load)
+        return self.over(self.sweep_speeds)
 
-        return swept(at, self.sweep_speeds, self.accuracy, ("acceleration", "contact_force"))
+    def over(self, speeds: Floats, tolerance: float | None = None) -> Sweep:
+        """Steady states at speeds (s,) in rad/s, to another tolerance (share of the peak) where one is given."""
+        accuracy = self.accuracy if tolerance is None else Accuracy(tolerance)
+
+        def at(part: Floats) -> FollowerSystem:
+            return FollowerSystem(self.train, self.motion, part, self.scale, self.shaft, self.load)
+
+        return swept(at, speeds, accuracy, ("acceleration", "contact_force"))
 
     @cached_property
     def jump(self) -> Jump | None:

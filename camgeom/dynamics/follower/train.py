@@ -26,8 +26,8 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 
 Closure = Literal["force", "form"]
-Load = Callable[[Floats], Floats]
-"""Applied force (., n) in N against the lift over cam angles (., n)."""
+Load = Callable[[Floats, Side], Floats]
+"""Force (., n) in N on the follower mass against the lift over cam angles (., n); at a knot its limit from a side."""
 JUMP = 1e-9
 """share of the largest velocity above which a step in velocity at a knot is a knock"""
 OUTPUTS: Mapping[str, str] = MappingProxyType(
@@ -220,7 +220,7 @@ class FollowerSystem:
         t, w = self.train, self.speed[:, None]
         s = self.lift(theta, 2, side)
         force = t.mass * s[2] * w * w + t.return_damping * s[1] * w + t.return_stiffness * s[0] + t.preload
-        return np.asarray(force + (self.load(theta) if self.load is not None else 0.0))
+        return np.asarray(force + (self.load(theta, side) if self.load is not None else 0.0))
 
     def coefficients(self, theta: Floats, side: Side = "right") -> Coefficients:
         """D, S, F per rad of cam angle at cam angles theta (1 or b, n)."""

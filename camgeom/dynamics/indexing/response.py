@@ -76,6 +76,7 @@ def sweep(
     accuracy: Accuracy = STANDARD,
     fluctuation: Fluctuation = CONSTANT,
     exact: bool = False,
+    torque: Torque | None = None,
 ) -> Sweep:
     """Steady state at every input speed (s,) in rad/s: extremes of the load plate's acceleration.
 
@@ -84,7 +85,7 @@ def sweep(
     refuse_indefinite(drive, motion)
 
     def at(speeds: Floats) -> TorsionSystem:
-        return TorsionSystem(drive, motion, speeds, fluctuation, exact=exact)
+        return TorsionSystem(drive, motion, speeds, fluctuation, torque, exact)
 
     return swept(at, np.atleast_1d(np.asarray(speed, dtype=float)), accuracy, ("load_acceleration",))
 

@@ -18,7 +18,7 @@ from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.measures import EnergyBalance, Residual, energy_balance, residual_vibration
 from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
 from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
-from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation
+from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import Sweep
@@ -37,7 +37,8 @@ GIVEN: Mapping[str, str] = MappingProxyType({})
 class IndexingStudy:
     """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
 
-    sources: where contact stiffness and inertias that the [dynamics] table does not give come from.
+    sources: where contact stiffness and inertias that the [dynamics] table does not give come from. torque: what acts
+    on the drive beside its inertias.
     """
 
     drive: IndexingDrive
@@ -49,6 +50,7 @@ class IndexingStudy:
     band: float = 1e-4
     sweep_speeds: Floats | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
+    torque: Torque | None = None
 
     @cached_property
     def modes(self) -> Modes:
@@ -63,19 +65,36 @@ class IndexingStudy:
     @cached_property
     def steady(self) -> DriveResponse:
         """Periodic steady state."""
-        return steady_state(self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, exact=self.exact)
+        return steady_state(
+            self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, self.torque, self.exact
+        )
 
     @cached_property
     def start(self) -> DriveResponse:
         """First turn from rest."""
-        return from_rest(self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, exact=self.exact)
+        return from_rest(
+            self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, self.torque, exact=self.exact
+        )
 
     @cached_property
     def sweep(self) -> Sweep:
         """Steady states over the sweep; ProfileError when no sweep was asked for."""
         if self.sweep_speeds is None:
             raise ProfileError([Problem("dynamics.sweep", "is missing", None, "two speeds in r/min")])
-        return sweep(self.drive, self.motion, self.sweep_speeds, self.accuracy, self.fluctuation, self.exact)
+        return self.over(self.sweep_speeds)
+
+    def over(self, speeds: Floats, tolerance: float | None = None) -> Sweep:
+        """Steady states at speeds (s,) in rad/s, to another tolerance (share of the peak) where one is given."""
+        accuracy = self.accuracy if tolerance is None else Accuracy(tolerance)
+        return sweep(self.drive, self.motion, speeds, accuracy, self.fluctuation, self.exact, self.torque)
+
+    @property
+    def dwells(self) -> bool:
+        """Whether the motion has a dwell to settle in."""
+        try:
+            return bool(self.residual.end_rad > self.residual.begin_rad)
+        except ProfileError:
+            return False
 
     @cached_property
     def residual(self) -> Residual:
@@ -165,10 +184,9 @@ class IndexingStudy:
 
     def _dwell_figures(self) -> dict[str, object]:
         """Residual vibration, or nothing where the motion has no dwell."""
-        try:
-            found = self.residual
-        except ProfileError:
+        if not self.dwells:
             return {}
+        found = self.residual
         return {
             "residual_deviation_deg": degrees(float(found.deviation[0])),
             "residual_acceleration_rad_s2": float(found.acceleration[0]),
@@ -183,11 +201,12 @@ def indexing_study(
     contact_table: tuple[float, ...] = (),
     inertias: Mapping[str, float] = NOTHING,
     sources: Mapping[str, str] = GIVEN,
+    torque: Torque | None = None,
 ) -> IndexingStudy:
     """The study a profile's [dynamics] table asks for, at the operating speed in r/min.
 
     contact_table: K12 in N m/rad at equal steps of a turn (`mechanics.turret_stiffness`), inertias in kg m2 by key:
-    used where the table gives none. sources says where they come from.
+    used where the table gives none. sources says where they come from; torque acts on the drive.
     """
     return IndexingStudy(
         spec.drive(contact_table, inertias),
@@ -199,4 +218,5 @@ def indexing_study(
         float(np.radians(spec.settling_band)),
         spec.speeds(),
         sources,
+        torque,
     )

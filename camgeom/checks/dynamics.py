@@ -1,0 +1,187 @@
+"""What [dynamics] and [impact] find, judged: pressure and life under the solved forces, contact, settling, resonance.
+
+The rigid figures stand beside, in their own findings. A solver that finds no answer is not judged, with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import wraps
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.checks import Finding, Need, NotJudged, check
+from camgeom.checks.verdict import judged
+from camgeom.errors import NotConverged
+
+if TYPE_CHECKING:
+    from camgeom.maths import Floats
+    from camgeom.model import Model
+
+Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
+LESS = "stiffen what is elastic, damp it, take a smoother law or less speed; the rigid figure leaves vibration out"
+SENSITIVE = 1.25
+"""change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
+BAND = (0.95, 0.975, 1.025, 1.05)
+"""shares of the operating speed: it is held to a few per cent"""
+ROUGH = 1e-3
+"""share of the peak, accuracy of what is compared with SENSITIVE"""
+
+
+def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
+    """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why."""
+
+    def register(judge: Judge) -> Judge:
+        @wraps(judge)
+        def answered(model: Model) -> list[Finding | NotJudged]:
+            try:
+                return list(judge(model))
+            except NotConverged as lost:
+                return [NotJudged(name, str(lost))]
+
+        return check(name, *needs)(answered)
+
+    return register
+
+
+@solved("dynamic-pressure", "dynamics")
+def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
+    """Peak contact pressure under the periodic contact force of the elastic drive or follower."""
+    if model.dynamic_duty is None:
+        yield NotJudged("dynamic-pressure", "the follower leaves its cam (see lift-off): no periodic force to judge")
+        return
+    peak, rigid = model.dynamic_duty.peak_pressure, model.carrier and model.carrier.peak_pressure
+    if peak is None:
+        return
+    beside = f"rigid: {rigid.value:.6g} MPa" if rigid is not None else ""
+    yield judged(
+        "dynamic-pressure", peak.value, "<=", _pressure_limit(model), "MPa", LESS, cam_angle=peak.cam_angle,
+        where=beside,
+    )  # fmt: skip
+
+
+def _pressure_limit(model: Model) -> float:
+    """Largest contact pressure allowed, MPa."""
+    material = model.profile.material
+    return model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
+
+
+@solved("dynamic-life", "dynamics")
+def dynamic_life(model: Model) -> Iterable[Finding]:
+    """Fatigue lives of roller, cam and bearing under the periodic contact force."""
+    limit = model.profile.limits.life_h
+    if limit is None or model.dynamic_duty is None:
+        return
+    rigid = model.carrier.lives if model.carrier is not None else {}
+    for body, value in model.dynamic_duty.lives.items():
+        beside = f"{body}; rigid: {rigid[body]:.6g} h" if isfinite(rigid.get(body, np.inf)) else body
+        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=beside)
+
+
+@solved("lift-off", "dynamics")
+def lift_off(model: Model) -> Iterable[Finding]:
+    """Least contact force of an elastic follower that a spring or weight holds on its cam."""
+    follower = model.elastic_follower
+    if follower is None or follower.jump is None:
+        return
+    unit = "N m" if model.profile.rotating else "N"
+    needed = float(follower.jump.required_preload[0])
+    advice = f"the follower leaves its cam: a preload of {needed:.4g} {unit} holds it, or a stiffer linkage, less speed"
+    least, angle = float(follower.jump.minimum_force[0]), float(follower.jump.minimum_at[0])
+    yield judged("lift-off", least, ">=", 0.0, unit, advice, cam_angle=angle, where="least contact force")
+
+
+@solved("settling", "dynamics")
+def settling(model: Model) -> Iterable[Finding]:
+    """Time until an indexing drive's load stays within the settling band, against its dwell.
+
+    A failure where the profile gives `dynamics.settling_band`; with the band that is taken for granted a warning.
+    """
+    drive, spec = model.indexing, model.profile.dynamics_spec
+    if drive is None or spec is None or not drive.dwells:
+        return
+    left = drive.residual
+    dwell = 1e3 * (left.end_rad - left.begin_rad) / drive.speed
+    value = 1e3 * float(left.settling_s[0]) if left.settled[0] else dwell
+    advice = (
+        f"the load swings by {np.degrees(left.deviation[0]):.4g} deg in its dwell and is not within "
+        f"{spec.settling_band:g} deg when it ends: more damping, a stiffer shaft, a smoother law or less speed"
+    )
+    worst = "fail" if "settling_band" in spec.model_fields_set else "warn"
+    yield judged("settling", value, "<", dwell, "ms", advice, cam_angle=left.begin_rad, worst=worst,
+                 where=f"into {spec.settling_band:g} deg, of the longest dwell")  # fmt: skip
+
+
+@solved("resonance", "dynamics")
+def resonance(model: Model) -> Iterable[Finding]:
+    """How much the largest acceleration over omega squared changes near the operating speed; a warning at most."""
+    drive, follower = model.indexing, model.elastic_follower
+    study = drive or follower
+    assert study is not None, "the registry asks for it"
+    name = "load_acceleration" if drive is not None else "acceleration"
+    shares = np.array(BAND)
+    sweep = study.over(study.speed * shares, ROUGH)
+    if not sweep.answered.all():
+        yield judged("resonance", np.inf, "<=", SENSITIVE, "1", sweep.refused[0][1], worst="warn")
+        return
+    here = float(study.steady.peak(name).magnitude[0])
+    values = np.append(sweep.peaks[name].magnitude / shares**2, here)
+    value = float(values.max() / values.min()) if values.min() > 0.0 else 1.0
+    worst = study.speed * float(np.append(shares, 1.0)[values.argmax()]) * 30.0 / np.pi
+    hertz = _frequencies(model)
+    order = max(1, round(60.0 * float(hertz[0]) / worst))
+    advice = (
+        f"harmonic {order} of the turn meets the mode at {hertz[0]:.4g} Hz near {worst:.4g} r/min, where vibration is "
+        "largest: keep off that speed, or move the mode by stiffness, inertia or damping"
+    )
+    yield judged("resonance", value, "<=", SENSITIVE, "1", advice, worst="warn",
+                 where="change of the largest acceleration within 5 % of the speed")  # fmt: skip
+
+
+def _frequencies(model: Model) -> Floats:
+    """Natural frequencies that the motion excites, lowest first, Hz."""
+    if model.indexing is not None:
+        return np.array([float(mode.frequency_hz().min()) for mode in model.indexing.modes.torsional()])
+    assert model.elastic_follower is not None
+    return model.elastic_follower.train.natural_frequency() / (2.0 * np.pi)
+
+
+@solved("stability", "dynamics")
+def stability(model: Model) -> Iterable[Finding]:
+    """Stiffness blocks that are none, and what a turn of the cam makes of a small disturbance.
+
+    A block that the motion does not move only warns: the response leaves it out. Raises NotConverged where the solver
+    finds no steady state for another reason than growth.
+    """
+    from camgeom.dynamics.indexing.drive import TORSION
+    from camgeom.dynamics.linear.solve import NEUTRAL, Growing
+
+    drive, study = model.indexing, model.indexing or model.elastic_follower
+    assert study is not None, "the registry asks for it"
+    coupled = True
+    for wrong in drive.modes.indefinite if drive is not None else ():
+        in_drive = wrong.block == TORSION
+        coupled &= not in_drive
+        yield judged("stability", wrong.scaled_eigenvalue, ">", 0.0, "1", str(wrong),
+                     worst="fail" if in_drive else "warn", where=f"stiffness of {', '.join(wrong.block)}")  # fmt: skip
+    if not coupled:
+        return
+    try:
+        radius = float(study.steady.solution.spectral_radius[0])
+    except Growing as growing:
+        radius = growing.radius
+    advice = "a turn makes a small disturbance larger (parametric instability): more damping, or another speed"
+    yield judged("stability", radius, "<=", 1.0, "1", advice, slack=NEUTRAL, where="growth of a disturbance in a turn")
+
+
+@solved("impact-pressure", "impact")
+def impact_pressure(model: Model) -> Iterable[Finding]:
+    """Largest pressure of the contacts with free play, over the counted turns."""
+    peak = model.impact_pressure
+    rigid = model.carrier.peak_pressure if model.carrier is not None else None
+    beside = f"{peak.where}; rigid: {rigid.value:.6g} MPa" if rigid is not None else peak.where
+    advice = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
+    yield judged("impact-pressure", peak.value, "<=", _pressure_limit(model), "MPa", advice,
+                 cam_angle=peak.cam_angle, where=beside)  # fmt: skip
