@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load", "dynamics", "impact"]
+Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load",
+               "dynamics", "impact"]
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 

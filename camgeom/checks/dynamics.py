@@ -12,22 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import Finding, Need, NotJudged, check
-from camgeom.checks.verdict import judged
+from camgeom.checks import Need, check
+from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.errors import NotConverged
 
 if TYPE_CHECKING:
-    from camgeom.maths import Floats
     from camgeom.model import Model
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 LESS = "stiffen what is elastic, damp it, take a smoother law or less speed; the rigid figure leaves vibration out"
+LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 SENSITIVE = 1.25
 """change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
 BAND = (0.95, 0.975, 1.025, 1.05)
 """shares of the operating speed: it is held to a few per cent"""
-ROUGH = 1e-3
-"""share of the peak, accuracy of what is compared with SENSITIVE"""
 
 
 def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
@@ -50,9 +48,10 @@ def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
 def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     """Peak contact pressure under the periodic contact force of the elastic drive or follower."""
     if model.dynamic_duty is None:
-        yield NotJudged("dynamic-pressure", "the follower leaves its cam (see lift-off): no periodic force to judge")
+        yield NotJudged("dynamic-pressure", LIFTED)
         return
-    peak, rigid = model.dynamic_duty.peak_pressure, model.carrier and model.carrier.peak_pressure
+    peak = model.dynamic_duty.peak_pressure
+    rigid = model.carrier.peak_pressure if model.carrier is not None else None
     if peak is None:
         return
     beside = f"rigid: {rigid.value:.6g} MPa" if rigid is not None else ""
@@ -69,10 +68,13 @@ def _pressure_limit(model: Model) -> float:
 
 
 @solved("dynamic-life", "dynamics")
-def dynamic_life(model: Model) -> Iterable[Finding]:
+def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives of roller, cam and bearing under the periodic contact force."""
     limit = model.profile.limits.life_h
-    if limit is None or model.dynamic_duty is None:
+    if limit is None:
+        return
+    if model.dynamic_duty is None:
+        yield NotJudged("dynamic-life", LIFTED)
         return
     rigid = model.carrier.lives if model.carrier is not None else {}
     for body, value in model.dynamic_duty.lives.items():
@@ -109,7 +111,7 @@ def settling(model: Model) -> Iterable[Finding]:
         f"the load swings by {np.degrees(left.deviation[0]):.4g} deg in its dwell and is not within "
         f"{spec.settling_band:g} deg when it ends: more damping, a stiffer shaft, a smoother law or less speed"
     )
-    worst = "fail" if "settling_band" in spec.model_fields_set else "warn"
+    worst: Level = "fail" if "settling_band" in spec.model_fields_set else "warn"
     yield judged("settling", value, "<", dwell, "ms", advice, cam_angle=left.begin_rad, worst=worst,
                  where=f"into {spec.settling_band:g} deg, of the longest dwell")  # fmt: skip
 
@@ -122,7 +124,8 @@ def resonance(model: Model) -> Iterable[Finding]:
     assert study is not None, "the registry asks for it"
     name = "load_acceleration" if drive is not None else "acceleration"
     shares = np.array(BAND)
-    sweep = study.over(study.speed * shares, ROUGH)
+    # The halved step is known to meet the tolerance at the operating speed.
+    sweep = study.over(study.speed * shares, max(1, study.steady.solution.grid.steps // 2))
     if not sweep.answered.all():
         yield judged("resonance", np.inf, "<=", SENSITIVE, "1", sweep.refused[0][1], worst="warn")
         return
@@ -130,22 +133,22 @@ def resonance(model: Model) -> Iterable[Finding]:
     values = np.append(sweep.peaks[name].magnitude / shares**2, here)
     value = float(values.max() / values.min()) if values.min() > 0.0 else 1.0
     worst = study.speed * float(np.append(shares, 1.0)[values.argmax()]) * 30.0 / np.pi
-    hertz = _frequencies(model)
-    order = max(1, round(60.0 * float(hertz[0]) / worst))
+    hertz = _lowest_frequency(model)
+    order = max(1, round(60.0 * hertz / worst))
     advice = (
-        f"harmonic {order} of the turn meets the mode at {hertz[0]:.4g} Hz near {worst:.4g} r/min, where vibration is "
-        "largest: keep off that speed, or move the mode by stiffness, inertia or damping"
+        f"vibration is largest near {worst:.4g} r/min, where harmonic {order} of the turn meets the mode of "
+        f"{hertz:.4g} Hz: keep off that speed, or move the mode by stiffness, inertia or damping"
     )
     yield judged("resonance", value, "<=", SENSITIVE, "1", advice, worst="warn",
                  where="change of the largest acceleration within 5 % of the speed")  # fmt: skip
 
 
-def _frequencies(model: Model) -> Floats:
-    """Natural frequencies that the motion excites, lowest first, Hz."""
+def _lowest_frequency(model: Model) -> float:
+    """Lowest natural frequency that the motion excites, Hz."""
     if model.indexing is not None:
-        return np.array([float(mode.frequency_hz().min()) for mode in model.indexing.modes.torsional()])
+        return model.indexing.modes.lowest_hz()[0]
     assert model.elastic_follower is not None
-    return model.elastic_follower.train.natural_frequency() / (2.0 * np.pi)
+    return float(model.elastic_follower.train.natural_frequency()[0]) / (2.0 * np.pi)
 
 
 @solved("stability", "dynamics")

@@ -218,8 +218,9 @@ class DynamicsSpec(Section):
         per = 1.0 if rotating else PER_MM
         own = return_stiffness if self.return_stiffness is None else self.return_stiffness * per
         if self.mass is None and 0.0 < mass <= self.tappet_mass:
-            hint = "it is a part of follower.mass and operation.load_mass; give dynamics.mass for what is beyond it"
-            raise ProfileError([Problem("dynamics.tappet_mass", "leaves no mass", self.tappet_mass, f"< {mass:g}", hint)])
+            text = "is all that moves (follower.mass and operation.load_mass) or more"
+            hint = "give dynamics.mass for what is beyond the linkage"
+            raise ProfileError([Problem("dynamics.tappet_mass", text, self.tappet_mass, f"< {mass:g}", hint)])
         return FollowerTrain(
             mass=mass - self.tappet_mass if self.mass is None else self.mass,
             stiffness=(self.linkage_stiffness or 0.0) * per,

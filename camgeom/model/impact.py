@@ -25,14 +25,12 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
-IGNORES = ("guide_friction",)
-"""keys of [operation] that the contact with free play leaves out"""
 
 
 def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
-    Leaves out IGNORES of the load. Raises ProfileError where the cam does not drive both ways or has no play.
+    Raises ProfileError where the cam does not drive both ways or has no play, and for a friction of the guides.
     """
     from camgeom.dynamics.impact.run import solve
 
@@ -55,6 +53,10 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
     spec = profile.impact_spec
     assert spec is not None
     assert profile.operation is not None, "it made the load"
+    if load.guide_friction:
+        text = "hangs on the side thrust, which jumps with every contact: the solver with free play does not carry it"
+        hint = "give a friction in N instead"
+        raise ProfileError([Problem("operation.guide_friction", text, load.guide_friction, "0", hint)])
     roller, drum = mechanism.roller, mechanism.drum
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     length = mechanism.touches[0].length if mechanism.touches else (roller and roller.length) or 1.0

@@ -32,8 +32,8 @@ def operation_of(profile: Profile, purpose: str) -> Operation:
 def load_of(profile: Profile, mechanism: Mechanism) -> Load:
     """Inertia, friction, spring, weight and applied forces on the follower; N and mm, or N mm and rad.
 
-    A solver that leaves some of it out names those keys: IGNORES in `vibration` and `impact`; the rigid duties honour
-    all that means something for their follower (see `Operation.idle`).
+    Every solver carries all of it, or refuses a key by name (`vibration`, `impact`); the rigid duties honour all that
+    means something for their follower (see `Operation.idle`).
     """
     operation, follower = operation_of(profile, "a force"), mechanism.follower
     mass = follower.moving(operation.load_mass, operation.load_inertia)

@@ -66,6 +66,8 @@ class Resistance:
 
     def applied(self, theta: Floats, side: Side) -> Floats:
         """Applied forces and weight; those that hang on lift, velocity or acceleration take the ideal ones."""
+        if not self.load.applied:
+            return np.full(theta.shape, self.load.si.weight)
         piece, angle = self._placed(theta, side)
         edges = self.edges
         angle = np.clip(angle, edges[piece] + INSIDE, edges[piece + 1] - INSIDE)

@@ -14,10 +14,7 @@ from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.panels import TURN, highest, panels, roots
 from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
 from camgeom.mechanics.load import Load, normal_force, reversals
-from camgeom.model.impact import IGNORES as IMPACT_IGNORES
-from camgeom.model.vibration import FOLLOWER_IGNORES, INDEXING_IGNORES
 from camgeom.motion import Program, Segment
-from camgeom.profile.sections import Operation
 from tests.reference.pin_machine import (
     INSERTION_FROM,
     INSERTION_UNTIL,
@@ -292,8 +289,3 @@ def test_spin_reversal_against_a_stepped_simulation():
     assert heat == pytest.approx(float(found.energy), rel=1e-4)
     with pytest.raises(ValueError, match="friction"):
         spin_reversal(rate, omega, growth, radius, inertia, 0.0)
-
-
-def test_what_a_solver_leaves_out_are_keys_of_the_operation():
-    left_out = {*INDEXING_IGNORES, *FOLLOWER_IGNORES, *IMPACT_IGNORES}
-    assert left_out <= set(Operation.model_fields)

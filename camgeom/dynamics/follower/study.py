@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, pi
 
@@ -54,9 +54,9 @@ class FollowerStudy:
 
         return self.over(self.sweep_speeds)
 
-    def over(self, speeds: Floats, tolerance: float | None = None) -> Sweep:
-        """Steady states at speeds (s,) in rad/s, to another tolerance (share of the peak) where one is given."""
-        accuracy = self.accuracy if tolerance is None else Accuracy(tolerance)
+    def over(self, speeds: Floats, steps: int | None = None) -> Sweep:
+        """Steady states at speeds (s,) in rad/s, in a number of steps a turn where one is given."""
+        accuracy = self.accuracy if steps is None else replace(self.accuracy, steps=steps)
 
         def at(part: Floats) -> FollowerSystem:
             return FollowerSystem(self.train, self.motion, part, self.scale, self.shaft, self.load)

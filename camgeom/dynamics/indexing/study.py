@@ -7,7 +7,7 @@ names.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import degrees
 from types import MappingProxyType
@@ -83,9 +83,9 @@ class IndexingStudy:
             raise ProfileError([Problem("dynamics.sweep", "is missing", None, "two speeds in r/min")])
         return self.over(self.sweep_speeds)
 
-    def over(self, speeds: Floats, tolerance: float | None = None) -> Sweep:
-        """Steady states at speeds (s,) in rad/s, to another tolerance (share of the peak) where one is given."""
-        accuracy = self.accuracy if tolerance is None else Accuracy(tolerance)
+    def over(self, speeds: Floats, steps: int | None = None) -> Sweep:
+        """Steady states at speeds (s,) in rad/s, in a number of steps a turn where one is given."""
+        accuracy = self.accuracy if steps is None else replace(self.accuracy, steps=steps)
         return sweep(self.drive, self.motion, speeds, accuracy, self.fluctuation, self.exact, self.torque)
 
     @property

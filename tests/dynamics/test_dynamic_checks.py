@@ -1,0 +1,218 @@
+"""Findings on what [dynamics] and [impact] solve, each with a design just inside and one just beyond its limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from camgeom.checks import judge
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+from tests.places import PROFILES
+from tests.reference.planar_machines import ELASTIC
+
+TOOL_CHANGER = (PROFILES / "tool_changer.toml").read_text()
+ROCKER = (PROFILES / "conjugate_rocker.toml").read_text()
+OWN = ("dynamic-pressure", "dynamic-life", "lift-off", "settling", "resonance", "stability", "impact-pressure")
+
+
+def changed(text, *pairs):
+    for old, new in pairs:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def changer(speed, *pairs):
+    return Model(parse(changed(TOOL_CHANGER, ("speed = 120", f"speed = {speed}"), *pairs)))
+
+
+def follower(speed, *pairs, more=""):
+    text = ELASTIC.format(law="cycloidal")
+    own = (("polydyne = true", "linkage_damping = 250"), ("spring_preload = 400", "spring_preload = 90"))
+    return Model(parse(changed(text, ("speed = 900", f"speed = {speed}"), *own, *pairs) + more))
+
+
+def levels(model, *names):
+    return {finding.check: finding.level for finding in judge(model, names or OWN).findings}
+
+
+def finding(model, name):
+    (found,) = judge(model, (name,)).findings
+    return found
+
+
+def test_a_follower_that_lifts_at_591_rpm_passes_below_and_fails_above():
+    below, above = follower(585), follower(640)
+    assert below.elastic_follower.jump_speed_rpm(300, 3000) == pytest.approx(590.8, abs=0.1)
+    assert levels(below)["lift-off"] == "pass"
+    assert finding(below, "lift-off").value == pytest.approx(5.989, abs=1e-3)
+    assert levels(above, "contact-kept", "lift-off") == {"contact-kept": "pass", "lift-off": "fail"}
+    assert finding(above, "lift-off").value == pytest.approx(-53.24, abs=0.01)
+    # its landings are not a steady state: pressure is not judged, and says so
+    assert [word.check for word in judge(above, OWN).not_judged] == ["dynamic-pressure"]
+
+
+def test_the_preload_that_lift_off_advises_just_holds():
+    needed = float(follower(640).elastic_follower.jump.required_preload[0])
+    for share, level in ((0.999, "fail"), (1.002, "pass")):
+        model = follower(640, ("spring_preload = 90", f"spring_preload = {share * needed!r}"))
+        assert levels(model, "lift-off") == {"lift-off": level}
+
+
+def test_a_drive_is_judged_by_the_torque_that_its_vibration_makes():
+    """350 r/min: 1 167 MPa rigid, 1 324 MPa elastic; the profile's limit of 1 300 stands between them."""
+    model = changer(350)
+    dynamic, rigid = model.dynamic_duty.peak_pressure.value, model.carrier.peak_pressure.value
+    assert rigid == pytest.approx(1167.1, abs=0.1)
+    assert dynamic == pytest.approx(1323.9, rel=1e-3)
+    assert levels(model, "turret-pressure", "dynamic-pressure") == {
+        "turret-pressure": "pass", "dynamic-pressure": "fail"}
+    for share, level in ((1.001, "pass"), (0.998, "fail")):
+        limited = changer(350, ("contact_limit = 1300", f"contact_limit = {share * dynamic!r}"))
+        assert finding(limited, "dynamic-pressure").level == level
+    assert all(model.dynamic_duty.lives[body] < hours for body, hours in model.carrier.lives.items())
+
+
+def test_dynamic_lives_are_judged_on_both_sides():
+    lives = changer(350).dynamic_duty.lives
+    least = min(lives.values())
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        model = changer(350, ("life_h = 20000", f"life_h = {share * least!r}"))
+        assert max(f.level == "fail" for f in judge(model, ("dynamic-life",)).findings) == (level == "fail")
+
+
+def test_a_drive_that_does_not_settle_fails_the_band_it_was_given():
+    """At 350 r/min the load still swings by 0.031 deg in the dwell."""
+    assert levels(changer(120), "settling") == {"settling": "pass"}
+    assert levels(changer(350), "settling") == {"settling": "warn"}
+    for band, level in ((0.05, "pass"), (0.005, "fail")):
+        model = changer(350, ("output_damping = 25", f"output_damping = 25\nsettling_band = {band}"))
+        assert levels(model, "settling") == {"settling": level}
+
+
+def test_a_speed_near_a_critical_one_warns():
+    """Harmonic 12 meets the first mode near 400 r/min, where the amplification is 1.72; at 120 r/min it is flat."""
+    assert finding(changer(120), "resonance").value < 1.05
+    near = finding(changer(400), "resonance")
+    assert near.level == "warn"
+    assert near.value > 1.3
+    assert "harmonic 12" in near.advice
+
+
+def test_a_resonance_without_damping_warns_and_the_rest_is_not_judged():
+    bare = (("linkage_stiffness = 400", "linkage_stiffness = 400\nlinkage_damping = 0"),)
+    text = changed(ELASTIC.format(law="cycloidal"), ("polydyne = true", ""), *bare)
+    hertz = float(Model(parse(text)).elastic_follower.train.natural_frequency()[0]) / (2.0 * np.pi)
+    model = Model(parse(changed(text, ("speed = 900", f"speed = {60.0 * hertz / 8!r}"))))
+    verdict = judge(model, OWN)
+    assert {word.check for word in verdict.not_judged} >= {"dynamic-pressure", "lift-off", "stability"}
+    assert all("resonance" in word.reason for word in verdict.not_judged)
+
+
+def test_an_indefinite_block_warns_where_the_motion_does_not_move_it():
+    lateral = "output_damping = 25\nturret_mass = 20\nload_mass = 30\nturret_bending = 1e5\nload_bending = 1e5\noutput_axial = 1e5"
+    for cross, level in ((9e4, "pass"), (1.1e5, "warn")):
+        model = changer(120, ("output_damping = 25", f"{lateral}\ncross_bending = {cross}"))
+        assert max(judge(model, ("stability",)).findings, key=lambda f: f.level == "warn").level == level
+
+
+def test_a_growing_turn_fails():
+    """A turret on a soft contact without damping, at a speed where the varying lever pumps the first mode."""
+    study = changer(120).indexing
+    from camgeom.dynamics.linear.solve import Growing
+
+    class Pumped:
+        @property
+        def steady(self):
+            raise Growing(1.3, "a turn grows")
+
+    model = changer(120)
+    vars(model)["indexing"] = type("Drive", (Pumped,), {"modes": study.modes})()
+    found = finding(model, "stability")
+    assert (found.level, found.value, found.comparison) == ("fail", 1.3, "<=")
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.001, "pass"), (0.998, "fail")])
+def test_the_pressure_of_impacts_is_judged(share, level):
+    text = ROCKER + "\n[impact]\nturns = 2\n"
+    peak = Model(parse(text)).impact_pressure.value
+    assert peak > 1.2 * Model(parse(text)).carrier.peak_pressure.value
+    limits = "[limits]\n" if "[limits]" not in text else ""
+    key = f"contact_pressure_mpa = {share * peak!r}\n"
+    text = text + "\n" + limits + key if limits else text.replace("[limits]\n", "[limits]\n" + key)
+    assert levels(Model(parse(text)), "impact-pressure") == {"impact-pressure": level}
+
+
+LOADS = """
+[[operation.force]]
+from = 20
+until = 60
+expression = "150 * sin(4.5 * (phi - 20 * pi / 180))"
+"""
+
+
+def test_a_stiff_follower_presses_as_the_rigid_one_with_all_that_acts_on_it():
+    """Spring, friction, guide friction, weight and an applied force: the limit of a stiff damped linkage is rigid."""
+    every = (("spring_rate = 20", "spring_rate = 20\nfriction = 25\nguide_friction = 0.1\ngravity = 9.81"),
+             ("linkage_stiffness = 400", "linkage_stiffness = 4e6"),
+             ("linkage_damping = 250", "linkage_damping = 3e4"))  # fmt: skip
+    model = follower(500, *every, more=LOADS)
+    rigid, solved = model.duty, model.dynamic_duty
+    assert solved.peak_force.value == pytest.approx(rigid.peak_force.value, rel=2e-3)
+    assert solved.peak_pressure.value == pytest.approx(rigid.peak_pressure.value, rel=2e-3)
+    theta = np.linspace(0.003, 6.28, 400)
+    own = [duty.force.panels.at(duty.normal, theta) for duty in (rigid, solved)]
+    assert np.median(np.abs(own[1] - own[0])) < 0.1
+
+
+def test_a_stiff_drive_presses_as_the_rigid_one():
+    stiff = (("input_stiffness = 210000", "input_stiffness = 2e9"),
+             ("output_stiffness = 510000", "output_stiffness = 5e9"),
+             ("contact_damping = 40", "contact_damping = 4000\ncontact_stiffness = 1e9"),
+             ("output_damping = 25", "output_damping = 5000"))  # fmt: skip
+    model = changer(120, *stiff)
+    assert model.dynamic_duty.peak_pressure.value == pytest.approx(model.carrier.peak_pressure.value, rel=2e-3)
+    assert model.dynamic_duty.lives["cam"] == pytest.approx(model.carrier.lives["cam"], rel=2e-2)
+
+
+@pytest.mark.parametrize(
+    "key", ["friction = 25", "guide_friction = 0.2", "gravity = 9.81", "load_mass = 0.5", 'force = "x"'])
+def test_every_load_changes_the_elastic_follower(key):
+    more, pair = ("", (("spring_rate = 20", f"spring_rate = 20\n{key}"),)) if "force" not in key else (LOADS, ())
+    torques = [model.dynamic_duty.peak_torque.value for model in (follower(500, *pair, more=more), follower(500))]
+    assert torques[0] != pytest.approx(torques[1], rel=1e-4)
+
+
+@pytest.mark.parametrize("key", ["friction = 40000", "load_inertia = 0.1", 'force = "x"'])
+def test_every_load_changes_the_indexing_drive(key):
+    pairs = (("friction = 15000", key),) if "force" not in key else ()
+    more = '\n[[operation.force]]\nexpression = "5000"\nfrom = 120\nuntil = 200\n' if "force" in key else ""
+    plain = changer(120).indexing.steady.peak("contact_torque").maximum[0]
+    text = changed(TOOL_CHANGER, *pairs) + more
+    assert Model(parse(text)).indexing.steady.peak("contact_torque").maximum[0] != plain
+
+
+@pytest.mark.parametrize(("make", "word"), [
+    (lambda: changer(120, ("friction = 15000", "friction = 15000\nspring_rate = 10")).indexing, "spring_rate"),
+    (lambda: changer(120, ("friction = 15000", "spring_preload = 10")).indexing, "spring_preload"),
+    (lambda: follower(500, ("spring_rate = 20", "spring_rate = 20\nguide_friction = 0.1"),
+                      ("linkage_damping = 250", "tappet_mass = 0.2\ntappet_stiffness = 1e4")).elastic_follower,
+     "guide_friction"),
+    (lambda: Model(parse(ELASTIC.format(law="5-6-7-8-9").replace("spring_rate", "friction = 5\nspring_rate")))
+     .elastic_follower, "operation.friction"),
+    (lambda: follower(500, ("linkage_damping = 250", "sweep = [100, 200]"),
+                      more='\n[[operation.force]]\nexpression = "0.01 * v"\n').elastic_follower, "sweep"),
+    (lambda: follower(500, ("linkage_damping = 250", "tappet_mass = 2")).elastic_follower, "tappet_mass"),
+])  # fmt: skip
+def test_what_a_solver_cannot_carry_is_refused_by_name(make, word):
+    with pytest.raises(ProfileError, match=word):
+        make()
+
+
+def test_the_tappet_is_a_part_of_what_moves():
+    train = follower(500, ("linkage_damping = 250", "tappet_mass = 0.5")).elastic_follower.train
+    assert (train.mass, train.tappet_mass) == (1.5, 0.5)
+    given = follower(500, ("linkage_damping = 250", "tappet_mass = 0.5\nmass = 2")).elastic_follower.train
+    assert (given.mass, given.tappet_mass) == (2.0, 0.5)
