@@ -104,7 +104,8 @@ def test_a_speed_near_a_critical_one_warns():
 def test_a_resonance_without_damping_warns_and_the_rest_is_not_judged():
     bare = (("linkage_stiffness = 400", "linkage_stiffness = 400\nlinkage_damping = 0"),)
     text = changed(ELASTIC.format(law="cycloidal"), ("polydyne = true", ""), *bare)
-    hertz = float(Model(parse(text)).elastic_follower.train.natural_frequency()[0]) / (2.0 * np.pi)
+    undamped = Model(parse(text)).elastic_follower
+    hertz = float(undamped.train.natural_frequency()[0]) / (2.0 * np.pi)
     model = Model(parse(changed(text, ("speed = 900", f"speed = {60.0 * hertz / 8!r}"))))
     verdict = judge(model, OWN)
     assert {word.check for word in verdict.not_judged} >= {"dynamic-pressure", "lift-off", "stability"}

@@ -45,7 +45,8 @@ def test_indexing_drive_from_a_profile():
 
 
 def test_elastic_follower_from_a_profile():
-    found = solved("disc_offset_roller", '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 20000\nlinkage_damping = 200\n')
+    text = '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 20000\nlinkage_damping = 200\n'
+    found = solved("disc_offset_roller", text)
     assert found["contact_lost"] is False
     assert found["frequencies_hz"][0] == pytest.approx(750.357, abs=1e-3)
 
