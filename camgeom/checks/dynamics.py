@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import wraps
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,10 +75,8 @@ def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     if model.dynamic_duty is None:
         yield NotJudged("dynamic-life", LIFTED)
         return
-    rigid = model.carrier.lives if model.carrier is not None else {}
     for body, value in model.dynamic_duty.lives.items():
-        beside = f"{body}; rigid: {rigid[body]:.6g} h" if isfinite(rigid.get(body, np.inf)) else body
-        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=beside)
+        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=body)
 
 
 @solved("lift-off", "dynamics")
