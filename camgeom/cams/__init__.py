@@ -38,6 +38,10 @@ class Cam(Section, ABC):
         """What cannot be built, with key, value and allowed range."""
 
     @abstractmethod
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """The keys, of any section, that mean nothing for this cam with this follower, each with the reason."""
+
+    @abstractmethod
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
 
@@ -71,6 +75,38 @@ def starter(kind: str) -> str:
 def problem(key: str, value: object, allowed: str) -> Problem:
     """A value that cannot be built, with its allowed range."""
     return Problem(key, "cannot be built", value, allowed)
+
+
+def idle(reason: str, *keys: str) -> dict[str, str]:
+    """Keys that mean nothing for one and the same reason."""
+    return dict.fromkeys(keys, reason)
+
+
+UNDERCUT_SOLID = idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
+
+ONE_WAY = idle(
+    "this cam does not drive one follower both ways; grooves of drums and discs, conjugate pairs and frames do",
+    "impact",
+)
+
+NO_LIFE = idle(
+    "no fatigue life is known of a follower that slides",
+    "limits.life_h",
+    *(f"material.{body}.{key}" for body in ("cam", "roller") for key in ("contact_cycles", "exponent")),
+)
+NO_PRESSURE = idle(
+    "a knife edge has no contact pressure",
+    "limits.contact_pressure_mpa",
+    *(f"material.cam.{key}" for key in ("elastic_modulus", "poisson", "contact_limit")),
+    *(f"material.roller.{key}" for key in ("elastic_modulus", "poisson", "contact_limit")),
+)
+
+NO_WALL = idle("a disc without a hole has no wall", "limits.min_wall_mm")
+
+
+def keyway_idle(bore: float) -> dict[str, str]:
+    """The keys of a keyway, which mean nothing without a bore."""
+    return {} if bore else idle("a cam without a bore has no keyway", "cam.keyway_width", "cam.keyway_depth")
 
 
 def sense_of(direction: str) -> float:

@@ -8,7 +8,7 @@ from math import acos, cos, pi, sin
 
 import numpy as np
 
-from camgeom.cams import problem
+from camgeom.cams import NO_LIFE, NO_PRESSURE, idle, problem
 from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
@@ -168,6 +168,24 @@ def mark_walls(
         between = float(bore_distance(bore)(centre)[0]) - 0.5 * diameter
         walls.append(Wall(f"{name} phase mark to bore", between, None, "a smaller mark or a larger mark_radius"))
     return tuple(walls)
+
+
+def face_idle(face: str) -> dict[str, str]:
+    """The keys that mean nothing for what touches a planar cam: "roller", "flat", "curved" or "knife"."""
+    found = {} if face == "roller" else idle(f"the follower's {face} face touches the cam, no roller", "roller")
+    if face != "curved":
+        found |= idle("only face = 'curved' has a radius", "follower.face_radius")
+    if face != "flat":
+        found |= idle("only face = 'flat' has a width and an offset", "follower.face_width", "follower.face_offset")
+    if face != "roller":
+        found |= NO_LIFE
+    if face == "knife":
+        found |= NO_PRESSURE
+    if face in ("flat", "knife"):
+        margins = ("limits.undercut_margin", "limits.warn_undercut_margin")
+        found |= idle("no roller can undercut this cam; folds are judged by face-curvature", *margins)
+        found |= idle("no roller passes this cam, so that no gap is measured", "limits.clearance_mm")
+    return found
 
 
 def mark_loops(diameter: float, radius: float, sense: float) -> tuple[Loop, ...]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams import ONE_WAY, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap
 from camgeom.motion.program import Program
@@ -64,6 +64,12 @@ class TurretKeys(Cam):
             return None
         height = sense_of(self.direction) * self.way * self.relief / lever
         return Relief(self.dwell_ends(program), radians(self.relief_angle), height)
+
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of a keyway without a bore, and of a relief that is none."""
+        del setup
+        found = UNDERCUT_SOLID | ONE_WAY | keyway_idle(self.bore)
+        return found if self.relief else found | idle("without a relief it fades over no angle", "cam.relief_angle")
 
     def key_problems(self, setup: Setup) -> list[Problem]:
         """What is wrong with the shared keys, each with its allowed range."""

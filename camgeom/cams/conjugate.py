@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams import NO_WALL, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -21,6 +21,7 @@ from camgeom.cams._plate import (
     bore_of,
     bore_problems,
     bore_walls,
+    face_idle,
     lift_range,
     mark_loops,
     mark_problems,
@@ -83,6 +84,16 @@ class Conjugate(Cam):
             cam=self,
         )
 
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of the other follower, and of followers of other cams."""
+        found = UNDERCUT_SOLID | keyway_idle(self.bore) | face_idle("roller")
+        found |= {} if self.bore or self.mark_diameter else NO_WALL
+        if not setup.follower.rotating:
+            rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")
+            return found | idle("belongs to a rocker, none for a slide", *rocker)
+        found |= idle("belongs to a slide, none for a rocker", "cam.return_radius")
+        return found | idle("belongs to a drum's follower", "follower.pivot_distance", "follower.start_angle")
+
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
         if setup.roller is None:
@@ -120,13 +131,7 @@ class Conjugate(Cam):
         return [problem("cam.rocker_angle", self.rocker_angle, limit)]
 
     def _slide_problems(self, mechanism: ConjugateMechanism, follower: TranslatingFollower) -> list[Problem]:
-        rocker = {"center_distance": self.center_distance, "return_arm": self.return_arm}
-        rocker["rocker_angle"] = self.rocker_angle
-        found = [
-            problem(f"cam.{key}", value, "none for a slide (it belongs to a rocker)")
-            for key, value in rocker.items()
-            if value is not None
-        ]
+        found: list[Problem] = []
         prime = mechanism.prime_radius
         if abs(follower.offset) >= prime:
             return [*found, problem("follower.offset", follower.offset, f"below the prime radius {prime:g} mm")]

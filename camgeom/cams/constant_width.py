@@ -14,8 +14,8 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import Cam, problem, sense_of
-from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, lift_range, roller_track
+from camgeom.cams import NO_WALL, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, face_idle, lift_range, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.solid import Part
@@ -57,6 +57,14 @@ class ConstantWidth(Cam):
             base_radius=self.base_radius,
             cam=self,
         )
+
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of the other of frame (flat faces) and yoke (rollers)."""
+        found = UNDERCUT_SOLID | keyway_idle(self.bore) | ({} if self.bore else NO_WALL)
+        faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
+        if setup.roller is None:
+            return found | faces | idle("a frame has no rollers", "impact.roller_inertia")
+        return found | idle("a yoke's rollers touch the cam, no faces", "follower.face_width")
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams import ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
@@ -84,6 +84,22 @@ class Cylindrical(Cam):
             running_clearance=self.running_clearance,
             cam=self,
         )
+
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of the other form, and of followers of planar cams."""
+        found = keyway_idle(self.bore)
+        if self.form == "groove":
+            found |= idle("only form = 'rib' has a thickness", "cam.rib_thickness")
+            found |= idle("the play in a drum's groove is one for the chord and the normal", "impact.clearance_kind")
+            found |= idle("the roller in a drum's groove does not turn in this solver", "impact.roller_inertia")
+        else:
+            found |= ONE_WAY
+        kind = f"a drum's {setup.follower.kind} follower"
+        found |= idle(f"{kind} has none; a disc's translating follower has", "follower.offset")
+        found |= idle(f"{kind} has none; give cam.running_clearance", "follower.clearance")
+        found |= idle(f"{kind} swings in the plane of the pivot, to neither side", "follower.side")
+        faces = ("face", "face_radius", "face_width", "face_offset")
+        return found | idle(f"{kind} carries a roller", *(f"follower.{key}" for key in faces))
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import Cam, problem, sense_of
+from camgeom.cams import NO_WALL, ONE_WAY, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -18,6 +18,7 @@ from camgeom.cams._plate import (
     bore_of,
     bore_problems,
     bore_walls,
+    face_idle,
     least_distance,
     lift_range,
     roller_track,
@@ -75,6 +76,19 @@ class Disc(Cam):
             running_clearance=self.running_clearance if groove else 0.0,
             cam=self,
         )
+
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of the other form, of other faces and of other followers."""
+        follower = setup.follower
+        assert isinstance(follower, TranslatingFollower | SwingingFollower)
+        found = UNDERCUT_SOLID | keyway_idle(self.bore) | face_idle(follower.face)
+        found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
+        if self.form == "external":
+            keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")
+            found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | ({} if self.bore else NO_WALL)
+        if not follower.rotating:
+            return found | idle("only a swinging follower has a pivot", "cam.center_distance")
+        return found | idle("belongs to a drum's follower", "follower.pivot_distance", "follower.start_angle")
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""

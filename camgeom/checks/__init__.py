@@ -38,7 +38,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
-    "face load": lambda model: _load(model, model.mechanism.touches and not model.tracks),
+    "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),
     "turret load": lambda model: _load(model, model.mechanism.turret),
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
     "impact": lambda model: _load(model, model.profile.impact_spec),

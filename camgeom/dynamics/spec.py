@@ -144,6 +144,37 @@ class DynamicsSpec(Section):
             raise ValueError("sweep must rise from its first speed to its second")
         return self
 
+    def idle(self) -> dict[str, str]:
+        """The keys that nothing reads, each with the reason."""
+        found = {}
+        if self.method != "wilson":
+            found["wilson_theta"] = "only method = 'wilson' has it"
+        if self.method != "generalized-alpha":
+            found["spectral_radius"] = "only method = 'generalized-alpha' has it"
+        if self.steps is not None:
+            found["tolerance"] = "`steps` fixes the steps, whatever their error"
+        if self.sweep is None:
+            found["sweep_points"] = "there is no sweep"
+        if self.contact_stiffness is not None:
+            found["estimate"] = "contact_stiffness is given, nothing is estimated"
+        if not self.fluctuation:
+            found["fluctuation_order"] = "the speed does not swing without a fluctuation"
+        if not self.cam_mass:
+            found |= dict.fromkeys(("cam_bending", "cam_axial"), "without a cam_mass the cam has no lateral modes")
+        if not self.turret_mass:
+            found["turret_bending"] = "without a turret_mass the turret has no lateral modes"
+        if not self.load_mass:
+            found["load_bending"] = "without a load_mass the load plate has no lateral modes"
+        if not (self.turret_mass and self.load_mass):
+            found["cross_bending"] = "couples the lateral modes of turret_mass and load_mass"
+        if not (self.turret_mass or self.load_mass):
+            found["output_axial"] = "without a turret_mass or load_mass nothing moves along the output shaft"
+        if not self.tappet_stiffness:
+            found["tappet_damping"] = "a tappet without a tappet_stiffness is rigid"
+        if self.shaft_stiffness is None:
+            found["shaft_damping"] = "a cam shaft without a shaft_stiffness is rigid"
+        return found
+
     def accuracy(self) -> Accuracy:
         """Method, tolerance (share of the peak) and steps."""
         method: str | Method = self.method

@@ -79,6 +79,17 @@ class CutterSpec(Section):
         """Largest speed of the tool's centre, mm/min."""
         return self.max_feed if self.max_feed is not None else 10.0 * self.feed
 
+    def idle(self) -> dict[str, str]:
+        """The keys that nothing reads, each with the reason."""
+        found = {}
+        if self.kind != "ball":
+            found["scallop"] = "only a ball cuts in rows that leave ridges"
+        if self.kind != "wheel":
+            found["contact"] = "only a wheel works with its rim or its side"
+        if self.machine == "plain":
+            found |= dict.fromkeys(("rotary", "reversed_rotary"), "machine = 'plain' has no rotary axis")
+        return found
+
     def problems(self, mechanism: Mechanism) -> list[Problem]:
         """What contradicts itself or the cam, with key, value and allowed range."""
         found = self._own_problems()
@@ -87,6 +98,8 @@ class CutterSpec(Section):
         if mechanism.blank is None:
             return self._planar_problems(mechanism.roller is not None)
         tracks = mechanism.cutters
+        if self.overrun:
+            found.append(_problem("overrun", self.overrun, "0: only the flank of a disc has a lower face to pass"))
         if self.machine == "plain":
             found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
         if self.axis == "radial" and not all(is_radial(track) for track in tracks):
@@ -129,6 +142,8 @@ class CutterSpec(Section):
             found.append(_problem("kind", self.kind, "roller, flat or wheel: a disc's flank is straight"))
         if self.kind == "wheel" and self.contact == "side":
             found.append(_problem("contact", self.contact, "rim on a disc"))
+        if self.pivot:
+            found.append(_problem("pivot", self.pivot, "0: no swing axis turns on a disc"))
         return found + self._plain_path("a disc")
 
     def _width_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:

@@ -250,6 +250,11 @@ class LawEntry:
     factory: Factory = field(repr=False)
     joins: bool = False
     cases: tuple[tuple[Mapping[str, ParamValue], Claims], ...] = ()
+    data: tuple[str, ...] = ()
+
+    def lacks(self, params: Mapping[str, ParamValue]) -> bool:
+        """Whether the law is made of data, and the parameters give none: it would be another law."""
+        return bool(self.data) and not any(params.get(key) for key in self.data)
 
     def problems(self, params: Mapping[str, ParamValue], prefix: str = "") -> list[Problem]:
         """Everything wrong with the parameters: unknown names with the nearest spelling, wrong kinds, ranges."""
@@ -344,14 +349,15 @@ def law(
     claims: Claims,
     joins: bool = False,
     cases: Sequence[tuple[Mapping[str, ParamValue], Claims]] = (),
+    data: Sequence[str] = (),
     **parameters: Parameter,
 ) -> Callable[[Factory], Factory]:
     """Enter a law into the catalogue. The decorated function takes the parameters and returns the pieces of s.
 
     A joining law takes an `Ends` first and returns a motion from 0 to its lift. `claims` hold at the defaults, `cases`
-    at other parameters. The first line of the docstring is the summary that the list of laws shows. Raises ValueError
-    where the name is taken; of a law from outside the package the claims are measured at once, and ProfileError says
-    which does not hold.
+    at other parameters. A segment of a profile has to give one of the parameters that `data` names. The first line of
+    the docstring is the summary that the list of laws shows. Raises ValueError where the name is taken; of a law from
+    outside the package the claims are measured at once, and ProfileError says which does not hold.
     """
 
     def enter(factory: Factory) -> Factory:
@@ -359,7 +365,7 @@ def law(
         own = factory.__module__.startswith(f"{HOME}.laws_")
         if name in (LAWS.entered if own else LAWS):
             raise ValueError(f"two laws are called {name!r}; the name of a law is taken once")
-        entry = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases))
+        entry = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases), tuple(data))
         if not own:
             from camgeom.motion.own import refuse_unkept
 

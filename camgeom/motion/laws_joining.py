@@ -119,6 +119,7 @@ def b_spline(ends: Ends, control: tuple[float, ...], order: int) -> list[Piece]:
     claims=QUINTIC,
     cases=BY_ORDER,
     joins=True,
+    data=("file", "rows"),
     file=Parameter("", 0, 0, "CSV file with two columns, cam angle and lift; relative to the profile", "text"),
     rows=Parameter((), 0, 0, "the same rows inline: [[angle, lift], ...]", "list"),
     smoothing=Parameter(-1.0, -1.0, 1e5, "standard deviation of the measured lifts; -1: found from the data"),

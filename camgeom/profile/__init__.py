@@ -14,6 +14,7 @@ from pydantic import Field, SerializeAsAny, model_validator
 from camgeom.cams import Cam
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
+from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
@@ -151,8 +152,9 @@ def _cross_checks(profile: Profile) -> list[Problem]:
         setup = profile.setup()
     except ProfileError as error:
         return error.problems
-    idle = profile.operation.idle(profile.rotating) if profile.operation is not None else []
-    found = [*idle, *profile.cam.problems(setup)]
+    idle = idle_problems(profile, setup)
+    told = {problem.key for problem in idle}
+    found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     if not found and profile.cutter_spec is not None:
         found += profile.cutter_spec.problems(profile.cam.mechanism(setup))
     return found

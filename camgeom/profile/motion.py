@@ -41,8 +41,15 @@ def split_segment(
             found.append(_stray(key, value, at, law_entry, sections))
             del extra[key]
     found += law_entry.problems(extra, f"{at}.")
+    if law_entry.lacks(extra):
+        message = f"is missing: law = {law!r} is made of data"
+        found.append(Problem(f"{at}.{law_entry.data[0]}", message, None, _data(law_entry)))
     found += [p for key, value in extra.items() if key == "file" and (p := _file_problem(value, folder, f"{at}.{key}"))]
     return {**own, "parameters": tuple(extra.items())}, found
+
+
+def _data(law: LawEntry) -> str:
+    return " or ".join(f"`{key}`: {law.parameters[key].help}" for key in law.data)
 
 
 def _file_problem(name: object, folder: Path | None, key: str) -> Problem | None:

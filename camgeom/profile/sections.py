@@ -6,7 +6,6 @@ from typing import Annotated, Any, final
 
 from pydantic import Field
 
-from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Section, Share
 from camgeom.mechanics.applied import Force
 from camgeom.mechanics.material import Material
@@ -57,16 +56,13 @@ class Operation(Section):
     )
     force: Annotated[tuple[Force, ...], Field(max_length=1000)] = Field((), description="applied forces")
 
-    def idle(self, rotating: bool) -> list[Problem]:
-        """The keys that say something about the other kind of follower: translating or rotating."""
-        none = {"load_mass": 0.0, "gravity": 0.0, "guide_friction": 0.0} if rotating else {"load_inertia": 0.0}
-        kind, instead = ("rotating", "load_inertia, or a force") if rotating else ("translating", "load_mass")
-        message = f"means nothing for a {kind} follower"
-        return [
-            Problem(f"operation.{key}", message, getattr(self, key), "", f"use {instead}")
-            for key, default in none.items()
-            if getattr(self, key) != default
-        ]
+    def idle(self, rotating: bool) -> dict[str, str]:
+        """The keys that say something about the other kind of follower, translating or rotating, each with the reason.
+        """
+        if rotating:
+            reason = "of a translating follower; a rotating one takes load_inertia, or a force"
+            return dict.fromkeys(("load_mass", "gravity", "guide_friction"), reason)
+        return {"load_inertia": "of a rotating follower; a translating one takes load_mass"}
 
 
 @final

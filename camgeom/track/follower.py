@@ -131,7 +131,6 @@ class SwingingFollower(Follower):
     kind: Literal["swinging"]
     arm: Length = Field(description="mm, pivot to roller centre")
     inertia: Inertia = Field(0.0, description="kg m2 about the pivot")
-    mass: Mass = Field(0.0, description="kg, for gravity")
     pivot_distance: Length | None = Field(
         None, description="mm, cylindrical cams: distance of the pivot axis from the cam axis; default centres the arc"
     )

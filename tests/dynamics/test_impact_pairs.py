@@ -48,9 +48,9 @@ def slide_pair(
     return planar_pair(program, cam.mechanism(setup).touches, clearance, "chord")
 
 
-def profile_pair(name: str, extra: str = "") -> Pair:
+def profile_pair(name: str, extra: str = "", without: str = "face_width = 90") -> Pair:
     """The pair of a profile with 1 mm of play."""
-    text = (PROFILES / f"{name}.toml").read_text().partition("[impact]")[0]
+    text = (PROFILES / f"{name}.toml").read_text().partition("[impact]")[0].replace(without, "")
     model = Model(parse(f"{text}\n{extra}\n[impact]\nclearance = 1\n"))
     return impact_pair(model.profile, model.mechanism)
 

@@ -99,7 +99,8 @@ def test_paper_machine_keeps_its_figures() -> None:
 @pytest.mark.parametrize("face", ["roller", "flat", "knife", "curved"])
 def test_every_follower_runs_through_all_products(face: str) -> None:
     roller = "diameter = 20\nlength = 12" if face == "roller" else ""
-    follower = f'kind = "translating"\nmass = 0.5\nface = "{face}"\nface_radius = 50'
+    radius = "face_radius = 50" if face == "curved" else ""
+    follower = f'kind = "translating"\nmass = 0.5\nface = "{face}"\n{radius}'
     rest = "[operation]\nspeed = 100\nspring_preload = 80"
     model = Model(parse(toml("", follower, roller, rest=rest)))
     result = compute(model, COMMANDS["run"])

@@ -188,7 +188,7 @@ def test_typed_construction() -> None:
         ("speed = 600", "speed = 600\nstroke = 3", ["operation.stroke: unknown key"]),
         ("speed = 600", "speed = 600\nmass = 3", ["operation.mass: unknown key", "[follower] mass"]),
         ("speed = 600", "speed = 600\ngroove_depth = 3", ["did you mean [cam] groove_depth?"]),
-        ("speed = 600", "speed = 600\nload_inertia = 1", ["operation.load_inertia: means nothing for a translating"]),
+        ("speed = 600", "speed = 600\nload_inertia = 1", ["operation.load_inertia: means nothing here", "translating"]),
         ("speed = 600", "speed = 0", ["operation.speed: out of range", "more than 0", "r/min"]),
         ("tolerance = 0.005", "tolerance = 1e-9", ["output.tolerance", "at least 1e-07 and at most 1 mm"]),
         ("tolerance = 0.005", 'formats = "stl"', ["output.formats: needs an array"]),

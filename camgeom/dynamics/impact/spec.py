@@ -100,6 +100,26 @@ class ImpactSpec(Section):
             raise ValueError("roller_inertia needs friction: a roller is turned by nothing else")
         return self
 
+    def idle(self) -> dict[str, str]:
+        """The keys that nothing reads, each with the reason."""
+        found = {}
+        if self.law == "power":
+            found["reference_radius"] = "law = 'power' knows no radii"
+        else:
+            found["stiffness"] = "only law = 'power' has it"
+        if self.law not in ("power", "printed"):
+            found["exponent"] = "only law = 'power' and law = 'printed' have it"
+        if self.law != "hertz":
+            found["true_curvature"] = "only law = 'hertz' follows a curvature"
+        if self.damping is None:
+            found["damping_depth"] = "only `damping` ramps in; restitution does not"
+        else:
+            reason = "`damping` is given in place of the restitution"
+            found |= dict.fromkeys(("restitution", "exact_restitution", "speed_floor"), reason)
+        if not self.static_friction:
+            found |= dict.fromkeys(("stick_speed", "slip_speed"), "there is no static_friction")
+        return found
+
     def contact_law(
         self, modulus_mpa: float, length_mm: float, roller_radius_mm: float, cam_radius_mm: float
     ) -> ContactLaw:

@@ -1,0 +1,162 @@
+"""Keys that mean nothing for a cam, its follower, roller, tool or solver are refused by name, all at once."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from camgeom.cams import kinds, starter
+from camgeom.errors import ProfileError
+from camgeom.profile import from_data, parse, read
+from tests.places import PROFILES
+from tests.profile.test_every_key import CASES, frozen, made, put
+
+
+def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
+    """What is refused of a changed case: the text of every problem by key."""
+    data = made(case)
+    for key, value in changes.items():
+        put(data, key, value)
+    try:
+        from_data(frozen(data), "part.toml")
+    except ProfileError as error:
+        return {problem.key: str(problem) for problem in error.problems if str(error).startswith("part.toml: ")}
+    return {}
+
+
+@pytest.mark.parametrize(
+    ("case", "key", "value", "word"),
+    [
+        ("drum, groove", "follower.offset", 5.0, "a drum's translating follower has none"),
+        ("drum, groove", "follower.face", "flat", "carries a roller"),
+        ("drum, groove", "follower.face_width", 20.0, "carries a roller"),
+        ("drum, groove", "follower.clearance", 0.02, "cam.running_clearance"),
+        ("drum, groove", "cam.rib_thickness", 12.0, "form = 'rib'"),
+        ("drum, groove", "impact.clearance", 0.02, ""),
+        ("drum, rib", "impact.clearance", 0.02, "both ways"),
+        ("drum, arm", "follower.side", "right", "to neither side"),
+        ("drum, arm", "follower.mass", 2.0, "unknown key"),
+        ("disc, roller", "cam.groove_depth", 5.0, "form = 'groove'"),
+        ("disc, roller", "cam.diameter", 120.0, "form = 'groove'"),
+        ("disc, roller", "cam.running_clearance", 0.01, "form = 'groove'"),
+        ("disc, groove", "cam.running_clearance", 0.01, ""),
+        ("disc, roller", "cam.center_distance", 120.0, "swinging follower"),
+        ("disc, roller", "follower.face_radius", 50.0, "face = 'curved'"),
+        ("disc, curved face", "follower.face_radius", 50.0, ""),
+        ("disc, roller", "follower.face_width", 50.0, "face = 'flat'"),
+        ("disc, flat face", "follower.face_width", 50.0, ""),
+        ("disc, roller", "follower.clearance", 0.02, "discs of a pair"),
+        ("pair, slide", "follower.clearance", 0.02, ""),
+        ("disc, roller", "impact.clearance", 0.02, "both ways"),
+        ("disc, flat face", "roller", {"diameter": 20.0, "length": 10.0}, "flat face touches"),
+        ("disc, flat face", "limits.undercut_margin", 0.1, "face-curvature"),
+        ("disc, flat face", "limits.clearance_mm", 0.1, "no roller"),
+        ("disc, flat face", "limits.life_h", 1e9, "no fatigue life"),
+        ("disc, roller", "limits.life_h", 1e9, ""),
+        ("disc, roller", "limits.min_wall_mm", 3.0, ""),
+        ("disc, knife", "limits.contact_pressure_mpa", 500.0, "knife edge"),
+        ("disc, arm with roller", "follower.start_angle", 4.0, "a drum's follower"),
+        ("disc, arm with roller", "follower.pivot_distance", 90.0, "a drum's follower"),
+        ("drum, arm", "follower.start_angle", -19.0, ""),
+        ("pair, slide", "cam.rocker_angle", 90.0, "rocker"),
+        ("pair, rocker", "cam.return_radius", 60.0, "slide"),
+        ("pair, rocker", "output.undercut_solid", True, "only a drum's groove"),
+        ("yoke", "follower.face_width", 80.0, "rollers touch"),
+        ("frame", "follower.face_width", 95.0, ""),
+        ("globoid", "cam.relief_angle", 4.0, "relief"),
+        ("barrel", "operation.load_mass", 4.0, "a rotating one takes load_inertia"),
+        ("disc, roller", "operation.load_inertia", 4.0, "a translating one takes load_mass"),
+        ("disc, roller", "roller.static_rating", 9000.0, "dynamic_rating"),
+        ("globoid", "dynamics", {"kind": "follower", "linkage_stiffness": 9.0}, "kind = 'indexing'"),
+        ("disc, elastic", "dynamics.sweep_points", 50, "no sweep"),
+        ("disc, elastic", "dynamics.tappet_damping", 5.0, "rigid"),
+        ("disc, elastic", "dynamics.wilson_theta", 1.5, "method = 'wilson'"),
+        ("pair, impact", "impact.damping_depth", 0.2, "`damping`"),
+        ("pair, impact", "impact.exponent", 1.5, "law = 'power'"),
+        ("drum, impact", "impact.stick_speed", 0.0005, "static_friction"),
+        ("drum, mill", "cutter.scallop", 0.1, "ball"),
+        ("drum, ball", "cutter.scallop", 0.1, ""),
+        ("drum, mill", "cutter.contact", "side", "wheel"),
+        ("drum, mill", "cutter.overrun", 1.0, "disc"),
+        ("disc, mill", "cutter.overrun", 1.0, ""),
+    ],
+)
+def test_a_key_that_means_nothing_is_refused_by_name(case: str, key: str, value: object, word: str) -> None:
+    """An empty word: the same key where it means something passes."""
+    found = refusals(case, {key: value})
+    if not word:
+        assert found == {}
+        return
+    (name,) = (refused for refused in found if key.startswith(refused) or refused.startswith(key))
+    assert word in found[name]
+
+
+def test_all_at_once_with_key_and_value() -> None:
+    found = refusals("drum, groove", {"follower.offset": 5.0, "cam.rib_thickness": 9.0, "operation.load_inertia": 2.0})
+    assert list(found) == ["cam.rib_thickness", "follower.offset", "operation.load_inertia"]
+    assert "found 5.0" in found["follower.offset"]
+
+
+def test_a_key_at_its_default_says_nothing_wrong() -> None:
+    assert refusals("drum, groove", {"follower.offset": 0.0, "follower.face": "roller"}) == {}
+    assert refusals("disc, roller", {"cam.running_clearance": 0.0, "output.undercut_solid": False}) == {}
+
+
+@pytest.mark.parametrize("case", ["disc, roller", "frame", "pair, slide"])
+def test_a_disc_without_a_hole_has_no_wall_to_limit(case: str) -> None:
+    whole = {"cam.bore": None, "cam.keyway_width": None, "cam.keyway_depth": None}
+    whole |= {"cam.mark_diameter": None, "cam.mark_radius": None}
+    assert refusals(case, whole) == {}
+    assert list(refusals(case, {**whole, "limits.min_wall_mm": 3.0})) == ["limits.min_wall_mm"]
+
+
+@pytest.mark.parametrize("bore", [0.0, 20.0])
+def test_a_keyway_needs_a_bore(bore: float) -> None:
+    found = refusals("disc, roller", {"cam.bore": bore})
+    assert (set(found) == {"cam.keyway_width", "cam.keyway_depth"}) is (bore == 0.0)
+
+
+def test_two_ways_to_choose_the_points_of_a_table() -> None:
+    found = refusals("disc, roller", {"output.table_points": 100, "output.table_tolerance": 0.01})
+    assert set(found) == {"output.table_points"}
+    assert refusals("disc, roller", {"output.table_points": 100}) == {}
+
+
+ROWS = [[0, 0], [10, 0.5], [20, 2], [30, 4], [40, 6], [50, 8], [60, 9.5], [70, 10]]
+
+
+def test_a_table_needs_its_data() -> None:
+    data = made("disc, roller")
+    data["motion"][0]["law"] = "table"
+    with pytest.raises(ProfileError, match=r"motion\[0\]\.file: is missing: law = 'table' is made of data"):
+        from_data(frozen(data), "")
+    data["motion"][0] |= {"rows": ROWS, "to": 10.0}
+    assert from_data(frozen(data), "").motion[0].law == "table"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ('law = "cycloidal"', 'law = "cycloidal"\nshare = 0.4', "motion[0].share: unknown key"),
+        ('law = "cycloidal"', 'law = "cycloidal"\nvelocity = 0.4', "motion[0].velocity: only where two joining laws"),
+        ('law = "cycloidal"', 'law = "spline"\nshare = 0.4', "motion[0].share: unknown key"),
+    ],
+)
+def test_parameters_that_a_law_does_not_use(old: str, new: str, word: str) -> None:
+    text = CASES["disc, roller"][0]
+    with pytest.raises(ProfileError) as caught:
+        parse(text.replace(old, new, 1))
+    assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("file", sorted(PROFILES.glob("*.toml")), ids=lambda file: file.stem)
+def test_shipped_profiles_give_no_idle_key(file: Any) -> None:
+    assert read(file)
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_starters_give_no_idle_key(kind: str) -> None:
+    assert parse(starter(kind))
+    assert tomllib.loads(starter(kind))["cam"]["kind"] == kind
