@@ -82,7 +82,8 @@ def idle(reason: str, *keys: str) -> dict[str, str]:
     return dict.fromkeys(keys, reason)
 
 
-UNDERCUT_SOLID = idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
+NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
+NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
 
 ONE_WAY = idle(
     "this cam does not drive one follower both ways; grooves of drums and discs, conjugate pairs and frames do",

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from camgeom.cams import ONE_WAY, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap
 from camgeom.motion.program import Program
@@ -68,7 +68,7 @@ class TurretKeys(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of a keyway without a bore, and of a relief that is none."""
         del setup
-        found = UNDERCUT_SOLID | ONE_WAY | keyway_idle(self.bore)
+        found = NO_DRUM | ONE_WAY | keyway_idle(self.bore)
         return found if self.relief else found | idle("without a relief it fades over no angle", "cam.relief_angle")
 
     def key_problems(self, setup: Setup) -> list[Problem]:

@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_WALL, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -86,7 +86,7 @@ class Conjugate(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other follower, and of followers of other cams."""
-        found = UNDERCUT_SOLID | keyway_idle(self.bore) | face_idle("roller")
+        found = NO_DRUM | keyway_idle(self.bore) | face_idle("roller")
         found |= {} if self.bore or self.mark_diameter else NO_WALL
         if not setup.follower.rotating:
             rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")

@@ -14,7 +14,7 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_WALL, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, face_idle, lift_range, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
@@ -60,7 +60,7 @@ class ConstantWidth(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other of frame (flat faces) and yoke (rollers)."""
-        found = UNDERCUT_SOLID | keyway_idle(self.bore) | ({} if self.bore else NO_WALL)
+        found = NO_DRUM | keyway_idle(self.bore) | ({} if self.bore else NO_WALL)
         faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
         if setup.roller is None:
             return found | faces | idle("a frame has no rollers", "impact.roller_inertia")

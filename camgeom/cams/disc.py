@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_WALL, ONE_WAY, UNDERCUT_SOLID, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_WALL, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -81,7 +81,7 @@ class Disc(Cam):
         """Keys of the other form, of other faces and of other followers."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
-        found = UNDERCUT_SOLID | keyway_idle(self.bore) | face_idle(follower.face)
+        found = NO_DRUM | keyway_idle(self.bore) | face_idle(follower.face)
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
             keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")

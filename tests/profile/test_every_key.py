@@ -52,6 +52,7 @@ EXEMPT = {
 """Keys that change no figure, with the reason."""
 EXEMPT_OF = {
     ("disc, arm with flat face", "follower.arm"): "every swinging follower has an arm; a flat face has no roller at it",
+    ("disc, flat face", "limits.warn_pressure_angle_deg"): "the pressure angle of a sliding flat face is always 0",
     ("frame", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
     ("yoke", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
 }
@@ -146,7 +147,7 @@ MILD: Data = {
     "operation.spring_preload": 60.0, "operation.force": ({"from": 60.0, "until": 110.0, "expression": "30"},),
     "limits.min_wall_mm": 2.5, "limits.undercut_margin": 0.02, "limits.clearance_mm": 0.001, "limits.life_h": 1e8,
     "limits.warn_undercut_margin": 0.99, "limits.warn_pressure_angle_deg": 3.0, "limits.pressure_angle_deg": 41.0,
-    "limits.contact_pressure_mpa": 333.0,
+    "limits.contact_pressure_mpa": 333.0, "limits.warn_rib_share": 0.99,
     "dynamics.method": "gauss2", "dynamics.steps": 64, "dynamics.sweep": (100.0, 200.0), "dynamics.mass": 0.7,
     "dynamics.return_stiffness": 5.0, "dynamics.preload": 70.0, "dynamics.tappet_mass": 0.1,
     "dynamics.tappet_stiffness": 9000.0, "dynamics.shaft_inertia": 0.02, "dynamics.shaft_stiffness": 8000.0,
