@@ -13,6 +13,7 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 
 FAN = 17
+_SHARES = np.linspace(0.0, 1.0, FAN)
 ROUNDS = 9
 """rounds of FAN samples: a bracket shrinks to 1e-8 of its width, and the value at a peak to its square"""
 
@@ -91,7 +92,7 @@ def narrowed(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[
     Returns the largest samples (k,), their places, and the brackets left.
     """
     rows = np.arange(len(low))
-    x = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)
+    x = low[:, None] + (high - low)[:, None] * _SHARES
     values = f(x)
     best = np.argmax(values, axis=1)
     left, right = x[rows, np.maximum(best - 1, 0)], x[rows, np.minimum(best + 1, FAN - 1)]
