@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.errors import ExportError
+from camgeom.errors import DesignError, ExportError
 from camgeom.export import Body, write_mesh, writer
 from camgeom.export.files import atomic_write, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 
 if TYPE_CHECKING:
+    from camgeom.machining.machine import Machine
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining, Pass
     from camgeom.machining.rest import RestField
@@ -71,6 +72,7 @@ def write_apt(path: Path, machining: Machining) -> int:
         f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
         f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, STOCK LEFT {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
+        *(["PPRINT/NO CUTTER TABLE: TOOL, SPINDLE AND FEED ARE ASSUMED"] if machining.assumed else []),
         "UNITS/MM",
         "MULTAX/ON",
         f"CUTTER/{cutter}",
@@ -125,34 +127,67 @@ FASTEST = 1e6
 def write_gcode(path: Path, machining: Machining) -> int:
     """Write the passes as G-code in mm and degrees, absolute; returns the bytes written.
 
-    Blocks are straight in the machine's coordinates, and their chord error on the part keeps spec.tolerance. In G93
+    Blocks are straight in the machine's coordinates, and their chord error on the part keeps spec.tolerance; what
+    rounding to the last decimals adds is said in the head. The program works in G54 with the length of the tool that
+    `tool_number` names (G43), and begins and ends with the spindle's axis at the machine's reference (G53): first the
+    rotary axes turn, then the tool goes over its start, then down. In G93
     every cutting block has its own F, 1/min, so that the contact moves at spec.feed; in G94 F is mm/min of the linear
-    axes, or degrees/min where only the rotary ones move. Raises DesignError where the machine's axes cannot hold the
-    tool, ExportError where the file cannot be written.
+    axes, or degrees/min where only the rotary ones move. Raises DesignError where the profile has no [cutter], so that
+    tool, speed and feed would be invented, or the machine's axes cannot hold the tool; ExportError where the file
+    cannot be written.
     """
+    from camgeom.machining.plan import lead_radius
+
+    if machining.assumed:
+        raise DesignError("G-code needs a [cutter] table: nobody chose tool, spindle speed, feed and machine")
     spec, machine = machining.spec, machining.machine
+    rounding = _rounding(machining)
+    leads = [lead_radius(spec.lead, path.room, machining.tool.radius) for path in machining.paths if path.closed]
     inverse = spec.feed_mode == "inverse-time"
     where = "TOOL END" if machine.pivot == 0.0 else "SWING AXIS"
     notes = [
         f"CAMGEOM: {machining.title}",
         f"TOOL T{spec.tool_number}: {machining.tool.about}; COORDINATES OF THE {where}",
         *machine.about,
-        f"CHORD ERROR AT MOST {spec.tolerance:.6g} MM; STOCK LEFT {spec.allowance:.6g} MM",
+        f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
+        f"STOCK LEFT {spec.allowance:.6g} MM",
+        f"G54 ON THE CAM AXIS; G43 H{spec.tool_number}; G53 {machine.retreat}0 CLEARS THE PART",
+        *(["THE TOOL PLUNGES STRAIGHT DOWN: IT CUTS TO ITS CENTRE, OR THE START IS OPEN"] if 0.0 in leads else []),
         f"{'G93: F IS 1/MIN' if inverse else 'G94'}; SURFACE SPEED {spec.feed:.6g} MM/MIN AT THE CONTACT",
     ]
     head = ["%", *(f"({_capitals(note, _IN_GCODE)})" for note in notes), "G21 G90 G17 G40 G49 G80 G94"]
-    head += [f"T{spec.tool_number} M6", f"S{spec.spindle:.0f} M3", "M8"]
+    clear = f"G53 G0 {machine.retreat}0."
+    head += ["G54", clear, f"T{spec.tool_number} M6", f"S{spec.spindle:.0f} M3", "M8"]
     with atomic_write(path) as stream:
         stream.write(("\n".join(head) + "\n").encode("ascii"))
-        for tool_pass in machining.passes("machine"):
+        for number, tool_pass in enumerate(machining.passes("machine")):
             stream.write(f"({_capitals('PASS ' + tool_pass.name, _IN_GCODE)})\n".encode("ascii"))
-            for text in _gcode_moves(path, machining, tool_pass, inverse):
+            for text in _gcode_moves(path, machining, tool_pass, inverse, number == 0):
                 stream.write(text.encode("ascii"))
-        stream.write(b"G94\nM9\nM5\nM30\n%\n")
+        stream.write(f"G94\n{clear}\nG49\nM9\nM5\nM30\n%\n".encode("ascii"))
         return stream.tell()
 
 
-def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: bool) -> Iterator[str]:
+def _rounding(machining: Machining) -> float:
+    """How far from the exact place a rounded block's tool end and contact may stand, mm."""
+    machine = machining.machine
+    reaches = (float(np.hypot(*path.at(path.knots()).tip[:2]).max()) for path in machining.paths)
+    radius = max(machining.safe_radius, *reaches)
+    rotary = [radius] if machine.way != "plain" else []
+    rotary += [machine.pivot + max(path.height for path in machining.paths)] if machine.swings else []
+    return float(0.5e-4 * np.sqrt(3.0) + sum(rotary) * np.radians(0.5e-5))
+
+
+def _approach(machine: Machine, number: int, row: list[float]) -> str:
+    """The way from the machine's reference: rotary axes, then over the start, then down with the tool's length."""
+    decimals = [LINEAR] * 3 + [ROTARY] * len(machine.letters[3:])
+    words = {letter: f" {letter}{form % value}" for letter, form, value in zip(machine.letters, decimals, row)}
+    turns = "".join(words[letter] for letter in machine.letters[3:])
+    over = "".join(words[letter] for letter in machine.letters[:3] if letter != machine.retreat)
+    return (f"G0{turns}\n" if turns else "") + f"G0{over}\nG43 H{number} G0{words[machine.retreat]}\n"
+
+
+def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: bool, begins: bool) -> Iterator[str]:
     """The blocks of one pass, some at a time."""
     from camgeom.machining.machine import in_degrees
     from camgeom.machining.plan import seconds
@@ -173,7 +208,10 @@ def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: boo
         if move.kind == "rapid":
             yield "G94\n" if inverse and mode != "G94" else ""
             mode = "G94"
-            yield "".join("G0" + block % tuple(row) + "\n" for row in table.T.tolist())
+            stops = table.T.tolist()
+            if begins and last is None:
+                yield _approach(machine, machining.spec.tool_number, stops.pop(0))
+            yield "".join("G0" + block % tuple(row) + "\n" for row in stops)
         else:
             before = table[:, :1] if last is None else last
             feeds = _feeds(np.concatenate([before, table], axis=1), times, inverse)

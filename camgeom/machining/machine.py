@@ -64,6 +64,12 @@ class Machine:
         return (*linear, *turning, *(((helix if self.way == "helix" else tilt),) if self.swings else ()))
 
     @property
+    def retreat(self) -> str:
+        """Letter of the linear axis along the untilted spindle, by which a tool leaves the part."""
+        radial, across, axial, *_ = LETTERS[self.rotary]
+        return {"axis": radial, "helix": across, "polar": axial, "plain": axial}[self.way]
+
+    @property
     def about(self) -> list[str]:
         """What the axes are, in words."""
         radial, across, axial, *_ = LETTERS[self.rotary]

@@ -159,6 +159,7 @@ class Machining:
     tools   the tool at each path (one tool; a form tool's place on its meridian may differ from track to track)
     rows    of a ball, by track and side
     tracks  the cutters' tracks; empty for planar cams
+    assumed  True where nobody chose the tool: one like the roller, with the table's defaults
     """
 
     title: str
@@ -169,6 +170,7 @@ class Machining:
     safe_radius: float
     tracks: tuple[Track, ...] = ()
     rows: tuple[Rows, ...] = ()
+    assumed: bool = False
     _shared: dict[tuple[Space, int], tuple[Floats, float]] = field(default_factory=dict)
 
     @property

@@ -8,6 +8,7 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from math import degrees
 from typing import TYPE_CHECKING, final
@@ -366,7 +367,7 @@ class Model:
         if not (self.profile.output.undercut_solid and spec.kind == "roller"):
             self.refuse_folded()
         made = machining_of(self.profile.name, spec, self.mechanism)
-        return Outcome(made, self.mechanism.inside)
+        return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.inside)
 
     @fact
     def duties(self) -> tuple[RollerDuty, ...]:

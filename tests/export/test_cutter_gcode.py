@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from camgeom.errors import DesignError
+from camgeom.export import write
 from camgeom.model import Model, read
+from camgeom.profile import parse
 from tests.oracle.cutter_simulation import read_gcode, turned
 from tests.places import PROFILES
 from tests.reference.milled_cams import DRUM, GLOBOID, model, written
@@ -64,7 +67,7 @@ def cut(path: Path) -> list[dict]:
 
 @pytest.mark.parametrize("name", ["two_start", "barrel_indexer", "conical_indexer", "fine_indexer", "steep_shuttle"])
 def test_every_turret_and_drum(tmp_path: Path, name: str) -> None:
-    made = read(str(PROFILES / f"{name}.toml"))
+    made = Model(parse((PROFILES / f"{name}.toml").read_text() + "\n[cutter]\n"))
     blocks = cut(written(made, tmp_path, "gcode"))
     sense = made.tracks[0].sense
     assert len(blocks) > 100
@@ -110,3 +113,44 @@ def test_five_axes_hold_a_fitted_tool(tmp_path: Path) -> None:
             j = int(np.argmin(np.linalg.norm(near.tip.T - tip[k], axis=1)))
             gaps.append(np.linalg.norm(near.tip.T[j] - tip[k]) + 10.0 * np.linalg.norm(near.axis.T[j] - axis[k]))
         assert min(gaps) < 5e-4
+
+
+def test_gcode_needs_a_cutter_and_other_cutter_data_say_what_is_assumed(tmp_path: Path) -> None:
+    made = read(PROFILES / "pin_insertion.toml")
+    with pytest.raises(DesignError, match=r"needs a \[cutter\] table"):
+        write(made, tmp_path / "cam.gcode")
+    assert not list(tmp_path.iterdir())
+    write(made, tmp_path / "cam.apt")
+    assert "ASSUMED" in (tmp_path / "cam.apt").read_text()
+    assert "ASSUMED" not in written(model(DRUM), tmp_path, "apt").read_text()
+
+
+@pytest.mark.parametrize(("rotary", "clear"), [("A", "Z"), ("C", "X")])
+def test_the_tool_comes_over_its_start_and_then_down(tmp_path: Path, rotary: str, clear: str) -> None:
+    """One thing at a time: the rotary axis, both other linear axes, the spindle's with the tool's length; then feed."""
+    lines = written(model(DRUM, rotary=rotary, tool_number=7), tmp_path, "gcode").read_text().splitlines()
+    way = lines[lines.index("G54") :]
+    assert way[1] == f"G53 G0 {clear}0."
+    turn, over, down = [line for line in way if line.startswith(("G0", "G43"))][:3]
+    assert turn.split()[0] == "G0"
+    assert [word[0] for word in turn.split()[1:]] == [rotary]
+    assert sorted(word[0] for word in over.split()[1:]) == sorted(set("XYZ") - {clear})
+    assert down.startswith(f"G43 H7 G0 {clear}")
+    assert next(line for line in way[way.index(down) + 1 :] if line[:2] in ("G0", "G1")).startswith("G1")
+    assert lines[-6:] == [f"G53 G0 {clear}0.", "G49", "M9", "M5", "M30", "%"]
+
+
+def test_the_head_says_what_the_decimals_cost(tmp_path: Path) -> None:
+    """Chords of 1e-6 mm are not what coordinates of 1e-4 mm give: the blocks read back stand off by what is said."""
+    made = model(DRUM, tolerance=1e-4, lead=0.0)
+    text = written(made, tmp_path, "gcode")
+    head = text.read_text()
+    said = float(re.search(r"DECIMALS ([0-9.E-]+)", head)[1])
+    tip, _ = forward(cut(text), "A")
+    fine = made.machining.paths[0]
+    off = []
+    for point, block in zip(tip[::25], cut(text)[::25]):
+        near = fine.at(np.radians(block["A"]) + np.linspace(-1e-5, 1e-5, 2001))
+        off.append(np.linalg.norm(near.tip.T - point, axis=1).min())
+    assert 0.1 * said < max(off) < said
+    assert "PLUNGES STRAIGHT" in head

@@ -38,8 +38,8 @@ def fed(blocks):
 
 
 def read_gcode(path):
-    """Blocks as dicts (G, axes, F, mode), in order; words checked on the way."""
-    blocks, state, motion, mode = [], {}, None, "G94"
+    """Blocks as dicts (G, axes, F, mode), in order, from where the tool's length counts (G43); words checked."""
+    blocks, state, motion, mode, held = [], {}, None, "G94", False
     for line in path.read_text("ascii").splitlines():
         plain = re.sub(r"\([^)]*\)", "", line).strip()
         if not plain or plain == "%":
@@ -48,6 +48,9 @@ def read_gcode(path):
         assert "".join(a + b for a, b in found) == plain.replace(" ", ""), plain
         feed = None
         moves = False
+        if ("G", "53") in found:
+            continue  # machine coordinates
+        held = held or ("G", "43") in found
         for letter, number in found:
             if letter == "G":
                 word = f"G{int(float(number))}"
@@ -60,7 +63,7 @@ def read_gcode(path):
             elif letter == "F":
                 assert "." in number, plain
                 feed = float(number)
-        if moves:
+        if moves and held:
             blocks.append({"G": motion, "mode": mode, "F": feed, **state})
     return blocks
 
