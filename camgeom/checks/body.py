@@ -40,11 +40,31 @@ def chord_error(model: Model) -> Iterable[Finding]:
 def interference(model: Model) -> Iterable[Finding]:
     """Least distance between roller and final mesh over the whole turn; negative is penetration."""
     limit = model.profile.limits.clearance_mm - model.mechanism.allowed_interference
-    advice = "the roller cuts into the cam away from its contact: check undercut and clearances"
+    advice = (
+        "the roller cuts into the cam away from its contact, or the mesh is rougher than it says: check undercut, "
+        "clearances and chord error"
+    )
     for track, least in zip(model.passages, model.clearances):
         yield judged(
             "interference", least.value, ">=", limit, "mm", advice,
             slack=CONTACT_SLACK, cam_angle=least.cam_angle, where=track.name,
+        )  # fmt: skip
+
+
+@check("backlash", "body", "solid", "tracks")
+def backlash(model: Model) -> Iterable[Finding]:
+    """Largest distance of the finished flanks from the rollers that pass them, against what was asked for."""
+    mechanism = model.mechanism
+    turret = mechanism.turret
+    asked = mechanism.running_clearance + (turret.relief if turret is not None else 0.0)
+    error = max(solid.chord_error for solid in model.solids)
+    for gap in model.backlash:
+        x, y, z = gap.point
+        yield judged(
+            "backlash", gap.value, "<=", asked + error, "mm",
+            f"the flank is cut deeper than its roller reaches and the {asked:.6g} mm of running clearance and relief "
+            "allow: the body is not that of this motion and roller",
+            slack=CONTACT_SLACK, cam_angle=gap.cam_angle, where=f"x = {x:.6g}, y = {y:.6g}, z = {z:.6g} mm",
         )  # fmt: skip
 
 

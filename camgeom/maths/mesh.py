@@ -106,17 +106,12 @@ class Mesh:
         """Number of through holes summed over the shells: components - euler / 2."""
         return self.components - self.euler // 2
 
-    @cached_property
-    def seam_vertices(self) -> npt.NDArray[np.bool_]:
-        """Mask (v,) of the vertices at which faces of different groups meet."""
-        if self.group is None:
-            return np.zeros(len(self.vertices), dtype=bool)
-        low = np.full(len(self.vertices), 255, dtype=np.uint8)
-        high = np.zeros(len(self.vertices), dtype=np.uint8)
-        for k in range(3):
-            np.minimum.at(low, self.faces[:, k], self.group)
-            np.maximum.at(high, self.faces[:, k], self.group)
-        return np.asarray(low < high)
+    def group_vertices(self, *names: str) -> npt.NDArray[np.bool_]:
+        """Mask (v,) of the vertices of faces in any of the named groups."""
+        mask = np.zeros(len(self.vertices), dtype=bool)
+        for name in names:
+            mask[self.faces[self.group_faces(name)]] = True
+        return mask
 
     def to_trimesh(self) -> Any:
         """This mesh as a trimesh.Trimesh, vertices in the same order and place; fields and groups as its attributes."""

@@ -21,6 +21,7 @@ from camgeom.maths.extremum import Extreme
 from camgeom.model.body import Body, MassProperties
 from camgeom.model.facts import Ledger, Observer, fact
 from camgeom.profile import Profile
+from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
 from camgeom.track.follower import Setup
@@ -233,25 +234,46 @@ class Model:
 
         return tuple(least_clearance(track, *self._surface_points(track), grow) for track in self.passages)
 
-    def _surface_points(self, track: Track) -> tuple[Floats, Floats]:
-        """Vertices of all bodies, and by how much each may stand inside the true surface, mm.
+    @fact
+    def backlash(self) -> tuple[Clearance, ...]:
+        """The largest distance at which all rollers pass a point of the flank of each body, mm: what is cut too deep.
 
-        A vertex that a boolean put on the crossing of two faces lies on facets, not on the true surface. A planar
-        cam's walls run along the roller, with vertices at their ends alone: those are taken beside the roller's middle.
+        None of bodies with walls that no roller touches: the plates of parallel indexers, the union of rollers.
         """
-        from camgeom.track.clearance import floor_points, wall_points
+        from camgeom.maths import distinct
+        from camgeom.track.clearance import largest_gap
 
-        points = [solid.mesh.vertices for solid in self.solids]
-        if self.planar is not None:
-            points = [wall_points(solid.mesh, 0.5 * sum(track.contact)) for solid in self.solids]
-        rungs = [floor_points(solid.mesh) for solid in self.solids]
-        slack = [
-            np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method != "direct" else
-            np.zeros(len(solid.mesh.vertices))
-            for solid in self.solids
-        ]
-        slack += [np.full(len(rung), solid.chord_error) for rung, solid in zip(rungs, self.solids)]
-        return np.concatenate([*points, *rungs]), np.concatenate(slack)
+        turret = self.mechanism.turret
+        if not self.tracks or (turret is not None and not turret.rib_depths):
+            return ()
+        passages = tuple(track for binding in self.bindings for track in binding.passages)
+        gaps = []
+        for solid in self.solids:
+            flank = distinct(solid.mesh.faces[solid.mesh.group_faces("flank")])
+            if len(flank) and solid.method != UNION:
+                gaps.append(largest_gap(passages, self._vertices(solid, passages[0])[flank]))
+        return tuple(gaps)
+
+    def _vertices(self, solid: Solid, track: Track) -> Floats:
+        """Vertices (v, 3) of a body; of a planar cam's wall, which has them at its ends alone, beside the roller."""
+        from camgeom.track.clearance import wall_points
+
+        return solid.mesh.vertices if self.planar is None else wall_points(solid.mesh, 0.5 * sum(track.contact))
+
+    def _surface_points(self, track: Track) -> tuple[Floats, Floats]:
+        """Points of all bodies, and by how much each may stand inside the true surface, mm.
+
+        Vertices lie on it, but for those where a facet was cut; middles of facets and floors by the chord error.
+        """
+        from camgeom.track.clearance import facet_points, floor_points
+
+        points, slack = [], []
+        for solid in self.solids:
+            vertices = self._vertices(solid, track)
+            middles = np.concatenate([floor_points(solid.mesh), facet_points(solid.mesh, vertices)])
+            points += [vertices, middles]
+            slack += [np.where(solid.cut_vertices, solid.chord_error, 0.0), np.full(len(middles), solid.chord_error)]
+        return np.concatenate(points), np.concatenate(slack)
 
     @fact
     def planar(self) -> Planar | None:

@@ -5,7 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from camgeom.maths.mesh import Mesh
+
+Mask = npt.NDArray[np.bool_]
+TOOL = ("flank", "edge", "floor", "back", "cap")
+"""groups of the faces that tools leave"""
+ENDS_CUT = "direct, ends cut"
+UNION = "union of rollers"
+"""how bodies are made, beside the direct mesh and the boolean"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +40,19 @@ class Solid:
         """Watertight, of positive volume, one shell, and of the expected genus."""
         m = self.mesh
         return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
+
+    @property
+    def cut_vertices(self) -> Mask:
+        """Vertices (v,) that were put on a facet where it was cut, and so may stand off the true surface.
+
+        A boolean cuts the facets of the blank and of its tools by each other; grooves meshed with their lands are cut
+        off at the cam's ends alone. Every other vertex was computed on the surface.
+        """
+        if self.method == "direct":
+            return np.zeros(len(self.mesh.vertices), dtype=bool)
+        tool = self.mesh.group_vertices(*TOOL)
+        rest = ("end",) if self.method == ENDS_CUT else tuple(name for name in self.mesh.groups if name not in TOOL)
+        return np.asarray(tool & self.mesh.group_vertices(*rest))
 
     def to_trimesh(self) -> Any:
         """The mesh as a trimesh.Trimesh (imports trimesh)."""

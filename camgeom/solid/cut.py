@@ -21,7 +21,7 @@ from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid import Solid
+from camgeom.solid import UNION, Solid
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Builder, Index, add_grid, band_cells, cell_faces, wrapped_faces
 from camgeom.solid.engine import subtract, unite
@@ -139,7 +139,7 @@ class RollerUnion:
         tools = [unite(self._positions(track, tolerance)) for track in self.tracks]
         mesh = subtract(self.blank.mesh(tolerance), tools)
         deepest = min(least_clearance(track, mesh.vertices).value for track in self.tracks)
-        return Solid(self.name, mesh, tolerance + max(0.0, -deepest), "union of rollers", mesh.genus)
+        return Solid(self.name, mesh, tolerance + max(0.0, -deepest), UNION, mesh.genus)
 
     def _positions(self, track: Track, tolerance: float) -> list[Mesh]:
         """Roller bodies at equal steps of their largest travel."""

@@ -29,7 +29,7 @@ from camgeom.maths.sampling import (
     sample_surface,
     strip_sags,
 )
-from camgeom.solid import Solid
+from camgeom.solid import ENDS_CUT, Solid
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled
 from camgeom.solid.lands import Land, LandSurface, NotOneSurface, Rim, land_net, land_of
@@ -37,7 +37,6 @@ from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
 
 Labels = npt.NDArray[np.uint8]
-METHOD = "direct, ends cut"
 ON_PLANE = 1e-3
 """share of the tolerance within which a vertex beside an end plane is laid on it"""
 
@@ -232,7 +231,7 @@ def groove_solid(
         builder.faces(np.concatenate([whole.faces[~cut & (whole.label == k)], faces[label == k]]), group)
     _close(builder, points, faces, blank, edge, tolerance)
     error = max(rounds.worst, sag) + ON_PLANE * tolerance
-    return Solid(name, builder.mesh(), error, METHOD, expected_genus)
+    return Solid(name, builder.mesh(), error, ENDS_CUT, expected_genus)
 
 
 @dataclass(frozen=True, eq=False)

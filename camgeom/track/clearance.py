@@ -118,13 +118,44 @@ def wall_points(mesh: Mesh, height: float) -> Floats:
 
 def floor_points(mesh: Mesh) -> Floats:
     """Middles (e, 3) of the edges of floor faces: a floor is straight from foot to foot, with no vertex between."""
-    faces = mesh.faces[mesh.group_faces("floor")]
+    return _middles(mesh.vertices, _edges(mesh, "floor"))
+
+
+def facet_points(mesh: Mesh, points: Floats) -> Floats:
+    """Middles (e, 3) of edges of flank faces, whose vertices stand at `points` (v, 3): where facets stand proud most.
+
+    Of many edges the longest, which have the largest sag, and as many others from all over the flanks.
+    """
+    edges = _edges(mesh, "flank")
+    if len(edges) > 2 * FACETS:
+        ends = points[edges]
+        longest = np.argsort(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))[-FACETS:]
+        edges = edges[np.union1d(longest, thinned(len(edges), FACETS))]
+    return _middles(points, edges)
+
+
+FACETS = 800
+"""edges of flank facets that are measured, of the longest and of all"""
+
+
+def thinned(count: int, most: int) -> npt.NDArray[np.int64]:
+    """At most so many of the numbers below `count`, in no order that a grid could have."""
+    return np.arange(count) if count <= most else np.random.default_rng(0).permutation(count)[:most]
+
+
+def _edges(mesh: Mesh, group: str) -> npt.NDArray[np.int64]:
+    """Edges (e, 2) of the faces of one group, each once."""
+    faces = mesh.faces[mesh.group_faces(group)]
     if not len(faces):
-        return np.zeros((0, 3))
+        return np.zeros((0, 2), dtype=np.int64)
     low, high = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1).T
     count = len(mesh.vertices)
     edges = distinct(low.astype(np.int64) * count + high)
-    return np.asarray(mesh.vertices[np.stack([edges // count, edges % count], axis=1)].mean(axis=1))
+    return np.stack([edges // count, edges % count], axis=1)
+
+
+def _middles(points: Floats, edges: npt.NDArray[np.int64]) -> Floats:
+    return np.asarray(points[edges].mean(axis=1)).reshape(-1, 3)
 
 
 def roller_distance(track: Track, x: Floats, phi: Floats) -> Floats:
@@ -345,3 +376,63 @@ def flank_gap(one: Track, other: Track, level: Level, near: float) -> Extreme:
 
 EDGE_SAMPLES = 360
 EDGE_ROUNDS = 5
+
+
+def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
+    """The point (v, 3) of a flank that all rollers pass at the largest distance, mm, and where its roller then stands.
+
+    The rollers count without their ends: beyond the contact stretch too the flank is that of the roller gone on.
+    Of many points MOST_POINTS are looked at, from all over.
+    """
+    points = points[thinned(len(points), MOST_POINTS)]
+    least, when = np.full(len(points), np.inf), np.zeros(len(points))
+    passes = []
+    for track in tracks:
+        radius = _largest_radius(track)
+        longer = replace(
+            track, tip=track.tip + track.tip_sign * radius,
+            contact=(min(track.contact) - radius, max(track.contact) + radius),
+        )  # fmt: skip
+        whole = _Window.of(longer, 2.0 * radius)
+        for turn in _turns(longer):
+            over = TURN * turn - whole.half, TURN * (turn + 1) + whole.half
+            part = whole if len(_turns(longer)) == 1 else _Window.of(replace(longer, span=over), 2.0 * radius)
+            near = np.flatnonzero(part.near(points))
+            if not len(near):
+                continue
+            passes.append((longer, whole, turn))
+            angles, distance = _passing(longer, whole, turn, points[near], SAMPLES)
+            better = distance < least[near]
+            least[near[better]], when[near[better]] = distance[better], angles[better]
+    # A point whose nearest passage lay between the samples seems far: the farthest ones are looked at again.
+    for _ in range(GAP_ROUNDS):
+        worst = np.argsort(least)[::-1][:GAP_POINTS]
+        before = least[worst].copy()
+        for longer, whole, turn in passes:
+            angles, distance = _passing(longer, whole, turn, points[worst], GAP_SAMPLES)
+            better = distance < least[worst]
+            least[worst[better]], when[worst[better]] = distance[better], angles[better]
+        if np.all(least[worst] > before - 1e-9):
+            break
+    i = int(np.argmax(least))
+    return Clearance(float(least[i]), float(when[i]), (float(points[i, 0]), float(points[i, 1]), float(points[i, 2])))
+
+
+MOST_POINTS = 2500
+GAP_ROUNDS, GAP_POINTS, GAP_SAMPLES = 8, 32, 91
+"""rounds, points and samples a window of the second look at what seems far from every roller"""
+
+
+def _passing(track: Track, window: _Window, turn: int, x: Floats, samples: int) -> tuple[Floats, Floats]:
+    """Where in a turn the roller is nearest to points (v, 3): cam angles, rad, and signed distances, mm, (v,) each."""
+    beside = samples // 2
+    step = window.half / (beside - 0.5)
+    xt = np.ascontiguousarray(x.T)
+    middle = np.rint((window.angles(x) + TURN * turn) / step).astype(np.int64)
+    index = middle[:, None] + np.arange(-beside, beside + 1)
+    value = _at_steps(track, xt[:, :, None], index, step)
+    rows, best = np.arange(len(x)), np.argmin(value, axis=1)
+    centre, coarse = step * index[rows, best], value[rows, best]
+    refined = _stationary(track, xt, centre, step)
+    fine = roller_distance(track, xt, refined)
+    return np.where(fine < coarse, refined, centre), np.minimum(fine, coarse)

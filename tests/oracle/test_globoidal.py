@@ -79,7 +79,7 @@ def test_a_larger_roller_interferes_and_a_smaller_one_clears(stops, form, hand, 
     (part,) = cam.mechanism(setup).parts
     # Fine enough that walls have vertices between their edges, which lie on facets.
     solid = part.solid(0.05 if shape == "cylinder" else 0.01)
-    slack = np.where(solid.mesh.seam_vertices, solid.chord_error, 0.0) if solid.method != "direct" else None
+    slack = np.where(solid.cut_vertices, solid.chord_error, 0.0)
     points = solid.mesh.vertices
     touch, larger, smaller = (
         min(least_clearance(track, points, slack, grow).value for track in cam.mechanism(setup).passages)

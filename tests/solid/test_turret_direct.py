@@ -10,9 +10,9 @@ import pytest
 
 from camgeom.maths.mesh import clip, open_loops
 from camgeom.maths.sampling import TURN, angles, columns_over, middle_angles
+from camgeom.solid import ENDS_CUT
 from camgeom.solid.blank import Blank
 from camgeom.solid.lands import CylinderLand, GloboidLand, GloboidLevel, Land, NotOneSurface, Rim, land_net, land_of
-from camgeom.solid.stitch import METHOD
 from camgeom.track.section import CylinderLevel
 from tests.reference.indexing_machines import barrel, index_program, indexer
 
@@ -36,8 +36,8 @@ def test_same_body_as_the_boolean(made):
     volumes = []
     for tolerance in (0.1, 0.05):
         direct, cut = part.direct(tolerance), part.cut(tolerance)
-        assert direct.method == METHOD
-        assert part.solid(tolerance).method == METHOD
+        assert direct.method == ENDS_CUT
+        assert part.solid(tolerance).method == ENDS_CUT
         assert direct.sound
         assert cut.sound
         assert set(direct.mesh.groups) == set(cut.mesh.groups) - {"back", "cap"}
