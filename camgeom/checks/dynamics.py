@@ -185,3 +185,19 @@ def impact_pressure(model: Model) -> Iterable[Finding]:
     advice = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
     yield judged("impact-pressure", peak.value, "<=", _pressure_limit(model), "MPa", advice,
                  cam_angle=peak.cam_angle, where=beside)  # fmt: skip
+
+
+@solved("impact-reproducible", "impact")
+def impact_reproducible(model: Model) -> Iterable[Finding]:
+    """Turns whose peaks a small disturbance of the start leaves as they are, against those solved; a warning at most.
+
+    A motion with impacts may be chaotic: then a peak beyond those turns is one of many that could come.
+    """
+    found = model.impact_sensitivity
+    assert found is not None, "the registry asks for it"
+    advice = (
+        f"the motion is chaotic: peaks are not reproducible beyond turn {found.reproducible}, a disturbance grows by "
+        f"{max(found.growth):.3g} within {found.turns} turns; judge by the statistics of many turns, or reduce the play"
+    )
+    yield judged("impact-reproducible", found.reproducible, ">=", found.turns, "", advice, worst="warn",
+                 where="turns that a disturbance of 1e-9 of the play leaves alike")  # fmt: skip

@@ -41,8 +41,52 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("peak_pressure_mpa", "peak contact pressure", "MPa"),
         ("peak_slice_pressure_mpa", "peak over the slices", "MPa"),
         ("peak_force_n", "peak contact force", "N"),
+        ("least_force_n", "least contact force", "N"),
+        ("peak_torque_n_m", "peak camshaft torque", "N m"),
+        ("mean_torque_n_m", "mean camshaft torque", "N m"),
     ),
-    "fatigue": (("roller_life_h", "roller life", "h"), ("cam_life_h", "cam life", "h")),
+    "fatigue": (
+        ("roller_life_h", "roller life", "h"),
+        ("cam_life_h", "cam life", "h"),
+        ("bearing_life_h", "bearing life", "h"),
+        ("bearing_static_safety", "static safety of the bearing", ""),
+    ),
+    "dynamics": (
+        ("first_frequency_hz", "lowest natural frequency", "Hz"),
+        ("frequencies_hz.0", "lowest natural frequency", "Hz"),
+        ("first_critical_speed_rpm", "first critical speed", "r/min"),
+        ("speed_class", "class of the speed", ""),
+        ("peak_load_acceleration_rad_s2", "peak load acceleration", "rad/s2"),
+        ("peak_acceleration_m_s2", "peak acceleration, elastic", "m/s2"),
+        ("peak_acceleration_rad_s2", "peak acceleration, elastic", "rad/s2"),
+        ("amplification", "over the rigid one", ""),
+        ("peak_contact_torque_n_m", "peak contact torque, elastic", "N m"),
+        ("peak_input_torque_n_m", "peak input torque, elastic", "N m"),
+        ("input_power_w", "mean input power", "W"),
+        ("peak_contact_force_n", "peak contact force, elastic", "N"),
+        ("peak_contact_force_n_m", "peak contact torque, elastic", "N m"),
+        ("least_contact_force_n", "least contact force, elastic", "N"),
+        ("least_contact_force_n_m", "least contact torque, elastic", "N m"),
+        ("required_preload_n", "preload that just keeps contact", "N"),
+        ("required_preload_n_m", "preload that just keeps contact", "N m"),
+        ("residual_deviation_deg", "largest deviation in the dwell", "deg"),
+        ("settling_time_s", "settled in the dwell after", "s"),
+        ("duty.peak_pressure_mpa", "peak contact pressure, elastic", "MPa"),
+        ("duty.roller_life_h", "roller life, elastic", "h"),
+        ("duty.cam_life_h", "cam life, elastic", "h"),
+        ("duty.bearing_life_h", "bearing life, elastic", "h"),
+        ("impact.over_turns.peak_acceleration_m_s2.largest", "peak acceleration with impacts", "m/s2"),
+        ("impact.over_turns.peak_acceleration_rad_s2.largest", "peak acceleration with impacts", "rad/s2"),
+        ("impact.over_turns.amplification", "mean of the turns over the ideal one", ""),
+        ("impact.worst_pressure_mpa", "peak pressure of impacts", "MPa"),
+        ("impact.over_turns.peak_force_main_n.largest", "peak force of impacts, main side", "N"),
+        ("impact.over_turns.peak_force_return_n.largest", "peak force of impacts, return side", "N"),
+        ("impact.over_turns.approach_speed_m_s.largest", "largest approach speed", "m/s"),
+        ("impact.over_turns.impacts_per_turn.mean", "impacts in a turn", ""),
+        ("impact.over_turns.peak_cam_torque_nm", "peak cam torque with impacts", "N m"),
+        ("impact.sensitivity.reproducible_turns", "turns that can be reproduced", ""),
+        ("impact.sensitivity.turns", "of turns solved", ""),
+    ),
     "cutter": (
         ("least_rest_mm", "least stock left by the tool", "mm"),
         ("most_rest_mm", "most stock left by the tool", "mm"),
@@ -50,7 +94,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("cutting_time_min", "time at the feeds", "min"),
     ),
 }
-"""Figures worth a line: section, key, words, unit."""
+"""Figures worth a line: section, key (dotted within it), words, unit."""
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
@@ -275,14 +319,28 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
         lines.append(f"  no solid: {result.refused}")
     for why in dict.fromkeys(why for _, why in result.unanswered):
         lines.append(f"  no {' or '.join(name for name, said in result.unanswered if said == why)}: {why}")
-    figures = [
-        (words, f"{number(data[section][key])} {unit}".rstrip())
+    told = [
+        (words, _at(data.get(section, {}), key), unit)
         for section, entries in KEY_FIGURES.items()
         for key, words, unit in entries
-        if data.get(section, {}).get(key) is not None
+    ]
+    figures = [
+        (words, value if isinstance(value, str) else f"{number(value)} {unit}".rstrip())
+        for words, value, unit in told
+        if isinstance(value, str | int | float)
     ]
     lines += [f"  {line}" for line in aligned([(w, v) for w, v in _motion_figures(data) + figures])]
     return lines + [f"  wrote {file}" for file in files]
+
+
+def _at(data: Any, path: str) -> Any:
+    """What stands at a dotted path of plain data; None where there is no such thing."""
+    for name in path.split("."):
+        if isinstance(data, list):
+            data = data[int(name)] if name.isdecimal() and int(name) < len(data) else None
+        else:
+            data = data.get(name) if isinstance(data, dict) else None
+    return data
 
 
 def _verdict(result: Result) -> str:

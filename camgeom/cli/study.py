@@ -22,6 +22,7 @@ from camgeom.design import light_checks
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
 from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
+from camgeom.errors import Problem, ProfileError
 from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         products = (*products, "dynamics")
     if only is None and any(one.path[0] == "cutter" for one in axes):
         products = (*products, "cutter")
+    refuse_unsolved(data, axes)
     study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
@@ -86,6 +88,16 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     for file in files:
         console.out(f"  wrote {file}")
     return 0 if any(row.figures for row in rows) else 1
+
+
+def refuse_unsolved(data: dict[str, Any], axes: Sequence[Varied]) -> None:
+    """Raise ProfileError for keys of a solver's table that the profile does not have: their rows would be equal."""
+    for one in axes:
+        table = one.path[0]
+        if table in ("dynamics", "impact") and table not in data:
+            text = f"the profile has no [{table}] table, so nothing is solved that this key changes"
+            hint = f"give the profile an [{table}] table first (camgeom schema lists its keys)"
+            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", hint)])
 
 
 def _jobs(text: str | None) -> int | None:

@@ -78,7 +78,11 @@ class DynamicsSpec(Section):
     contact_stiffness: Positive | None = Field(
         None, description="N m/rad at the turret, cam against rollers; default: Hertz line contact on the real flanks"
     )
-    estimate: Literal["half-space", "chord"] = Field("half-space", description="which Hertz estimate that default is")
+    estimate: Literal["half-space", "secant", "chord"] = Field(
+        "half-space",
+        description="that default: half-space, the tangent about the load; secant, load over approach; chord, the "
+        "secant of the source",
+    )
     input_damping: NotNegative = Field(0.0, description="N m s/rad, input shaft")
     output_damping: NotNegative = Field(0.0, description="N m s/rad, output shaft")
     contact_damping: NotNegative = Field(0.0, description="N m s/rad at the turret, contact")

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.dynamics.impact.study import Sensitivity
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
@@ -368,6 +369,13 @@ class Model:
         if run is None or spec is None:
             raise DesignError("the profile has no [impact]")
         return hardest_impact(run, spec.settle)
+
+    @fact
+    def impact_sensitivity(self) -> Sensitivity | None:
+        """What becomes of a small disturbance of that motion; None where the profile has no [impact]."""
+        from camgeom.dynamics.impact.study import sensitivity
+
+        return sensitivity(self.impact) if self.impact is not None else None
 
     @fact
     def machining(self) -> Machining:

@@ -154,7 +154,9 @@ def indexing_of(model: Indexer) -> IndexingStudy:
     if spec.contact_stiffness is None:
         assert model.turret_duty is not None, "there is a turret, and a speed"
         table = model.turret_duty.stiffness_table(spec.estimate)
-        sources["contact_stiffness"] = f"Hertz line contact of the rollers under the turret's torque, {spec.estimate}"
+        which = {"half-space": "half-space tangent", "secant": "half-space secant", "chord": "chord secant"}
+        source = f"Hertz line contact of the rollers under the turret's torque, {which[spec.estimate]}"
+        sources["contact_stiffness"] = source
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
     _refused(
         model.profile, ("spring_rate", "spring_preload"), "the elastic indexing drive has no spring: a turret that "

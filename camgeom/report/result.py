@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.errors import DesignError, Problem, ProfileError
-from camgeom.mechanics.duty import bearing_data, finite
+from camgeom.mechanics.duty import MILLI, bearing_data, finite
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
+    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.track.planar import Planar
 
@@ -343,9 +344,31 @@ def dynamics_data(model: Model) -> dict[str, Any]:
             data |= model.indexing.summary()
         if model.elastic_follower is not None:
             data |= model.elastic_follower.summary(model.profile.rotating)
+        data |= dynamic_duty_data(model)
     if model.profile.impact_spec is not None:
         data["impact"] = impact_data(model)
     return data
+
+
+def dynamic_duty_data(model: Model) -> dict[str, Any]:
+    """Pressure, forces, torque and lives under the solved contact force, and the rigid ones beside; empty without."""
+    dynamic, rigid = model.dynamic_duty, model.carrier
+    if dynamic is None or rigid is None:
+        return {}
+    return {"duty": duty_figures(dynamic), "rigid_duty": duty_figures(rigid)}
+
+
+def duty_figures(duty: Duty) -> dict[str, Any]:
+    """Peaks and lives of a duty as plain data."""
+    data: dict[str, Any] = {
+        "peak_force_n": duty.peak_force.value,
+        "peak_force_cam_angle_deg": degrees(duty.peak_force.cam_angle) % 360.0,
+        "peak_torque_n_m": duty.peak_torque.value * MILLI,
+    }
+    if duty.peak_pressure is not None:
+        data["peak_pressure_mpa"] = finite(duty.peak_pressure.value)
+        data["peak_pressure_cam_angle_deg"] = degrees(duty.peak_pressure.cam_angle) % 360.0
+    return data | {f"{body}_life_h": finite(hours) for body, hours in duty.lives.items()}
 
 
 MOST_IMPACTS = 100
@@ -380,6 +403,9 @@ def impact_data(model: Model) -> dict[str, Any]:
             for hit in run.impacts[:MOST_IMPACTS]
         ],
     }
+    if model.impact_sensitivity is not None:
+        data["sensitivity"] = model.impact_sensitivity.as_dict()
+    data["worst_pressure_mpa"] = model.impact_pressure.value
     moving = run.trace.time >= spec.settle * run.problem.period
     data[f"peak_speed_{'rad' if rotating else 'm'}_s"] = float(np.abs(run.trace.speed[moving]).max())
     options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}

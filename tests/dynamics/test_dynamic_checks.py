@@ -9,6 +9,7 @@ from camgeom.checks import judge
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.report.result import compute
 from tests.places import PROFILES
 from tests.reference.planar_machines import ELASTIC
 
@@ -218,3 +219,49 @@ def test_the_tappet_is_a_part_of_what_moves():
     assert (train.mass, train.tappet_mass) == (1.5, 0.5)
     given = follower(500, ("linkage_damping = 250", "tappet_mass = 0.5\nmass = 2")).elastic_follower.train
     assert (given.mass, given.tappet_mass) == (2.0, 0.5)
+
+
+@pytest.mark.parametrize(("play", "level"), [(0.1, "pass"), (1.0, "warn")])
+def test_chaos_is_said(play, level):
+    text = changed(ROCKER, ("clearance = 0.02", f"clearance = {play}")) if "clearance = 0.02" in ROCKER else ROCKER
+    model = Model(parse(text + f"\n[impact]\nclearance = {play}\nturns = 5\n"))
+    found = finding(model, "impact-reproducible")
+    assert found.level == level
+    assert ("not reproducible beyond turn" in found.advice) == (level == "warn")
+    data = compute(model, ("dynamics",)).data["dynamics"]["impact"]
+    assert data["sensitivity"]["reproducible_turns"] == found.value
+    assert len(data["sensitivity"]["growth_over_turns"]) == 5
+
+
+def test_the_text_of_solve_tells_vibration_impacts_torque_and_bearing_life(capsys, tmp_path):
+    from camgeom.cli import main
+
+    rocker = tmp_path / "rocker.toml"
+    rocker.write_text(ROCKER + "\n[impact]\nturns = 2\n")
+    wanted = {
+        PROFILES / "tool_changer.toml": (
+            "peak camshaft torque", "bearing life", "lowest natural frequency", "peak contact pressure, elastic",
+            "cam life, elastic", "largest deviation in the dwell"),
+        rocker: ("peak pressure of impacts", "impacts in a turn", "turns that can be reproduced"),
+    }  # fmt: skip
+    for profile, words in wanted.items():
+        assert main(["solve", str(profile)]) == 0
+        text = capsys.readouterr().out
+        assert [word for word in words if word not in text] == []
+
+
+def test_elastic_and_rigid_figures_stand_beside_each_other():
+    found = compute(changer(350), ("dynamics",)).data["dynamics"]
+    elastic, rigid = found["duty"], found["rigid_duty"]
+    assert set(elastic) == set(rigid)
+    assert elastic["peak_pressure_mpa"] > rigid["peak_pressure_mpa"]
+    assert elastic["bearing_life_h"] < rigid["bearing_life_h"]
+
+
+def test_a_study_of_a_table_that_the_profile_has_not_is_refused(tmp_path, capsys):
+    from camgeom.cli import main
+
+    for table, key in (("impact", "impact.clearance=0.01:0.1:2"), ("dynamics", "dynamics.sweep_points=3,4")):
+        words = ["study", str(PROFILES / "pin_insertion.toml"), "--vary", key, "--out", str(tmp_path)]
+        assert main(words) == 2
+        assert f"has no [{table}] table" in capsys.readouterr().err

@@ -8,15 +8,16 @@ from pydantic import ValidationError
 
 from camgeom.dynamics.impact import study as impact_study
 from camgeom.dynamics.impact.laws import Coulomb, HertzLine, LiuCylinder, PowerLaw, PrintedStiffness, RampedDamping
-from camgeom.dynamics.impact.problem import ImpactProblem
+from camgeom.dynamics.impact.problem import ImpactProblem, RollerSpin
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.impact.spec import ImpactSpec
 from camgeom.dynamics.impact.study import (
     clearance_study,
+    sensitivity,
     statistics,
     study,
 )
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from tests.reference.impact_fixed import solve_fixed
 from tests.reference.impact_paper import answer_the_paper, printed_geometry
 from tests.reference.impact_press import SPEED as FRAME_SPEED
@@ -70,6 +71,42 @@ def test_steady_turns_of_the_reference_mechanism() -> None:
     assert not wild.periodic
     assert wild.acceleration.spread > 0.05
     assert wild.acceleration.least <= wild.acceleration.mean <= wild.acceleration.largest
+
+
+def test_one_counted_turn_is_not_called_periodic() -> None:
+    run = solve(b1_problem(1e-4), turns=3)
+    assert statistics(run, skip=1).periodic
+    assert not statistics(run, skip=2).periodic
+
+
+def test_how_far_a_motion_with_impacts_can_be_reproduced() -> None:
+    """A small play forgets a disturbance of the start; a large one multiplies it until every peak is another."""
+    calm, wild = (sensitivity(solve(b1_problem(play), turns=5)) for play in (1e-4, 1e-3))
+    assert calm.reproducible == calm.turns == 5
+    assert max(calm.growth) < 1e3
+    assert wild.reproducible < 5
+    assert wild.growth[-1] > 1e5 * wild.growth[0] > 0.0 or wild.growth[-1] > 1e7
+    # beyond them another tolerance gives other peaks as well, up to them it does not
+    other = solve(b1_problem(1e-3), turns=5, rtol=3e-10)
+    same = solve(b1_problem(1e-3), turns=5)
+    changes = [
+        abs(same.peak("acceleration", *turn).value / other.peak("acceleration", *turn).value - 1.0)
+        for turn in same.turn_times()
+    ]
+    assert max(changes[: wild.reproducible], default=0.0) < 0.05
+    assert max(changes[wild.reproducible :]) > 1e-3
+
+
+def test_a_roller_that_sticks_names_the_speed_that_would_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    from camgeom.dynamics.impact import solver
+
+    monkeypatch.setattr(solver, "_MOST_STEPS", 200)
+    rolling = {"friction": Coulomb(0.1, 0.08), "spin": RollerSpin(1e-4)}
+    with pytest.raises(NotConverged, match=r"raise stick_speed \(now 0\.001 m/s\)"):
+        solve(b1_problem(1e-4, **rolling))
+    with pytest.raises(NotConverged, match="softer law") as caught:
+        solve(b1_problem(1e-4))
+    assert "stick_speed" not in str(caught.value)
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ def test_loads_are_those_of_the_turret_s_duty(changer):
 
 def test_stiffness_is_torque_over_angle_without_preload(changer):
     duty = changer.turret_duty
-    table = np.array(duty.stiffness_table())
+    table, tangent = (np.array(duty.stiffness_table(estimate)) for estimate in ("secant", "half-space"))
     theta = np.arange(COUNT) * 2.0 * pi / COUNT
     bearing = slices_at(duty, theta)
     torque = duty.torque_at(theta, preloaded=False)
@@ -67,6 +67,11 @@ def test_stiffness_is_torque_over_angle_without_preload(changer):
     assert table[resting] == pytest.approx((1e-3 * torque / held.angle)[resting], rel=1e-9)
     assert torque_of(bearing, held) == pytest.approx(torque, rel=1e-10)
     assert 1.5 < table.max() / table.min() < 4.0
+    # a small vibration feels how much more torque a little more angle takes
+    more, less = bearing.held(1.001 * torque), bearing.held(0.999 * torque)
+    slope = 1e-3 * 0.002 * torque / (more.angle - less.angle)
+    assert tangent[resting] == pytest.approx(slope[resting], rel=1e-5)
+    assert 1.05 < (tangent / table).min() < (tangent / table).max() < 1.12
 
 
 @pytest.mark.parametrize(("share", "parted"), [(0.98, False), (1.02, True)])
@@ -151,8 +156,11 @@ def test_half_space_by_hand():
     line, comp = 3000.0 / 15.0, STEEL.compliance
     half = np.sqrt(4.0 * line * 2.0 * comp / (pi * (1.0 / 10.0 + 1.0 / 40.0)))
     sink = line * comp / pi * (2.0 * log(40.0 / half) - 1.0 + 2.0 * log(40.0 / half) - 0.3 / 0.7)
-    found = slices([1.0 / 10.0 + 1.0 / 40.0]).stiffness(np.array([[line]]))
+    pair = slices([1.0 / 10.0 + 1.0 / 40.0])
+    found = pair.stiffness(np.array([[line]]), "secant")
     assert found[0] == pytest.approx(3000.0 / sink, rel=1e-14)
+    tangent = pair.stiffness(np.array([[line]]))
+    assert tangent[0] == pytest.approx(15.0 / (sink / line - 2.0 * comp / pi), rel=1e-12)
 
 
 def test_chord_is_load_free_and_stiffer():

@@ -344,8 +344,20 @@ class _Walk:
                     f"{len(self.steps)} steps by {record.time:.6g} s: the contact, its damping (tied to the speed of "
                     "the last touch) or the friction is too stiff against the length of a turn; a larger speed_floor, "
                     "a restitution nearer 1, a softer law, less friction or a higher speed would do"
+                    f"{self._friction_advice()}"
                 )
             self.work.append(self.work[-1] + work)
+
+    def _friction_advice(self) -> str:
+        """What eases a friction that turns a roller: it sticks, and the steps follow the slope through no sliding."""
+        problem = self.machine.problem
+        if problem.friction is None or problem.spin is None:
+            return ""
+        stick = problem.friction.stick_speed
+        return (
+            f"; with roller_inertia a roller that rolls sticks: raise stick_speed (now {stick:g} m/s) and slip_speed "
+            "with it, to a hundredth of the sliding speeds or more, or leave roller_inertia out"
+        )
 
     def _step(
         self, rate: Rate, t: float, y: Coordinates, k: Coordinates, p: complex, h: float, stop: float

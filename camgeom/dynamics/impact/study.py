@@ -1,7 +1,8 @@
 """Many contact problems at once: statistics over turns, clearance studies, comparison of profiles (SI units).
 
 A motion with impacts need not be periodic; its peaks are then reported as mean, least and largest over turns, and the
-only convergence that can be shown is that of the first turn, against a run with a ten times tighter tolerance.
+only convergence that can be shown is that of the first turn, against a run with a ten times tighter tolerance. How far
+the turns after it can be reproduced at all is measured: `sensitivity` follows a small disturbance.
 """
 
 from __future__ import annotations
@@ -21,11 +22,17 @@ from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.own import load_all, loaded_files
 
+PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
+"""what a turn is compared by"""
 WORTH_SPAWNING = 1.0
 """s of work left that pays for starting processes, which takes about half of that"""
 Job = tuple[str, ImpactProblem, int, int, float, bool]
 PERIODIC_SPREAD = 1e-3
-"""relative spread of the peaks of the turns below which the motion is called periodic"""
+"""relative spread of the peaks of two counted turns or more below which the motion is called periodic"""
+DISTURBANCE = 1e-9
+"""share of the play by which the start is moved to see what becomes of it"""
+SAME_PEAKS = 1e-2
+"""relative change of a turn's peaks up to which the turn counts as reproduced"""
 
 
 class Statistic(NamedTuple):
@@ -70,6 +77,7 @@ class StudyRow:
     ideal_acceleration: float
     """peak of the motion without free play"""
     periodic: bool
+    """two counted turns or more, whose peaks agree"""
     tighter_change: float | None
     """relative change of the first turn's peak acceleration against a ten times tighter run"""
     energy_residual: float
@@ -148,7 +156,7 @@ def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | 
         _per_turn(run, [side.sliding for side in run.wear]),
         run.jerk[1],
         ideal,
-        acceleration.spread < PERIODIC_SPREAD,
+        len(turns) > 1 and all(peaks.spread < PERIODIC_SPREAD for peaks in (acceleration, main, back)),
         tighter,
         run.energy.relative_residual,
     )
@@ -229,6 +237,53 @@ def tighter_change(run: ImpactRun) -> float:
         problem, start_angle=run.start_angle, turns=1.0, rtol=max(0.1 * run.rtol, 1e-13)
     ).peak("acceleration").value
     return abs(first - close) / close if close > 0.0 else abs(first - close)
+
+
+@final
+@dataclass(frozen=True)
+class Sensitivity:
+    """What becomes of a small disturbance of the start: how far a run can be reproduced.
+
+    growth        (turns,) distance of the two runs at the end of every turn over the disturbance, 1
+    reproducible  turns from the start whose peaks the disturbance leaves as they are, to SAME_PEAKS
+    """
+
+    growth: tuple[float, ...]
+    reproducible: int
+
+    @property
+    def turns(self) -> int:
+        """Turns that were compared."""
+        return len(self.growth)
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain data for result.json."""
+        data = {"disturbance": DISTURBANCE, "growth_over_turns": list(self.growth)}
+        return data | {"reproducible_turns": self.reproducible, "turns": self.turns}
+
+
+def sensitivity(run: ImpactRun) -> Sensitivity:
+    """The run against one whose start is moved by DISTURBANCE of the play, solved alike.
+
+    Distances are relative to the play with its deflection and to the speed of a free flight, see `Machine`. Every
+    solver's rounding is such a disturbance: beyond the turns that are reproducible no peak is a result, only the
+    statistics of many turns are.
+    """
+    machine, turns = run.machine, run.turn_times()
+    first = run.state_at([0.0])[0]
+    start = (first.real + DISTURBANCE * machine.eta_scale, first.imag)
+    angle = run.start_angle
+    moved = solve(run.problem, start_angle=angle, turns=float(len(turns)), start=start, rtol=run.rtol)
+    ends = [high for _, high in turns]
+    gaps = [a - b for a, b in zip(run.state_at(ends), moved.state_at(ends), strict=True)]
+    scale = DISTURBANCE
+    growth = [float(np.hypot(g.real / machine.eta_scale, g.imag / machine.rate_scale)) / scale for g in gaps]
+    same = [all(_same(run.peak(q, *turn).value, moved.peak(q, *turn).value) for q in PEAKS) for turn in turns]
+    return Sensitivity(tuple(growth), same.index(False) if False in same else len(same))
+
+
+def _same(one: float, other: float) -> bool:
+    return abs(one - other) <= SAME_PEAKS * max(one, other)
 
 
 def _statistic(values: Sequence[float]) -> Statistic:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from camgeom.dynamics.follower.response import Flight
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.dynamics.impact.study import Sensitivity
+    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.motion.program import Program
 RAD = 30.0 / pi
@@ -56,9 +58,37 @@ def dynamics(model: Model) -> tuple[Block, ...]:
         blocks += indexing(model.indexing, program)
     if model.elastic_follower is not None:
         blocks += elastic(model.elastic_follower, program, rotating)
+    if model.dynamic_duty is not None and model.carrier is not None:
+        blocks += (duties(model.dynamic_duty, model.carrier),)
     if model.impact is not None:
         blocks += impacts(model.impact, rotating)
+    if model.impact_sensitivity is not None:
+        blocks += (reproduced(model.impact_sensitivity),)
     return blocks
+
+
+def duties(elastic: Duty, rigid: Duty) -> Table:
+    """Force, torque, pressure and lives under the solved contact force, and what the rigid motion gives."""
+    peaks = [
+        ("Peak contact force", elastic.peak_force.value, rigid.peak_force.value, "N"),
+        ("Peak camshaft torque", 1e-3 * elastic.peak_torque.value, 1e-3 * rigid.peak_torque.value, "N m"),
+    ]
+    if elastic.peak_pressure is not None and rigid.peak_pressure is not None:
+        peaks.append(("Peak contact pressure", elastic.peak_pressure.value, rigid.peak_pressure.value, "MPa"))
+    peaks += [(f"Life of the {body}", hours, rigid.lives[body], "h") for body, hours in elastic.lives.items()]
+    columns = (Column("Quantity"), Column("Elastic"), Column("Rigid"), Column("Unit"))
+    return Table("What the contact carries with vibration, and without", columns, tuple(peaks))
+
+
+def reproduced(found: Sensitivity) -> Text:
+    """How far the turns of a motion with impacts can be reproduced."""
+    from camgeom.dynamics.impact.study import DISTURBANCE
+
+    grown = ", ".join(number(value) for value in found.growth[:MOST_ROWS])
+    text = f"A start moved by {number(DISTURBANCE)} of the play is off by {grown} times as much after each turn."
+    if found.reproducible < found.turns:
+        return Text((f"{text} Peaks are not reproducible beyond turn {found.reproducible}: only statistics are.",))
+    return Text((f"{text} The peaks of all {found.turns} turns are reproducible.",))
 
 
 def elastic(study: FollowerStudy, program: Program, rotating: bool) -> tuple[Block, ...]:

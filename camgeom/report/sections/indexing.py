@@ -165,7 +165,8 @@ def figures(study: IndexingStudy) -> Table:
         ("Medium speeds reach up to", study.classes.medium_rpm, "r/min"),
         ("Class of the working speed", study.classes.of(study.speed * RAD), ""),
         ("Mean input power", float(study.energy.input[0]), "W"),
-        ("Mean power lost in damping and friction", float(study.energy.dissipated[0]), "W"),
+        ("Mean power lost in damping and viscous friction", float(study.energy.dissipated[0]), "W"),
+        ("Mean power taken by friction and applied torques", 0.0 - float(study.energy.external[0]), "W"),
     ]
     try:
         left = study.residual
