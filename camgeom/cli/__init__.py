@@ -143,7 +143,8 @@ def _add_delivery(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--tolerance", metavar="MM", help="chord error of the mesh, mm, instead of the profile's")
     sub.add_argument("--formats", metavar="LIST",
-                     help="file formats, for example stl,step, instead of the profile's; `list` prints them all")
+                     help="file formats, for example stl,step, instead of the profile's; `list` prints them all; "
+                          "report: png, gif, mp4, webm, pdf")
     sub.add_argument("--only", metavar="NAME,...",
                      help="only these products (solid, checks, contact, ...); report: these sections")
     sub.add_argument("--explain", action="store_true", help="say what was computed, what it cost, what was skipped")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from camgeom.checks.verdict import RANK
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
-from camgeom.errors import DesignError, ExportError, Problem, ProfileError
+from camgeom.errors import DesignError, ExportError, NotConverged, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
+USUAL = {"3mf", "stl", "step", "ply", "dxf"}
+"""formats that are known without importing the writers"""
 KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "flank": (
         ("max_pressure_angle_deg", "largest pressure angle", "deg"),
@@ -194,25 +196,31 @@ def _formats(
     """
     given = names(arguments.formats, "--formats")
     exporting = "exports" in products
-    if not exporting and "report" not in products:
+    # A profile's formats are read by every command: what passes a check can be run.
+    wanted = profiled if given is None else given
+    if given is None and not exporting and set(wanted) <= USUAL:
         return ()
     from camgeom.report.files import EXTRAS, format_of
 
-    wanted = given if given is not None else profiled if exporting else ()
     problems = []
     for i, name in enumerate(wanted):
         plain = name.lower().lstrip(".")
-        if plain in EXTRAS:
+        if plain in EXTRAS and (given is None or exporting or "report" in products):
             continue
         try:
-            if not exporting:
+            if given is not None and not exporting:
+                if "report" not in products:
+                    raise ExportError("nothing is written here; build and run write files")
                 raise ExportError(f"a report brings along {', '.join(EXTRAS)}; the others come from build and run")
             format_of(name.lower())
         except ExportError as error:
             key = f"output.formats[{i}]" if given is None else "--formats"
-            problems.append(Problem(key, f"unknown format ({error})" if exporting else str(error), name))
+            told = f"unknown format ({error})" if exporting or given is None else str(error)
+            problems.append(Problem(key, told, name))
     if problems:
         raise ProfileError(problems, arguments.profile if given is None else "")
+    if not exporting and given is None:
+        return ()
     return tuple(dict.fromkeys(name.lower().lstrip(".") for name in wanted))
 
 
@@ -254,7 +262,7 @@ def refuse_unwritable(folder: Path) -> None:
 def _export(
     model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
 ) -> tuple[list[Path], bool]:
-    """Write the formats, and whether all could be; what the design does not admit is told and left out."""
+    """Write the formats, and whether all could be; what cannot be made is told and left out."""
     from camgeom.report.files import EXTRAS, format_of, write
 
     stem, complete = slug(model.profile.name), True
@@ -272,10 +280,24 @@ def _export(
         try:
             write(model, path)
             written.append(path)
-        except DesignError as error:
+            if form.extension == ".stl" and (lost := _rounded(model)):
+                console.err(f"camgeom: {path}: {lost}")
+        except (DesignError, ExportError, NotConverged) as error:
+            # One file that cannot be made does not stop the others.
             console.err(f"camgeom: {error}")
             complete = False
     return written, complete
+
+
+def _rounded(model: Model) -> str:
+    """What an STL's 32-bit coordinates add to a fine tolerance; empty where it is little."""
+    from camgeom.export.triangles import NOTED, rounding
+
+    lost = max(rounding(solid.mesh) for solid in model.solids)
+    if lost <= NOTED * model.tolerance:
+        return ""
+    moved = f"32-bit coordinates move vertices by up to {lost:.2g} mm"
+    return f"{moved} beside the tolerance {model.tolerance:g} mm; 3mf, ply and step keep it"
 
 
 def _extras(

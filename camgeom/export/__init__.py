@@ -143,5 +143,8 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
     """
     form = format_of(path)
     if form.takes == "bodies":
+        if form.extension == ".stl":
+            # Of all formats of triangles it alone may be coarser than the mesh.
+            options = {"tolerance": model.tolerance, **options}
         return write_mesh([Body(solid.name, solid.mesh) for solid in model.solids], path, **options)
     return form.write(Path(path), model if form.takes == "model" else getattr(model, form.takes), **options)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from camgeom.errors import ExportError
 from camgeom.export import Body, common_fields, writer
 from camgeom.export.files import atomic_write, number_lines
 from camgeom.maths.mesh import Mesh
@@ -18,15 +19,32 @@ _CHUNK = 8192
 _PLY_CHUNK = 65536
 
 
+NOTED = 0.1
+"""share of a tolerance beyond which rounding is worth a word"""
+
+
+def rounding(mesh: Mesh) -> float:
+    """Largest distance that rounding to float32 moves a vertex, mm: half a unit in the last place of the largest
+    coordinate in each direction."""
+    largest = np.abs(mesh.vertices).max(axis=0).astype(np.float32)
+    return float(np.sqrt(((0.5 * np.spacing(largest).astype(np.float64)) ** 2).sum()))
+
+
 @writer(".stl", "binary STL; coordinates rounded to float32, names and fields lost")
-def write_stl(path: Path, bodies: Sequence[Body]) -> int:
+def write_stl(path: Path, bodies: Sequence[Body], tolerance: float | None = None) -> int:
     """Write the bodies' triangles to a binary STL file in mm; returns the bytes written.
 
     The format holds float32: a coordinate is rounded by at most 6e-8 of its size (4e-6 mm at 67 mm). Vertices shared in
     the mesh stay equal to the last bit, so a closed mesh stays closed; names, groups and fields have no place in it.
-    The normals are those of the rounded triangles; 0 where one has no area. Raises ExportError where the file cannot be
-    written.
+    The normals are those of the rounded triangles; 0 where one has no area. Raises ExportError where that is more than
+    a tolerance (mm) that the file is to keep, or the file cannot be written.
     """
+    lost = max(rounding(body.mesh) for body in bodies)
+    if tolerance is not None and lost > tolerance:
+        raise ExportError(
+            f"{path}: the 32-bit coordinates of STL are off by up to {lost:.2g} mm, more than the tolerance "
+            f"{tolerance:g} mm; ask for 3mf, ply or step, or for a coarser tolerance"
+        )
     with atomic_write(path) as stream:
         stream.write(_HEADER + np.uint32(sum(len(body.mesh.faces) for body in bodies)).tobytes())
         for body in bodies:

@@ -80,7 +80,7 @@ class Output(Section):
     tolerance: Annotated[float, Field(ge=TOLERANCE_RANGE[0], le=TOLERANCE_RANGE[1])] = Field(
         0.005, description="mm, guaranteed chord error of the mesh"
     )
-    formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=12)], ...], Field(max_length=40)] = Field(
+    formats: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=24)], ...], Field(max_length=40)] = Field(
         ("3mf", "stl"), description="file formats of the solid and its drawings"
     )
     table_points: Annotated[int, Field(ge=3, le=100_000)] | None = Field(

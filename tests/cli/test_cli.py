@@ -13,6 +13,8 @@ import pytest
 
 from camgeom.cli import COMMANDS, main
 from camgeom.cli.model import slug
+from camgeom.model import Model
+from camgeom.profile import read
 from tests.places import ROOT
 
 GOOD = """
@@ -291,3 +293,47 @@ def test_run_writes_everything(profile: Path, capsys: pytest.CaptureFixture[str]
     result = json.loads((folder / "result.json").read_text())
     assert {Path(name).name for name in result["files"]} == set(wanted) - {"result.json"}
     assert {"motion", "flank", "checks", "solid", "contact", "fatigue", "cost_s"} <= set(result)
+
+
+def test_a_format_that_cannot_be_written_does_not_stop_the_others(
+    profile: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, _, err = run(capsys, "build", profile, "--formats", "gcode,outline.csv,ply", "--out", profile.parent / "o")
+    assert status == 1
+    assert "needs a [cutter] table" in err
+    assert "only planar cams have outlines" in err
+    assert entries(profile.parent / "o") == ["result.json", "small-groove-cam.ply"]
+
+
+@pytest.mark.parametrize("command", ["check", "solve", "report", "build", "run"])
+def test_formats_of_a_profile_are_read_by_every_command(
+    profile: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    profile.write_text(GOOD.replace('"stl"', '"iges"'))
+    assert "small.toml: output.formats[0]: unknown format" in refused(capsys, command, profile)
+
+
+def test_formats_mean_nothing_to_a_command_that_writes_none(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "nothing is written here" in refused(capsys, "check", profile, "--formats", "stl")
+    profile.write_text(GOOD.replace('"stl"', '"assembly.step"'))
+    assert run(capsys, "check", profile, "--only", "continuity")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "status", "word"),
+    [("3.4e-5", 0, ""), ("3.2e-5", 0, "beside"), ("3.4e-6", 0, "beside"), ("3.2e-6", 1, "more than")],
+)
+def test_an_stl_says_what_its_coordinates_cost(
+    profile: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tolerance: str,
+    status: int,
+    word: str,
+) -> None:
+    """Coordinates of 32 to 64 mm are rounded by 1.9e-6 mm in each direction, vertices by 3.30e-6 mm."""
+    monkeypatch.setattr("camgeom.model.body.Body.solids", Model(read(str(profile))).solids)
+    found, _, err = run(capsys, "build", profile, "--formats", "stl", "--tolerance", tolerance, "--only", "exports")
+    assert (found, bool(err)) == (status, bool(word))
+    assert word in err
+    assert ("3mf, ply" in err) == bool(word)
