@@ -69,6 +69,7 @@ class TurretKeys(Cam):
         """Keys of a keyway without a bore, and of a relief that is none."""
         del setup
         found = NO_DRUM | ONE_WAY | keyway_idle(self.bore)
+        found |= idle("the grooves are open, a tool comes in at an end", "cutter.lead", "cutter.start_angle")
         return found if self.relief else found | idle("without a relief it fades over no angle", "cam.relief_angle")
 
     def key_problems(self, setup: Setup) -> list[Problem]:

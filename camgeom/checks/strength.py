@@ -23,7 +23,7 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding]:
         return
     material = model.profile.material
     limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    where = peak.where or f"slice at {peak.place:.6g} mm along the roller axis"
+    where = peak.where or f"slice at {peak.place:.4g} mm along the roller axis"
     yield judged(name, peak.value, "<=", limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where)
 
 

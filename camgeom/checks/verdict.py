@@ -24,6 +24,12 @@ _HOLDS: dict[Comparison, Callable[[float, float], bool]] = {
 }
 
 
+ENDLESS_H = 1e7
+"""h, 1 141 years; a life that is longer is told as unlimited (result.json keeps the figure)"""
+ROUNDING = {"mm": 1e-9, "deg": 1e-9, "N": 1e-9, "N mm": 1e-9, "1": 1e-12}
+"""values below are rounding of what is zero"""
+
+
 @final
 @dataclass(frozen=True)
 class Finding:
@@ -47,6 +53,15 @@ class Finding:
     def passed(self) -> bool:
         """True unless it fails."""
         return self.level != "fail"
+
+    @property
+    def shown(self) -> float | str:
+        """The value to be read: 0 below rounding, "unlimited" for an endless life; a dash where there is none."""
+        if self.value is None:
+            return "unlimited" if self.passed else "-"
+        if self.unit == "h" and self.passed and self.value >= ENDLESS_H:
+            return "unlimited"
+        return 0.0 if abs(self.value) < ROUNDING.get(self.unit, 0.0) else self.value
 
     @property
     def margin(self) -> float | None:

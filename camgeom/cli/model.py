@@ -12,7 +12,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from camgeom.checks.verdict import RANK
+from camgeom.checks.verdict import ENDLESS_H, RANK
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import DesignError, ExportError, NotConverged, Problem, ProfileError
@@ -347,7 +347,7 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
         for key, words, unit in entries
     ]
     figures = [
-        (words, value if isinstance(value, str) else f"{number(value)} {unit}".rstrip())
+        (words, value if isinstance(value, str) else _figure(value, unit))
         for words, value, unit in told
         if isinstance(value, str | int | float)
     ]
@@ -365,6 +365,11 @@ def _at(data: Any, path: str) -> Any:
     return data
 
 
+def _figure(value: float, unit: str) -> str:
+    """A figure with its unit; a life that no machine lives to see is unlimited."""
+    return "unlimited" if unit == "h" and value >= ENDLESS_H else f"{number(value)} {unit}".rstrip()
+
+
 def _verdict(result: Result) -> str:
     if result.findings:
         return result.verdict.sentence
@@ -378,8 +383,8 @@ def _findings(findings: Iterable[Finding]) -> list[str]:
         (
             finding.level.upper(),
             finding.check,
-            "unlimited" if finding.value is None and finding.passed else number(finding.value),
-            finding.unit,
+            number(finding.shown),
+            "" if finding.shown == "unlimited" else finding.unit,
             "" if finding.limit is None else f"{finding.comparison} {number(finding.limit)}",
             finding.room,
             "" if finding.cam_angle_deg is None else f"at {finding.cam_angle_deg:.2f} deg",

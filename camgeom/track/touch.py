@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.track import Joint, Swing
+from camgeom.track import Joint, Slide, Swing
 from camgeom.track.outline import Curve, Outline
 
 if TYPE_CHECKING:
@@ -128,6 +128,8 @@ class Touch:
 
     def _pressure_angle(self, turn: npt.NDArray[np.complex128], curve: Curve) -> Floats:
         """Signed pressure angle, rad. A roller turns on its pin, so that its force passes through its centre."""
+        if self.kind == "flat" and isinstance(self.joint, Slide):
+            return np.zeros(turn.shape)  # the face stands square to its motion
         push = self.way * self.material * curve.normals
         point = curve.points + (self.material * self.radius * curve.normals if self.rolling else 0.0)
         e = self.joint.velocity(np.stack([*point, np.zeros_like(turn.real)]), turn)[:2]

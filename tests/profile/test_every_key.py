@@ -10,18 +10,21 @@ import copy
 import json
 import tomllib
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal, get_args, get_origin
 
 import pytest
 from pydantic import BaseModel
 
+import camgeom
 from camgeom.cams import starter
-from camgeom.errors import CamgeomError, ProfileError
+from camgeom.errors import CamgeomError, DesignError, ExportError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import Profile, from_data
 from camgeom.profile.errors import models_in
-from camgeom.profile.reader import OPTIONAL_SECTIONS
 from camgeom.report.result import compute
 from tests.places import PROFILES
 
@@ -40,9 +43,7 @@ EXEMPT = {
     "output.table_points": ONLY_FILE,
     "output.table_tolerance": ONLY_FILE,
     "output.undercut_solid": "speaks of undercut drums alone; theirs is tested in tests/solid",
-    "cutter.tool_number": ONLY_FILE,
-    "cutter.spindle": ONLY_FILE,
-    "cutter.feed_mode": ONLY_FILE,
+    "cutter.gouge_limit": "none of these tools cuts into a flank",
     "material.cam.hardness": "shown beside the contact limit",
     "material.roller.hardness": "shown beside the contact limit",
     "follower.kind": "another kind is another section",
@@ -53,6 +54,11 @@ EXEMPT = {
 EXEMPT_OF = {
     ("disc, arm with flat face", "follower.arm"): "every swinging follower has an arm; a flat face has no roller at it",
     ("disc, flat face", "limits.warn_pressure_angle_deg"): "the pressure angle of a sliding flat face is always 0",
+    **{
+        ("drum, impact", f"impact.{key}"): "a groove slides past its roller far above the slip_speed"
+        for key in ("static_friction", "stick_speed", "slip_speed")
+    },
+    ("drum, mill", "cutter.lead"): "there is less room beside the flank than either radius takes",
     ("frame", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
     ("yoke", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
 }
@@ -91,7 +97,10 @@ PIVOT = {"cam.center_distance": 110.0}
 GROOVE = {"cam.form": "groove", "cam.diameter": 180.0, "cam.groove_depth": 8.0, "roller.length": 7.0}
 ELASTIC = {"dynamics.kind": "follower", "dynamics.linkage_stiffness": 4000.0, "dynamics.linkage_damping": 60.0}
 IMPACT = {"impact.clearance": 0.05, "impact.turns": 2, "impact.tolerance": 1e-6}
-MILL = {"cutter.kind": "flat", "cutter.diameter": 12.0}
+FRICTION = {"impact.static_friction": 0.1, "impact.dynamic_friction": 0.04}
+MILL = {"cutter.kind": "flat", "cutter.diameter": 12.0, "cutter.tolerance": 0.05}
+BALL = {"cutter.kind": "ball", "cutter.diameter": 8.0, "cutter.scallop": 0.4, "cutter.tolerance": 0.05}
+WHEEL = {"cutter.kind": "wheel", "cutter.diameter": 80.0, "cutter.tolerance": 0.05}
 
 
 def _starter(kind: str) -> str:
@@ -120,17 +129,24 @@ CASES: dict[str, tuple[str, Data]] = {
     "globoid": (_profile("tool_changer"), {"dynamics": None}),
     "barrel": (_starter("cylindrical-index"), {"dynamics": None}),
     "plates": (_starter("parallel-index"), {"dynamics": None}),
-    "drum, elastic": (_starter("cylindrical"), ELASTIC),
+    "drum, elastic": (_starter("cylindrical"), {**ELASTIC, "dynamics.tappet_mass": 0.1}),
     "disc, elastic": (DISC + SLIDING + ROLLER, {**ELASTIC, "dynamics.shaft_inertia": 0.01,
                                                 "dynamics.shaft_stiffness": 9000.0}),
     "indexing drive": (_profile("tool_changer"), {}),
-    "pair, impact": (_starter("conjugate"), {**IMPACT, "impact.static_friction": 0.1}),
-    "drum, impact": (_starter("cylindrical"), IMPACT),
+    "pair, impact": (_starter("conjugate"), {**IMPACT, **FRICTION, "impact.roller_inertia": 20.0}),
+    "drum, impact": (_starter("cylindrical"), {**IMPACT, **FRICTION}),
     "drum, mill": (_starter("cylindrical"), MILL),
-    "drum, ball": (_starter("cylindrical"), {"cutter.kind": "ball", "cutter.diameter": 8.0, "cutter.scallop": 0.2}),
+    "drum, ball": (_starter("cylindrical"), BALL),
     "disc, mill": (DISC + SLIDING + ROLLER, MILL),
+    "disc, wheel": (DISC + SLIDING + ROLLER, WHEEL),
+    "globoid, mill": (_profile("tool_changer"), {"dynamics": None, **MILL}),
 }  # fmt: skip
 """Cams with their followers, and solvers and tools: a profile and what is changed in it (None takes away)."""
+SOLVED = {"elastic": "dynamics", "drive": "dynamics", "impact": "impact", "mill": "cutter", "ball": "cutter",
+          "wheel": "cutter"}  # fmt: skip
+"""The one section whose keys are changed, of cases that have a solver or a tool beside the cam of another case."""
+FIRST = {"dynamics": 3, "impact": 3, "cutter": 6}
+"""The stage that knows most keys of a section."""
 QUICK = ("disc, flat face", "drum, groove")
 
 MILD: Data = {
@@ -153,14 +169,14 @@ MILD: Data = {
     "dynamics.tappet_stiffness": 9000.0, "dynamics.shaft_inertia": 0.02, "dynamics.shaft_stiffness": 8000.0,
     "dynamics.cam_inertia": 0.02, "dynamics.turret_inertia": 0.5, "dynamics.load_inertia": 0.6,
     "dynamics.contact_stiffness": 2e6, "dynamics.fluctuation": 0.02, "dynamics.tolerance": 1e-4,
-    "dynamics.linkage_damping": 90.0, "dynamics.settling_band": 0.2,
+    "dynamics.linkage_damping": 90.0, "dynamics.settling_band": 1e-4,
     "impact.roller_inertia": 30.0, "impact.study": (0.02, 0.04), "impact.laws": ("modified-sine",),
     "impact.settle": 0, "impact.turns": 3, "impact.contact_length": 7.0, "impact.reference_radius": 33.0,
     "impact.inertia": 1.7, "impact.damping": 2.0, "impact.stiffness": 1e5, "impact.exponent": 1.4,
     "impact.dynamic_friction": 0.05, "impact.static_friction": 0.2, "impact.tolerance": 1e-5, "impact.restitution": 0.7,
     "cutter.length": 30.0, "cutter.width": 6.0, "cutter.neck": 1.0, "cutter.allowance": 0.1, "cutter.lead": 2.0,
-    "cutter.overrun": 1.0, "cutter.pivot": 50.0, "cutter.start_angle": 20.0, "cutter.max_feed": 900.0,
-    "cutter.rotary": "B",
+    "cutter.overrun": 1.0, "cutter.pivot": 50.0, "cutter.start_angle": 20.0,
+    "cutter.rotary": "B", "cutter.max_feed": 310.0,
 }  # fmt: skip
 """Values that any of the cases would take, other than those that stand there, for keys that have no size to vary."""
 
@@ -193,8 +209,12 @@ def frozen(value: Any) -> Any:
     return tuple(map(frozen, value)) if isinstance(value, list | tuple) else value
 
 
-def sections(data: Data, profile: Profile) -> Iterator[tuple[str, type[BaseModel]]]:
-    """Every section of the profile with its own type: those it has, and those that any profile may have."""
+def sections(case: str, profile: Profile) -> Iterator[tuple[str, type[BaseModel]]]:
+    """Every section of a case with its own type: those it has, and those that any profile may have."""
+    only = SOLVED.get(case.rpartition(", ")[2].rpartition(" ")[2])
+    if only is not None:
+        yield only, type(getattr(profile, only))
+        return
     for name in ("cam", "follower", "roller"):
         if getattr(profile, name) is not None:
             yield name, type(getattr(profile, name))
@@ -204,9 +224,6 @@ def sections(data: Data, profile: Profile) -> Iterator[tuple[str, type[BaseModel
             yield name, model
         else:
             yield from ((f"material.{body}", type(getattr(profile.material, body))) for body in model.model_fields)
-    for name in OPTIONAL_SECTIONS:
-        if name in data:
-            yield name, type(getattr(profile, name))
 
 
 def other_values(key: str, old: Any, annotation: Any, default: Any) -> list[Any]:
@@ -238,7 +255,7 @@ def stage(data: Data, number: int, model: list[Model]) -> str:
     try:
         if not model:
             model.append(Model(from_data(frozen(data), "")))
-        found = compute(model[0], STAGES[number]).data
+        found: object = compute(model[0], STAGES[number]).data if number < len(STAGES) else tool_files(model[0])
     except CamgeomError as error:
         return f"{type(error).__name__}: {error}"
     return json.dumps(found, sort_keys=True, default=str)
@@ -260,7 +277,7 @@ def idle(case: str) -> list[str]:
     data = made(case)
     profile = from_data(frozen(data), "")
     found = []
-    for section, model in sections(data, profile):
+    for section, model in sections(case, profile):
         for name, field in model.model_fields.items():
             key = f"{section}.{field.alias or name}"
             if field.json_schema_extra or key in EXEMPT or (case, key) in EXEMPT_OF:
@@ -283,7 +300,19 @@ def acts(case: str, key: str, value: Any) -> bool:
         model.append(Model(from_data(frozen(data), "")))
     except ProfileError:
         return True
-    return any(stage(data, number, model) != known(case, number) for number in range(len(STAGES)))
+    first = FIRST.get(key.split(".")[0])
+    stages = sorted(range(len(STAGES) + ("cutter" in data)), key=lambda number: number != first)
+    return any(stage(data, number, model) != known(case, number) for number in stages)
+
+
+def tool_files(model: Model) -> list[str]:
+    """What is written for the machine and its operator."""
+    with TemporaryDirectory() as folder:
+        files = [Path(folder, f"cam.{name}") for name in ("gcode", "apt", "cutter.csv", "rest.csv")]
+        for file in files:
+            with suppress(DesignError, ExportError):
+                camgeom.write(model, file)
+        return [file.read_text(encoding="utf-8") for file in files if file.exists()]
 
 
 MARKED = [pytest.param(case, marks=() if case in QUICK else pytest.mark.slow) for case in CASES]

@@ -32,12 +32,8 @@ def _verdict(model: Model) -> Verdict:
 
 
 def _shown(finding: Finding) -> Remark:
-    value: float | str | None = finding.value
-    if isinstance(value, float) and finding.unit == "mm" and abs(value) < PICOMETRE:
-        value = 0.0
-    unit = UNITS.get(finding.unit, finding.unit)
-    if value is None and finding.level == "pass":
-        value, unit = "unlimited", ""
+    value: float | str | None = finding.shown if finding.value is not None or finding.passed else None
+    unit = "" if value == "unlimited" else UNITS.get(finding.unit, finding.unit)
     limit = None
     if finding.limit is not None:
         sign = SIGNS.get(finding.comparison, finding.comparison)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from camgeom.checks.verdict import ENDLESS_H
 from camgeom.drawing.content import (
     CAM_ANGLE,
     Axis,
@@ -434,4 +435,4 @@ def turret_life(duty: TurretDuty) -> tuple[Block, ...]:
 
 def hours(value: float | Floats) -> str:
     """A life in words."""
-    return f"{number(float(value))} h" if isfinite(float(value)) else "unlimited"
+    return f"{number(float(value))} h" if float(value) < ENDLESS_H else "unlimited"

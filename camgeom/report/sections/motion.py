@@ -156,21 +156,23 @@ def _extremes(program: Program, order: int, factor: float, angle: Floats, y: Flo
 
 
 def segments(model: Model) -> Table:
-    """Each segment with its law and the largest velocity and acceleration in it."""
+    """Each segment, by its path in the profile, with its law and the largest velocity and acceleration in it."""
     program = model.setup.program
     theta, jets = samples(program)
     axes, factors = units(model)
     rows: list[tuple[Cell, ...]] = []
-    for i, span in enumerate(program.spans, start=1):
+    stated = len(model.profile.motion)
+    for i, span in enumerate(program.spans):
         inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
         strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)
         peaks = [factors[k] * float(np.abs(jets[k, strict]).max(initial=0.0)) for k in (1, 2)]
         law = span.law.replace("-", " ") if span.law != "dwell" else "dwell"
         ends = (factors[0] * span.before, factors[0] * span.after)
-        rows.append((i, degrees(span.start), degrees(span.end), law, *ends, *peaks))
+        name = f"motion[{i}]" if i < stated else f"mirror of motion[{i - stated}]"
+        rows.append((name, degrees(span.start), degrees(span.end), law, *ends, *peaks))
     unit = axes[0].unit
     columns = (
-        Column("No."), Column("From", "°"), Column("Until", "°"), Column("Law"), Column("From", unit),
+        Column("Segment"), Column("From", "°"), Column("Until", "°"), Column("Law"), Column("From", unit),
         Column("To", unit), Column("Peak v", axes[1].unit), Column("Peak a", axes[2].unit),
     )  # fmt: skip
     return Table("Segments of the motion", columns, tuple(rows))
