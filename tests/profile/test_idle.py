@@ -75,7 +75,7 @@ def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
         ("disc, elastic", "dynamics.wilson_theta", 1.5, "method = 'wilson'"),
         ("pair, impact", "impact.damping_depth", 0.2, "`damping`"),
         ("pair, impact", "impact.exponent", 1.5, "law = 'power'"),
-        ("drum, impact", "impact.stick_speed", 0.0005, "static_friction"),
+        ("drum, impact", "impact", {"clearance": 0.05, "stick_speed": 0.0005}, "static_friction"),
         ("drum, mill", "cutter.scallop", 0.1, "ball"),
         ("drum, ball", "cutter.scallop", 0.1, ""),
         ("drum, mill", "cutter.contact", "side", "wheel"),
