@@ -170,11 +170,28 @@ class Cylindrical(Cam):
 
     def _follower_problems(self, setup: Setup) -> list[Problem]:
         follower = setup.follower
-        if isinstance(follower, SwingingFollower) and follower.pivot_distance is not None:
-            arm = follower.arm
-            if abs(follower.pivot_distance - arm) > 0.9 * self.radius:
-                limit = f"{max(0.0, arm - 0.9 * self.radius):g} .. {arm + 0.9 * self.radius:g} mm for an arm of {arm:g}"
-                return [problem("follower.pivot_distance", follower.pivot_distance, limit)]
+        if not isinstance(follower, SwingingFollower):
+            return []
+        arm, start = follower.arm, radians(follower.start_angle)
+        least, most = (float(end.value) for end in setup.program.extremes(0))
+        reach = arm * np.cos(start + np.linspace(least, most, 181))
+        distance = follower.pivot_distance
+        if distance is None:
+            distance = 0.5 * float(reach.min() + reach.max())
+        beside = float(np.abs(distance - reach).max())
+        if beside >= self.radius:
+            # Centred, the arc leaves the axis by half of what it bulges.
+            half = 0.5 * float(np.ptp(reach))
+            low, high = float(reach.max()) - self.radius, float(reach.min()) + self.radius
+            limit = f"{low:.6g} .. {high:.6g} mm, so that the arc, {beside:.6g} mm beside the axis, stays over the drum"
+            if half >= self.radius:
+                limit = f"an arc that bulges less than the drum's {self.diameter:g} mm (it does {2.0 * half:.6g}): "
+                limit += "a longer arm for the same stroke, less swing, or a larger drum"
+                return [problem("follower.arm", arm, limit)]
+            return [problem("follower.pivot_distance", distance, limit)]
+        if follower.pivot_distance is not None and abs(follower.pivot_distance - arm) > 0.9 * self.radius:
+            limit = f"{max(0.0, arm - 0.9 * self.radius):g} .. {arm + 0.9 * self.radius:g} mm for an arm of {arm:g}"
+            return [problem("follower.pivot_distance", follower.pivot_distance, limit)]
         return []
 
 

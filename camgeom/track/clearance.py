@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats, distinct
-from camgeom.maths.extremum import FAN, ROUNDS, Extreme, narrowed, piece_grid
+from camgeom.maths.extremum import FAN, ROUNDS, Extreme, bracketed_maximum, narrowed, piece_grid
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 from camgeom.track.section import Column, Level
@@ -193,12 +193,16 @@ def body_distance(
         wall = np.asarray(level / np.sqrt(1.0 + slope * slope))
     else:
         wall = _arc_wall(meridian, axial, across)
-    if isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) < 1e-12 * meridian.arc:
+    if _ball(meridian):
         return wall
     low, high = min(tip, *contact), max(tip, *contact)
     end = np.maximum(low - axial, axial - high)
     outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
     return np.asarray(np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end)))
+
+
+def _ball(meridian: Meridian) -> bool:
+    return isinstance(meridian, Arc) and abs(meridian.arc - meridian.radius) < 1e-12 * meridian.arc
 
 
 def _arc_wall(meridian: Arc, axial: Floats, across: Floats) -> Floats:
@@ -305,6 +309,10 @@ def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
     def slope(at: Floats) -> Floats:
         pose = track.pose(at, 1)
         a, u, da, du = pose.a[0], pose.u[0], pose.a[1], pose.u[1]
+        if _ball(track.meridian):
+            d, v = x - a - track.meridian.centre * u, da + track.meridian.centre * du
+            far = np.sqrt((d * d).sum(axis=0))
+            return np.asarray(-(d * v).sum(axis=0) / np.where(far > 0.0, far, 1.0))
         d = x - a
         axial = (d * u).sum(axis=0)
         radius = track.meridian.jet(_parameter(track, axial))
@@ -409,7 +417,7 @@ def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
         worst = np.argsort(least)[::-1][:GAP_POINTS]
         before = least[worst].copy()
         for longer, whole, turn in passes:
-            angles, distance = _passing(longer, whole, turn, points[worst], GAP_SAMPLES)
+            angles, distance = _nearest_pass(longer, whole, turn, points[worst])
             better = distance < least[worst]
             least[worst[better]], when[worst[better]] = distance[better], angles[better]
         if np.all(least[worst] > before - 1e-9):
@@ -421,6 +429,16 @@ def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
 MOST_POINTS = 2500
 GAP_ROUNDS, GAP_POINTS, GAP_SAMPLES = 8, 32, 91
 """rounds, points and samples a window of the second look at what seems far from every roller"""
+
+
+def _nearest_pass(track: Track, window: _Window, turn: int, x: Floats) -> tuple[Floats, Floats]:
+    """The same as `_passing`, from many samples and by narrowing brackets."""
+    angles, _ = _passing(track, window, turn, x, GAP_SAMPLES)
+    step, xt = window.half / (GAP_SAMPLES // 2 - 0.5), np.ascontiguousarray(x.T)
+    negative, where = bracketed_maximum(
+        lambda at: -roller_distance(track, xt[:, :, None], at), angles - step, angles + step
+    )
+    return where, -negative
 
 
 def _passing(track: Track, window: _Window, turn: int, x: Floats, samples: int) -> tuple[Floats, Floats]:

@@ -158,10 +158,29 @@ class Column:
         if float(np.abs(f1).max()) < 1e-11 * scale:
             return t1
         worst = int(np.argmax(np.abs(f1)))
+        self._refuse_beside(level, worst)
         raise NotConverged(
             f"the flank of track {self.track.name!r} does not meet the blank's surface at cam angle "
             f"{np.degrees(self.phi[worst]):.6g} deg; check roller, groove depth and blank"
         )
+
+    def _refuse_beside(self, level: Level, worst: int) -> None:
+        """Raise DesignError where a roller that swings past a drum stands so far beside its axis that it leaves it."""
+        if not isinstance(level, CylinderLevel) or not self.track.closed:
+            # What is not closed is a turret's, whose rollers come and go beside the drum.
+            return
+        a, u = self.pose.a[0][:, worst], self.pose.u[0][:, worst]
+        across = np.array([-u[1], u[0]]) / max(float(np.hypot(u[0], u[1])), 1e-300)
+        beside = abs(float(across @ a[:2]))
+        meridian = self.track.meridian
+        widest = float(meridian.jet(np.array([meridian.parameter(d) for d in self.track.contact]))[3].max())
+        if beside + widest > level.radius:
+            raise DesignError(
+                f"at cam angle {np.degrees(self.phi[worst]):.6g} deg the arc of track {self.track.name!r} stands "
+                f"{beside:.4g} mm beside the cam's axis, and with its {widest:.4g} mm of radius leaves the drum "
+                f"({level.radius:g} mm) sideways: a longer arm, less swing, a pivot_distance that centres the arc on "
+                "the axis, or a larger drum"
+            )
 
     @property
     def _radial_cylinder(self) -> bool:

@@ -25,6 +25,7 @@ from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
 from camgeom.track.flank import Flank
+from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
 Inside = Callable[[Floats], Bools]
@@ -266,7 +267,10 @@ def longest_horn(cutter: Track, inside: Inside, half: float, wall: float, per_tu
     half  half the cam's width, mm; wall: thickness that a foot needs, mm
 
     Where a groove runs out of an end face its outer wall ends in a wedge; in a dwell the same wedge is a hoop.
+    Beside a ball there is none: its wall rises from the bottom outwards, square to the end face that cuts it there.
     """
+    if Column(cutter, np.zeros(1)).ball_ended:
+        return None
     phi = np.linspace(*cutter.span, int(per_turn * (cutter.span[1] - cutter.span[0]) / TURN) + 2)
     meridian, away = cutter.meridian, max(cutter.contact, key=lambda d: abs(d - cutter.tip))
     t = np.linspace(meridian.parameter(away), meridian.parameter(cutter.tip), 13)
