@@ -126,6 +126,17 @@ def parser(chosen: str | None = None) -> argparse.ArgumentParser:
     return top
 
 
+def _parsed(words: list[str], chosen: str | None) -> argparse.Namespace:
+    """The arguments. A FILE that may be left out may stand after the options too, as the help shows it."""
+    top = parser(chosen)
+    arguments, rest = top.parse_known_args(words)
+    if len(rest) == 1 and not rest[0].startswith("-") and getattr(arguments, "file", "") is None:
+        arguments.file = rest.pop()
+    if rest:
+        top.error(f"unrecognized arguments: {' '.join(rest)}")
+    return arguments
+
+
 def _add_profile(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("profile", metavar="PROFILE", help="the TOML profile")
 
@@ -264,7 +275,7 @@ def _failed(console: Console, text: str, status: int) -> int:
 def _run(words: list[str], console: Console) -> int:
     chosen = next((word for word in words if not word.startswith("-")), None)
     try:
-        arguments = parser(chosen).parse_args(words)
+        arguments = _parsed(words, chosen)
     except SystemExit as leaving:  # --help and --version
         return int(leaving.code or 0)
     command = next(command for command in COMMANDS if command.name == arguments.command)

@@ -18,16 +18,18 @@ from camgeom.checks import findings
 from camgeom.design import Choice, Design, light_checks
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.maths.extremum import bracketed_root, piece_grid, refined_maximum
+from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
 from camgeom.motion.program import Program
 from camgeom.profile import Profile, parse
 from camgeom.solid.prism import Prism
+from camgeom.track.follower import SwingingFollower
 from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
 
 PER_TURN = 720
-SCANNED = 33
-UNBUILDABLE = -1.0
+SCANNED, EVENLY = 33, 97
+UNBUILDABLE = -1e6
+"""below every share by which a limit can fail"""
 
 
 def _greatest(program: Program, f: Callable[[Floats], Floats]) -> float:
@@ -83,25 +85,44 @@ class Wanted:
 
 
 def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, high: float = 1000.0) -> float:
-    """Smallest base radius, mm, from which on a planar cam keeps the limits, up to `high`.
+    """Smallest base radius, mm, from which on a planar cam keeps the limits, up to `high` or as far as it can be built.
 
-    Any follower: the radii are scanned geometrically, and the root of the worst margin between the last bad and the
-    first good one is found to rounding. Returns `low` where it is good already; raises DesignError where `high` is not
-    good (with the margin that fails), so that other keys must change.
+    Any follower: radii are scanned, geometrically and, where an arm forms a triangle with its centre distance, evenly
+    over what that allows; the root of the worst margin between the last bad and the first good one of the uppermost
+    good stretch is found to rounding. Returns `low` where all are good. Raises DesignError where none is good, with the
+    radius that comes nearest and the limit that fails there.
     """
 
     def margin(radius: float) -> float:
         return min(margins(profile, float(radius), wanted).values())
 
     radii = np.geomspace(low, high, SCANNED)
+    if isinstance(profile.follower, SwingingFollower):
+        centre = getattr(profile.cam, "center_distance", None) or high
+        radii = np.unique(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
     found = np.array([margin(radius) for radius in radii])
-    if found[-1] < 0.0:
-        worst = min(margins(profile, high, wanted).items(), key=lambda item: item[1])
-        raise DesignError(
-            f"no base radius up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} there; "
-            "give the motion more cam angle, or change arm, centre distance or roller with the radius"
+    best = int(np.argmax(found))
+    if UNBUILDABLE < found[best] < 0.0:
+        # A stretch between two samples may be good.
+        ends = radii[max(best - 1, 0)], radii[min(best + 1, len(radii) - 1)]
+        value, peak = bracketed_maximum(
+            lambda r: np.array([margin(x) for x in r.ravel()]).reshape(r.shape), *(np.array([end]) for end in ends)
         )
-    bad = np.flatnonzero(found < 0.0)
+        radii, found = np.insert(radii, best, peak[0]), np.insert(found, best, value[0])
+        order = np.argsort(radii)
+        radii, found = radii[order], found[order]
+        best = int(np.argmax(found))
+    if found[best] < 0.0:
+        worst = min(margins(profile, float(radii[best]), wanted).items(), key=lambda item: item[1])
+        if found[best] == UNBUILDABLE:
+            raise DesignError(f"no base radius from {low:g} to {high:g} mm can be built; change the other keys first")
+        raise DesignError(
+            f"no base radius up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} at "
+            f"{radii[best]:.4g} mm, which comes nearest; give the motion more cam angle, or change arm, centre "
+            "distance or roller with the radius"
+        )
+    good = int(np.flatnonzero(found >= 0.0)[-1])
+    bad = np.flatnonzero(found[:good] < 0.0)
     if not bad.size:
         return low
     below, above = radii[bad[-1]], radii[bad[-1] + 1]
@@ -118,7 +139,8 @@ def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]
     planar = model.planar
     if planar is None:
         raise DesignError("only planar cams have a base radius to solve for")
-    found: dict[str, float] = {}
+    least = profile.limits.min_wall_mm
+    found = {f"wall, {wall.name},": (wall.thickness - least) / radius for wall in model.walls}
     if wanted.pressure_angle_deg is not None:
         found["pressure angle"] = 1.0 - degrees(planar.pressure_angle.value) / wanted.pressure_angle_deg
     if wanted.convex_radius_mm is not None:
@@ -246,7 +268,15 @@ def design(text: str, source: str, kind: str, limits: Mapping[str, float | None]
 
 
 def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
-    """The limits given, else those of the profile."""
+    """The limits given, else those of the profile. Raises ProfileError for one that no cam can keep."""
+    ranges = {"pressure_angle": ("deg", 90.0), "convex_radius": ("mm", inf), "contact_pressure": ("MPa", inf)}
+    bad = [
+        Problem(f"--{key.replace('_', '-')}", "is out of range", value, f"above 0 and below {high:g} {unit}")
+        for key, (unit, high) in ranges.items()
+        if (value := limits[key]) is not None and not (0.0 < value < high or (key == "convex_radius" and value == 0.0))
+    ]
+    if bad:
+        raise ProfileError(bad)
     own = profile.limits.for_follower(profile.follower)
     angle, pressure = limits["pressure_angle"], limits["contact_pressure"]
     pressure = own.contact_pressure_mpa if pressure is None else pressure

@@ -163,6 +163,10 @@ def test_design_disc_chooses_the_offset_too(tmp_path, capsys) -> None:
         (["disc", "--profile", str(PROFILES / "conjugate_rocker.toml")], "kind"),
         (["disc", "--profile", str(PROFILES / "disc_flat_face.toml"), "--best-offset"], "best-offset"),
         (["disc", "--pressure-angle", "steep"], "pressure-angle"),
+        (["disc", "--pressure-angle", "0"], "--pressure-angle: is out of range"),
+        (["disc", "--pressure-angle", "90"], "--pressure-angle: is out of range"),
+        (["disc", "--convex-radius=-1"], "--convex-radius: is out of range"),
+        (["disc", "a.toml", "b.toml"], "unrecognized arguments: b.toml"),
         (["sphere"], "unknown kind"),
         (["globoidal", "--motion-angle", "120"], "stops"),
     ],
@@ -177,3 +181,56 @@ def test_a_key_is_replaced_or_added_and_comments_stay() -> None:
     assert with_key(text, "cam", "width", 21.5).splitlines()[2] == "width = 21.5   # mm"
     assert "[follower]\noffset = 3\n" in with_key(text, "follower", "offset", 3.0)
     assert with_key(text, "limits", "life_h", 1e4).endswith("[limits]\nlife_h = 10000\n")
+
+
+SWINGING = """
+[cam]
+kind = "disc"
+base_radius = 40
+width = 10
+center_distance = 120
+[follower]
+kind = "swinging"
+arm = 100
+side = "left"
+[roller]
+diameter = 20
+length = 10
+[[motion]]
+until = 120
+to = 15
+law = "cycloidal"
+[[motion]]
+until = 240
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+
+
+@pytest.mark.parametrize("kind", ["conjugate", "disc"])
+def test_rockers_and_arms_have_a_smallest_radius_inside_their_triangle(kind, tmp_path) -> None:
+    """A radius keeps the limit, a hundredth below it does not; larger ones cannot all be built."""
+    from camgeom.cams import starter
+    from camgeom.profile import parse
+
+    profile = parse(starter("conjugate") if kind == "conjugate" else SWINGING)
+    wanted = Wanted(30.0)
+    radius = smallest_base_radius(profile, wanted)
+    assert "what can be built" in margins(profile, 1000.0, wanted)
+    assert min(margins(profile, radius + 0.001, wanted).values()) >= 0.0
+    assert min(margins(profile, radius - 0.01, wanted).values()) < 0.0
+    if kind == "conjugate":
+        assert radius == pytest.approx(133.885, abs=0.01)
+    with pytest.raises(DesignError, match=r"pressure angle fails by a share of .* which comes nearest"):
+        smallest_base_radius(profile, Wanted(4.0))
+
+
+def test_a_frames_cam_is_as_large_as_its_bore_needs_and_that_is_said(tmp_path, capsys) -> None:
+    path = tmp_path / "new.toml"
+    assert main(["design", "constant-width", "--pressure-angle", "30", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "wall, profile to bore, decides" in out
+    assert "look at" not in out
+    assert f"wrote {path}" in out
