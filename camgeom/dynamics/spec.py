@@ -101,7 +101,9 @@ class DynamicsSpec(Section):
     fluctuation: Annotated[float, Field(ge=0.0, lt=0.9)] = Field(0.0, description="share by which the speed swings")
     fluctuation_order: Annotated[int, Field(ge=1, le=1000)] = Field(1, description="swings of the speed in a turn")
     settling_band: Annotated[float, Field(gt=0.0, le=90.0)] = Field(
-        0.005, description="deg, load plate counts as settled within this band"
+        0.005,
+        description="deg, band in which the load plate counts as settled; a drive that is not when its dwell ends "
+        "fails where the band is given, and warns with the default",
     )
 
     mass: Positive | None = Field(

@@ -63,11 +63,11 @@ def test_the_preload_that_lift_off_advises_just_holds():
 
 
 def test_a_drive_is_judged_by_the_torque_that_its_vibration_makes():
-    """350 r/min: 1 167 MPa rigid, 1 324 MPa elastic; the profile's limit of 1 300 stands between them."""
+    """350 r/min: 1 167 MPa rigid, 1 309 MPa elastic; the profile's limit of 1 300 stands between them."""
     model = changer(350)
     dynamic, rigid = model.dynamic_duty.peak_pressure.value, model.carrier.peak_pressure.value
     assert rigid == pytest.approx(1167.1, abs=0.1)
-    assert dynamic == pytest.approx(1323.9, rel=1e-3)
+    assert dynamic == pytest.approx(1309.0, rel=1e-3)
     assert levels(model, "turret-pressure", "dynamic-pressure") == {
         "turret-pressure": "pass", "dynamic-pressure": "fail"}
     for share, level in ((1.001, "pass"), (0.998, "fail")):
@@ -88,6 +88,9 @@ def test_a_drive_that_does_not_settle_fails_the_band_it_was_given():
     """At 350 r/min the load still swings by 0.031 deg in the dwell."""
     assert levels(changer(120), "settling") == {"settling": "pass"}
     assert levels(changer(350), "settling") == {"settling": "warn"}
+    # at 400 r/min a swing of 0.14 deg passes through the band just as the dwell ends
+    assert levels(changer(400), "settling") == {"settling": "warn"}
+    assert changer(400).indexing.settling_time is None
     for band, level in ((0.05, "pass"), (0.005, "fail")):
         model = changer(350, ("output_damping = 25", f"output_damping = 25\nsettling_band = {band}"))
         assert levels(model, "settling") == {"settling": level}

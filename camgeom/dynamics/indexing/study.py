@@ -101,6 +101,21 @@ class IndexingStudy:
         """Vibration left in the dwell of the steady state."""
         return residual_vibration(self.steady, self.band)
 
+    @property
+    def half_swing(self) -> float:
+        """Half a period of the lowest mode, s: what a vibration needs to show its size."""
+        return 0.5 / self.modes.lowest_hz()[0]
+
+    @property
+    def settling_time(self) -> float | None:
+        """Time, s, from the dwell's begin after which the load stays in its band for half a swing at least.
+
+        None where it does not before the dwell ends. Raises ProfileError where the motion has no dwell.
+        """
+        left = self.residual
+        dwell, last = (left.end_rad - left.begin_rad) / self.speed, float(left.settling_s[0])
+        return last if left.settled[0] and (last == 0.0 or last <= dwell - self.half_swing) else None
+
     @cached_property
     def energy(self) -> EnergyBalance:
         """Mean powers of the steady state."""
@@ -190,7 +205,7 @@ class IndexingStudy:
         return {
             "residual_deviation_deg": degrees(float(found.deviation[0])),
             "residual_acceleration_rad_s2": float(found.acceleration[0]),
-            "settling_time_s": float(found.settling_s[0]) if found.settled[0] else None,
+            "settling_time_s": self.settling_time,
         }
 
 

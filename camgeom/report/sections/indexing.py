@@ -173,14 +173,14 @@ def figures(study: IndexingStudy) -> Table:
     except ProfileError:
         left = None
     if left is not None:
-        settled = bool(left.settled[0])
+        settled = study.settling_time
         rows += [
             ("Largest load deviation in the dwell", 1e3 * float(left.deviation[0]), "mrad"),
             ("Largest load acceleration in the dwell", float(left.acceleration[0]), "rad/s²"),
             (
                 f"Settles within {number(1e3 * study.band)} mrad after",
-                1e3 * float(left.settling_s[0]) if settled else "not within the dwell",
-                "ms" if settled else "",
+                "not within the dwell" if settled is None else 1e3 * settled,
+                "" if settled is None else "ms",
             ),
         ]
     return quantities(f"The drive at {number(study.speed * RAD)} r/min", rows)
