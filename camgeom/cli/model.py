@@ -25,6 +25,11 @@ if TYPE_CHECKING:
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
+CROWNED = {
+    "straight": "straight, as a cylinder grinds it; the crown meets it in a point",
+    "conforming": "conforming, the envelope of the crown: a tool of the same meridian cuts it",
+}
+"""what `flank.crown` says, in words"""
 USUAL = {"3mf", "stl", "step", "ply", "dxf"}
 """formats that are known without importing the writers"""
 KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
@@ -352,6 +357,8 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
         if isinstance(value, str | int | float)
     ]
     lines += [f"  {line}" for line in aligned([(w, v) for w, v in _motion_figures(data) + figures])]
+    if crown := data.get("flank", {}).get("crown"):
+        lines.append(f"  flank under the crowned roller: {CROWNED[crown]}")
     return lines + [f"  wrote {file}" for file in files]
 
 

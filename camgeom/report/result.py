@@ -130,6 +130,8 @@ def _flank(model: Model) -> dict[str, Any]:
     data = flank_data(model) if model.tracks else {}
     if model.planar is not None:
         data |= _planar(model.planar)
+    if model.mechanism.crown:
+        data["crown"] = model.mechanism.crown
     if model.pair is not None:
         data |= {"pair_least_gap_mm": model.pair.least, "pair_largest_gap_mm": float(model.pair.gap.max())}
     return data

@@ -204,6 +204,17 @@ class Mechanism(ABC):
         return 0.0
 
     @property
+    def crown(self) -> str:
+        """How the flank meets a crowned roller; empty for other rollers.
+
+        conforming  the envelope of the crown itself, as a tool of the same meridian cuts it: drums and globoids
+        straight    along the roller's axis, as a cylinder cuts it, so that the crown meets it in a point: discs
+        """
+        if self.roller is None or self.roller.shape != "crowned":
+            return ""
+        return "straight" if self.touches else "conforming"
+
+    @property
     def classical(self) -> bool:
         """True for the case of the literature: a cylindrical roller on a slide, in the groove of a drum."""
         return False

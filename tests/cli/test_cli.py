@@ -15,6 +15,7 @@ from camgeom.cli import COMMANDS, main
 from camgeom.cli.model import slug
 from camgeom.model import Model
 from camgeom.profile import read
+from camgeom.track import Arc, Straight
 from tests.places import ROOT
 
 GOOD = """
@@ -337,3 +338,18 @@ def test_an_stl_says_what_its_coordinates_cost(
     assert (found, bool(err)) == (status, bool(word))
     assert word in err
     assert ("3mf, ply" in err) == bool(word)
+
+
+@pytest.mark.parametrize(("name", "crown"), [("disc_offset_roller", "straight"), ("feeder_runout", "conforming")])
+def test_how_a_flank_meets_a_crowned_roller_is_said(
+    capsys: pytest.CaptureFixture[str], name: str, crown: str
+) -> None:
+    """What is said is what is built: the meridian that the flank is surveyed with is an arc, or a line."""
+    profile = ROOT / "profiles" / f"{name}.toml"
+    model = Model(read(str(profile)))
+    assert isinstance(model.flanks[0].cutter.meridian, Arc if crown == "conforming" else Straight)
+    assert f"flank under the crowned roller: {crown}" in run(capsys, "check", profile)[1]
+    data = json.loads(run(capsys, "check", profile, "--json")[1])
+    assert data["flank"]["crown"] == crown
+    plain = json.loads(run(capsys, "check", ROOT / "profiles" / "disc_flat_face.toml", "--json")[1])
+    assert "crown" not in plain["flank"]
