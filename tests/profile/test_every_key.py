@@ -59,6 +59,7 @@ EXEMPT_OF = {
         ("drum, impact", f"impact.{key}"): "a groove slides past its roller far above the slip_speed"
         for key in ("static_friction", "stick_speed", "slip_speed")
     },
+    ("globoid, mill", "cutter.max_feed"): "the tool's centre is nowhere that much faster than the contact",
     ("drum, mill", "cutter.lead"): "there is less room beside the flank than either radius takes",
     ("frame", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
     ("yoke", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
