@@ -66,7 +66,7 @@ def test_several_followers_on_one_body_are_a_list(monkeypatch: pytest.MonkeyPatc
     model = Model(lone.profile)
     assert [binding.setup.follower for binding in model.bindings] == [lone.profile.follower, further]
     assert all(binding.body is model.body for binding in model.bindings)
-    names = ["pressure-angle", "undercut", "wall"]
+    names = ["pressure-angle", "undercut"]
     found = findings(model, names)
     assert [f.where.partition(":")[0] for f in found] == ["follower 1", "follower 2"] * 2
     alone = [f.value for f in findings(lone, names)]
