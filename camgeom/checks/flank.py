@@ -113,8 +113,16 @@ def run_out(model: Model) -> Iterable[Finding]:
         ranges = ", ".join(f"{degrees(a) % 360.0:.6g} .. {degrees(b) % 360.0:.6g}" for a, b in stretches)
         advice = f"nothing holds the roller on this side at {ranges} deg: see that nothing pushes it there"
         yield judged(
-            "run-out", degrees(lost), "<=", 360.0, "deg", advice, warn=0.0,
+            "run-out", degrees(lost), "<=", 0.0, "deg", advice, worst="warn",
             cam_angle=stretches[0][0] if stretches else None, where=f"{name} without contact",
         )  # fmt: skip
     if not any(model.lost_contact.values()):
         yield Finding("run-out", "warn", 0.0, "", None, "deg", advice="the groove stays within the drum: no `run_out`")
+    forces = [duty.unheld for duty in model.duties if duty.unheld] if model.profile.operation is not None else []
+    for force in forces:
+        yield judged(
+            "run-out", force.value, "<=", 0.0, "N mm" if model.setup.follower.rotating else "N",
+            "the follower is pressed where it has no wall, and leaves its motion there: hold it by a stop, or turn the "
+            "spring, the weight or the run-out round",
+            worst="warn", cam_angle=force.cam_angle, where="force that no wall takes",
+        )  # fmt: skip

@@ -122,6 +122,16 @@ class RollerDuty:
             held |= there & ((split.force >= 0.0) if behind else (split.force < 0.0))
         return replace(split, force=np.where(held, split.force, 0.0))
 
+    @cached_property
+    def unheld(self) -> Extreme | None:
+        """Largest force on the follower, N (N mm), that presses where no wall is; None where a wall is all round."""
+        if self.inside is None:
+            return None
+        full = np.abs(self.load.sampled(self.force.panels).force)
+        lost = np.where(self.force.force == 0.0, full, 0.0)
+        at = np.unravel_index(int(np.argmax(lost)), lost.shape)
+        return Extreme(float(lost[at]), float(self.force.panels.theta[at]))
+
     @property
     def _middles(self) -> Floats:
         """Middles of the slices along the roller, mm."""

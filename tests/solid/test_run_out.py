@@ -51,7 +51,9 @@ def test_the_contact_may_just_reach_the_end_face(room, level) -> None:
 def test_a_run_out_that_is_meant_tells_where_the_roller_is_free() -> None:
     model = drum(motion=STROKE, length=40, start=22, run_out=True)
     findings = judged(model, "run-out")
-    assert [finding.level for finding in findings] == ["warn", "warn"]
+    assert [finding.level for finding in findings] == ["warn", "warn", "warn"]
+    findings, unheld = findings[:2], findings[2]
+    assert unheld.where == "force that no wall takes"
     # The upper wall's contact stands 11 mm above the roller's centre, but for the groove's slope.
     theta = np.linspace(0.0, 2.0 * np.pi, 20001)
     beyond = 22.0 + model.setup.program.jet(theta, 0)[0] > 40.0
@@ -87,15 +89,20 @@ def test_no_wall_takes_a_force_where_it_is_missing() -> None:
 
 
 def test_a_run_out_that_is_not_there_is_told_and_a_rib_has_none() -> None:
-    (*sides, told) = judged(drum(motion=STROKE, length=90, start=22, run_out=True), "run-out")
+    (*sides, told, force) = judged(drum(motion=STROKE, length=90, start=22, run_out=True), "run-out")
     assert [f.level for f in sides] == ["pass", "pass"]
     assert told.level == "warn"
+    assert (force.level, force.value) == ("pass", 0.0)
     with pytest.raises(ProfileError, match="run_out"):
         drum(form="rib", rib_thickness=14, run_out=True)
 
 
 def test_the_shipped_feeder_means_its_run_out() -> None:
     told = [f for f in judged(drum("feeder_runout"), "run-out") if f.level == "warn"]
-    assert [f.value for f in told] == [pytest.approx(77.4146, abs=1e-3)]
+    assert told[0].value == pytest.approx(77.4146, abs=1e-3)
+    # At the bottom the spring holds 20 N, the weight 1.1 kg and friction 15 N against what is not there.
+    model = drum("feeder_runout")
+    assert told[1].value == pytest.approx(model.duty.unheld.value)
+    assert told[1].value > 20.0 + 1.1 * 9.81 - 15.0
     (finding,) = judged(drum("feeder_runout", run_out=False), "run-out")
     assert (finding.level, finding.value) == ("fail", pytest.approx(-2.0, abs=1e-6))
