@@ -229,3 +229,13 @@ def test_posed_roller_rolls_where_the_track_says(model: Model) -> None:
     body = roller_mesh(track)
     assert body.watertight
     assert body.volume > np.pi * 11.0**2 * 12.0 * 0.99
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("disc_offset_roller", "straight along"), ("feeder_runout", "envelope of the roller's crown")]
+)
+def test_the_flank_under_a_crown_is_said(name: str, said: str) -> None:
+    from camgeom.report.sections.flank import flank
+
+    texts = [block.paragraphs for block in flank(read(PROFILES / f"{name}.toml")) if isinstance(block, Text)]
+    assert any(said in word for words in texts for word in words)

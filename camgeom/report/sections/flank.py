@@ -52,7 +52,7 @@ def flank(model: Model) -> tuple[Block, ...]:
     if folded:
         return _folded(model, folded)
     if model.planar is not None:
-        return profile(model, model.planar)
+        return (*profile(model, model.planar), *_crowned(model))
     if not model.flanks:
         return ()
     first = model.flanks[0]
@@ -60,7 +60,17 @@ def flank(model: Model) -> tuple[Block, ...]:
     if len(model.flanks) > 1:
         same = f"The plots show the track {first.track.name!r}; the table covers all {len(model.flanks)}."
         blocks.insert(1, Text((same,)))
-    return (*blocks, *maps(first))
+    return (*blocks, *_crowned(model), *maps(first))
+
+
+def _crowned(model: Model) -> tuple[Block, ...]:
+    """What meets the crown of a crowned roller."""
+    words = {
+        "straight": "The flank is straight along the roller, as a cylinder grinds it: the crown meets it in a point.",
+        "conforming": "The flank is the envelope of the roller's crown: a tool of the same meridian cuts it.",
+    }
+    crown = model.mechanism.crown
+    return (Text((words[crown],)),) if crown else ()
 
 
 def _folded(model: Model, folded: list[Survey]) -> tuple[Block, ...]:
