@@ -1,0 +1,227 @@
+"""The verdict campaign: sound designs that must raise no alarm, and the same with one fault that must be told.
+
+    scripts/verdict_campaign --count 200 --seed 0 --jobs 2      200 sound designs and 200 faults, from seed 0 on
+    scripts/verdict_campaign --fault 17                         one fault, printed whole (also: --sound 17)
+
+Designs and faults come from `verdict_designs` and `verdict_faults`, which know nothing of the product. Here the
+product is asked, and only here: what does its verdict say? Exit status 1 where a sound design fails or warns without
+an explanation, or where a fault is not told by a check (or refusal) of its class.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+import time
+import traceback
+from collections import Counter, defaultdict
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from verdict_designs import KINDS, Data, kind_of, sound  # noqa: E402
+from verdict_faults import FAULTS, PENDING, fault_of, injected  # noqa: E402
+
+EXPLAINED: dict[str, str] = {}
+"""warnings that a sound design may raise, by check, each with its reason"""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What was said of one design.
+
+    outcome  "told", "pending" or "MISS"; of a sound design "quiet", "explained" or "ALARM"
+    by       checks or refused keys that spoke
+    """
+
+    seed: int
+    group: str
+    kind: str
+    outcome: str
+    by: tuple[str, ...] = ()
+    said: str = ""
+    seconds: float = 0.0
+
+
+def frozen(value: Any) -> Any:
+    """Lists as tuples, as the reader of profiles gives them."""
+    if isinstance(value, dict):
+        return {key: frozen(item) for key, item in value.items()}
+    return tuple(frozen(item) for item in value) if isinstance(value, list | tuple) else value
+
+
+def model_of(data: Data, tolerance: float | None = None) -> Any:
+    """The product's model of plain tables."""
+    from camgeom.model import Model
+    from camgeom.profile import from_data
+
+    return Model(from_data(frozen(data), ""), tolerance)
+
+
+def run_sound(seed: int) -> Record:
+    """The record of a sound design."""
+    from camgeom.checks import judge
+    from camgeom.errors import CamgeomError
+
+    began = time.perf_counter()
+    kind = kind_of(seed)
+    try:
+        verdict = judge(model_of(sound(seed)))
+        loud = [f for f in verdict.findings if f.level != "pass"]
+        by = tuple(sorted({f"{f.check} ({f.level})" for f in loud}))
+        said = "; ".join(f"{f.check} {f.level} {f.value} {f.comparison} {f.limit} {f.where} {f.advice}" for f in loud)
+        alarms = [f for f in loud if f.level == "fail" or f.check not in EXPLAINED]
+        outcome = "ALARM" if alarms else "explained" if loud else "quiet"
+    except CamgeomError as error:
+        outcome, by, said = "ALARM", (type(error).__name__,), str(error)
+    except Exception:
+        outcome, by, said = "ALARM", ("traceback",), traceback.format_exc(limit=-3)
+    if outcome == "ALARM" and kind in PENDING.get("sound", ()):
+        outcome = "pending"
+    return Record(seed, "sound", kind, outcome, by, said[:600], time.perf_counter() - began)
+
+
+def of_fault(seed: int) -> tuple[str, str, Data, Data]:
+    """Class, kind, sound and faulty design of a seed."""
+    name = fault_of(seed)
+    turn = seed // len(FAULTS)
+    # Classes step through their kinds from different places, so that few seeds meet many pairs.
+    kind = FAULTS[name].kinds[(turn + 7 * (seed % len(FAULTS))) % len(FAULTS[name].kinds)]
+    data = sound(list(KINDS).index(kind) + len(KINDS) * turn)
+    return name, kind, data, injected(name, data, kind, seed)
+
+
+def run_fault(seed: int) -> Record:
+    """The record of a fault."""
+    from camgeom.checks import checks
+
+    began = time.perf_counter()
+    name, kind, data, faulty = of_fault(seed)
+    fault = FAULTS[name]
+    try:
+        told, by, said = asked(name, data, faulty)
+    except Exception:
+        told, by, said = False, ("traceback",), traceback.format_exc(limit=-3)
+    outcome = "told" if told else "MISS"
+    missing = fault.checks and not set(fault.checks) & set(checks())
+    if not told and (missing or kind in PENDING.get(name, ())):
+        outcome = "pending"
+    return Record(seed, name, kind, outcome, by, said[:600], time.perf_counter() - began)
+
+
+def asked(name: str, data: Data, faulty: Data) -> tuple[bool, tuple[str, ...], str]:
+    """Whether the right check (or refusal) spoke of a fault; who did, and what was said."""
+    from camgeom.checks import judge
+    from camgeom.errors import CamgeomError, ProfileError
+
+    fault = FAULTS[name]
+    notes = {key: faulty.pop(key) for key in ("named", "between") if key in faulty}
+    words = (notes["named"],) if "named" in notes else fault.refusal
+    try:
+        if "between" in notes:
+            rigid = model_of({k: v for k, v in faulty.items() if k != "dynamics"}).carrier.peak_pressure.value
+            faulty.setdefault("limits", {})["contact_pressure_mpa"] = rigid * notes["between"]
+        model = model_of(faulty)
+        if fault.body:
+            model.body.__dict__["solids"] = spoilt(fault.body, data, model)
+        verdict = judge(model, fault.checks or ("continuity",))
+    except ProfileError as error:
+        keys = [word for word in words if word in str(error)]
+        return bool(keys), tuple(f"refused: {key}" for key in keys) or ("refused",), str(error)
+    except CamgeomError as error:
+        return False, (type(error).__name__,), str(error)
+    levels = ("fail", "warn") if fault.warns else ("fail",)
+    right = [f for f in verdict.findings if f.check in fault.checks and f.level in levels]
+    if right:
+        return True, tuple(sorted({f.check for f in right})), right[0].advice
+    heard = [f"{f.check}: {f.value} {f.comparison} {f.limit} {f.level}" for f in verdict.findings]
+    heard += [f"{n.check} not judged: {n.reason}" for n in verdict.not_judged]
+    return False, (), "; ".join(heard)
+
+
+def spoilt(how: str, data: Data, model: Any) -> tuple[Any, ...]:
+    """The bodies as a workshop or a careless mesher would have made them."""
+    if how == "made with":
+        return tuple(model_of(data).solids)
+    tolerance = data["output"]["tolerance"]
+    if how == "coarse":
+        coarse = model_of(data, min(30.0 * tolerance, 1.0)).solids
+        return tuple(replace(solid, chord_error=0.97 * tolerance) for solid in coarse)
+    axis = 2 if data["cam"]["kind"] in ("cylindrical", "cylindrical-index", "globoidal") else 0
+    moved = []
+    for solid in model.solids:
+        vertices = solid.mesh.vertices.copy()
+        vertices[:, axis] += 6.0 * tolerance
+        moved.append(replace(solid, mesh=replace(solid.mesh, vertices=vertices)))
+    return tuple(moved)
+
+
+def table(records: list[Record]) -> str:
+    """Counts by class and kind: judged by whom."""
+    lines = []
+    groups: dict[str, list[Record]] = defaultdict(list)
+    for record in sorted(records, key=lambda r: r.seed):
+        groups[record.group].append(record)
+    heads = ("quiet", "explained", "ALARM", "told", "pending", "MISS")
+    lines.append(f"{'class':<32}{'number':>7}" + "".join(f"{head:>10}" for head in heads) + "   by")
+    for name in ("sound", *FAULTS):
+        own = groups.get(name, [])
+        if not own:
+            continue
+        counts, by = Counter(r.outcome for r in own), Counter(word for r in own for word in r.by)
+        who = ", ".join(f"{word} {n}" for word, n in by.most_common(6))
+        lines.append(f"{name:<32}{len(own):>7}" + "".join(f"{counts[head] or '':>10}" for head in heads) + f"   {who}")
+    for outcome in ("ALARM", "MISS", "pending"):
+        rows = Counter((r.group, r.kind) for r in records if r.outcome == outcome)
+        seeds = {row: [r.seed for r in records if (r.group, r.kind) == row and r.outcome == outcome] for row in rows}
+        lines += [f"{outcome:<8} {a} · {b}: {n}, seeds {seeds[a, b][:5]}" for (a, b), n in sorted(rows.items())]
+    return "\n".join(lines)
+
+
+def one(record: Record, data: Data) -> int:
+    """Print a design and what was said of it."""
+    print(json.dumps(data, indent=1))
+    print(record)
+    return int(record.outcome in ("ALARM", "MISS"))
+
+
+def main() -> int:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=100, help="sound designs, and as many faults")
+    parser.add_argument("--seed", type=int, default=0, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--sound", type=int, help="one sound design, printed whole")
+    parser.add_argument("--fault", type=int, help="one fault, printed whole")
+    parser.add_argument("--only", choices=("sound", "faults"))
+    parser.add_argument("--out", type=Path, help="also write the records, one JSON object a line")
+    args = parser.parse_args()
+    if args.sound is not None:
+        return one(run_sound(args.sound), sound(args.sound))
+    if args.fault is not None:
+        return one(run_fault(args.fault), of_fault(args.fault)[3])
+    seeds = range(args.seed, args.seed + args.count)
+    records: list[Record] = []
+    context = multiprocessing.get_context("forkserver")
+    with context.Pool(args.jobs, maxtasksperchild=200) as pool:
+        for judge, wanted in ((run_sound, "sound"), (run_fault, "faults")):
+            if args.only in (None, wanted):
+                for record in pool.imap_unordered(judge, seeds, chunksize=4):
+                    records.append(record)
+                    if record.outcome in ("ALARM", "MISS"):
+                        print(f"{record.outcome} seed {record.seed}: {record.group} · {record.kind} {record.by} {record.said[:200]}", flush=True)
+    if args.out:
+        args.out.write_text("".join(json.dumps(vars(record)) + "\n" for record in records), encoding="utf-8")
+    print(table(records))
+    return int(any(record.outcome in ("ALARM", "MISS") for record in records))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

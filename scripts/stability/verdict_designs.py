@@ -1,0 +1,360 @@
+"""Sound designs of every kind as plain profile tables, with room to every limit by formulas that stand here alone.
+
+Nothing of the product is imported: sizes follow from a target for the pressure angle, for r k (radius of roller times
+curvature of its path) and for walls, loads from Hertz' line contact. A design is a function of its seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan, degrees, pi, radians, sin, sqrt, tan
+from typing import Any
+
+from designs import Dice
+
+Data = dict[str, Any]
+LAWS = {
+    "cycloidal": (2.0, 2.0 * pi),
+    "modified-sine": (1.7596, 5.528),
+    "3-4-5": (1.875, 5.7735),
+    "4-5-6-7": (2.1875, 7.5132),
+    "modified-trapezoid": (2.0, 4.8881),
+}
+"""peak velocity and acceleration of the normalised laws (any handbook of cams)"""
+STEEL = 206000.0
+"""MPa"""
+LIMIT = 2450.0
+"""MPa, the hardened steel of the profiles"""
+
+
+class Trip:
+    """Dwell, rise, dwell, return, dwell: what bounds the slopes of a motion."""
+
+    def __init__(self, dice: Dice) -> None:
+        self.first, self.top = dice.between(15.0, 40.0), dice.between(25.0, 50.0)
+        self.rise, self.fall = dice.between(95.0, 130.0), dice.between(95.0, 130.0)
+        self.laws = dice.one(*LAWS), dice.one(*LAWS)
+
+    @property
+    def velocity(self) -> float:
+        """Largest lift' / stroke, 1/rad."""
+        return max(LAWS[law][0] / radians(b) for law, b in zip(self.laws, (self.rise, self.fall)))
+
+    @property
+    def acceleration(self) -> float:
+        """Largest lift'' / stroke, 1/rad²."""
+        return max(LAWS[law][1] / radians(b) ** 2 for law, b in zip(self.laws, (self.rise, self.fall)))
+
+    def segments(self, stroke: float) -> list[Data]:
+        """The [[motion]] of a stroke."""
+        up = self.first + self.rise
+        down = up + self.top + self.fall
+        rise, fall = ({"to": to, "law": law} for to, law in zip((stroke, 0.0), self.laws))
+        still = {"until": up + self.top}
+        return [{"until": self.first}, {"until": up} | rise, still, {"until": down} | fall, {"until": 360.0}]
+
+
+def hertz(force: float, length: float, radius: float) -> float:
+    """Peak pressure of steel on steel in line contact, MPa (N, mm, mm)."""
+    return 0.418 * sqrt(force * STEEL / (length * radius))
+
+
+def bored(dice: Dice, cam: Data, room: float, wall: float) -> None:
+    """A bore, at times with a keyway, `wall` mm inside the radius `room`."""
+    if dice.chance(0.8):
+        keyed = dice.chance(0.5)
+        radius = (room - wall) * dice.between(0.4, 0.75)
+        cam["bore"] = 2.0 * radius
+        if keyed:
+            cam |= {"keyway_width": 0.6 * radius, "keyway_depth": 0.15 * radius}
+
+
+def roller(dice: Dice, radius: float, length: float, shapes: tuple[str, ...] = ("cylinder", "crowned")) -> Data:
+    """A roller; a crown is so flat that it takes nothing from the estimate of the pressure."""
+    made: Data = {"shape": dice.one(*shapes), "diameter": 2.0 * radius, "length": length}
+    if made["shape"] == "crowned":
+        made["crown_radius"] = length * dice.between(60.0, 120.0)
+    if made["shape"] == "cone":
+        made["half_angle"] = dice.between(3.0, 8.0)
+    return made
+
+
+def loaded(dice: Dice, data: Data, reach: float, lift: float, sprung: bool) -> None:
+    """Speed, mass and friction so that the pressure stays below a third of the limit; a spring that keeps contact.
+
+    reach   mm, least r L (force-bearing radius times length) of the contact
+    lift    mm (rad of a swing), the largest second derivative by the cam angle
+    """
+    follower = data["follower"]
+    swings = follower["kind"] in ("swinging", "turret")
+    arm = follower.get("arm", follower.get("pitch_radius", 1.0)) if swings else 1.0
+    force = (LIMIT * dice.between(0.08, 0.2) / 0.418) ** 2 * reach / STEEL
+    speed = dice.log(60.0, 300.0)
+    peak = lift * (speed * pi / 30.0) ** 2
+    share = 0.25 if sprung else 0.6
+    operation: Data = {"speed": speed, "friction": 0.05 * force * arm}
+    if swings:
+        follower["inertia"] = share * force * arm / peak / 1e3
+    else:
+        follower["mass"] = share * force / peak * 1e3
+    if sprung:
+        operation |= {"spring_preload": 0.6 * force * arm, "spring_rate": 0.0}
+    data["operation"] = operation
+    if dice.chance(0.3):
+        data["limits"] = {"life_h": 100.0}
+
+
+def _drum(dice: Dice, form: str, swings: bool) -> Data:
+    trip = Trip(dice)
+    outer, radius = dice.between(52.0, 80.0), dice.between(7.0, 11.0)
+    length = radius * dice.between(1.0, 1.3)
+    depth = length + 1.0
+    deep = outer - depth
+    # A rib of thickness t, asked level, is (t + 2 r) cos(angle) - 2 r where it is steep: more than 0.85 t up to 16 deg.
+    slope = tan(radians(dice.between(10.0, 22.0) if form == "groove" else dice.between(8.0, 16.0)))
+    stroke = slope * deep / trip.velocity
+    wall = dice.between(6.0, 14.0)
+    cam: Data = {"kind": "cylindrical", "form": form, "diameter": 2.0 * outer, "groove_depth": depth}
+    half = radius
+    if form == "rib":
+        cam["rib_thickness"] = 2.0 * radius * dice.between(0.7, 1.1)
+        half = 0.5 * cam["rib_thickness"] + 2.0 * radius
+    cam |= {"start": half + wall, "length": stroke + 2.0 * (half + wall)}
+    if dice.chance(0.3):
+        cam["running_clearance"] = dice.between(0.005, 0.02)
+    bored(dice, cam, deep, 8.0)
+    data: Data = {"cam": cam, "motion": trip.segments(stroke)}
+    if swings:
+        # The arc strays from the drum's middle line by a (1 - cos) of half the swing.
+        arm = max(stroke * dice.between(2.2, 3.2), 40.0)
+        swing = 2.0 * degrees(atan(0.5 * stroke / arm))
+        data["follower"] = {"kind": "swinging", "arm": arm, "start_angle": -0.5 * swing}
+        data["motion"] = trip.segments(swing)
+    else:
+        data["follower"] = {"kind": "translating"}
+    data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
+    lift = trip.acceleration * (radians(data["follower"].get("start_angle", 0.0)) * -2.0 if swings else stroke)
+    loaded(dice, data, 0.5 * radius * length, lift, False)
+    return data
+
+
+def _disc(dice: Dice, face: str, swings: bool) -> Data:
+    trip = Trip(dice)
+    base, width = dice.between(38.0, 60.0), dice.between(10.0, 18.0)
+    radius = {"roller": dice.between(0.18, 0.3) * base, "curved": dice.between(1.2, 2.0) * base, "flat": 0.0}[face]
+    prime = base + radius
+    stroke = min(tan(radians(dice.between(12.0, 23.0))) * prime / trip.velocity, 0.35 * prime)
+    if face != "roller":
+        stroke = min(stroke, 0.35 * base / trip.acceleration)  # base + s + s'' stays above 0.6 base
+    cam: Data = {"kind": "disc", "base_radius": base, "width": width}
+    follower: Data = {"kind": "translating", "face": face}
+    lift = stroke * trip.acceleration
+    motion = trip.segments(stroke)
+    if swings:
+        arm = prime * dice.between(1.5, 1.9)
+        cam["center_distance"] = sqrt(prime**2 + arm**2)
+        swing = 0.8 * stroke / arm
+        follower = {"kind": "swinging", "face": face, "arm": arm, "side": dice.one("left", "right")}
+        lift, motion = swing * trip.acceleration, trip.segments(degrees(swing))
+    elif face == "roller" and dice.chance(0.5):
+        follower["offset"] = base * dice.between(-0.08, 0.08)
+    data: Data = {"cam": cam, "follower": follower, "motion": motion}
+    bored(dice, cam, base, 8.0)
+    if face == "roller":
+        data["roller"] = roller(dice, radius, width * dice.between(0.8, 1.0))
+    elif face == "curved":
+        follower["face_radius"] = radius
+    else:
+        follower["face_width"] = 2.0 * stroke * trip.velocity * 1.3 + 4.0
+    rolls = radius * base / (radius + base) if radius else 0.5 * base
+    loaded(dice, data, 0.4 * rolls * width, lift, True)
+    if face != "roller":
+        data.setdefault("limits", {}).pop("life_h", None)
+    return data
+
+
+def _face_groove(dice: Dice, swings: bool) -> Data:
+    trip = Trip(dice)
+    base, radius = dice.between(42.0, 60.0), dice.between(7.0, 11.0)
+    prime, depth = base + radius, dice.between(9.0, 13.0)
+    stroke = min(tan(radians(dice.between(12.0, 22.0))) * prime / trip.velocity, 0.3 * prime)
+    cam: Data = {"kind": "disc", "form": "groove", "base_radius": base, "groove_depth": depth}
+    cam["width"] = depth + dice.between(8.0, 14.0)
+    cam["diameter"] = 2.0 * (base + 2.0 * radius + stroke + dice.between(8.0, 16.0))
+    if dice.chance(0.4):
+        cam["running_clearance"] = dice.between(0.005, 0.03)
+    bored(dice, cam, base, 8.0)
+    follower: Data = {"kind": "translating"}
+    lift, motion = stroke * trip.acceleration, trip.segments(stroke)
+    if swings:
+        arm = prime * dice.between(1.5, 1.9)
+        cam["center_distance"] = sqrt(prime**2 + arm**2)
+        swing = 0.8 * stroke / arm
+        follower = {"kind": "swinging", "arm": arm, "side": dice.one("left", "right")}
+        lift, motion = swing * trip.acceleration, trip.segments(degrees(swing))
+    length = depth - 1.0
+    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, length), "motion": motion}
+    loaded(dice, data, 0.4 * radius * length, lift, False)
+    return data
+
+
+def _constant_width(dice: Dice, yoke: bool) -> Data:
+    law = dice.one(*LAWS)
+    rise = dice.between(125.0, 150.0)
+    velocity, acceleration = LAWS[law][0] / radians(rise), LAWS[law][1] / radians(rise) ** 2
+    base = dice.between(36.0, 55.0)
+    stroke = base * dice.between(0.2, 0.32)  # base + s + s'' stays above half of base
+    cam: Data = {"kind": "constant-width", "base_radius": base, "width": dice.between(10.0, 18.0)}
+    bored(dice, cam, base, 8.0)
+    follower: Data = {"kind": "frame", "clearance": dice.between(0.01, 0.05)}
+    motion: list[Data] = [{"until": rise, "to": stroke, "law": law}, {"until": 180.0}]
+    data: Data = {"cam": cam, "follower": follower, "motion": motion}
+    radius = 0.5 * base
+    if yoke:
+        radius = base * dice.between(0.15, 0.25)
+        data["roller"] = roller(dice, radius, 0.9 * cam["width"])
+    else:
+        follower["face_width"] = 2.0 * stroke * velocity * 1.3 + 4.0
+    loaded(dice, data, 0.4 * radius * cam["width"], stroke * acceleration, False)
+    if not yoke:
+        data.setdefault("limits", {}).pop("life_h", None)
+    return data
+
+
+def _conjugate(dice: Dice, swings: bool) -> Data:
+    trip = Trip(dice)
+    base = dice.between(70.0, 130.0)
+    radius, width = base * dice.between(0.13, 0.17), dice.between(14.0, 22.0)
+    prime = base + radius
+    stroke = tan(radians(dice.between(12.0, 20.0))) * prime / trip.velocity
+    cam: Data = {"kind": "conjugate", "base_radius": base, "width": width, "gap": dice.between(2.0, 8.0)}
+    bored(dice, cam, 0.8 * base, 8.0)
+    follower: Data = {"kind": "translating", "clearance": 0.06}
+    lift, motion = stroke * trip.acceleration, trip.segments(stroke)
+    if swings:
+        # The proportions of a machine that is published: 205 mm apart, 130 mm of base radius, an arm of 90 mm.
+        arm = 0.6 * prime
+        cam["center_distance"] = 1.367 * prime
+        swing = min(0.6 * stroke / arm, radians(20.0))
+        follower = {"kind": "swinging", "arm": arm, "clearance": 0.1}
+        lift, motion = swing * trip.acceleration, trip.segments(degrees(swing))
+    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, width), "motion": motion}
+    loaded(dice, data, 0.4 * radius * width, lift, False)
+    return data
+
+
+def _index(dice: Dice, angle: float, low: float, high: float) -> tuple[list[Data], float, float]:
+    """One index of a turret by `angle` deg: its segments, its largest slope and second derivative."""
+    over = dice.between(low, high)
+    law = dice.one("modified-sine", "modified-sine", "3-4-5")
+    before = 180.0 - 0.5 * over
+    segments: list[Data] = [{"until": before}, {"until": 360.0 - before, "to": angle, "law": law}, {"until": 360.0}]
+    return segments, LAWS[law][0] * angle / over, LAWS[law][1] * radians(angle) / radians(over) ** 2
+
+
+def _globoid(dice: Dice, form: str) -> Data:
+    count = dice.whole(6, 10) if form == "rib" else dice.whole(16, 24)
+    pitch = dice.between(75.0, 95.0) if form == "rib" else dice.between(125.0, 150.0)
+    chord = 2.0 * pitch * sin(pi / count)
+    radius = 0.5 * chord * (dice.between(0.42, 0.5) if form == "rib" else 0.52)
+    length = radius * dice.between(1.1, 1.4)
+    segments, slope, lift = _index(dice, 360.0 / count, 140.0, 180.0)
+    deep = pitch + 0.5 * length
+    steep = tan(radians(dice.between(24.0, 31.0)))
+    center = deep + max(deep * slope / steep, 0.5 * deep)
+    tip = dice.between(0.6, 1.0)
+    cam: Data = {"kind": "globoidal", "form": form, "hand": dice.one("right", "left"), "center_distance": center}
+    made = roller(dice, radius, length, ("cylinder", "cone") if form == "rib" else ("cylinder",))
+    # The grooves of the rollers that straddle a rib stay open at the end faces, also where a cone is narrow.
+    narrow = radius - 0.5 * length * tan(radians(made.get("half_angle", 0.0)))
+    room = 2.0 * (pitch - 0.5 * length) * sin(pi / count) + 1.5 * narrow if form == "rib" else chord + 2.6 * radius
+    cam |= {"width": room, "globoid_radius": pitch - 0.5 * length + 2.0}
+    cam["tip_clearance"] = tip
+    bored(dice, cam, center - deep - tip, 10.0)
+    follower: Data = {"kind": "turret", "stops": count, "pitch_radius": pitch}
+    data = {"cam": cam, "follower": follower, "roller": made, "motion": segments}
+    loaded(dice, data, 0.3 * radius * length, lift, False)
+    return data
+
+
+def _barrel(dice: Dice) -> Data:
+    count = dice.whole(12, 20)
+    chord = dice.between(50.0, 64.0)
+    pitch = 0.5 * chord / sin(pi / count)
+    radius = 0.5 * chord * dice.between(0.45, 0.52)
+    length = radius * dice.between(0.85, 1.0)
+    segments, slope, lift = _index(dice, 360.0 / count, 150.0, 190.0)
+    steep = tan(radians(dice.between(28.0, 34.0)))
+    outer = max(pitch * slope / steep + length, 50.0)
+    sag = pitch * (1.0 - sqrt(1.0 - (0.5 * chord / pitch) ** 2))
+    cam: Data = {"kind": "cylindrical-index", "form": "rib", "hand": dice.one("right", "left")}
+    cam |= {"center_distance": pitch - 0.7 * sag, "diameter": 2.0 * outer, "width": chord + 1.3 * radius}
+    cam["tip_clearance"] = 0.6
+    bored(dice, cam, outer - length - 4.0 - sag, 8.0)
+    follower: Data = {"kind": "turret", "stops": count, "pitch_radius": pitch}
+    data = {"cam": cam, "follower": follower, "roller": roller(dice, radius, length, ("cylinder",)), "motion": segments}
+    loaded(dice, data, 0.3 * radius * length, lift, False)
+    return data
+
+
+def _parallel(dice: Dice, plates: int) -> Data:
+    """Two plates in the proportions of a published machine; three and four in those that this file's search found."""
+    stops, count = {2: (4, 8), 3: (4, 12), 4: (4, 16)}[plates]
+    pitch = dice.between(70.0, 100.0)
+    center = pitch * dice.between(1.72, 1.78)
+    radius = pitch * dice.between(0.15, 0.17)
+    segments, _, lift = _index(dice, 360.0 / stops, 200.0, 225.0)
+    width = dice.between(12.0, 18.0)
+    cam: Data = {"kind": "parallel-index", "center_distance": center, "diameter": 1.557 * center, "width": width}
+    cam |= {"gap": width + dice.between(6.0, 10.0), "plates": plates}
+    bored(dice, cam, center - pitch - radius, 8.0)
+    follower: Data = {"kind": "turret", "stops": stops, "rollers": count, "pitch_radius": pitch}
+    made = roller(dice, radius, width - 2.0, ("cylinder",))
+    data = {"cam": cam, "follower": follower, "roller": made, "motion": segments}
+    loaded(dice, data, 0.2 * radius * width, lift, False)
+    return data
+
+
+KINDS: dict[str, Callable[[Dice], Data]] = {
+    "drum groove": lambda dice: _drum(dice, "groove", False),
+    "drum groove, swinging": lambda dice: _drum(dice, "groove", True),
+    "drum rib": lambda dice: _drum(dice, "rib", False),
+    "drum rib, swinging": lambda dice: _drum(dice, "rib", True),
+    "disc, roller": lambda dice: _disc(dice, "roller", False),
+    "disc, swinging roller": lambda dice: _disc(dice, "roller", True),
+    "disc, flat": lambda dice: _disc(dice, "flat", False),
+    "disc, curved": lambda dice: _disc(dice, "curved", False),
+    "face groove": lambda dice: _face_groove(dice, False),
+    "face groove, swinging": lambda dice: _face_groove(dice, True),
+    "frame": lambda dice: _constant_width(dice, False),
+    "yoke": lambda dice: _constant_width(dice, True),
+    "rocker": lambda dice: _conjugate(dice, True),
+    "slide": lambda dice: _conjugate(dice, False),
+    "globoid rib": lambda dice: _globoid(dice, "rib"),
+    "globoid groove": lambda dice: _globoid(dice, "groove"),
+    "barrel": _barrel,
+    "parallel, 2 plates": lambda dice: _parallel(dice, 2),
+    "parallel, 3 plates": lambda dice: _parallel(dice, 3),
+    "parallel, 4 plates": lambda dice: _parallel(dice, 4),
+}
+"""how a design of every kind is made; the kind of a seed is that of its remainder"""
+
+
+def kind_of(seed: int) -> str:
+    """The kind of a seed."""
+    return list(KINDS)[seed % len(KINDS)]
+
+
+def sound(seed: int) -> Data:
+    """The sound design of a seed."""
+    dice = Dice(seed)
+    data = KINDS[kind_of(seed)](dice)
+    data["name"] = f"sound {seed}"
+    data["cam"]["direction"] = dice.one("ccw", "cw")
+    data["output"] = {"tolerance": dice.log(0.008, 0.03)}
+    data["material"] = {body: {"hardness": 60.0} for body in ("cam", "roller")}
+    if data["follower"]["kind"] == "turret":
+        # 30 seconds of arc are what a dwell may err by; the mesh takes at most 20 of them.
+        finest = dice.between(12.0, 20.0) / 3600.0
+        data["output"]["tolerance"] = radians(finest) * data["follower"]["pitch_radius"]
+    return data
