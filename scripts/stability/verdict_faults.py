@@ -28,6 +28,8 @@ TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in KINDS if kind not in SLIDING)
 BORED = tuple(KINDS)
+KEYED = tuple(kind for kind in KINDS if kind not in ("disc, swinging roller", "face groove, swinging", "rocker"))
+"""where the cam's least radius lies beside the keyway, on +X: swinging followers meet it at another angle"""
 
 
 @dataclass(frozen=True)
@@ -175,7 +177,8 @@ def overlapping(data: Data, dice: Dice) -> None:
     plates = cam.get("plates", 2) if cam["kind"] == "parallel-index" else 1
     for key in ("bore", "keyway_width", "keyway_depth"):
         cam.pop(key, None)
-    roller["diameter"] = 2.0 * inner * sin(pi * plates / rollers) * dice.between(0.985, 1.06)
+    share = dice.between(0.985 if plates == 1 else 1.001, 1.06)
+    roller["diameter"] = 2.0 * inner * sin(pi * plates / rollers) * share
 
 
 def heavy(data: Data, dice: Dice) -> None:
@@ -345,7 +348,7 @@ FAULTS: dict[str, Fault] = {
     "roller beyond the body": Fault(DRUMS, short_drum, ("run-out",), ("length", "start")),
     "crossing rib": Fault(RIBS, crossing_rib, ("rib-thickness",), ("rib_thickness",)),
     "thin wall: bore": Fault(BORED, thin_bore, ("wall",), ("bore",)),
-    "thin wall: keyway": Fault(BORED, thin_keyway, ("wall",), ("keyway", "bore")),
+    "thin wall: keyway": Fault(KEYED, thin_keyway, ("wall",), ("keyway", "bore")),
     "thin wall: end of a drum": Fault(("drum groove", "drum groove, swinging"), thin_end, ("wall", "run-out"), ("start",)),
     "thin wall: rim": Fault(PLATES, thin_rim, ("wall",), ("diameter",)),
     "thin wall: floor": Fault(PLATES, thin_floor, ("wall",), ("groove_depth", "width")),
