@@ -317,8 +317,9 @@ def bad_drive(data: Data, dice: Dice) -> None:
     """A turret on a shaft so soft and so little damped that it swings all through its dwell."""
     soft_shaft = stiffness_of(data, dice.between(1.2, 2.2))
     damping = 0.002 * 2.0 * sqrt(soft_shaft * data["follower"]["inertia"])
-    data["dynamics"] = {"kind": "indexing", "input_stiffness": 1e3 * soft_shaft, "output_stiffness": soft_shaft}
-    data["dynamics"] |= {"output_damping": damping, "tolerance": 1e-3, "settling_band": 0.005}
+    data["dynamics"] = {"kind": "indexing", "input_stiffness": 30.0 * soft_shaft, "output_stiffness": soft_shaft}
+    data["dynamics"] |= {"output_damping": damping, "input_damping": 10.0 * damping, "contact_damping": 10.0 * damping}
+    data["dynamics"] |= {"steps": 1500, "settling_band": 0.005}
     share = 0.02
     data["follower"]["inertia"], data["operation"]["load_inertia"] = (
         share * data["follower"]["inertia"], (1.0 - share) * data["follower"]["inertia"],
@@ -368,10 +369,10 @@ FAULTS: dict[str, Fault] = {
     "load above the limit": Fault(
         tuple(KINDS), heavy, ("contact-pressure", "face-pressure", "turret-pressure")
     ),
-    "life": Fault(tuple(KINDS), endless_life, ("life", "turret-life", "face-life")),
+    "life": Fault(tuple(KINDS), endless_life, ("life", "turret-life", "face-life"), ("life_h",)),
     "lift-off, rigid": Fault(DISCS, loose, ("contact-kept",)),
     "lift-off, elastic": Fault(("disc, roller", "disc, flat"), elastic_jump, ("lift-off",)),
-    "bad indexing drive": Fault(TURRETS, bad_drive, ("settling", "resonance")),
+    "bad indexing drive": Fault(TURRETS, bad_drive, ("settling",)),
     "load above the limit, dynamic": Fault(TURRETS, dynamic_load, ("dynamic-pressure",)),
     "too soft for its limit": Fault(tuple(KINDS), soft, ("hardness",), ("hardness", "contact_limit")),
     "too weak a material": Fault(tuple(KINDS), weak, ("contact-pressure", "face-pressure", "turret-pressure")),
