@@ -1,0 +1,54 @@
+"""A short stretch of the verdict campaign, and what its designs and faults are."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from tests.places import ROOT
+
+sys.path.insert(0, str(ROOT / "scripts" / "stability"))
+
+from verdict import of_fault, run_fault, run_sound, table
+from verdict_designs import KINDS, kind_of, sound
+from verdict_faults import FAULTS, IDLE, PENDING
+
+from camgeom.checks import checks
+
+
+def test_a_seed_gives_one_design_and_one_fault() -> None:
+    assert sound(17) == sound(17)
+    assert of_fault(17) == of_fault(17)
+    assert {kind_of(seed) for seed in range(len(KINDS))} == set(KINDS)
+
+
+def test_a_fault_changes_its_profile_unless_it_spoils_the_body() -> None:
+    for seed in range(2 * len(FAULTS)):
+        name, kind, data, faulty = of_fault(seed)
+        assert kind in FAULTS[name].kinds
+        assert (data == faulty) == (FAULTS[name].body in ("coarse", "moved")), name
+
+
+def test_every_class_names_who_may_speak_and_what_is_pending_is_a_class() -> None:
+    for name, fault in FAULTS.items():
+        assert fault.checks or fault.refusal, name
+        assert set(fault.kinds) <= set(KINDS), name
+    assert set(PENDING) <= {"sound", *FAULTS}
+    assert all(set(kinds) <= set(KINDS) for kinds, _, _, _ in IDLE)
+    spoken = {name for fault in FAULTS.values() for name in fault.checks}
+    assert {"wall", "interference", "run-out", "rib-thickness", "dynamic-pressure"} <= spoken & set(checks())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 40, 10))
+def test_sound_designs_raise_no_alarm(first: int) -> None:
+    records = [run_sound(seed) for seed in range(first, first + 10)]
+    assert not [record for record in records if record.outcome == "ALARM"], table(records)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 54, 9))
+def test_faults_are_told_by_the_right_check(first: int) -> None:
+    records = [run_fault(seed) for seed in range(first, first + 9)]
+    assert not [record for record in records if record.outcome == "MISS"], table(records)
