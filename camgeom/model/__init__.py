@@ -252,7 +252,10 @@ class Model:
         for solid in self.solids:
             flank = distinct(solid.mesh.faces[solid.mesh.group_faces("flank")])
             if len(flank) and solid.method != UNION:
-                gaps.append(largest_gap(passages, self._vertices(solid, passages[0])[flank]))
+                middle = float(solid.mesh.vertices[:, 2].mean())
+                # Of a pair each disc has its own roller, and a crown touches its straight wall at the crest.
+                beside = min(passages, key=lambda track: abs(0.5 * sum(track.contact) - middle))
+                gaps.append(largest_gap(passages, self._vertices(solid, beside)[flank]))
         return tuple(gaps)
 
     def _vertices(self, solid: Solid, track: Track) -> Floats:

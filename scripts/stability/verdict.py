@@ -216,7 +216,8 @@ def main() -> int:
                 for record in pool.imap_unordered(judge, seeds, chunksize=4):
                     records.append(record)
                     if record.outcome in ("ALARM", "MISS"):
-                        print(f"{record.outcome} seed {record.seed}: {record.group} · {record.kind} {record.by} {record.said[:200]}", flush=True)
+                        where = f"{record.outcome} seed {record.seed}: {record.group} · {record.kind}"
+                        print(f"{where} {record.by} {record.said[:200]}", flush=True)
     if args.out:
         args.out.write_text("".join(json.dumps(vars(record)) + "\n" for record in records), encoding="utf-8")
     print(table(records))

@@ -350,7 +350,9 @@ FAULTS: dict[str, Fault] = {
     "crossing rib": Fault(RIBS, crossing_rib, ("rib-thickness",), ("rib_thickness",)),
     "thin wall: bore": Fault(BORED, thin_bore, ("wall",), ("bore",)),
     "thin wall: keyway": Fault(KEYED, thin_keyway, ("wall",), ("keyway", "bore")),
-    "thin wall: end of a drum": Fault(("drum groove", "drum groove, swinging"), thin_end, ("wall", "run-out"), ("start",)),
+    "thin wall: end of a drum": Fault(
+        ("drum groove", "drum groove, swinging"), thin_end, ("wall", "run-out"), ("start",)
+    ),
     "thin wall: rim": Fault(PLATES, thin_rim, ("wall",), ("diameter",)),
     "thin wall: floor": Fault(PLATES, thin_floor, ("wall",), ("groove_depth", "width")),
     "overlapping neighbours": Fault(
@@ -364,7 +366,9 @@ FAULTS: dict[str, Fault] = {
         ("drum groove", "disc, roller", "face groove"), undercut,
         ("undercut", "self-crossing", "relative-curvature", "face-curvature"),
     ),
-    "fold under a face": Fault(("disc, flat", "disc, curved", "frame"), undercut, ("face-curvature", "undercut", "self-crossing")),
+    "fold under a face": Fault(
+        ("disc, flat", "disc, curved", "frame"), undercut, ("face-curvature", "undercut", "self-crossing")
+    ),
     "pressure angle": Fault(tuple(k for k in KINDS if k not in ("disc, flat", "frame")), steep, ("pressure-angle",)),
     "load above the limit": Fault(
         tuple(KINDS), heavy, ("contact-pressure", "face-pressure", "turret-pressure")

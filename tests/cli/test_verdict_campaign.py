@@ -52,3 +52,19 @@ def test_sound_designs_raise_no_alarm(first: int) -> None:
 def test_faults_are_told_by_the_right_check(first: int) -> None:
     records = [run_fault(seed) for seed in range(first, first + 9)]
     assert not [record for record in records if record.outcome == "MISS"], table(records)
+
+
+@pytest.mark.parametrize("seed", [12, 33])
+def test_a_crown_beside_its_straight_wall_is_no_backlash(seed: int) -> None:
+    from verdict import model_of
+
+    from camgeom.checks import judge
+
+    data = sound(seed)
+    assert data["roller"]["shape"] == "crowned"
+    findings = judge(model_of(data), ["backlash"]).findings
+    assert [f.level for f in findings] == ["pass", "pass"]
+    deep = dict(data, cam=data["cam"] | {"base_radius": data["cam"]["base_radius"] - 5.0 * data["output"]["tolerance"]})
+    cut = model_of(data)
+    cut.body.__dict__["solids"] = model_of(deep).solids
+    assert "fail" in {f.level for f in judge(cut, ["backlash"]).findings}
