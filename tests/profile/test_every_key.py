@@ -55,6 +55,8 @@ EXEMPT = {
 EXEMPT_OF = {
     ("disc, arm with flat face", "follower.arm"): "every swinging follower has an arm; a flat face has no roller at it",
     ("disc, flat face", "limits.warn_pressure_angle_deg"): "the pressure angle of a sliding flat face is always 0",
+    ("frame", "limits.warn_pressure_angle_deg"): "the pressure angle of a frame's flat faces is always 0",
+    ("disc, arm with flat face", "limits.warn_pressure_angle_deg"): "a flat face through the pivot pushes square to it",
     **{
         ("drum, impact", f"impact.{key}"): "a groove slides past its roller far above the slip_speed"
         for key in ("static_friction", "stick_speed", "slip_speed")
