@@ -40,7 +40,10 @@ FIGURES = (
     "flank.max_pressure_angle_deg",
     "flank.undercut_margin",
     "contact.peak_pressure_mpa",
+    "contact.peak_slice_pressure_mpa",
     "fatigue.roller_life_h",
+    "fatigue.roller_slice_life_h",
+    "fatigue.face_life_h",
     "cutter.most_rest_mm",
     "cutter.least_rest_mm",
     "dynamics.amplification",
@@ -185,9 +188,9 @@ PLOTTED = (
     ("flank.max_pressure_angle_deg", "Largest pressure angle", "°"),
     ("flank.undercut_margin", "Undercut margin", ""),
     ("solid.mass_kg", "Mass", "kg"),
-    ("contact.peak_pressure_mpa", "Peak contact pressure", "MPa"),
+    ("contact.peak_slice_pressure_mpa", "Peak contact pressure", "MPa"),
     ("contact.peak_torque_n_m", "Peak torque", "N m"),
-    ("fatigue.roller_life_h", "Roller life", "h"),
+    ("fatigue.roller_slice_life_h", "Roller life", "h"),
 )
 MOST_LINES = 6
 MOST_ROWS = 200

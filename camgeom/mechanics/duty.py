@@ -17,7 +17,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.bearing import BearingLife
-from camgeom.mechanics.hertz import LineContact
+from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
 
 MILLI = 1e-3
@@ -44,11 +44,19 @@ class Duty(Protocol):
 
     @property
     def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft, N mm."""
+        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
 
     @property
     def peak_pressure(self) -> Extreme | None:
         """Largest contact pressure, MPa, at its place along the roller; None where a knife edge gives none."""
+
+    @property
+    def peak_contact(self) -> Beneath | None:
+        """Half-width and subsurface shear of that contact; None where no stress can be given."""
+
+    @property
+    def work(self) -> float:
+        """Work of the cam over a turn, N mm: what all friction and applied forces consume."""
 
     @property
     def least_force(self) -> Extreme | None:
@@ -56,7 +64,10 @@ class Duty(Protocol):
 
     @property
     def lives(self) -> Mapping[str, float]:
-        """Fatigue life, h, of each body that has one: "roller", "cam", and the roller's "bearing" where it is rated."""
+        """Fatigue life, h, at the hardest place of each body that has one.
+
+        "roller" or "face", "cam", and the roller's "bearing" where it is rated.
+        """
 
     @property
     def bearing(self) -> BearingLife | None:
@@ -73,6 +84,11 @@ def peak_of(where: Panels, values: Floats) -> Extreme:
     """Largest value of a quantity (p, n) on panels."""
     value, angle = highest(where, values)
     return Extreme(float(value), float(angle))
+
+
+def largest_of(where: Panels, values: Floats) -> Extreme:
+    """Largest magnitude of a quantity (p, n) on panels."""
+    return max(peak_of(where, values), peak_of(where, -values), key=lambda peak: peak.value)
 
 
 def finite(value: ArrayLike) -> float | None:
@@ -99,12 +115,14 @@ def slice_data(peak: Extreme) -> dict[str, Any]:
     }
 
 
-def hertz_data(hardest: LineContact) -> dict[str, Any]:
-    """Width and subsurface shear of the hardest contact."""
+def hertz_data(hardest: Beneath | None) -> dict[str, Any]:
+    """Width and subsurface shear of the hardest contact; nothing where no stress can be given."""
+    if hardest is None:
+        return {}
     return {
-        "half_width_mm": float(hardest.half_width),
-        "peak_shear_mpa": float(hardest.shear),
-        "shear_depth_mm": float(hardest.shear_depth),
+        "half_width_mm": finite(hardest.half_width),
+        "peak_shear_mpa": finite(hardest.shear),
+        "shear_depth_mm": finite(hardest.shear_depth),
     }
 
 

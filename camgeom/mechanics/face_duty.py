@@ -18,12 +18,17 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.panels import highest, panels, roots
 from camgeom.mechanics.contact import Contact, line_contacts
-from camgeom.mechanics.duty import peak_of, torque_data
+from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
+from camgeom.mechanics.hertz import Beneath, beneath_line
+from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.track import Swing
 from camgeom.track.touch import Touch
 
 ROUNDS = 60
+FINE = 7200
+"""cam angles at which the damage along a face is summed: twentieths of a degree"""
 
 
 @dataclass(frozen=True)
@@ -158,13 +163,56 @@ class FaceDuty:
 
     @cached_property
     def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft, N mm."""
-        return peak_of(self.force.panels, self.torque)
+        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
+        return largest_of(self.force.panels, self.torque)
 
-    @property
+    @cached_property
+    def work(self) -> float:
+        """Work of the cam over a turn, N mm: what friction, the guides' too, and applied forces consume."""
+        return float(self.force.panels.integral(self.torque))
+
+    @cached_property
+    def peak_contact(self) -> Beneath | None:
+        """Half-width and subsurface shear of the hardest contact; None of a knife edge and where a wall is undercut."""
+        peak = self.peak_pressure
+        if peak is None or not isfinite(peak.value):
+            return None
+        touch = next(one for one in self.touches if one.name == peak.where)
+        k = float(touch.at(np.array([peak.cam_angle])).relative[0])
+        return beneath_line(peak.value, k, pair_compliance(self.follower, self.cam)) if k > 0.0 else None
+
+    @cached_property
     def lives(self) -> dict[str, float]:
-        """Fatigue lives: none, a face that slides wears."""
-        return {}
+        """Contact fatigue life, h, of the cam's hardest point and of the face's; empty of a knife edge.
+
+        A sliding face wears besides, which no fatigue law tells. A cam point that two faces meet sums their damage,
+        the face's that of every pass of the contact over its hardest point.
+        """
+        if not self.contacts:
+            return {}
+        if not all(np.all(contact.sound) for contact in self.contacts.values()):
+            return {"cam": 0.0, "face": 0.0}
+        omega, contacts = self.load.omega, self.contacts.values()
+        cam, face = (
+            max(float(cam_life(contact, material, omega).damage) for contact in contacts)
+            for material in (self.cam, self.follower)
+        )
+        turn = np.linspace(0.0, 2.0 * pi, FINE, endpoint=False)
+        for outline in {touch.outline for touch in self.touches}:
+            meeting = [touch for touch in self.touches if touch.outline == outline]
+            if len(meeting) > 1:
+                each = np.stack([self._damage(touch, turn - touch.lag, self.cam) for touch in meeting])
+                cam = max(cam, float(each.sum(axis=0).max()))
+        for touch in self.touches:
+            face = max(face, swept_damage(_face_place(touch, turn), self._damage(touch, turn, self.follower)))
+        return {"cam": float(hours(cam, omega)), "face": float(hours(face, omega))}
+
+    def _damage(self, touch: Touch, theta: Floats, material: Material) -> Floats:
+        """Damage, (n,), of a material by one contact with a touch at cam angles (n,), rad."""
+        contact = self.contacts[touch.name]
+        check_strength(contact.pressure, material)
+        square = np.maximum(self.force.panels.at(contact.behind, np.mod(theta, 2.0 * pi)), 0.0)
+        return np.asarray((square / material.contact_limit**2) ** (0.5 * material.exponent) / material.contact_cycles)
 
     @property
     def bearing(self) -> None:
@@ -225,7 +273,7 @@ class FaceDuty:
 
     def torque_data(self) -> dict[str, Any]:
         """Torque of the camshaft over all touches as plain data."""
-        return torque_data(self.peak_torque, float(self.force.panels.integral(self.torque)))
+        return torque_data(self.peak_torque, self.work)
 
     def contact_data(self) -> dict[str, Any]:
         """Force, torque, pressure, and what keeps the contact, as plain data for result.json."""
@@ -233,17 +281,30 @@ class FaceDuty:
         peak, least = self.peak_pressure, self.least_force
         if peak is not None:
             place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
-            data |= {"peak_pressure_mpa": peak.value, **place}
+            data |= {"peak_pressure_mpa": finite(peak.value), **place, **hertz_data(self.peak_contact)}
         if least is None:
             return data
         return data | {
             "least_force_n": least.value,
             "least_force_at_deg": degrees(least.cam_angle) % 360.0,
             "lost_contact_deg": [[degrees(lost.begin), degrees(lost.end)] for lost in self.lost],
-            "leaving_speed_rpm": self.leaving_speed * 30.0 / pi,
+            "leaving_speed_rpm": finite(self.leaving_speed * 30.0 / pi),
             "preload_needed": self.preload_needed,
         }
 
     def fatigue_data(self) -> dict[str, Any]:
-        """Fatigue lives as plain data: none."""
-        return {}
+        """Lives of cam and face as plain data; empty of a knife edge."""
+        return {f"{body}_life_h": finite(life) for body, life in self.lives.items()}
+
+
+def _face_place(touch: Touch, phi: Floats) -> Floats:
+    """Place of the contact on the follower's face, mm along it, at cam angles (n,): on a curved one along its arc."""
+    at = touch.at(phi)
+    if touch.kind == "flat":
+        return at.along
+    if not isinstance(touch.joint, Swing):
+        return np.asarray(touch.radius * at.pressure_angle)
+    pivot = complex(*touch.joint.centre[:2]) * np.exp(-1j * touch.sense * phi)
+    normal = at.curve.normals[0] + 1j * at.curve.normals[1]
+    arm = at.curve.points[0] + 1j * at.curve.points[1] + touch.material * touch.radius * normal - pivot
+    return np.asarray(touch.radius * np.unwrap(np.angle(normal / arm)))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -188,6 +188,111 @@ def point_contact(load: ArrayLike, least_curvature: ArrayLike, most_curvature: A
     area = np.pi * long * short
     pressure = np.divide(1.5 * force, area, out=np.zeros_like(area), where=area > 0.0)
     return PointContact(pressure, long, short, pressure * pair * short * whole)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CrownedContact:
+    """A crowned roller on a straight flank: pressure at the crown's top MPa; semi-axes mm along and around the roller.
+
+    truncated: True where the ellipse is longer than the roller, so that its ends press too: there the pressure is that
+    of the middle, and a sharp end has a peak of its own that no half-space theory bounds.
+    """
+
+    pressure: Floats
+    along: Floats
+    around: Floats
+    truncated: NDArray[np.bool_]
+
+
+def crowned_contact(load: ArrayLike, crown_curvature: ArrayLike, curvature: ArrayLike, compliance: ArrayLike,
+                    length: ArrayLike) -> CrownedContact:
+    """Contact of a crowned roller, load N, curvature of the crown and relative curvature around, 1/mm, length mm.
+
+    Where the ellipse ends within the length it is exact. A longer one is the ellipse of that larger load whose part
+    within the length carries the given one: with u = length / (2 along) < 1 that part is (3 u - u³)/2, and all lengths
+    grow by q, q² = (2 + u³) / (3 u). Without crown (u to 0) this is the line contact, at u = 1 it joins the ellipse
+    smoothly. In between it is a little high: the support that is cut off beyond the ends
+    lets the middle give way.
+    """
+    axial, around = np.asarray(crown_curvature, dtype=np.float64), np.asarray(curvature, dtype=np.float64)
+    each = point_contact(load, axial, around, compliance)
+    lengthwise = np.broadcast_to(axial <= around, each.long.shape)
+    along = np.where(lengthwise, each.long, each.short)
+    across = np.where(lengthwise, each.short, each.long)
+    half = 0.5 * np.asarray(length, dtype=np.float64)
+    truncated = along > half
+    u = np.divide(half, along, out=np.ones_like(along), where=truncated)
+    grown = np.sqrt((2.0 + u**3) / (3.0 * u))
+    return CrownedContact(grown * each.pressure, grown * along, grown * across, np.asarray(truncated))
+
+
+@final
+@dataclass(frozen=True)
+class Beneath:
+    """What lies below a contact's middle: half_width mm; largest shear, MPa, at shear_depth mm."""
+
+    half_width: float
+    shear: float
+    shear_depth: float
+
+
+def beneath_line(pressure: float, curvature: float, compliance: float) -> Beneath:
+    """Below a line contact of this peak pressure, MPa: its half-width is 2 p0 compliance / curvature."""
+    half = 2.0 * pressure * compliance / curvature
+    return Beneath(half, pressure * SHEAR_SHARE, half * SHEAR_DEPTH)
+
+
+def beneath_point(pressure: float, long: float, short: float, poisson: float) -> Beneath:
+    """Below an elliptic contact of this peak pressure, MPa, and semi-axes, mm; half_width is the short one."""
+    if pressure <= 0.0:
+        return Beneath(0.0, 0.0, 0.0)
+    share, depth = point_shear(short / long, poisson)
+    return Beneath(short, pressure * share, short * depth)
+
+
+def point_shear(ratio: float, poisson: float) -> tuple[float, float]:
+    """Largest shear below the middle of an elliptic contact over peak pressure, and its depth over the short semi-axis.
+
+    ratio: short over long semi-axis. The stresses on the axis (Johnson, equation 3.69) are principal ones.
+    """
+    t = min(ratio, 1.0 - 1e-5)
+    low, high = 0.2, 1.2
+    for _ in range(4):
+        depth = np.linspace(low, high, 33)
+        shear = _axis_shear(depth, t, poisson)
+        at = int(np.argmax(shear))
+        low, high = depth[max(at - 1, 0)], depth[min(at + 1, 32)]
+    return float(shear[at]), float(depth[at])
+
+
+def _axis_shear(depth: Floats, t: float, poisson: float) -> Floats:
+    """Largest shear at depths (n,) over the short semi-axis, over peak pressure."""
+    zeta = t * depth
+    first, second = _incomplete(1.0 / zeta, t)
+    big = np.sqrt((t * t + zeta * zeta) / (1.0 + zeta * zeta))
+    scale = t / (1.0 - t * t)
+    one = -0.5 * (1.0 - big) + zeta * (first - second)
+    one_nu = 1.0 - big / t**2 + zeta * (second / t**2 - first)
+    two = 0.5 + 0.5 / big - big / t**2 + zeta * (second / t**2 - first)
+    two_nu = -1.0 + big + zeta * (first - second)
+    stress = np.stack([
+        2.0 * scale * (one + poisson * one_nu), 2.0 * scale * (two + poisson * two_nu), -scale * (1.0 / big - big)
+    ])
+    return np.asarray(0.5 * np.ptp(stress, axis=0))
+
+
+def _incomplete(tangent: Floats, t: float) -> tuple[Floats, Floats]:
+    """Incomplete elliptic integrals F and E of modulus² 1 - t² up to angles given by their tangent, (n,).
+
+    With tan = sinh v both integrands are smooth also where t is small.
+    """
+    x, weight = np.polynomial.legendre.leggauss(80)
+    end = np.arcsinh(tangent)[:, None]
+    v = 0.5 * end * (1.0 + x)
+    root = np.sqrt(1.0 + (t * np.sinh(v)) ** 2)
+    each = 0.5 * end * weight
+    return np.asarray((each / root).sum(axis=1)), np.asarray((each * root / np.cosh(v) ** 2).sum(axis=1))
 
 
 def _axis_ratio(log_ratio: Floats) -> Floats:

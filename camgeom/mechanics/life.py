@@ -95,6 +95,33 @@ def hours(damage: ArrayLike, speed: ArrayLike) -> Floats:
     return np.asarray(np.divide(1.0, each, out=np.full(each.shape, np.inf), where=each > 0.0))
 
 
+def swept_damage(place: Floats, damage: Floats) -> float:
+    """Largest damage of a turn on a face over which the contact sweeps to and fro.
+
+    place (n,): of the contact on the face, mm, round the turn; damage (n,): of one contact there. In every stroke from
+    one turning point to the next a point of the face is pressed once, at a turning point by both strokes; a contact
+    that rests belongs to the stroke that brings it.
+    """
+    step = 1e-6 * float(np.ptp(place))
+    if step == 0.0:
+        return float(damage.max(initial=0.0))
+    where = np.round(place / step).astype(np.int64)
+    way = np.sign(np.diff(where, append=where[:1]))
+    moving = np.flatnonzero(way)
+    way = way[moving][np.searchsorted(moving, np.arange(len(way)), side="right") - 1]
+    first = int(np.flatnonzero(way != np.roll(way, 1))[0])
+    where, way, damage = np.roll(where, -first), np.roll(way, -first), np.roll(damage, -first)
+    begins = np.flatnonzero(np.diff(way, prepend=way[-1]))
+    points, total = np.unique(where), np.zeros(1)
+    for begin, end in zip(begins, [*begins[1:], len(way)]):
+        stroke = np.arange(begin, end + 1) % len(way)
+        reached, which = np.unique(where[stroke], return_inverse=True)
+        most = np.zeros(len(reached))
+        np.maximum.at(most, which, damage[stroke])
+        total = total + np.interp(points, reached, most, left=0.0, right=0.0)
+    return float(total.max())
+
+
 def check_strength(pressure: Floats, material: Material) -> None:
     """Raises DesignError where the pressure, MPa, is so far above the contact limit that no damage can be computed."""
     share = float(np.max(pressure, initial=0.0, where=np.isfinite(pressure))) / material.contact_limit

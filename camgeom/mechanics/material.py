@@ -19,6 +19,10 @@ CONTACT_LIMIT = 2450.0
 """MPa at CONTACT_CYCLES; rolling contact of steel at 60 HRC (doi 10.13705/j.issn.1671-6833.2023.01.017)"""
 CONTACT_CYCLES = 1e7
 EXPONENT = 6.0
+HARDNESS_CLASSES = ((60.0, CONTACT_LIMIT), (40.0, 1000.0), (0.0, 600.0))
+"""HRC from which on, and MPa up to which a cam track bears; see `hardness_bound`"""
+CASE_SHARE = 0.5
+"""depth of the largest shear over that of a hardened case: twice as deep is the practice of design"""
 
 
 @final
@@ -40,11 +44,27 @@ class Material(Section):
         EXPONENT, description="Exponent of the fatigue line in stress")
     density: Annotated[float, Field(gt=0.0, le=1e5)] = Field(STEEL_DENSITY, description="Density, kg/m³")
     hardness: Annotated[float, Field(gt=0.0, le=80.0)] | None = Field(None, description="Surface hardness, HRC")
+    case_depth_mm: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        None, description="mm, depth of a hardened case; carburised tracks 0.8 to 1.2")
+
+    @property
+    def rated_limit(self) -> float:
+        """Contact pressure, MPa, of the fatigue line at CONTACT_CYCLES."""
+        return float(self.contact_limit * (self.contact_cycles / CONTACT_CYCLES) ** (1.0 / self.exponent))
 
     @property
     def compliance(self) -> float:
         """Plane-strain compliance (1 - nu²)/E, 1/MPa."""
         return (1.0 - self.poisson * self.poisson) / self.elastic_modulus
+
+
+def hardness_bound(hardness: float) -> float:
+    """Contact pressure, MPa, that steel of a surface hardness, HRC, bears at CONTACT_CYCLES, at most.
+
+    The load classes of cam tracks (T/WLJC 15-2018): light, up to 600 MPa, below 40 HRC; medium, up to 1000 MPa, 40 to
+    60 HRC; heavy from 60 HRC on, where rolling contact bears CONTACT_LIMIT.
+    """
+    return next(bound for least, bound in HARDNESS_CLASSES if hardness >= least)
 
 
 STEEL = Material()

@@ -21,9 +21,9 @@ from camgeom.maths.panels import panels, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
-from camgeom.mechanics.contact import Contact, Peak, crown_gaps, line_contacts, share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, peak_of, slice_data, torque_data
-from camgeom.mechanics.hertz import LineContact, line_contact
+from camgeom.mechanics.contact import Contact, Peak, line_contacts, share_load
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, peak_of, slice_data, torque_data
+from camgeom.mechanics.hertz import Beneath, CrownedContact, beneath_line, beneath_point, crowned_contact
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
@@ -92,16 +92,20 @@ class RollerDuty:
         """Motion and force of the follower on panels; what this track's walls can give.
 
         A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
-        clipped at zero, on panels that have an edge where it changes sign.
+        clipped at zero, on panels that have an edge where it changes sign. So they have under a crown, whose pressure
+        is steep there.
         """
         full = self.load.sampled()
         if self.inside is not None:
             return self._held(full)
-        if len(self.track.sides) > 1:
+        both = len(self.track.sides) > 1
+        if both and self.crown is None:
             return full
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         if zeros.size:
             full = self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), np.inf))
+        if both:
+            return full
         sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
                               .lever().mean()))
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
@@ -196,10 +200,55 @@ class RollerDuty:
 
     @cached_property
     def contact(self) -> Contact:
-        """Contact at the quoted station with the exact relative curvature."""
+        """Contact at the quoted station with the exact curvature: a crown touches in an ellipse, else it is a line."""
+        if self.crown is None:
+            return self.as_line
+        delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+        return self._under_crown(np.array(delta - self._middle))
+
+    @cached_property
+    def as_line(self) -> Contact:
+        """Contact at the quoted station as a line over the whole length, as if there were no crown."""
         w = self.reference
         pair = pair_compliance(self.roller, self.cam)
         return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, w.path_rate, self.length, pair)
+
+    @property
+    def _middle(self) -> float:
+        """Place of the contact's middle along the roller axis (delta), mm: the top of a crown."""
+        return 0.5 * sum(self.track.contact)
+
+    @cached_property
+    def _loaded_curvature(self) -> Floats:
+        """Relative curvature of the wall that bears, across the roller's axis, 1/mm, (p, n); 1 of one undercut."""
+        k = np.where(self.normal >= 0.0, self.reference.behind, self.reference.ahead)
+        return np.where(k > 0.0, k, 1.0)
+
+    @cached_property
+    def ellipse(self) -> CrownedContact | None:
+        """The crown's contact on the panels, (p, n); None without a crown."""
+        if self.crown is None:
+            return None
+        pair = pair_compliance(self.roller, self.cam)
+        return crowned_contact(np.abs(self.normal), 1.0 / self.crown, self._loaded_curvature, pair, self.length)
+
+    def _under_crown(self, place: Floats) -> Contact:
+        """Contact at places (m,) or () along the roller, mm from the crown's top: p² = p0² (1 - place² / along²).
+
+        p0 / along does not hang on the load, so that p² is smooth across the edge of the ellipse, negative outside.
+        """
+        ellipse, line = self.ellipse, self.as_line
+        assert ellipse is not None
+        slope = np.divide(ellipse.pressure, ellipse.along, out=np.zeros_like(ellipse.along), where=ellipse.along > 0.0)
+        square = ellipse.pressure**2 - (slope * place[..., None, None]) ** 2
+        square = np.where(line.sound, square, 0.0)
+        off = -np.abs(square)
+        behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
+        width = np.divide(ellipse.around, ellipse.pressure, out=np.zeros_like(slope), where=ellipse.pressure > 0.0)
+        load = 0.5 * np.pi * width * np.maximum(square, 0.0) * np.sign(self.normal)
+        rate = np.broadcast_to(line.path_rate, square.shape)
+        sound = np.broadcast_to(line.sound, square.shape[:-2])
+        return Contact(self.force.panels, load, behind, ahead, rate, sound)
 
     def conventions(self, pitch_radius: float) -> dict[groove.Convention, tuple[Peak, RollerLife]]:
         """Peak pressure and roller life under the curvature conventions of the literature, at the pitch radius, mm.
@@ -217,13 +266,18 @@ class RollerDuty:
 
     @cached_property
     def slices(self) -> Contact:
-        """Contact of SLICES equal slices along the roller that approach alike; a leading axis (m,)."""
+        """Contact of SLICES equal slices along the roller; a leading axis (m,).
+
+        Lines that approach alike where the flank is the roller's own envelope, slices of the ellipse under a crown.
+        """
         stations, widths, walls = self._slices
+        if self.crown is not None:
+            return self._under_crown(stations - self._middle)
         force = self.pushed
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
-        gaps = self._gaps(stations)
+        gaps = np.zeros_like(stations)
         if self.inside is not None:
             near, far = (np.stack([w.here[i] for w in walls], axis=-1) for i in (0, 1))
             gaps = np.where(np.where(force[..., None] >= 0.0, near, far), gaps, NOWHERE)
@@ -231,7 +285,7 @@ class RollerDuty:
             np.abs(force),
             stations - stations.mean(),
             widths,
-            np.maximum(k, 1e-12),
+            np.where(k > 0.0, k, 1.0 / self.radius),
             self.roller,
             self.cam,
             self.radius,
@@ -262,22 +316,20 @@ class RollerDuty:
         walls = [self.walls(self.track.meridian.parameter(float(d))) for d in self._middles]
         return self._middles, np.diff(np.linspace(low, high, SLICES + 1)), walls
 
-    def _gaps(self, stations: Floats) -> Floats:
-        """Gap between roller and flank along the slices, mm: none where the flank is the roller's own envelope."""
-        if self.crown is None:
-            return np.zeros_like(stations)
-        half = np.minimum(np.abs(stations - 0.5 * sum(self.track.contact)), self.crown)
-        return crown_gaps(half, self.crown)
-
     @cached_property
-    def peak_contact(self) -> LineContact:
-        """Half-width, approach and subsurface shear of the hardest contact at the quoted station."""
-        square = np.maximum(self.contact.behind, self.contact.ahead)
-        at = np.unravel_index(int(np.argmax(square)), square.shape)
-        w = self.reference
-        k = w.behind[at] if self.normal[at] >= 0.0 else w.ahead[at]
-        load = abs(float(self.normal[at])) / self.length
-        return line_contact(load, k, self.roller, self.cam, self.radius)
+    def peak_contact(self) -> Beneath | None:
+        """Half-width and subsurface shear of the hardest contact, of all slices; None where a wall is undercut."""
+        if not np.all(self.slices.sound):
+            return None
+        pressure = self.slices.pressure
+        m, *at = (int(i) for i in np.unravel_index(int(np.argmax(pressure)), pressure.shape))
+        i, j = at
+        if self.ellipse is not None:
+            axes = float(self.ellipse.along[i, j]), float(self.ellipse.around[i, j])
+            return beneath_point(float(self.ellipse.pressure[i, j]), max(axes), min(axes), self.cam.poisson)
+        walls = self._slices[2][m]
+        k = float((walls.behind if self.pushed[i, j] >= 0.0 else walls.ahead)[i, j])
+        return beneath_line(float(pressure[m, i, j]), k, pair_compliance(self.roller, self.cam))
 
     @cached_property
     def roller_life(self) -> RollerLife:
@@ -295,6 +347,11 @@ class RollerDuty:
         return cam_life(self.contact, self.cam, self.speed)
 
     @cached_property
+    def slice_cam_life(self) -> CamLife:
+        """Fatigue life of the cam's walls at every slice, (m,)."""
+        return cam_life(self.slices, self.cam, self.speed)
+
+    @cached_property
     def bearing(self) -> BearingLife | None:
         """Life of the roller as a bearing; None where it has no rating."""
         if self.rating is None:
@@ -304,8 +361,11 @@ class RollerDuty:
 
     @cached_property
     def lives(self) -> dict[str, float]:
-        """Fatigue life, h, of the roller and the cam at the quoted station, and of the roller's bearing."""
-        lives = {"roller": float(self.roller_life.life_h), "cam": float(self.cam_life.life_h)}
+        """Fatigue life, h, of roller and cam at the hardest place along the roller, and of the roller's bearing."""
+        lives = {
+            "roller": min(float(np.min(self.slice_life.life_h)), float(self.roller_life.life_h)),
+            "cam": min(float(np.min(self.slice_cam_life.life_h)), float(self.cam_life.life_h)),
+        }
         return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
 
     @cached_property
@@ -326,14 +386,23 @@ class RollerDuty:
 
     @cached_property
     def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft, N mm."""
-        return peak_of(self.force.panels, self.torque)
+        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
+        return largest_of(self.force.panels, self.torque)
+
+    @cached_property
+    def work(self) -> float:
+        """Work of the cam over a turn, N mm: what friction, the guides' too, and applied forces consume."""
+        return float(self.force.panels.integral(self.torque))
 
     @cached_property
     def peak_pressure(self) -> Extreme:
-        """Largest contact pressure of all slices, MPa; infinite where the roller undercuts a wall that it loads."""
-        peak = self.slices.peak()
+        """Largest contact pressure, MPa, of all slices and the quoted place; infinite where the roller undercuts a wall
+        that it loads."""
+        peak, quoted = self.slices.peak(), self.contact.peak()
         worst = int(np.argmax(peak.pressure))
+        if float(quoted.pressure) > float(peak.pressure[worst]):
+            delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+            return Extreme(float(quoted.pressure), float(quoted.theta), delta)
         return Extreme(float(peak.pressure[worst]), float(peak.theta[worst]), float(self.slice_stations[worst]))
 
     @property
@@ -346,20 +415,31 @@ class RollerDuty:
         return {
             "peak_pressure_mpa": finite(peak.pressure),
             "cam_angle_deg": degrees(float(peak.theta)),
+            **self._crown_data(),
             "peak_force_n": self.peak_force.value,
             **slice_data(self.peak_pressure),
             **hertz_data(self.peak_contact),
-            **torque_data(self.peak_torque, float(self.force.work())),
+            **torque_data(self.peak_torque, self.work),
             "wall_reversals_deg": [degrees(r.taken) for r in self.force.reversals()[0]],
         }
 
+    def _crown_data(self) -> dict[str, Any]:
+        """Of a crowned roller: the pressure without its crown, and the largest half-length of its ellipse."""
+        if self.ellipse is None:
+            return {}
+        return {
+            "line_pressure_mpa": finite(self.as_line.peak().pressure),
+            "ellipse_half_length_mm": float(self.ellipse.along.max()),
+        }
+
     def fatigue_data(self) -> dict[str, Any]:
-        """Lives of roller and cam as plain data."""
+        """Lives of roller and cam, at the quoted place and at the hardest along the roller, as plain data."""
         life = self.roller_life
         return {
             "roller_life_h": finite(life.life_h),
-            "roller_slice_life_h": finite(np.min(self.slice_life.life_h)),
+            "roller_slice_life_h": finite(self.lives["roller"]),
             "hot_spot_deg": degrees(float(life.hot_spot)) % 360.0,
             "cam_life_h": finite(self.cam_life.life_h),
+            "cam_slice_life_h": finite(self.lives["cam"]),
             "path_per_turn_m": float(life.path) * MILLI,
         }

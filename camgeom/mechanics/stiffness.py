@@ -76,14 +76,16 @@ class Slices:
         def flat(values: Floats) -> Floats:
             return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
 
-        middle = len(beside.stations) // 2
+        radius = float(beside.tracks[0].meridian.jet(beside.stations)[3][len(beside.stations) // 2])
+        k = flat(beside.curvature)
         return cls(
             np.moveaxis(beside.on, 0, 1).reshape(n, -1),
             flat(np.where(beside.on, side * beside.lever, side)),
-            np.maximum(flat(np.where(beside.on, beside.curvature, 1.0)), 1e-12),
+            # An undercut wall, which has no such contact, counts as a plane; its pressure is infinite (`TurretDuty`).
+            np.where(k > 0.0, k, 1.0 / radius),
             flat(_pressed_in(beside, preload)),
             beside.width,
-            float(beside.tracks[0].meridian.jet(beside.stations)[3][middle]),
+            radius,
             roller,
             cam,
         )

@@ -28,8 +28,8 @@ from camgeom.mechanics.bearing import (
     stud_stress,
 )
 from camgeom.mechanics.contact import share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, slice_data, torque_data
-from camgeom.mechanics.hertz import allowable_load, line_contact, line_flexibility, line_pressure
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, slice_data, torque_data
+from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
@@ -125,12 +125,13 @@ class TurretDuty:
             at = degrees(float(self.theta[self.loaded[int(np.argmin(flat.any(axis=1)))]]))
             raise DesignError(f"no roller can take the turret's torque at cam angle {at:.6g} deg: widen the cam")
         r = self.tracks[0].meridian.jet(e.stations)[3]
+        k = self._picked(e.curvature).reshape(flat.shape)
         radius = np.broadcast_to(r, on.shape).reshape(flat.shape)
         shared = share_load(
             np.abs(self.turret_torque[self.loaded]),
             np.zeros(flat.shape[1]),
             np.where(flat, e.width, 0.0),
-            np.where(flat, np.maximum(self._picked(e.curvature).reshape(flat.shape), 1e-12), 1.0),
+            np.where(k > 0.0, np.where(flat, k, 1.0), 1.0 / radius),
             self.roller,
             self.cam,
             radius,
@@ -150,10 +151,11 @@ class TurretDuty:
 
     @cached_property
     def pressure(self) -> Floats:
-        """Peak contact pressure of every slice, MPa, (n, k, m)."""
+        """Peak contact pressure of every slice, MPa, (n, k, m); infinite where it bears on a wall that it undercuts."""
         pair = pair_compliance(self.roller, self.cam)
-        k = np.maximum(self._walls(self.engagement.curvature), 1e-12)
-        return line_pressure(self.line_load, k, pair)
+        k = self._walls(self.engagement.curvature)
+        folded = (k <= 0.0) & (self.line_load > 0.0)
+        return np.where(folded, np.inf, line_pressure(self.line_load, np.where(k > 0.0, k, 1.0 / self._radius), pair))
 
     def _walls(self, values: Floats) -> Floats:
         """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
@@ -265,9 +267,11 @@ class TurretDuty:
         its own, so that its points take turns.
         """
         limit, m = self.roller.contact_limit, self.roller
-        damage = self._passage((self.pressure / limit) ** m.exponent).max(axis=0)
+        folded = np.isinf(self.pressure)
+        damage = self._passage((np.where(folded, 0.0, self.pressure) / limit) ** m.exponent).max(axis=0)
         damage = damage / (TURN * self._radius * m.contact_cycles) * self.passes_per_hour
-        return np.where(damage > 0.0, 1.0 / np.where(damage > 0.0, damage, 1.0), np.inf)
+        life = np.where(damage > 0.0, 1.0 / np.where(damage > 0.0, damage, 1.0), np.inf)
+        return np.where(folded.any(axis=(0, 1)), 0.0, life)
 
     @property
     def roller_life(self) -> float:
@@ -299,10 +303,13 @@ class TurretDuty:
 
     @cached_property
     def peak_torque(self) -> Extreme:
-        """Largest torque that the cam takes from its shaft, N mm: of both directions."""
-        size = np.abs(self.torque.ravel())
-        at = int(np.argmax(size))
-        return Extreme(float(size[at]), float(self.theta[at]))
+        """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
+        return largest_of(self.force.panels, self.torque)
+
+    @cached_property
+    def work(self) -> float:
+        """Work of the cam over a turn, N mm."""
+        return float(self.force.work())
 
     @cached_property
     def _hardest(self) -> tuple[int, int, int]:
@@ -316,6 +323,15 @@ class TurretDuty:
         n, _, m = self._hardest
         delta = float(self.tracks[0].meridian.jet(self.engagement.stations)[0][m])
         return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)
+
+    @cached_property
+    def peak_contact(self) -> Beneath | None:
+        """Half-width and subsurface shear of the hardest contact; None where a wall is undercut."""
+        pressure = float(self.pressure[self._hardest])
+        if pressure == np.inf:
+            return None
+        k = float(self._walls(self.engagement.curvature)[self._hardest])
+        return beneath_line(pressure, k if k > 0.0 else 1.0, pair_compliance(self.roller, self.cam))
 
     @property
     def least_force(self) -> None:
@@ -337,23 +353,25 @@ class TurretDuty:
     def contact_data(self) -> dict[str, Any]:
         """Pressure, force, torque, and what shaft and studs see, as plain data for result.json."""
         middle = self.pressure[:, :, self.pressure.shape[2] // 2].max(axis=1)
-        k_rel = max(float(self._walls(self.engagement.curvature)[self._hardest]), 1e-12)
-        load = float(self.line_load[self._hardest])
+        k_rel = float(self._walls(self.engagement.curvature)[self._hardest])
         length = self.engagement.width * self.pressure.shape[2]
         carrying = (self.roller_load[self.loaded] > 0.0).sum(axis=1)
         limit = min(self.roller.contact_limit, self.cam.contact_limit)
         return {
-            "peak_pressure_mpa": float(middle.max()),
+            "peak_pressure_mpa": finite(middle.max()),
             "cam_angle_deg": degrees(float(self.theta[int(np.argmax(middle))])),
             "peak_force_n": self.peak_force.value,
             **slice_data(self.peak_pressure),
-            **hertz_data(line_contact(load, k_rel, self.roller, self.cam, self._radius)),
-            "allowable_force_n": float(allowable_load(limit, k_rel, length, pair_compliance(self.roller, self.cam))),
+            **hertz_data(self.peak_contact),
+            "allowable_force_n": (
+                float(allowable_load(limit, k_rel, length, pair_compliance(self.roller, self.cam)))
+                if k_rel > 0.0 else 0.0
+            ),
             "preload_pressure_mpa": self.preload_pressure,
             "rollers_sharing_least": int(carrying.min()) if len(carrying) else 0,
             "rollers_sharing_most": int(carrying.max()) if len(carrying) else 0,
             "peak_turret_torque_n_m": float(np.abs(self.turret_torque).max()) * MILLI,
-            **torque_data(self.peak_torque, float(self.force.work())),
+            **torque_data(self.peak_torque, self.work),
             **self._supports(length),
         }
 
@@ -374,8 +392,10 @@ class TurretDuty:
         """Lives of roller and cam as plain data."""
         return {
             "roller_life_h": finite(self.roller_life),
+            "roller_slice_life_h": finite(self.roller_life),
             "hot_spot_deg": degrees(self.peak_pressure.cam_angle),
             "cam_life_h": finite(self.cam_life),
+            "cam_slice_life_h": finite(self.cam_life),
             "path_per_turn_m": self.path_per_turn * MILLI,
         }
 

@@ -428,7 +428,7 @@ class Model:
             raise DesignError(f"a {self.setup.follower.kind} follower has no roller that bears alone")
         if len(self.duties) == 1:
             return self.duties[0]
-        return max(self.duties, key=lambda duty: float(duty.contact.peak().pressure))
+        return max(self.duties, key=lambda duty: duty.peak_pressure.value)
 
     @property
     def carrier(self) -> Duty | None:

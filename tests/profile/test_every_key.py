@@ -45,8 +45,6 @@ EXEMPT = {
     "output.table_tolerance": ONLY_FILE,
     "output.undercut_solid": "speaks of undercut drums alone; theirs is tested in tests/solid",
     "cutter.gouge_limit": "none of these tools cuts into a flank",
-    "material.cam.hardness": "shown beside the contact limit",
-    "material.roller.hardness": "shown beside the contact limit",
     "follower.kind": "another kind is another section",
     "cam.kind": "another kind is another section",
     "roller.shape": "another shape is another section",

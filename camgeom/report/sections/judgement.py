@@ -197,9 +197,11 @@ def _contact(model: Model) -> Iterator[Figure]:
         yield from _touched(model, model.drive) if model.drive is not None else ()
         return
     duty = model.duty
-    peak = duty.contact.peak()
+    worst, peak = duty.peak_pressure, duty.contact.peak()
+    place = f"{number(worst.place, 6)} mm along the roller"
+    yield Figure("Peak contact pressure", worst.value, "MPa", f"at {degrees(worst.cam_angle):.1f}°, {place}")
     note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"
-    yield Figure("Peak contact pressure", float(peak.pressure), "MPa", note)
+    yield Figure("Contact pressure, quoted place", float(peak.pressure), "MPa", note)
     if model.drive is not None:
         yield from _touched(model, model.drive)
         return
@@ -215,11 +217,11 @@ def _quoted(model: Model) -> str:
 
 def _life(model: Model) -> Iterator[Figure]:
     lives = model.carrier.lives if model.carrier is not None else {}
-    for body in ("roller", "cam"):
+    for body in ("roller", "face", "cam"):
         if body in lives:
             endless = not isfinite(lives[body])
             value, unit = ("unlimited", "") if endless else (lives[body], "h")
-            yield Figure(f"{body.capitalize()} life", value, unit, "contact fatigue")
+            yield Figure(f"{body.capitalize()} life", value, unit, "contact fatigue, hardest place")
 
 
 def _solid(model: Model) -> Iterator[Figure]:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
     from camgeom.maths.panels import Panels
     from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.hertz import Beneath
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
@@ -71,9 +72,14 @@ def contact(model: Model) -> tuple[Block, ...]:
 
 def track_contact(model: Model) -> tuple[Block, ...]:
     """The contact of a roller in its groove, on its rib."""
-    if not bool(np.all(model.duty.contact.sound)):
+    if not _sound(model.duty):
         return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
-    return lines(model), pressure_map(model), hardest(model), reversals(model.duty)
+    return lines(model), *pressure_map(model), hardest(model), reversals(model.duty)
+
+
+def _sound(duty: RollerDuty) -> bool:
+    """Whether the roller fits the walls that it loads, all along it."""
+    return bool(np.all(duty.contact.sound)) and bool(np.all(duty.slices.sound))
 
 
 def lines(model: Model) -> Chart:
@@ -110,9 +116,11 @@ def torque(panels: Panels, values: Floats) -> Panel:
     )
 
 
-def pressure_map(model: Model) -> Map:
+def pressure_map(model: Model) -> tuple[Map, ...]:
     """Peak pressure of the loaded wall over the turn and along the roller; blank where nothing bears."""
     duty = model.duty
+    if duty.peak_pressure.value == 0.0:
+        return ()
     slices = duty.slices
     angle = np.linspace(0.0, 360.0, 361)
     theta = slices.panels.theta.ravel()
@@ -121,10 +129,10 @@ def pressure_map(model: Model) -> Map:
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
     caption = f"Contact pressure over the turn and along the roller{which}"
-    return Map(
+    return (Map(
         caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
         angle, duty.slice_stations, blank, marks=_hardest_place(duty.peak_pressure),
-    )  # fmt: skip
+    ),)  # fmt: skip
 
 
 def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
@@ -135,26 +143,36 @@ def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
 def hardest(model: Model) -> Table:
     """The hardest contact and the drive in numbers."""
     duty = model.duty
-    one = duty.peak_contact
+    beneath = duty.peak_contact
     force, torque = duty.peak_force, duty.peak_torque
     peak, slices = duty.contact.peak(), duty.peak_pressure
     rows: list[tuple[Cell, ...]] = [
         ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
         ("Peak contact pressure, worst slice", slices.value, "MPa", degrees(slices.cam_angle)),
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
-        ("Half width of the contact", float(one.half_width), "mm", None),
-        ("Largest shear stress under the surface", float(one.shear), "MPa", None),
-        ("Depth of the largest shear stress", float(one.shear_depth), "mm", None),
+        *_beneath(beneath),
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
-        (
-            "Mean drive torque",
-            _unless_rounding(1e-3 * float(duty.force.work()) / (2.0 * pi), 1e-3 * torque.value),
-            "N m",
-            None,
-        ),
+        ("Mean drive torque", 1e-3 * _unless_rounding(duty.work / (2.0 * pi), torque.value), "N m", None),
     ]
+    if duty.ellipse is not None:
+        line = duty.as_line.peak()
+        rows[1:1] = [
+            ("Pressure without the crown, as a line", float(line.pressure), "MPa", degrees(float(line.theta))),
+            ("Largest half-length of the contact ellipse", float(duty.ellipse.along.max()), "mm", None),
+        ]
     name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
     return quantities(name, rows)
+
+
+def _beneath(beneath: Beneath | None) -> list[tuple[Cell, ...]]:
+    """Width and subsurface shear of the hardest contact in numbers."""
+    if beneath is None:
+        return []
+    return [
+        ("Half width of the hardest contact", beneath.half_width, "mm", None),
+        ("Largest shear stress under it", beneath.shear, "MPa", None),
+        ("Depth of the largest shear stress", beneath.shear_depth, "mm", None),
+    ]
 
 
 def _unless_rounding(value: float, scale: float) -> float:
@@ -176,11 +194,22 @@ def life(model: Model) -> tuple[Block, ...]:
     if model.turret_duty is not None:
         return turret_life(model.turret_duty)
     if not model.duties:
-        return ()
+        return face_life(model.drive) if model.drive is not None else ()
     duty = model.duty
     spot = hot_spot(model)
     along = along_roller(duty.slice_stations, np.asarray(duty.slice_life.life_h, dtype=float), 1.3, "half")
     return (*(block for block in (spot, along) if block is not None), lives(model))
+
+
+def face_life(drive: FaceDuty) -> tuple[Block, ...]:
+    """Lives of the cam and of the face that slides on it; nothing of a knife edge."""
+    if not drive.lives:
+        return ()
+    remarks = {"cam": "at its hardest point", "face": "sums the passes of the contact; wear comes besides"}
+    rows: list[tuple[Cell, ...]] = [
+        (f"{body.capitalize()} surface", hours(life), remarks[body]) for body, life in drive.lives.items()
+    ]
+    return (Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows)),)
 
 
 def hot_spot(model: Model) -> Polar | None:
@@ -226,13 +255,14 @@ def lives(model: Model) -> Table:
     spot = f"hot spot at {number(degrees(float(roller.hot_spot)) % 360.0)}° of the roller"
     rows: list[tuple[Cell, ...]] = [
         ("Roller, at the quoted place", hours(roller.life_h), spot),
-        ("Roller, worst slice", hours(np.min(duty.slice_life.life_h)), "along the roller"),
+        ("Roller, worst slice", hours(duty.lives["roller"]), "along the roller"),
         (
             "Roller, damage spread evenly",
             hours(roller.spread_life_h),
             "upper bound: the roller slips from turn to turn",
         ),
-        ("Cam surface", hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
+        ("Cam surface, at the quoted place", hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
+        ("Cam surface, worst slice", hours(duty.lives["cam"]), "along the roller"),
     ]
     bearing = duty.bearing
     if bearing is not None:
@@ -245,10 +275,10 @@ def lives(model: Model) -> Table:
 def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
     """Force and pressure of every touch over the turn, torque, contact lost; along a roller too."""
 
-    if model.duties and not bool(np.all(model.duty.contact.sound)):
+    if model.duties and not _sound(model.duty):
         return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
     blocks: list[Block] = [touch_lines(model, drive), held(drive)]
-    blocks += [pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
+    blocks += [*pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
     return tuple(blocks)
 
 
@@ -302,10 +332,10 @@ def touch_figures(drive: FaceDuty) -> Table:
     if peak is not None:
         where = f", {peak.where}" if len(drive.touches) > 1 else ""
         rows.append((f"Peak contact pressure{where}", peak.value, "MPa", degrees(peak.cam_angle) % 360.0))
-    mean = float(drive.force.panels.integral(drive.torque)) / (2.0 * pi)
     rows += [
+        *_beneath(drive.peak_contact),
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
-        ("Mean drive torque", 1e-3 * _unless_rounding(mean, torque.value), "N m", None),
+        ("Mean drive torque", 1e-3 * _unless_rounding(drive.work / (2.0 * pi), torque.value), "N m", None),
     ]
     if least is not None:
         rpm = drive.leaving_speed * 30.0 / pi
@@ -322,6 +352,8 @@ def turret_contact(model: Model, duty: TurretDuty) -> tuple[Block, ...]:
     """Torque, load of every roller, how many share it, pressure over the turn and along the roller, and the numbers."""
     if not len(duty.loaded):
         return (Text(("No torque acts on the turret: there is no load to share.",)),)
+    if not isfinite(duty.peak_pressure.value):
+        return (Text(("A roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
     return turret_lines(model, duty), turret_map(duty), turret_figures(duty), supports(duty)
 
 
@@ -415,7 +447,7 @@ def supports(duty: TurretDuty) -> Text:
 
 def turret_life(duty: TurretDuty) -> tuple[Block, ...]:
     """Lives of roller, cam and bearing, and the roller's life along its axis."""
-    if not len(duty.loaded):
+    if not len(duty.loaded) or not isfinite(duty.peak_pressure.value):
         return ()
     rows: list[tuple[Cell, ...]] = [
         ("Roller, worst slice", hours(duty.roller_life), "its points take turns in the load from passage to passage"),
