@@ -91,7 +91,7 @@ ONE_WAY = idle(
 )
 
 NO_LIFE = idle(
-    "no fatigue life is known of a follower that slides",
+    "no fatigue life is known of a knife edge",
     "limits.life_h",
     *(f"material.{body}.{key}" for body in ("cam", "roller") for key in ("contact_cycles", "exponent")),
 )

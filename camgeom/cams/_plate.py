@@ -177,10 +177,8 @@ def face_idle(face: str) -> dict[str, str]:
         found |= idle("only face = 'curved' has a radius", "follower.face_radius")
     if face != "flat":
         found |= idle("only face = 'flat' has a width and an offset", "follower.face_width", "follower.face_offset")
-    if face != "roller":
-        found |= NO_LIFE
     if face == "knife":
-        found |= NO_PRESSURE
+        found |= NO_LIFE | NO_PRESSURE
     if face in ("flat", "knife"):
         margins = ("limits.undercut_margin", "limits.warn_undercut_margin")
         found |= idle("no roller can undercut this cam; folds are judged by face-curvature", *margins)
