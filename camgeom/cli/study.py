@@ -188,7 +188,8 @@ PLOTTED = (
     ("flank.max_pressure_angle_deg", "Largest pressure angle", "°"),
     ("flank.undercut_margin", "Undercut margin", ""),
     ("solid.mass_kg", "Mass", "kg"),
-    ("contact.peak_slice_pressure_mpa", "Peak contact pressure", "MPa"),
+    ("contact.peak_slice_pressure_mpa", "Contact pressure, hardest place", "MPa"),
+    ("contact.peak_pressure_mpa", "Contact pressure, quoted place", "MPa"),
     ("contact.peak_torque_n_m", "Peak torque", "N m"),
     ("fatigue.roller_slice_life_h", "Roller life", "h"),
 )

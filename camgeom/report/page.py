@@ -105,11 +105,13 @@ def _verdict(page: Page) -> str:
     told = sorted((f for f in page.findings if f.level is not Level.PASS), key=lambda f: f.level is not Level.FAIL)
     checked, counted = len(page.findings), sum(finding.level is page.level for finding in page.findings)
     heads = {
-        Level.PASS: "Passes the one check made" if checked == 1 else f"Passes all {checked} checks",
+        Level.PASS: f"Passes what was judged, {checked} checks" if page.omitted else f"Passes all {checked} checks",
         Level.WARN: f"Passes {checked} checks, {counted} with a warning",
         Level.FAIL: f"Fails {counted} of {checked} checks",
         None: "Not judged",
     }
+    if page.level is Level.PASS and checked == 1:
+        heads[Level.PASS] = "Passes the one check made"
     head = heads[page.level] + (f"; {len(page.omitted)} not judged" if page.omitted and page.level else "")
     style = "" if page.level is None else f" {page.level.value}"
     summary = f"<p>{escape(page.summary)}</p>" if page.summary else ""
