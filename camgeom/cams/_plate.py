@@ -182,7 +182,6 @@ def face_idle(face: str) -> dict[str, str]:
     if face in ("flat", "knife"):
         margins = ("limits.undercut_margin", "limits.warn_undercut_margin")
         found |= idle("no roller can undercut this cam; folds are judged by face-curvature", *margins)
-        found |= idle("no roller passes this cam, so that no gap is measured", "limits.clearance_mm")
     return found
 
 

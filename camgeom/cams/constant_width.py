@@ -7,7 +7,7 @@ opposite tangents add up to one width 2 base_radius + h (frame), or opposite rad
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, pi
 from typing import ClassVar, Literal, final
@@ -25,6 +25,7 @@ from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
 from camgeom.track.follower import FrameFollower, Setup
 from camgeom.track.outline import FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.track.sliding import Slider, SlidingFace
 from camgeom.track.touch import Touch
 
 
@@ -124,6 +125,14 @@ class ConstantWidthMechanism(Mechanism):
             roller_track(name, self.program, self.sense, (x, 0.0, 0.0), SLIDE, meridian, (low, high))
             for name, x in (("near roller", near), ("far roller", near - self._span))
         )
+
+    @cached_property
+    def sliders(self) -> tuple[Slider, ...]:
+        """The two faces of a frame; none of a yoke."""
+        if self.tracks:
+            return ()
+        near = FlatFace(self.program, self.sense, self.cam.base_radius)
+        return SlidingFace("near face", near), SlidingFace("far face", replace(near, span=self._span))
 
     @cached_property
     def outlines(self) -> dict[str, Outline]:

@@ -35,6 +35,7 @@ from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
+from camgeom.track.sliding import Slider, SlidingEdge, SlidingFace
 from camgeom.track.touch import Touch
 
 
@@ -210,6 +211,14 @@ class DiscMechanism(Mechanism):
     def tracks(self) -> tuple[Track, ...]:
         """The roller's track; a curved face counts as a roller of its radius; none for flat and knife followers."""
         return (self.pitch,) if self.follower.face in ("roller", "curved") else ()
+
+    @property
+    def sliders(self) -> tuple[Slider, ...]:
+        """A flat face or a knife edge."""
+        face = self.follower.face
+        if face == "flat":
+            return (SlidingFace("profile", self._face),)
+        return (SlidingEdge("profile", self.pitch),) if face == "knife" else ()
 
     @property
     def _mount(self) -> tuple[Vector, Joint]:

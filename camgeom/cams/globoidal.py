@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import asin, cos, hypot, sin, sqrt, tan
+from math import asin, cos, hypot, pi, sin, sqrt, tan
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -140,6 +140,15 @@ class GloboidalMechanism(Mechanism):
     def allowed_interference(self) -> float:
         """By how much a roller may stand in the cam on purpose, mm (the preload at its steepest)."""
         return self.centre_shift
+
+    @property
+    def allowed_backlash(self) -> float:
+        """Running clearance; the relief, an angle, at the flank's foot; and what the closer turret opens, mm.
+
+        The shift moves a roller at the angle tau out of its outer flank by shift * sin(tau) at most.
+        """
+        relief = self.cam.relief * self.floor_radius / self.follower.pitch_radius
+        return self.running_clearance + relief + self.centre_shift * sin(min(self._clear_angle, 0.5 * pi))
 
     @property
     def quoted_radius(self) -> float:

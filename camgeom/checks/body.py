@@ -36,34 +36,31 @@ def chord_error(model: Model) -> Iterable[Finding]:
         yield judged("chord-error", solid.chord_error, "<=", model.tolerance, "mm", advice, where=solid.name)
 
 
-@check("interference", "solid", "tracks")
+@check("interference", "solid")
 def interference(model: Model) -> Iterable[Finding]:
-    """Least distance between roller and final mesh over the whole turn; negative is penetration."""
+    """Least distance between follower and final mesh over the whole turn; negative is penetration."""
     limit = model.profile.limits.clearance_mm - model.mechanism.allowed_interference
     advice = (
-        "the roller cuts into the cam away from its contact, or the mesh is rougher than it says: check undercut, "
+        "the follower cuts into the cam away from its contact, or the mesh is rougher than it says: check undercut, "
         "clearances and chord error"
     )
-    for track, least in zip(model.passages, model.clearances):
+    for least in model.clearances:
         yield judged(
             "interference", least.value, ">=", limit, "mm", advice,
-            slack=CONTACT_SLACK, cam_angle=least.cam_angle, where=track.name,
+            slack=CONTACT_SLACK, cam_angle=least.cam_angle, where=least.where,
         )  # fmt: skip
 
 
-@check("backlash", "body", "solid", "tracks")
+@check("backlash", "body", "solid")
 def backlash(model: Model) -> Iterable[Finding]:
-    """Largest distance of the finished flanks from the rollers that pass them, against what was asked for."""
-    mechanism = model.mechanism
-    turret = mechanism.turret
-    asked = mechanism.running_clearance + (turret.relief if turret is not None else 0.0)
-    error = max(solid.chord_error for solid in model.solids)
+    """Largest distance of the finished flanks from the followers that pass them, against what was asked for."""
+    asked = max(binding.mechanism.allowed_backlash for binding in model.bindings)
     for gap in model.backlash:
         x, y, z = gap.point
         yield judged(
-            "backlash", gap.value, "<=", asked + error, "mm",
-            f"the flank is cut deeper than its roller reaches and the {asked:.6g} mm of running clearance and relief "
-            "allow: the body is not that of this motion and roller",
+            "backlash", gap.value, "<=", asked, "mm",
+            f"the flank is cut deeper than its follower reaches and the {asked:.6g} mm of running clearance, relief "
+            "and preload allow: the body is not that of this motion and follower, or the mesh is rougher than it says",
             slack=CONTACT_SLACK, cam_angle=gap.cam_angle, where=f"x = {x:.6g}, y = {y:.6g}, z = {z:.6g} mm",
         )  # fmt: skip
 

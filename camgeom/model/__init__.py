@@ -226,55 +226,68 @@ class Model:
 
     @fact
     def clearances(self) -> tuple[Clearance, ...]:
-        """Least distance between every roller and the final mesh over the whole turn."""
+        """Least distance between every roller, face or edge and the final mesh over the whole turn."""
         return self.clearances_with(0.0)
 
     def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
-        """The same with rollers larger by `grow` mm (normal)."""
-        from camgeom.track.clearance import least_clearance
+        """The same with followers larger by `grow` mm (normal)."""
+        from camgeom.track.clearance import least_beside, least_clearance
 
-        return tuple(least_clearance(track, *self._surface_points(track), grow) for track in self.passages)
+        found = [least_clearance(track, *self._surface_points(track), grow) for track in self.passages]
+        found += [least_beside(slider, *self._surface_points(None), grow) for slider in self.mechanism.sliders]
+        return tuple(found)
 
     @fact
     def backlash(self) -> tuple[Clearance, ...]:
-        """The largest distance at which all rollers pass a point of the flank of each body, mm: what is cut too deep.
+        """The largest distance at which all followers pass a point of the flank of each body, mm: what is cut too deep.
 
+        Less the chord error where a point may stand off the true surface by as much.
         None of bodies with walls that no roller touches: the plates of parallel indexers, the union of rollers.
         """
         from camgeom.maths import distinct
         from camgeom.track.clearance import largest_gap
 
         turret = self.mechanism.turret
-        if not self.tracks or (turret is not None and not turret.rib_depths):
+        if turret is not None and not turret.rib_depths:
             return ()
         passages = tuple(track for binding in self.bindings for track in binding.passages)
+        sliders = tuple(slider for binding in self.bindings for slider in binding.mechanism.sliders)
         gaps = []
         for solid in self.solids:
             flank = distinct(solid.mesh.faces[solid.mesh.group_faces("flank")])
             if len(flank) and solid.method != UNION:
                 middle = float(solid.mesh.vertices[:, 2].mean())
                 # Of a pair each disc has its own roller, and a crown touches its straight wall at the crest.
-                beside = min(passages, key=lambda track: abs(0.5 * sum(track.contact) - middle))
-                gaps.append(largest_gap(passages, self._vertices(solid, beside)[flank]))
+                beside = min(passages, key=lambda track: abs(0.5 * sum(track.contact) - middle), default=None)
+                vertices, middles = self._points(solid, beside)
+                exact = np.where(solid.cut_vertices[flank], solid.chord_error, 0.0)
+                slack = np.concatenate([exact, np.full(len(middles), solid.chord_error)])
+                gaps.append(largest_gap(passages, sliders, np.concatenate([vertices[flank], middles]), slack))
         return tuple(gaps)
 
-    def _vertices(self, solid: Solid, track: Track) -> Floats:
-        """Vertices (v, 3) of a body; of a planar cam's wall, which has them at its ends alone, beside the roller."""
-        from camgeom.track.clearance import wall_points
+    def _points(self, solid: Solid, track: Track | None) -> tuple[Floats, Floats]:
+        """Vertices (v, 3) of a body and middles (e, 3) of edges of its flanks' facets.
 
-        return solid.mesh.vertices if self.planar is None else wall_points(solid.mesh, 0.5 * sum(track.contact))
+        The wall of a planar cam has vertices at its ends alone: they are moved beside the roller.
+        """
+        from camgeom.track.clearance import facet_points, wall_points
 
-    def _surface_points(self, track: Track) -> tuple[Floats, Floats]:
+        vertices = solid.mesh.vertices
+        if self.planar is not None and track is not None:
+            vertices = wall_points(solid.mesh, 0.5 * sum(track.contact))
+        return vertices, facet_points(solid.mesh, vertices)
+
+    def _surface_points(self, track: Track | None) -> tuple[Floats, Floats]:
         """Points of all bodies, and by how much each may stand inside the true surface, mm.
 
         Vertices lie on it, but for those where a facet was cut; middles of facets and floors by the chord error.
         """
-        from camgeom.track.clearance import facet_points, floor_points
+        from camgeom.track.clearance import floor_points
 
         points, slack = [], []
         for solid in self.solids:
-            vertices = self._vertices(solid, track)
-            middles = np.concatenate([floor_points(solid.mesh), facet_points(solid.mesh, vertices)])
+            vertices, middles = self._points(solid, track)
+            middles = np.concatenate([floor_points(solid.mesh), middles])
             points += [vertices, middles]
             slack += [np.where(solid.cut_vertices, solid.chord_error, 0.0), np.full(len(middles), solid.chord_error)]
         return np.concatenate(points), np.concatenate(slack)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from camgeom.solid.turret import StackedTurret, TurretBody
     from camgeom.track.outline import Outline
     from camgeom.track.section import Level
+    from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
 
 Mask = npt.NDArray[np.bool_]
@@ -144,6 +145,11 @@ class Mechanism(ABC):
         return self.tracks
 
     @property
+    def sliders(self) -> tuple[Slider, ...]:
+        """What touches the cam without a roller: flat faces and knife edges."""
+        return ()
+
+    @property
     def touches(self) -> tuple[Touch, ...]:
         """What touches a planar cam: one contact, or two that drive the follower both ways; none for other cams."""
         return ()
@@ -202,6 +208,11 @@ class Mechanism(ABC):
     def allowed_interference(self) -> float:
         """By how much a roller may stand in the cam on purpose."""
         return 0.0
+
+    @property
+    def allowed_backlash(self) -> float:
+        """By how much a flank may stand back from what passes it on purpose, mm."""
+        return self.running_clearance + (self.turret.relief if self.turret is not None else 0.0)
 
     @property
     def crown(self) -> str:

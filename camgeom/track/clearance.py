@@ -1,8 +1,9 @@
-"""Clearance between a finished mesh and the roller over the whole turn: a second look without the envelope.
+"""Clearance between a finished mesh and its follower over the whole turn: a second look without the envelope.
 
 Each vertex of the mesh is measured against the roller body (meridian and flat end) at the cam angles at which the
-roller can be near it, and the least signed distance is refined. Vertices lie on the true surface, so a facet between
-them can stand in the roller's way by no more than the chord error besides.
+roller can be near it, and the least signed distance is refined; what slides measures itself (`track.sliding`).
+Vertices lie on the true surface, so a facet between them can stand in the follower's way, or back from it, by no more
+than the chord error besides.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from camgeom.maths.extremum import FAN, ROUNDS, Extreme, bracketed_maximum, narr
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 from camgeom.track.section import Column, Level
+from camgeom.track.sliding import Slider, passing
 
 SAMPLES = 15
 SECANTS = 5
@@ -24,11 +26,17 @@ SECANTS = 5
 
 @dataclass(frozen=True)
 class Clearance:
-    """Least signed distance between roller and mesh, mm (negative: penetration), with the cam angle and the point."""
+    """Signed distance of a follower (`where`) from the mesh, mm (negative: penetration), with cam angle and point."""
 
     value: float
     cam_angle: float
     point: tuple[float, float, float]
+    where: str = ""
+
+    @classmethod
+    def at(cls, value: float, cam_angle: float, point: Floats, where: str = "") -> Clearance:
+        """Of a point (3,)."""
+        return cls(float(value), float(cam_angle), (float(point[0]), float(point[1]), float(point[2])), where)
 
 
 def least_clearance(track: Track, points: Floats, slack: Floats | None = None, grow: float = 0.0) -> Clearance:
@@ -45,7 +53,15 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
         # What lies outside the window is farther away than its excess over the roller.
         if found.value <= share * radius:
             break
-    return found
+    return replace(found, where=track.name)
+
+
+def least_beside(slider: Slider, points: Floats, slack: Floats, grow: float = 0.0) -> Clearance:
+    """The same of a follower without a roller."""
+    when, distance = passing(slider, points)
+    distance += slack - grow
+    i = int(np.argmin(distance))
+    return Clearance.at(distance[i], when[i], points[i], slider.name)
 
 
 def least_distances(track: Track, points: Floats) -> Floats:
@@ -299,7 +315,7 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
         keep = distance - 0.5 * speed * (high - low) < float(fine.min())
         point, low, high = point[keep], low[keep], high[keep]
     i = int(np.argmin(fine))
-    return Clearance(float(fine[i]), float(refined[i]), (float(xt[0, i]), float(xt[1, i]), float(xt[2, i])))
+    return Clearance.at(fine[i], refined[i], x[i])
 
 
 def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
@@ -386,14 +402,23 @@ EDGE_SAMPLES = 360
 EDGE_ROUNDS = 5
 
 
-def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
-    """The point (v, 3) of a flank that all rollers pass at the largest distance, mm, and where its roller then stands.
+def largest_gap(
+    tracks: tuple[Track, ...], sliders: tuple[Slider, ...], points: Floats, slack: Floats
+) -> Clearance:
+    """The point (v, 3) of a flank that all followers pass at the largest distance, mm, and where the nearest stands.
+
+    slack  (v,) by how much a point may stand back from the true surface, mm; it is taken off the point's distance
 
     The rollers count without their ends: beyond the contact stretch too the flank is that of the roller gone on.
     Of many points MOST_POINTS are looked at, from all over.
     """
-    points = points[thinned(len(points), MOST_POINTS)]
+    some = thinned(len(points), MOST_POINTS)
+    points, slack = points[some], slack[some]
     least, when = np.full(len(points), np.inf), np.zeros(len(points))
+    for slider in sliders:
+        angles, distance = passing(slider, points)
+        better = distance < least
+        least[better], when[better] = distance[better], angles[better]
     passes = []
     for track in tracks:
         radius = _largest_radius(track)
@@ -414,7 +439,7 @@ def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
             least[near[better]], when[near[better]] = distance[better], angles[better]
     # A point whose nearest passage lay between the samples seems far: the farthest ones are looked at again.
     for _ in range(GAP_ROUNDS):
-        worst = np.argsort(least)[::-1][:GAP_POINTS]
+        worst = np.argsort(least - slack)[::-1][:GAP_POINTS]
         before = least[worst].copy()
         for longer, whole, turn in passes:
             angles, distance = _nearest_pass(longer, whole, turn, points[worst])
@@ -422,11 +447,12 @@ def largest_gap(tracks: tuple[Track, ...], points: Floats) -> Clearance:
             least[worst[better]], when[worst[better]] = distance[better], angles[better]
         if np.all(least[worst] > before - 1e-9):
             break
+    least -= slack
     i = int(np.argmax(least))
-    return Clearance(float(least[i]), float(when[i]), (float(points[i, 0]), float(points[i, 1]), float(points[i, 2])))
+    return Clearance.at(least[i], when[i], points[i])
 
 
-MOST_POINTS = 2500
+MOST_POINTS = 4000
 GAP_ROUNDS, GAP_POINTS, GAP_SAMPLES = 8, 32, 91
 """rounds, points and samples a window of the second look at what seems far from every roller"""
 

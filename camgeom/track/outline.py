@@ -115,6 +115,8 @@ class FlatFace:
 
     Translating: support base + s, normal azimuth -sense phi. Swinging: the normal stands at way * (beta0 - lift) in the
     machine, cos(beta0) = (base + offset) / pivot, and the support is pivot cos(beta) - offset.
+
+    span  mm, of the far face of a frame: its distance from the near one, which it looks at; 0 for any other face
     """
 
     program: Program
@@ -123,6 +125,7 @@ class FlatFace:
     pivot: float | None = None
     offset: float = 0.0
     way: float = 1.0
+    span: float = 0.0
 
     def knots(self) -> Floats:
         """Cam angles where the motion's derivatives may jump."""
@@ -133,6 +136,10 @@ class FlatFace:
         s = self.program.jet(phi, 2)
         psi, h = np.zeros_like(s), s.copy()
         psi[0], psi[1] = -self.sense * phi, -self.sense
+        if self.span:
+            psi[0] += np.pi
+            h[0] += self.base - self.span
+            return psi, -h
         if self.pivot is None:
             h[0] += self.base
             return psi, h

@@ -100,8 +100,8 @@ def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
                 "mm",
             )
         )
-    for track, found in zip(model.tracks, model.clearances):
-        name = f"Roller of {track.name} against the mesh"
+    for found in model.clearances:
+        name = f"{'Face' if model.mechanism.sliders else 'Roller'} of {found.where} against the mesh"
         if np.isfinite(found.value):
             rows.append(_row(name, "deepest penetration over the turn", max(0.0, -found.value), 1e-6, "mm"))
     return rows
