@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import pytest
 
 from tests.places import ROOT
@@ -12,7 +13,7 @@ sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from verdict import of_fault, run_fault, run_sound, table
 from verdict_designs import KINDS, kind_of, sound
-from verdict_faults import FAULTS, IDLE, PENDING
+from verdict_faults import FAULTS, IDLE, PENDING, swinging_torque
 
 from camgeom.checks import checks
 
@@ -52,6 +53,35 @@ def test_sound_designs_raise_no_alarm(first: int) -> None:
 def test_faults_are_told_by_the_right_check(first: int) -> None:
     records = [run_fault(seed) for seed in range(first, first + 9)]
     assert not [record for record in records if record.outcome == "MISS"], table(records)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "twice"), [(1100, False), (1154, False), (1127, True)])
+def test_a_soft_drive_presses_as_the_harmonics_of_one_mass_on_a_spring_say(seed: int, twice: bool) -> None:
+    """Its torque rises by 1.6 and more; where it peaks while two rollers bear, the pressure rises by 1.04 alone."""
+    from designs import Dice
+    from verdict import model_of
+
+    _, kind, _, data = of_fault(seed)
+    data = {key: value for key, value in data.items() if key not in ("between", "dynamics")}
+    data["follower"]["inertia"] += data["operation"].pop("load_inertia")
+    FAULTS["bad indexing drive"].change(data, Dice(seed + 1_000_003))
+    model = model_of(data)
+    rigid, elastic = model.turret_duty, model.dynamic_duty
+    swung = swinging_torque(data, elastic.theta)
+    largest = float(np.abs(swung).max())
+    assert np.abs(elastic.turret_torque - swung)[np.abs(swung) > 0.5 * largest].max() < 0.05 * largest
+    assert float(np.abs(elastic.turret_torque).max()) == pytest.approx(largest, rel=5e-3)
+    assert largest > 1.6 * float(np.abs(rigid.turret_torque).max())
+    rise = elastic.peak_pressure.value / rigid.peak_pressure.value
+    bearing = [int((duty.roller_load[np.abs(duty.turret_torque).argmax()] > 0.0).sum()) for duty in (rigid, elastic)]
+    # The pressure at an angle goes with the root of the torque, whoever shares it there.
+    pressure, torque = rigid.pressure.max(axis=(1, 2)), rigid.turret_torque
+    alike = (swinging_torque(data, rigid.theta) * torque > 0.0) & (np.abs(torque) > 0.05 * np.abs(torque).max())
+    root = np.sqrt(np.divide(swinging_torque(data, rigid.theta), torque, out=np.zeros_like(torque), where=alike))
+    assert rise == pytest.approx(float((pressure * root).max() / pressure.max()), rel=0.015)
+    assert (rise > 1.4) == twice
+    assert (bearing == [1, 2]) != twice, kind
 
 
 @pytest.mark.parametrize("seed", [12, 33])
