@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+
+UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
+"""characters that change what a reader sees without being seen: control characters, escapes of a terminal, marks that
+turn the direction of writing"""
+
+
+def visible(text: str) -> str:
+    """The text with every unseen character written as its escape; line ends and tabs stay."""
+    return UNSEEN.sub(lambda mark: mark[0].encode("unicode_escape").decode(), text)
+
 
 
 class CamgeomError(Exception):

@@ -76,7 +76,7 @@ def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("dynamic-life", LIFTED)
         return
     for body, value in model.dynamic_duty.lives.items():
-        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=body)
+        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=body, unlimited=True)
 
 
 @solved("lift-off", "dynamics")
@@ -126,7 +126,7 @@ def resonance(model: Model) -> Iterable[Finding]:
     # The halved step is known to meet the tolerance at the operating speed.
     sweep = study.over(study.speed * shares, max(1, study.steady.solution.grid.steps // 2))
     if not sweep.answered.all():
-        yield judged("resonance", np.inf, "<=", SENSITIVE, "1", sweep.refused[0][1], worst="warn")
+        yield Finding("resonance", "warn", None, "<=", SENSITIVE, "1", advice=sweep.refused[0][1])
         return
     here = float(study.steady.peak(name).magnitude[0])
     values = np.append(sweep.peaks[name].magnitude / shares**2, here)

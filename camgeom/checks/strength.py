@@ -44,7 +44,7 @@ def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged(name, KNIFE)
     for body in bodies:
         least = min(carrier.lives[body] for carrier in carriers if body in carrier.lives)
-        yield judged(name, least, ">=", limit, "h", remedy, where=body)
+        yield judged(name, least, ">=", limit, "h", remedy, where=body, unlimited=True)
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding | NotJudged]], str], ...] = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from math import degrees, isfinite
+from math import degrees, inf, isfinite
 from typing import Any, Literal, final
 
 Level = Literal["pass", "warn", "fail"]
@@ -58,7 +58,7 @@ class Finding:
     def shown(self) -> float | str:
         """The value to be read: 0 below rounding, "unlimited" for an endless life; a dash where there is none."""
         if self.value is None:
-            return "unlimited" if self.passed else "-"
+            return "unlimited" if self.level == "pass" else "-"
         if self.unit == "h" and self.passed and self.value >= ENDLESS_H:
             return "unlimited"
         return 0.0 if abs(self.value) < ROUNDING.get(self.unit, 0.0) else self.value
@@ -123,18 +123,25 @@ def judged(
     cam_angle: float | None = None,
     where: str = "",
     worst: Level = "fail",
+    unlimited: bool = False,
 ) -> Finding:
     """The finding of a value against its limit.
 
     warn       beyond it a designer would want to know, though the limit holds; in the sense of the same comparison
     slack      rounding or mesh error that the comparison forgives, in the value's unit
     cam_angle  rad; worst: the level beyond the limit ("warn" of what is never a failure)
-    An endless value has none in the finding. NaN fails.
+    unlimited  whether an endless value means something here: a life without load
+    A value or limit that is not finite, any other than such an endless one, never passes; the finding has none of it.
     """
     eased = value + slack if comparison in (">=", ">") else value - slack
     holds = _HOLDS[comparison]
     level: Level = "pass"
-    if limit is not None and not holds(eased, limit):
+    endless = unlimited and value == inf and comparison in (">=", ">")
+    if not (isfinite(value) or endless) or not (limit is None or isfinite(limit)):
+        level = worst
+        which, advice = "limit" if isfinite(value) or endless else "value", f": {advice}" if advice else ""
+        advice = f"the {which} is not a finite number, so nothing was judged by it{advice}"
+    elif limit is not None and not holds(eased, limit):
         level = worst
     elif warn is not None and not holds(value, warn):
         level = "warn"
@@ -144,9 +151,9 @@ def judged(
         level,
         float(value) if isfinite(value) else None,
         comparison,
-        limit,
+        limit if limit is None or isfinite(limit) else None,
         unit,
-        None if cam_angle is None else degrees(cam_angle) % 360.0,
+        None if cam_angle is None or not isfinite(cam_angle) else degrees(cam_angle) % 360.0,
         where,
         "" if level == "pass" else advice,
     )

@@ -11,11 +11,12 @@ import io
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from typing import NoReturn
 
-from camgeom.errors import CamgeomError
+from camgeom.errors import CamgeomError, visible
 
 EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
 
@@ -65,15 +66,18 @@ class Console:
     @property
     def lively(self) -> bool:
         """True where stderr is a terminal, so that progress may be shown."""
-        return sys.stderr.isatty()
+        return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
 
     def out(self, text: str) -> None:
-        """A line of the result."""
-        print(text)
+        """A line of the result, nothing unseen in it."""
+        print(visible(text))
 
     def err(self, text: str) -> None:
-        """A message for the user."""
-        print(text, file=sys.stderr)
+        """A message for the user, nothing unseen in it; lost where nobody hears: that changes no exit status."""
+        if sys.stderr is None:
+            return
+        with suppress(OSError, ValueError):
+            print(visible(text), file=sys.stderr, flush=True)
 
     def progress(self, text: str) -> None:
         """A passing line on the terminal that the next one replaces; an empty text clears it."""
@@ -263,7 +267,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _discard_output() -> None:
     """Point stdout, which nobody reads or which cannot be written, elsewhere: the interpreter flushes it once more."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _failed(console: Console, text: str, status: int) -> int:

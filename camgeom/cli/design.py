@@ -39,12 +39,14 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         console.out(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
         return 0
     shown = [(c.what, c.value if isinstance(c.value, str) else f"{c.value:g} mm", c.why) for c in made.choices]
+    # Without a file the profile alone stands on stdout, so that `> file` makes one.
+    tell = console.out if arguments.file else console.err
     for line in aligned(shown):
-        console.out(line)
+        tell(line)
     failed = sorted({finding.check for finding in made.findings if not finding.passed})
     doubts = f"; look at {', '.join(failed)}" if failed else ""
-    console.out(f"{len(made.findings) - len(failed)} checks pass{doubts}")
-    console.out(f"wrote {arguments.file}" if arguments.file else f"\n{made.text}")
+    tell(f"{len(made.findings) - len(failed)} checks pass{doubts}")
+    console.out(f"wrote {arguments.file}" if arguments.file else made.text.rstrip("\n"))
     return 0
 
 
@@ -52,7 +54,7 @@ def _planar(arguments: argparse.Namespace) -> Design:
     """The smallest planar cam for the profile given, or for the kind's starter."""
     from camgeom.cams import starter
     from camgeom.design.planar import design
-    from camgeom.profile.text import decode, read_bytes
+    from camgeom.reading import decode, read_bytes
 
     limits = {key: _number(arguments, key) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
     source: str | None = arguments.profile

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +11,11 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.maths import Floats
+from camgeom.reading import lines_of, read_bytes
 
 FEWEST, MOST = 6, 1_000_000
-MAX_BYTES = 200_000_000
+MAX_BYTES = 100_000_000
+"""B; a hundred characters a point"""
 SEPARATORS = (";", "\t", ",")
 LARGEST = 1e6
 """mm; a coordinate beyond is taken for an error"""
@@ -45,27 +48,33 @@ def read_points(path: Path | str) -> MeasuredPoints:
     with file, line and value for what is no table of points.
     """
     name = str(path)
-    lines = _lines(Path(path), name)
+    content = read_bytes(Path(path), MAX_BYTES, name)
+    if not content.strip():
+        raise _refused(name, "file", "holds no table", None, "CSV with columns x, y, z")
     try:
-        return _parsed(lines, name)
+        return _parsed(lines_of(content, name), name)
     except csv.Error as error:
         raise _refused(name, "file", f"is no CSV: {error}") from error
 
 
-def _parsed(lines: list[str], name: str) -> MeasuredPoints:
-    separator = next((mark for mark in SEPARATORS if mark in lines[0]), ",")
-    heads = [head.strip().lower().lstrip("\ufeff") for head in next(csv.reader([lines[0]], delimiter=separator))]
+def _parsed(lines: Iterator[str], name: str) -> MeasuredPoints:
+    first = next(lines)
+    separator = next((mark for mark in SEPARATORS if mark in first), ",")
+    heads = [head.strip().lower() for head in next(csv.reader([first], delimiter=separator), [])]
     columns, polar = _columns(heads, name)
     flank = next((i for i, head in enumerate(heads) if head in FLANK), None)
-    values, names = [], []
-    for number, row in enumerate(csv.reader(lines[1:], delimiter=separator), start=2):
+    values: list[list[float]] = []
+    names: list[str] = []
+    for number, row in enumerate(csv.reader(lines, delimiter=separator), start=2):
         if not any(cell.strip() for cell in row):
             continue
+        if len(values) == MOST:
+            raise _refused(name, "points", "there are too many points", None, f"{FEWEST} to {MOST}")
         values.append([_number(row, column, heads, number, separator, name) for column in columns])
         if flank is not None:
             names.append(row[flank].strip() if flank < len(row) else "")
-    if not FEWEST <= len(values) <= MOST:
-        raise _refused(name, "points", "the number of points is out of range", len(values), f"{FEWEST} to {MOST}")
+    if len(values) < FEWEST:
+        raise _refused(name, "points", "there are too few points", len(values), f"{FEWEST} to {MOST}")
     table = np.array(values).T
     if polar:
         turn = np.radians(table[0])
@@ -74,21 +83,6 @@ def _parsed(lines: list[str], name: str) -> MeasuredPoints:
     if planar:
         table = np.vstack([table, np.zeros(table.shape[1])])
     return MeasuredPoints(table, planar, tuple(names) if flank is not None else None)
-
-
-def _lines(path: Path, name: str) -> list[str]:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise _refused(name, "file", "is too large", path.stat().st_size, f"up to {MAX_BYTES} bytes")
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise _refused(name, "file", f"cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError:
-        raise _refused(name, "file", "is no text", None, "CSV with columns x, y, z") from None
-    lines = text.splitlines()
-    if not lines or "\0" in text:
-        raise _refused(name, "file", "holds no table", None, "CSV with columns x, y, z")
-    return lines
 
 
 def _columns(heads: list[str], name: str) -> tuple[list[int], bool]:

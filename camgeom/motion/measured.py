@@ -16,6 +16,7 @@ from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends
 from camgeom.motion.spline import end_control, to_pieces
 from camgeom.motion.table import Piece
+from camgeom.reading import lines_of, read_bytes
 
 LEAST_ROWS = 8
 """as many as the polynomial of highest degree has coefficients"""
@@ -62,14 +63,8 @@ def _pairs(rows: tuple[Any, ...], key: str) -> list[tuple[float, float]]:
 
 
 def _read_file(file: str, folder: str) -> list[tuple[float, float]]:
-    path = Path(folder, file)
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ProfileError([Problem("file", "the table is too large", file, f"up to {LARGEST_FILE} bytes")])
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise ProfileError([Problem("file", f"the table cannot be read: {error}", file)]) from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    content = read_bytes(Path(folder, file), LARGEST_FILE, "")
+    lines = [line for line in lines_of(content, "") if line.strip() and not line.lstrip().startswith("#")]
     delimiter = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0]), ",")
     rows = [row[:2] for row in csv.reader(lines, delimiter=delimiter)]
     if rows and not _is_number(rows[0][0]):

@@ -18,6 +18,7 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.motion.law import LAWS, Claims, Ends, LawEntry, ParamValue
 from camgeom.motion.table import Piece
+from camgeom.reading import read_bytes
 
 MOST_BYTES = 1_000_000
 TRUE_TO = 5e-4
@@ -38,7 +39,7 @@ def load_laws(file: str | Path) -> tuple[str, ...]:
     does not hold; the catalogue is then as it was before.
     """
     shown = str(file)
-    content = _content(shown)
+    content = read_bytes(Path(file), MOST_BYTES, shown, "--laws")
     path = Path(file).resolve()
     if path in _loaded and _loaded[path][0] == content:
         return _loaded[path][1]
@@ -68,18 +69,6 @@ def load_all(files: Iterable[str]) -> None:
     """Enter the laws of several files: how a worker process begins."""
     for file in files:
         load_laws(file)
-
-
-def _content(shown: str) -> bytes:
-    try:
-        with open(shown, "rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ProfileError([Problem("--laws", f"cannot be read: {reason}")], shown) from None
-    if len(content) > MOST_BYTES:
-        raise ProfileError([Problem("--laws", "the file is too large", None, f"at most {MOST_BYTES} bytes")], shown)
-    return content
 
 
 def _run(content: bytes, path: Path, shown: str) -> None:

@@ -18,7 +18,8 @@ from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
-from camgeom.profile.text import MAX_BYTES, Path_, decode, load, read_bytes
+from camgeom.profile.text import MAX_BYTES, Path_, load
+from camgeom.reading import decode, read_bytes
 from camgeom.track.follower import AnyFollower, AnyRoller, Setup
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Reading a profile file safely: size, encoding, TOML syntax and structure, each refused with one plain message.
+"""Reading a profile's text safely: TOML syntax and structure, each refused with one plain message.
 
 Nothing here knows a cam word. `load` gives plain data (tables as dict, arrays as tuple) whose numbers are finite and of
 sane size, whose strings are printable and whose depth and number of entries are bounded, so that what follows cannot be
@@ -8,16 +8,15 @@ flooded by a hostile file.
 from __future__ import annotations
 
 import math
-import os
 import re
-import stat
 import tomllib
 from dataclasses import dataclass, field
 from datetime import date, time
 from pathlib import Path
 from typing import Any
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import UNSEEN, Problem, ProfileError
+from camgeom.reading import lines_of, os_reason, read_bytes, refuse
 
 MAX_BYTES = 1_000_000
 """B; a profile with 10 000 segments is half of that"""
@@ -33,7 +32,6 @@ MAX_WHOLE = 2**63
 MAX_TABLE_ROWS = 200_000
 MOST_BAD_VALUES = 100
 
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 _NOT_IN_KEY = re.compile(r"[\n=,\[{#]")
 _QUOTED_PART = re.compile(r"[\"'][ \t]*\.")
 
@@ -51,72 +49,6 @@ def dotted(path: Path_) -> str:
             shown = shown if re.fullmatch(r"[A-Za-z0-9_…-]+", shown) else repr(shown)
             text += f".{shown}" if text else shown
     return text or "profile"
-
-
-def refuse(message: str, file: str, *, key: str = "file", value: object = None, allowed: str = "") -> ProfileError:
-    """A ProfileError with a single problem."""
-    return ProfileError([Problem(key, message, value, allowed)], file)
-
-
-def read_bytes(path: Path, limit: int, shown: str, key: str = "file") -> bytes:
-    """The bytes of a regular file of at most `limit` bytes; the size is looked at before a byte is read.
-
-    Raises ProfileError for a missing or unreadable file, a folder, a device or pipe, a loop of links, a large file.
-    """
-    try:
-        # Not blocking, so that a pipe with no writer is refused instead of waited for.
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except (OSError, ValueError) as error:
-        raise refuse(_os_reason(error), shown, key=key) from None
-    try:
-        info = os.fstat(handle)
-        if stat.S_ISDIR(info.st_mode):
-            raise refuse("is a folder, not a file", shown, key=key)
-        if not stat.S_ISREG(info.st_mode):
-            raise refuse("is not a regular file", shown, key=key)
-        content = b"" if info.st_size > limit else _up_to(handle, limit + 1)
-    except OSError as error:
-        raise refuse(_os_reason(error), shown, key=key) from None
-    finally:
-        os.close(handle)
-    size = max(info.st_size, len(content))
-    if size > limit:
-        raise refuse("the file is too large", shown, key=key, value=size, allowed=f"at most {limit} bytes")
-    return content
-
-
-def _up_to(handle: int, most: int) -> bytes:
-    """The file's bytes to its end, at most so many; a file may grow while it is read."""
-    chunks: list[bytes] = []
-    while most > 0 and (chunk := os.read(handle, most)):
-        chunks.append(chunk)
-        most -= len(chunk)
-    return b"".join(chunks)
-
-
-def _os_reason(error: OSError | ValueError) -> str:
-    if isinstance(error, FileNotFoundError):
-        return "there is no such file"
-    if isinstance(error, PermissionError):
-        return "may not be read (no permission)"
-    if isinstance(error, IsADirectoryError):
-        return "is a folder, not a file"
-    if isinstance(error, OSError) and error.strerror:
-        return f"cannot be opened: {error.strerror}"
-    return f"is not a usable file name: {error}"
-
-
-def decode(content: bytes, shown: str, key: str = "file") -> str:
-    """UTF-8 text; a byte order mark is dropped. ProfileError names the line of the first bad byte."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise refuse(f"is not UTF-8 text (byte {error.start + 1}, line {line})", shown, key=key) from None
-    if "\x00" in text:
-        line = text.count("\n", 0, text.index("\x00")) + 1
-        raise refuse(f"is not text: it holds a NUL byte (line {line})", shown, key=key)
-    return text
 
 
 def load(text: str, file: str) -> tuple[dict[str, Any], list[Problem], set[Path_]]:
@@ -158,7 +90,7 @@ def _refuse_long_keys(text: str, file: str) -> None:
 def _text_fault(text: str) -> str:
     if len(text) > MAX_TEXT:
         return f"the text is too long ({len(text)} characters; allowed: at most {MAX_TEXT})"
-    return "the text holds control characters" if _CONTROL.search(text) else ""
+    return "the text holds control characters" if UNSEEN.search(text) else ""
 
 
 @dataclass
@@ -219,7 +151,7 @@ def beside(name: str, folder: Path | None, key: str) -> Path | Problem:
     try:
         home, target = folder.resolve(strict=True), (folder / name).resolve(strict=True)
     except (OSError, RuntimeError, ValueError) as error:
-        reason = _os_reason(error) if isinstance(error, OSError) else "is a loop of links"
+        reason = os_reason(error) if isinstance(error, OSError) else "is a loop of links"
         return Problem(key, reason, name, allowed)
     if not target.is_relative_to(home):
         return Problem(key, "may not leave the profile's folder (a link leads out of it)", name, allowed)
@@ -229,12 +161,12 @@ def beside(name: str, folder: Path | None, key: str) -> Path | Problem:
 def number_table(path: Path, columns: int, key: str, shown: str) -> tuple[tuple[float, ...], ...] | Problem:
     """Rows of a CSV file (comma, semicolon or blank between numbers, # comments, one optional heading line)."""
     try:
-        text = decode(read_bytes(path, MAX_TABLE_BYTES, "", key), "", key)
+        lines = list(lines_of(read_bytes(path, MAX_TABLE_BYTES, "", key), "", key))
     except ProfileError as error:
         return error.problems[0]
     rows: list[tuple[float, ...]] = []
     heading_allowed = True
-    for line_number, line in enumerate(text.splitlines(), 1):
+    for line_number, line in enumerate(lines, 1):
         stripped = line.split("#", 1)[0].strip()
         if not stripped:
             continue

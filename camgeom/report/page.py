@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from html import escape
+import html
 from importlib.resources import files
 from itertools import count, groupby
 
@@ -29,9 +29,16 @@ from camgeom.drawing.maps import map_sheet
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
 from camgeom.drawing.sheet import Sheet, number
+from camgeom.errors import visible
 from camgeom.report.scene import scene_json
 
 Plot = Chart | Map | Polar | Drawing
+
+
+def escape(text: str) -> str:
+    """Text as HTML, nothing unseen in it."""
+    return html.escape(visible(text))
+
 
 _HATCH = (
     '<svg width="0" height="0" style="position:absolute" aria-hidden="true"><defs><pattern id="hatch" width="7" '

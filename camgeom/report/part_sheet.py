@@ -13,7 +13,7 @@ from camgeom.drawing.drawing import drawing_sheet, drawing_size
 from camgeom.drawing.paper import PX, Paper, pdf
 from camgeom.drawing.plots import chart_sheet
 from camgeom.drawing.sheet import number, text_width
-from camgeom.errors import CamgeomError, ExportError
+from camgeom.errors import CamgeomError, ExportError, visible
 from camgeom.export.files import atomic_write
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.design import across, axial
@@ -177,7 +177,7 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
     cells = (
         ("Scale", ratio), ("Sheet", "A3"), ("Dimensions", "mm, degrees"), ("Mass", f"{number(mass, 4)} kg"),
         ("Turns, seen from +Z", direction), ("Density", f"{number(profile.material.cam.density)} kg/m³"),
-        ("Profile", Path(profile.source).name or "-"), ("Made with", f"camgeom {__version__}"),
+        ("Profile", visible(Path(profile.source).name) or "-"), ("Made with", f"camgeom {__version__}"),
     )  # fmt: skip
     width, top, pitch = (RIGHT - SPLIT) / 4.0, BLOCK + 18.0, 12.0
     for place, (head, text) in enumerate(cells):

@@ -192,7 +192,7 @@ def test_a_table_file_in_degrees(tmp_path: Path) -> None:
         ({"rows": [[0, 0], [2, 1], [2, 1], *([i, 1] for i in range(3, 9))]}, "rows", "row 3"),
         ({"rows": [[0, 0], [1, 0.5, 3], [2, 1]]}, "rows", "row 2"),
         ({"rows": [[i, 2 * i] for i in range(9)]}, "rows", "does not end"),
-        ({"file": "no-such-file.csv"}, "file", "cannot be read"),
+        ({"file": "no-such-file.csv"}, "file", "there is no such file"),
         ({"file": "x.csv", "rows": [[0, 0], [1, 0.5], [2, 1]]}, "rows", "not both"),
     ],
 )

@@ -38,11 +38,20 @@ def test_a_value_against_its_limit(value, comparison, warn, level, margin) -> No
 
 
 def test_what_is_endless_or_no_number() -> None:
-    assert judged("life", inf, ">=", 1e4, "h", "").level == "pass"
-    assert judged("life", inf, ">=", 1e4, "h", "").value is None
-    assert judged("pressure", inf, "<=", 1e4, "MPa", "x").level == "fail"
-    assert judged("pressure", nan, "<=", 1e4, "MPa", "x").level == "fail"
-    assert judged("pressure", nan, ">=", 1e4, "MPa", "x").level == "fail"
+    endless = judged("life", inf, ">=", 1e4, "h", "", unlimited=True)
+    assert (endless.level, endless.value, endless.shown) == ("pass", None, "unlimited")
+    for value in (inf, -inf, nan):
+        for comparison in ("<=", ">=", "<", ">", "=", ""):
+            told = judged("gap", value, comparison, None if comparison == "" else 0.0, "mm", "mend it")
+            assert (told.level, told.value, told.shown) == ("fail", None, "-")
+            assert "not a finite number" in told.advice and told.advice.endswith("mend it")
+            if comparison != "":
+                assert judged("gap", 1.0, comparison, value, "mm", "mend it").level == "fail"
+                assert judged("gap", 1.0, comparison, value, "mm", "mend it").limit is None
+    assert judged("life", -inf, ">=", 1e4, "h", "", unlimited=True).level == "fail"
+    assert judged("life", nan, ">=", 1e4, "h", "", unlimited=True).level == "fail"
+    assert judged("sag", inf, "<=", 1.0, "mm", "", unlimited=True).level == "fail"
+    assert judged("stops", nan, "<=", 1.0, "1", "", worst="warn").level == "warn"
 
 
 def test_the_verdict_is_the_worst_and_says_what_was_left_out() -> None:

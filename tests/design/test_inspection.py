@@ -226,14 +226,15 @@ def test_files_in_any_usual_form(tmp_path: Path, separator: str, polar: bool) ->
     ("text", "message"),
     [
         ("", "holds no table"),
-        ("x,y,z\n", "number of points is out of range .found 0.; allowed: 6 to"),
+        ("x,y,z\n", "too few points .found 0.; allowed: 6 to"),
         ("a,b,c\n1,2,3\n", r"line 1: names no coordinates \(found 'a, b, c'\)"),
         ("x,y,zz\n" + "1,2,3\n" * 7, None),
         ("x,y,z\n" + "1,2,3\n" * 7 + "4,oops,6\n", r"line 9: column 'y' needs a number \(found 'oops'\)"),
         ("x,y,z\n" + "1,2,3\n" * 7 + "4,nan,6\n", "line 9: column 'y' needs a number"),
         ("x,y,z\n" + "1,2,3\n" * 7 + "4,5\n", "line 9: column 'z' needs a number"),
         ("x,y,z\n" + "1,2,1e9\n" * 7, "line 2: column 'z' needs a number"),
-        ("\x00\x01\x02", "holds no table"),
+        ("\x00\x01\x02", "line 1 holds a NUL byte"),
+        ("x,y,z\n" + "1,2,3\n" * 7 + "4" * 10_001, "line 9 is too long"),
     ],
 )
 def test_garbage_is_refused_in_one_line(tmp_path: Path, text: str, message: str | None) -> None:
@@ -250,9 +251,9 @@ def test_garbage_is_refused_in_one_line(tmp_path: Path, text: str, message: str 
 
 def test_no_text_and_no_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "x.bin").write_bytes(b"\xff\xfe\x80" * 50)
-    with pytest.raises(ProfileError, match="is no text"):
+    with pytest.raises(ProfileError, match="is not UTF-8 text after line 0"):
         read_points(tmp_path / "x.bin")
-    with pytest.raises(ProfileError, match="cannot be read: No such file"):
+    with pytest.raises(ProfileError, match="there is no such file"):
         read_points(tmp_path / "none.csv")
 
 
