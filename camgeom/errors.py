@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 UNSEEN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
 """characters that change what a reader sees without being seen: control characters, escapes of a terminal, marks that
@@ -101,3 +103,51 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A hint with the nearest spelling, empty where nothing is close."""
     meant = nearest(word, known)
     return f"did you mean {meant!r}?" if meant else ""
+
+
+@dataclass(frozen=True)
+class Unmade:
+    """Why one product could not be made, while the others were.
+
+    status       "refused" where the design or the profile admits no such product, "failed" where a method, the machine
+                 or camgeom itself could not make it
+    exit_status  what it means for a command: 1 a file that cannot be made, else that of the error
+    trace        where an error of camgeom itself came from, else empty
+    """
+
+    status: Literal["refused", "failed"]
+    reason: str
+    exit_status: int
+    trace: str = ""
+
+
+def unmade(error: Exception) -> Unmade:
+    """What an exception says about the product that it ended; its reason is one line.
+
+    Expected are the errors of camgeom, memory that runs out, the file system, and libraries that cannot be loaded. Any
+    other exception is a bug: it is told as one, and raised again where CAMGEOM_DEBUG is 1.
+    """
+    cause: BaseException = error
+    while isinstance(cause, ExportError) and isinstance(cause.__cause__, CamgeomError):
+        cause = cause.__cause__
+    text = " ".join(str(error).split())
+    if isinstance(cause, ProfileError):
+        return Unmade("refused", "; ".join(map(str, cause.problems)), cause.exit_status)
+    if isinstance(cause, DesignError):
+        return Unmade("refused", text, cause.exit_status)
+    if isinstance(cause, CamgeomError):
+        return Unmade("failed", text, 1 if isinstance(cause, ExportError) else cause.exit_status)
+    if isinstance(error, MemoryError):
+        return Unmade("failed", "out of memory; a larger output.tolerance needs less", 3)
+    if isinstance(error, ImportError):
+        return Unmade("failed", f"a library that it needs cannot be loaded: {text}", 1)
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return Unmade("failed", f"{where}{error.strerror or text}", 1)
+    if os.environ.get("CAMGEOM_DEBUG") == "1":
+        raise error
+    import traceback
+
+    hint = "set CAMGEOM_DEBUG=1 to see where"
+    trace = "".join(traceback.format_exception(error))
+    return Unmade("failed", f"{type(error).__name__}: {text[:200]}; this is a bug ({hint})", 3, trace)

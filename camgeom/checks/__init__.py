@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, final
 
 from camgeom.checks.verdict import Finding, NotJudged, Verdict
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, Unmade, unmade
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -81,16 +81,23 @@ def checks() -> dict[str, Check]:
 def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
     """The verdict on a model: every check that applies, or the named ones. A body that cannot be made fails.
 
-    Checks of the body judge it once, the others every follower on it.
+    Checks of the body judge it once, the others every follower on it. A check whose figures cannot be computed is not
+    judged, for the reason that they cannot; the others are.
     """
     wanted = None if only is None else set(only)
     said: list[Finding | NotJudged] = []
+    lost: list[tuple[str, Unmade]] = []
     for name, entry in checks().items():
         if wanted is None or name in wanted:
             bindings = model.bindings[:1] if "body" in entry.needs else model.bindings
-            said += [word for binding in bindings for word in _said(entry, binding, len(bindings) > 1)]
+            for binding in bindings:
+                try:
+                    said += _said(entry, binding, len(bindings) > 1)
+                except Exception as error:
+                    lost.append((name, unmade(error)))
+                    said.append(NotJudged(name, lost[-1][1].reason))
     findings = tuple(word for word in said if isinstance(word, Finding))
-    return Verdict(findings, tuple(word for word in said if isinstance(word, NotJudged)))
+    return Verdict(findings, tuple(word for word in said if isinstance(word, NotJudged)), tuple(lost))
 
 
 def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from math import degrees, inf, isfinite
 from typing import Any, Literal, final
 
+from camgeom.errors import Unmade
+
 Level = Literal["pass", "warn", "fail"]
 Comparison = Literal["<=", ">=", "<", ">", "=", ""]
 RANK: dict[Level, int] = {"pass": 0, "warn": 1, "fail": 2}
@@ -162,10 +164,14 @@ def judged(
 @final
 @dataclass(frozen=True)
 class Verdict:
-    """All judgements of one design."""
+    """All judgements of one design.
+
+    lost  checks whose figures could not be computed, with the reason; they stand among the `not_judged` too
+    """
 
     findings: tuple[Finding, ...]
     not_judged: tuple[NotJudged, ...] = ()
+    lost: tuple[tuple[str, Unmade], ...] = ()
 
     @property
     def level(self) -> Level:

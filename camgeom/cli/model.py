@@ -6,8 +6,6 @@ import argparse
 import json
 import os
 from collections.abc import Iterable
-from dataclasses import replace
-from math import isfinite
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -15,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 from camgeom.checks.verdict import ENDLESS_H, RANK
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
-from camgeom.errors import DesignError, ExportError, NotConverged, Problem, ProfileError
+from camgeom.errors import ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
-    from camgeom.model import Model
     from camgeom.report.result import Result
 
 QUIET_FOR = 1.0
@@ -109,9 +106,11 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Carry out one of the commands on a model; returns the exit status."""
+    from camgeom.export.folder import RunFolder
     from camgeom.model import Model
     from camgeom.profile import read
-    from camgeom.report.result import chosen, compute, explain, with_costs, write_result
+    from camgeom.report.delivery import RESULT, Order, deliver
+    from camgeom.report.result import chosen
 
     if arguments.formats == "list":
         return formats(arguments, console)
@@ -121,41 +120,29 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     products, checks = (_shown(sections), None) if sections else chosen(arguments.command, only)
     refuse_nameless(arguments.out)
     profile = read(arguments.profile)
-    wanted = _formats(arguments, profile.output.formats, products)
+    wanted = _formats(arguments, profile.output.formats, products, only)
+    order = Order(
+        arguments.command, products, checks, wanted, sections, slug(profile.name), explained=arguments.explain
+    )
+    model = Model(profile, tolerance, progress(console))
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
-    folder = output_folder(arguments.out, profile.name)
     if writes:
+        folder = output_folder(arguments.out, profile.name)
         refuse_unwritable(folder)
-    model = Model(profile, tolerance, progress(console))
-    result = compute(model, products, checks)
-    files, complete = _export(model, result, wanted, folder, console) if "exports" in products else ([], True)
-    page = _report(model, folder, sections, result if "checks" in products else None) if "report" in products else None
-    files += [page] if page is not None else []
-    files += _extras(model, folder, wanted, page, result, console)
-    result.data["files"] = [str(file) for file in files]
-    result.data.update(model.ledger.notes)
-    result = with_costs(result, model)
-    if arguments.explain:
-        result.data["explain"] = explain(model, products)
-    result = replace(result, data=finite(result.data))
-    if writes:
-        files.append(write_result(result, folder))
+        with RunFolder(folder) as place:
+            result = deliver(model, order, place, lambda text: console.err(f"camgeom: {text}"))
+        files = [*result.data["files"], str(folder / RESULT)]
+    else:
+        result, files = deliver(model, order, None, console.err), []
     console.progress("")
     _print(result, arguments, console, files)
-    return 0 if result.passed and complete else 1
+    return result.exit_status
 
 
-def finite(value: Any) -> Any:
-    """Plain data with null for every number that JSON cannot say (an endless life, a curvature at a cusp)."""
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
-
-
-def _print(result: Result, arguments: argparse.Namespace, console: Console, files: list[Path]) -> None:
+def _print(result: Result, arguments: argparse.Namespace, console: Console, files: list[str]) -> None:
+    for names_, reason in _unmade(result, told=False):
+        console.err(f"camgeom: no {' or '.join(names_)}: {reason}")
     if arguments.json:
         console.out(json.dumps(result.data, indent=2, allow_nan=False))
         return
@@ -196,11 +183,12 @@ def names(text: str | None, option: str) -> tuple[str, ...] | None:
 
 
 def _formats(
-    arguments: argparse.Namespace, profiled: tuple[str, ...], products: tuple[str, ...]
+    arguments: argparse.Namespace, profiled: tuple[str, ...], products: tuple[str, ...], only: tuple[str, ...] | None
 ) -> tuple[str, ...]:
     """The formats asked for, each known to a writer. Raises ProfileError naming all that are not.
 
-    A command that exports nothing but reports brings pictures and pages along where --formats names them.
+    A command that exports nothing but reports brings pictures and pages along where --formats names them; one that
+    judges a profile asks whether its cam may have the profile's.
     """
     given = names(arguments.formats, "--formats")
     exporting = "exports" in products
@@ -227,7 +215,7 @@ def _formats(
             problems.append(Problem(key, told, name))
     if problems:
         raise ProfileError(problems, arguments.profile if given is None else "")
-    if not exporting and given is None:
+    if not exporting and given is None and not (arguments.command == "check" and only is None):
         return ()
     return tuple(dict.fromkeys(name.lower().lstrip(".") for name in wanted))
 
@@ -267,59 +255,6 @@ def refuse_unwritable(folder: Path) -> None:
         raise ExportError(f"{there}: {problem}; choose another folder with --out")
 
 
-def _export(
-    model: Model, result: Result, formats: tuple[str, ...], folder: Path, console: Console
-) -> tuple[list[Path], bool]:
-    """Write the formats, and whether all could be; what cannot be made is told and left out."""
-    from camgeom.report.files import EXTRAS, format_of, write
-
-    stem, complete = slug(model.profile.name), True
-    written: list[Path] = []
-    for name in formats:
-        if name in EXTRAS:
-            continue
-        form = format_of(name)
-        if result.refused and form.takes in ("bodies", "model", "machining", "machined"):
-            continue
-        if form.takes == "machining" and "cutter" in dict(result.unanswered):
-            complete = False  # the summary says why, once for all these formats
-            continue
-        path = folder / f"{stem}{form.extension}"
-        try:
-            write(model, path)
-            written.append(path)
-            if form.extension == ".stl" and (lost := _rounded(model)):
-                console.err(f"camgeom: {path}: {lost}")
-        except (DesignError, ExportError, NotConverged) as error:
-            # One file that cannot be made does not stop the others.
-            console.err(f"camgeom: {error}")
-            complete = False
-    return written, complete
-
-
-def _rounded(model: Model) -> str:
-    """What an STL's 32-bit coordinates add to a fine tolerance; empty where it is little."""
-    from camgeom.export.triangles import NOTED, rounding
-
-    lost = max(rounding(solid.mesh) for solid in model.solids)
-    if lost <= NOTED * model.tolerance:
-        return ""
-    moved = f"32-bit coordinates move vertices by up to {lost:.2g} mm"
-    return f"{moved} beside the tolerance {model.tolerance:g} mm; 3mf, ply and step keep it"
-
-
-def _extras(
-    model: Model, folder: Path, formats: tuple[str, ...], page: Path | None, result: Result, console: Console
-) -> list[Path]:
-    """Stills, movies and the printed page; where this machine cannot make one, a message says why, the rest goes on."""
-    from camgeom.report.files import EXTRAS, write_extras
-
-    kinds = tuple(name for name in formats if name in EXTRAS)
-    if not kinds:
-        return []
-    return write_extras(model, folder, slug(model.profile.name), kinds, page, bool(result.refused), console.err)
-
-
 def _sections(only: tuple[str, ...]) -> tuple[str, ...]:
     """The sections of a report that holds nothing else. Raises ProfileError for an unknown one."""
     from camgeom.report.sections import chosen
@@ -332,23 +267,13 @@ def _shown(sections: tuple[str, ...]) -> tuple[str, ...]:
     return ("checks", "report") if "checks" in sections else ("report",)
 
 
-def _report(model: Model, folder: Path, sections: tuple[str, ...] | None, judged: Result | None) -> Path:
-    """Write the report page, of all sections or some, with the findings where they are known."""
-    from camgeom.report.sections import write_report
-
-    return write_report(model, folder / "report.html", sections, judged.verdict if judged else None)
-
-
-def summary(result: Result, files: Iterable[Path]) -> list[str]:
+def summary(result: Result, files: Iterable[str]) -> list[str]:
     """All lines for one result."""
     data = result.data
     lines = [f"{data['name']} ({data['kind']}): {_verdict(result)}"]
     lines += _findings(result.findings)
     lines += [f"  not judged: {word.check}: {word.reason}" for word in result.verdict.not_judged]
-    if result.refused and all(result.refused != finding.advice for finding in result.findings):
-        lines.append(f"  no solid: {result.refused}")
-    for why in dict.fromkeys(why for _, why in result.unanswered):
-        lines.append(f"  no {' or '.join(name for name, said in result.unanswered if said == why)}: {why}")
+    lines += [f"  no {' or '.join(names_)}: {reason}" for names_, reason in _unmade(result, told=True)]
     told = [
         (words, _at(data.get(section, {}), key), unit)
         for section, entries in KEY_FIGURES.items()
@@ -363,6 +288,21 @@ def summary(result: Result, files: Iterable[Path]) -> list[str]:
     if crown := data.get("flank", {}).get("crown"):
         lines.append(f"  flank under the crowned roller: {CROWNED[crown]}")
     return lines + [f"  wrote {file}" for file in files]
+
+
+def _unmade(result: Result, told: bool) -> list[tuple[list[str], str]]:
+    """Products that could not be made, by reason: of those that the summary tells, or of files alone.
+
+    Sections of the report and pictures are told with what they belong to, checks among those not judged.
+    """
+    from camgeom.report.result import SOURCES
+
+    grouped: dict[str, list[str]] = {}
+    for product in result.products:
+        if product.exit_status and not product.name.startswith(("checks", "report.", "png.")):
+            grouped.setdefault(product.reason, []).append(product.name)
+    groups = [(names_, reason) for reason, names_ in grouped.items()]
+    return [group for group in groups if any(name in SOURCES for name in group[0]) == told]
 
 
 def _at(data: Any, path: str) -> Any:
@@ -383,7 +323,7 @@ def _figure(value: float, unit: str) -> str:
 def _verdict(result: Result) -> str:
     if result.findings:
         return result.verdict.sentence
-    return "no solid" if result.refused else "done"
+    return "done" if all(p.status == "made" for p in result.products if p.name == "solid") else "no solid"
 
 
 def _findings(findings: Iterable[Finding]) -> list[str]:

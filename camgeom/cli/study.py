@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.cli import Console, UsageError
-from camgeom.cli.model import finite, names, output_folder, refuse_nameless, refuse_unwritable
+from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
 from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
 from camgeom.errors import Problem, ProfileError
+from camgeom.report.delivery import finite
 from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
@@ -121,8 +122,9 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
         figures[name] = finite(finding.value)
     failed = [finding.check for finding in result.findings if not finding.passed]
-    reason = result.refused or "; ".join([*(why for _, why in result.unanswered), *dict.fromkeys(failed)])
-    return figures, "fail" if not result.passed else result.verdict.level, reason
+    unmade = [product.reason for product in result.products if product.exit_status]
+    words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
+    return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
 
 
 def _flat(data: dict[str, Any], name: str) -> Figures:

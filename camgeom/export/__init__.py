@@ -44,6 +44,8 @@ class Format:
     about      one line for lists and help
     cams       which cams it is for
     write      (path, what it takes) -> bytes written
+    missing    why a model's cam has no such file, empty where it may have one; known before anything is computed
+    body       whether it says something of a body, so that there is none where the design admits no body
     """
 
     extension: str
@@ -51,13 +53,20 @@ class Format:
     about: str
     write: Callable[..., int]
     cams: str = "every cam"
+    missing: Callable[[Model], str] = lambda model: ""
+    body: bool = True
 
 
 _FORMATS: dict[str, Format] = {}
 
 
 def writer(
-    extension: str, about: str, takes: str = "bodies", cams: str = "every cam"
+    extension: str,
+    about: str,
+    takes: str = "bodies",
+    cams: str = "every cam",
+    missing: Callable[[Model], str] = lambda model: "",
+    body: bool = True,
 ) -> Callable[[_Function], _Function]:
     """Register a function as the writer of an extension; the registry finds it by the file it stands in."""
 
@@ -65,7 +74,7 @@ def writer(
         other = _FORMATS.get(extension)
         if other and other.write.__module__ != function.__module__:
             raise ValueError(f"{extension} has two writers: {other.write.__module__} and {function.__module__}")
-        _FORMATS[extension] = Format(extension, takes, about, function, cams)
+        _FORMATS[extension] = Format(extension, takes, about, function, cams, missing, body)
         return function
 
     return register

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining, Pass
     from camgeom.machining.rest import RestField
+    from camgeom.model import Model
 
 
 COLUMNS = (
@@ -28,7 +29,29 @@ COLUMNS = (
 _CHUNK = 8192
 
 
-@writer(".cutter.csv", "cutter positions: end, axis, contact, normal, time, CSV; exact", takes="machining")
+def no_tool(model: Model) -> str:
+    """Why no tool is known: without a [cutter] it is like the follower's roller."""
+    known = model.profile.cutter is not None or model.mechanism.roller is not None
+    return "" if known else "needs a [cutter] table: the follower has no roller, and so no tool like it"
+
+
+def no_program(model: Model) -> str:
+    """Why there is no program for a machine."""
+    return NO_CUTTER if model.profile.cutter is None else ""
+
+
+def no_rest(model: Model) -> str:
+    """Why a tool leaves nothing that changes from place to place."""
+    return no_tool(model) or (SAME_STOCK if model.mechanism.blank is None else "")
+
+
+NO_CUTTER = "G-code needs a [cutter] table: nobody chose tool, spindle speed, feed and machine"
+SAME_STOCK = "the contour of a planar cam leaves the same stock everywhere"
+
+
+@writer(
+    ".cutter.csv", "cutter positions: end, axis, contact, normal, time, CSV; exact", takes="machining", missing=no_tool
+)
 def write_cutter_csv(path: Path, machining: Machining) -> int:
     """Write every block of every pass, one a line, in the cam frame; returns the bytes written.
 
@@ -55,7 +78,10 @@ _IN_APT, _IN_GCODE = "$/", "()%;"
 _GOTO = "GOTO/{:.6f},{:.6f},{:.6f},{:.8f},{:.8f},{:.8f}\n"
 
 
-@writer(".apt", "cutter location data in APT: GOTO/x,y,z,i,j,k of the tool's end and axis", takes="machining")
+@writer(
+    ".apt", "cutter location data in APT: GOTO/x,y,z,i,j,k of the tool's end and axis", takes="machining",
+    missing=no_tool,
+)
 def write_apt(path: Path, machining: Machining) -> int:
     """Write the passes as APT: mm, cam frame, positions to 1e-6 mm, axes to 1e-8; returns the bytes written.
 
@@ -123,7 +149,10 @@ FASTEST = 1e6
 """1/min or mm/min; a faster block would only be a rounding of its own length"""
 
 
-@writer(".gcode", "G-code for a rotary-table mill, feed by surface speed (G93, or G94)", takes="machining")
+@writer(
+    ".gcode", "G-code for a rotary-table mill, feed by surface speed (G93, or G94)", takes="machining",
+    missing=no_program,
+)
 def write_gcode(path: Path, machining: Machining) -> int:
     """Write the passes as G-code in mm and degrees, absolute; returns the bytes written.
 
@@ -139,7 +168,7 @@ def write_gcode(path: Path, machining: Machining) -> int:
     from camgeom.machining.plan import lead_radius
 
     if machining.assumed:
-        raise DesignError("G-code needs a [cutter] table: nobody chose tool, spindle speed, feed and machine")
+        raise DesignError(NO_CUTTER)
     spec, machine = machining.spec, machining.machine
     rounding = _rounding(machining)
     leads = [lead_radius(spec.lead, path.room, machining.tool.radius) for path in machining.paths if path.closed]
@@ -251,7 +280,7 @@ ROUND = "drums and globoids"
 REST_COLUMNS = ("track", "side", "cam_angle_deg", "roller_mm", "x_mm", "y_mm", "z_mm", "rest_mm")
 
 
-@writer(".rest.csv", "stock that the tool leaves on flanks (gouges negative), CSV", "machined", ROUND)
+@writer(".rest.csv", "stock that the tool leaves on flanks (gouges negative), CSV", "machined", ROUND, no_rest)
 def write_rest_csv(path: Path, outcome: Outcome) -> int:
     """Write the stock at points of every flank, mm, one a line; returns the bytes written.
 
@@ -268,7 +297,7 @@ def write_rest_csv(path: Path, outcome: Outcome) -> int:
     return write_csv(path, REST_COLUMNS, ((f"{_named(field, ',')},", table(field)) for field in fields))
 
 
-@writer(".rest.vtu", "flanks with the stock that the tool leaves as a field, VTU; exact", "machined", ROUND)
+@writer(".rest.vtu", "flanks with the stock that the tool leaves as a field, VTU; exact", "machined", ROUND, no_rest)
 def write_rest_vtu(path: Path, outcome: Outcome) -> int:
     """Write every flank as a surface with `rest_mm` on its points; returns the bytes written. Errors as for the CSV."""
     bodies = []
@@ -281,7 +310,7 @@ def write_rest_vtu(path: Path, outcome: Outcome) -> int:
 
 def _rest_fields(path: Path, outcome: Outcome) -> tuple[RestField, ...]:
     if not outcome.fields:
-        raise ExportError(f"{path}: the contour of a planar cam leaves the same stock everywhere")
+        raise ExportError(f"{path}: {SAME_STOCK}")
     return outcome.fields
 
 

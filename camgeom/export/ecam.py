@@ -149,7 +149,9 @@ XYVA = 3
 """byType of a cam whose points carry position, velocity and acceleration"""
 
 
-@writer(".ecam.csv", "electronic cam: position, velocity, acceleration, jerk over master angle, CSV", takes="profile")
+@writer(
+    ".ecam.csv", "electronic cam: position, velocity, acceleration, jerk over master angle, CSV", "profile", body=False
+)
 def write_ecam_csv(path: Path, profile: Profile) -> int:
     """Write the electronic cam of the follower's axis, one heading line; returns the bytes written.
 
@@ -168,7 +170,7 @@ def write_ecam_csv(path: Path, profile: Profile) -> int:
     return write_csv(path, heads, [("", np.stack(columns, axis=1))])
 
 
-@writer(".plcopen.xml", "electronic cam for controllers: PLCopen XML (TC6), XYVA points", takes="profile")
+@writer(".plcopen.xml", "electronic cam for controllers: PLCopen XML (TC6), XYVA points", "profile", body=False)
 def write_plcopen_xml(path: Path, profile: Profile) -> int:
     """Write the electronic cam as a program that holds it, with its data types; returns the bytes written.
 
@@ -287,9 +289,17 @@ def _words(parent: ET.Element, text: str) -> None:
 PER_TURN = 3600
 
 
+def _rigid(profile: Profile) -> str:
+    """Why a follower needs no correction for its elasticity."""
+    spec = profile.dynamics_spec
+    elastic = spec is not None and spec.kind == "follower"
+    return "" if elastic else "only an elastic follower in [dynamics] has a polydyne motion"
+
+
 @writer(
     ".polydyne.csv", "cam lift over the cam angle for an elastic follower (polydyne), CSV", takes="model",
-    cams="followers with a linkage_stiffness in [dynamics]",
+    cams="followers with a linkage_stiffness in [dynamics]", missing=lambda model: _rigid(model.profile),
+    body=False,
 )
 def write_polydyne_csv(path: Path, model: Model) -> int:
     """Write cam angle (deg) and cam lift (mm, deg of a swinging follower), one heading line; returns the bytes written.
@@ -299,7 +309,7 @@ def write_polydyne_csv(path: Path, model: Model) -> int:
     """
     study = model.elastic_follower
     if study is None:
-        raise ExportError(f"{path}: only an elastic follower in [dynamics] has a polydyne motion")
+        raise ExportError(f"{path}: {_rigid(model.profile)}")
     motion = study.corrected
     phi, _ = piece_grid(motion.knots, PER_TURN)
     phi = np.unique(phi)

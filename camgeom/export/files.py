@@ -50,7 +50,7 @@ def atomic_write(path: Path | str) -> Iterator[BinaryIO]:
     target, temporary, opened = Path(path), None, False
     try:
         final = target.resolve() if target.is_symlink() else target
-        mode = _mode(final)
+        mode = mode_of(final)
         final.parent.mkdir(parents=True, exist_ok=True)
         # Its name is known before it exists, so that an interrupt at any moment finds it.
         temporary = final.with_name(f".{final.name[:80]}.{secrets.token_hex(8)}.part")
@@ -67,11 +67,11 @@ def atomic_write(path: Path | str) -> Iterator[BinaryIO]:
             with suppress(OSError, ValueError):  # the first failure is the one to tell; the folder may be gone too
                 temporary.unlink()
         if isinstance(error, OSError) or (not opened and isinstance(error, RuntimeError | ValueError)):
-            raise _export_error(target, error) from error
+            raise export_error(target, error) from error
         raise
 
 
-def _mode(final: Path) -> int | None:
+def mode_of(final: Path) -> int | None:
     """Permissions of the file that is replaced, None where there is none; OSError where it must not be replaced."""
     if not final.exists():
         return None
@@ -82,7 +82,7 @@ def _mode(final: Path) -> int | None:
     return final.stat().st_mode & 0o777
 
 
-def _export_error(path: Path, error: Exception) -> ExportError:
+def export_error(path: Path, error: Exception) -> ExportError:
     """The failure in words, naming the file."""
     if not isinstance(error, OSError):
         return ExportError(f"{path}: cannot be written: {error}")

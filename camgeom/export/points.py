@@ -210,11 +210,13 @@ def _polar(x: Floats) -> tuple[Floats, Floats]:
 
 
 PER_TURN = 3600
+NOT_PLANAR = "only planar cams have outlines"
 OUTLINE_COLUMNS = ("curve", "cam_angle_deg", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm")
 
 
 @writer(
-    ".outline.csv", "profile and pitch curves, normals, curvature, CSV; exact", takes="model", cams="planar cams"
+    ".outline.csv", "profile and pitch curves, normals, curvature, CSV; exact", takes="model", cams="planar cams",
+    missing=lambda model: "" if model.mechanism.touches else NOT_PLANAR, body=False,
 )
 def write_outline_csv(path: Path, model: Model) -> int:
     """Write every outline of a planar cam, a tenth of a degree apart and one-sided at knots; returns the bytes written.
@@ -223,7 +225,7 @@ def write_outline_csv(path: Path, model: Model) -> int:
     where the curve is convex. Raises ExportError for a cam that is not planar, or where the file cannot be written.
     """
     if model.planar is None:
-        raise ExportError(f"{path}: only planar cams have outlines")
+        raise ExportError(f"{path}: {NOT_PLANAR}")
 
     def table(outline: Outline) -> Floats:
         phi, _ = piece_grid(outline.knots(), PER_TURN)

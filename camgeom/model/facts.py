@@ -6,6 +6,8 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, overload
 
+from camgeom.errors import CamgeomError
+
 T = TypeVar("T")
 
 Observer = Callable[[str, str, float], None]
@@ -51,7 +53,10 @@ class HasLedger(Protocol):
 
 
 class fact(Generic[T]):
-    """An attribute computed on first access and kept; its cost is booked in the owner's ledger."""
+    """An attribute computed on first access and kept; its cost is booked in the owner's ledger.
+
+    A refusal is kept too: what the design does not admit, or no memory is enough for, is not tried again.
+    """
 
     def __init__(self, compute: Callable[[Any], T]) -> None:
         self._compute = compute
@@ -70,6 +75,21 @@ class fact(Generic[T]):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self
-        value = instance.ledger.charge(self._name, lambda: self._compute(instance))
+        refusal = f"refusal of {self._name}"
+        if refusal in instance.__dict__:
+            raise _again(*instance.__dict__[refusal])
+        try:
+            value = instance.ledger.charge(self._name, lambda: self._compute(instance))
+        except (CamgeomError, MemoryError) as error:
+            # Not the error itself: its traceback would keep every array of the attempt.
+            instance.__dict__[refusal] = (type(error), error.args, dict(error.__dict__))
+            raise
         instance.__dict__[self._name] = value
         return value
+
+
+def _again(kind: type[Exception], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Exception:
+    """An error as it was."""
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(attributes)
+    return error

@@ -65,6 +65,11 @@ def loaded_files() -> tuple[str, ...]:
     return tuple(map(str, _loaded))
 
 
+def loaded_contents() -> tuple[bytes, ...]:
+    """What stands in these files."""
+    return tuple(content for content, _ in _loaded.values())
+
+
 def load_all(files: Iterable[str]) -> None:
     """Enter the laws of several files: how a worker process begins."""
     for file in files:

@@ -100,6 +100,24 @@ class Profile(Section):
         """Everything that runs on the cam; a profile states one."""
         return (self.follower,)
 
+    def digest(self) -> str:
+        """SHA-256 of all that the design rests on: every key, the tables it names and the laws of the user's own files.
+
+        Two profiles with the same digest are the same design, whatever their files are called.
+        """
+        import hashlib
+
+        from camgeom.motion.own import loaded_contents
+
+        found = hashlib.sha256(self.model_dump_json(exclude={"source"}).encode())
+        for segment in self.motion:
+            for key, value in segment.parameters:
+                if key == "file":
+                    found.update((Path(_folder_name(self.source)) / str(value)).read_bytes())
+        for content in loaded_contents():
+            found.update(content)
+        return found.hexdigest()
+
     def setup(self, number: int = 0) -> Setup:
         """Follower of a number, roller and the motion program (mm or rad over rad).
 

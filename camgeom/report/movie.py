@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -36,25 +37,38 @@ _CODECS = {
 Pixels = npt.NDArray[np.uint8]
 
 
-def write_movies(
-    model: Model, folder: Path, stem: str, kinds: tuple[str, ...], size: tuple[int, int] = (640, 480)
-) -> list[Path]:
-    """Draw one turn of the mechanism into <stem>-turning.<kind> for every kind of MOVIES and give the paths.
+class Films:
+    """One turn of a mechanism as films of some kinds of MOVIES; its pictures are drawn once, for the first of them."""
 
-    Raises ExportError before anything is drawn where no OpenGL library works here or a kind has no encoder, and where
-    a file cannot be written; DesignError where the cam is undercut.
-    """
-    encoder = find_encoder(tuple(kind for kind in kinds if kind != "gif"))
-    pictures = list(frames(model, size, FRAMES if encoder is None else 2 * FRAMES))
-    paths = []
-    for kind in kinds:
-        path = folder / f"{stem}-turning.{kind}"
-        if kind == "gif":
-            write_gif(pictures[:: len(pictures) // FRAMES], path, SECONDS)
-        elif encoder is not None:
-            encoder.write(pictures, path, kind, len(pictures) / SECONDS)
-        paths.append(path)
-    return paths
+    def __init__(self, model: Model, kinds: tuple[str, ...], size: tuple[int, int] = (640, 480)) -> None:
+        self._model, self._size = model, size
+        self._encoders: dict[str, Encoder | ExportError] = {}
+        for kind in kinds:
+            if kind != "gif":
+                try:
+                    self._encoders[kind] = find_encoder(kind)
+                except ExportError as error:
+                    self._encoders[kind] = error
+
+    @cached_property
+    def pictures(self) -> list[Pixels]:
+        """Pictures (h, w, 3); a GIF alone needs fewer."""
+        finer = any(isinstance(encoder, Encoder) for encoder in self._encoders.values())
+        return list(frames(self._model, self._size, 2 * FRAMES if finer else FRAMES))
+
+    def write(self, kind: str, path: Path) -> None:
+        """Write a film of a kind.
+
+        Raises ExportError before anything is drawn where the kind has no encoder, where no OpenGL library works here,
+        and where the file cannot be written; DesignError where the cam is undercut.
+        """
+        encoder = self._encoders.get(kind)
+        if isinstance(encoder, ExportError):
+            raise encoder
+        if encoder is None:
+            write_gif(self.pictures[:: len(self.pictures) // FRAMES], path, SECONDS)
+        else:
+            encoder.write(self.pictures, path, kind, len(self.pictures) / SECONDS)
 
 
 def frames(model: Model, size: tuple[int, int], count: int) -> Iterator[Pixels]:
@@ -121,24 +135,18 @@ class Encoder:
                 stream.write(made.read_bytes())
 
 
-def find_encoder(kinds: tuple[str, ...]) -> Encoder | None:
-    """ffmpeg for the kinds, on the path or from imageio-ffmpeg; None where no kind is asked for.
-
-    Raises ExportError that says how to get one.
-    """
-    if not kinds:
-        return None
+def find_encoder(kind: str) -> Encoder:
+    """ffmpeg for a kind of film, on the path or from imageio-ffmpeg. Raises ExportError that says how to get one."""
     program = shutil.which("ffmpeg") or _bundled()
     if program is None:
         raise ExportError(
-            f"no {' or '.join(kinds)} can be made: there is no ffmpeg; pip install imageio-ffmpeg, or install ffmpeg "
+            f"no {kind} can be made: there is no ffmpeg; pip install imageio-ffmpeg, or install ffmpeg "
             "from your system; a GIF needs none"
         )
     encoder = Encoder(program, _codecs(program))
-    lacking = [kind for kind in kinds if encoder.choice(kind) is None]
-    if lacking:
-        wanted = " or ".join(name for name, _ in _CODECS[lacking[0]])
-        raise ExportError(f"no {lacking[0]} can be made: {program} has no {wanted}; pip install imageio-ffmpeg")
+    if encoder.choice(kind) is None:
+        wanted = " or ".join(name for name, _ in _CODECS[kind])
+        raise ExportError(f"no {kind} can be made: {program} has no {wanted}; pip install imageio-ffmpeg")
     return encoder
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from dataclasses import replace
 from importlib.resources import files
 from itertools import count, groupby
 
@@ -29,7 +30,8 @@ from camgeom.drawing.maps import map_sheet
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
 from camgeom.drawing.sheet import Sheet, number
-from camgeom.errors import visible
+from camgeom.errors import unmade, visible
+from camgeom.report.products import Products
 from camgeom.report.scene import scene_json
 
 Plot = Chart | Map | Polar | Drawing
@@ -48,8 +50,11 @@ _HATCH = (
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
-def render(page: Page) -> str:
-    """The page as one HTML text; it opens from disk, prints on A4 and follows the reader's light or dark setting."""
+def render(page: Page, products: Products | None = None) -> str:
+    """The page as one HTML text; it opens from disk, prints on A4 and follows the reader's light or dark setting.
+
+    products  takes notes on sections that cannot be drawn, where the reason then stands; without, that is an error
+    """
     has_scene = any(isinstance(block, Scene) for section in page.sections for block in section.blocks)
     figures, tables = count(1), count(1)
     body = [
@@ -59,7 +64,7 @@ def render(page: Page) -> str:
         "<main>",
         _verdict(page),
         _key_figures(page.figures),
-        *(_section(n, section, figures, tables) for n, section in enumerate(page.sections, start=1)),
+        *(_drawn(n, section, figures, tables, products) for n, section in enumerate(page.sections, start=1)),
         "<footer>Lengths in mm and angles in degrees unless stated. The 3D view and the plots are drawn to picture "
         "accuracy; decisions rest on the numbers in the tables.</footer></main>",
         f"<script>{_asset('report.js')}</script>",
@@ -152,6 +157,19 @@ def _key_figures(figures: tuple[Figure, ...]) -> str:
         note = f'<dd class="note">{escape(figure.note)}</dd>' if figure.note else ""
         rows.append(f"<div><dt>{escape(figure.label)}</dt><dd>{_cell(figure.value)}{unit}</dd>{note}</div>")
     return f'<dl class="figures">{"".join(rows)}</dl>'
+
+
+def _drawn(n: int, section: Chapter, figures: count[int], tables: count[int], products: Products | None) -> str:
+    """A section, or the reason why it cannot be drawn."""
+    try:
+        return _section(n, section, figures, tables)
+    except Exception as error:
+        if products is None:
+            raise
+        why = unmade(error)
+        products.unmade(f"report.{section.key}", why)
+        told = Text((f"This section cannot be drawn: {why.reason}",))
+        return _section(n, replace(section, blocks=(told,)), figures, tables)
 
 
 def _section(n: int, section: Chapter, figures: count[int], tables: count[int]) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,15 +37,24 @@ _RESULTS = ("pressure", "pressure_angle", "curvature")
 
 
 def write_pictures(model: Model, folder: Path, stem: str, size: tuple[int, int] = (1600, 1200)) -> list[Path]:
-    """Draw the stills of a model into `folder` as <stem>-<what>.png and give their paths.
+    """Draw the stills of a model into `folder` as <stem>-<what>.png and give their paths; errors as of `stills`."""
+    paths = []
+    for what, draw in stills(model, size).items():
+        paths.append(folder / f"{stem}-{what}.png")
+        draw(paths[-1])
+    return paths
+
+
+def stills(model: Model, size: tuple[int, int] = (1600, 1200)) -> dict[str, Callable[[Path], int]]:
+    """How every still of a model is drawn into a file, by what it shows.
 
     cam             the cam alone
     mechanism       cam and follower where the pressure angle is largest, in the machine frame
     section         the same, the cam cut through its axis and the follower's
     pressure, pressure-angle, curvature   on the flanks, seen from where they are largest (what the model has of them)
 
-    Raises ExportError where no OpenGL library works here or a file cannot be written, DesignError where the cam is
-    undercut.
+    Raises DesignError where the cam is undercut; drawing raises ExportError where no OpenGL library works here or a
+    file cannot be written.
     """
     cams = cam_meshes(model)
     eye = seen_from(cams)
@@ -61,12 +72,11 @@ def write_pictures(model: Model, folder: Path, stem: str, size: tuple[int, int] 
         if shade.key in _RESULTS and shown:
             look = View(shade.key, shade.groups, shade.label, shade.unit, camera=_facing(shown, shade.key, eye[2]))
             views.append((shade.key.replace("_", "-"), coloured, look))
-    paths = []
-    for what, bodies, view in views:
-        path = folder / f"{stem}-{what}.png"
-        render(bodies, path, replace(view, size=size))
-        paths.append(path)
-    return paths
+    return {what: partial(_draw, bodies, replace(view, size=size)) for what, bodies, view in views}
+
+
+def _draw(bodies: list[Body], view: View, path: Path) -> int:
+    return render(bodies, path, view)
 
 
 def seen_from(cams: tuple[tuple[str, Mesh], ...]) -> tuple[float, float, float]:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from math import degrees, pi
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.duty import MILLI, bearing_data, finite
+from camgeom.report.products import Products
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
@@ -33,20 +32,16 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What a job found: plain data for result.json, the findings, and their verdict.
-
-    refused  why there is no body, or nothing; unanswered: why there is no contact, fatigue ..., by product
-    """
+    """What a job found: plain data for result.json, the findings, their verdict, and what became of every product."""
 
     data: dict[str, Any]
     verdict: Verdict
-    refused: str = ""
-    unanswered: tuple[tuple[str, str], ...] = ()
+    products: Products
 
     @property
-    def passed(self) -> bool:
-        """True where no finding fails and everything asked for could be made."""
-        return not self.refused and not self.unanswered and self.verdict.level != "fail"
+    def exit_status(self) -> int:
+        """The worst of the products; 1 where a finding fails."""
+        return max(self.products.exit_status, int(self.verdict.level == "fail"))
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -75,54 +70,56 @@ def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], t
     return tuple(dict.fromkeys((*wanted, *(("checks",) if single else ())))), single or None
 
 
-def compute(model: Model, products: Iterable[str], only_checks: Iterable[str] | None = None) -> Result:
-    """The result of the named products. What the design does not admit is reported in its place, not raised."""
+def compute(
+    model: Model, wanted: Iterable[str], only_checks: Iterable[str] | None = None, products: Products | None = None
+) -> Result:
+    """The result of the named products, each computed, or its reason in its place; `products` takes the notes."""
     from camgeom import __version__
     from camgeom.checks.verdict import Verdict
 
-    wanted = set(products)
+    asked, noted = set(wanted), products if products is not None else Products()
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
+    data |= _sections(model, asked & {"motion", "flank"}, noted)
     verdict = Verdict(())
-    refused: dict[str, str] = {}
-
-    def fill(name: str, source: Callable[[], dict[str, Any]]) -> None:
-        try:
-            data[name] = source()
-        except DesignError as error:
-            refused[name] = str(error)
-            data[name] = {"refused": refused[name]}
-
-    if "motion" in wanted:
-        data["motion"] = motion_data(model)
-    if "flank" in wanted:
-        fill("flank", partial(_flank, model))
-    if "checks" in wanted:
+    if "checks" in asked:
         from camgeom.checks import judge
 
-        verdict = judge(model, only_checks)
+        verdict = noted.attempt("checks", partial(judge, model, only_checks)) or verdict
         data["verdict"] = verdict.level
         data["not_judged"] = [word.as_dict() for word in verdict.not_judged]
         data["checks"] = [finding.as_dict() for finding in verdict.findings]
-    for name, source in SOURCES.items():
-        if name in wanted:
-            fill(name, partial(source, model))
-    data = {name: value for name, value in data.items() if value != {}}
+        for name, why in verdict.lost:
+            noted.unmade(f"checks.{name}", why)
+        if verdict.lost:
+            noted.gather("checks")
+    data |= _sections(model, asked - {"motion", "flank"}, noted)
     if len(model.bindings) > 1:
-        data["followers"] = [_of_follower(binding, wanted) for binding in model.bindings[1:]]
+        data["followers"] = [
+            _sections(binding, asked - {"solid"}, noted, f"follower {number}.")
+            for number, binding in enumerate(model.bindings[1:], start=2)
+        ]
     data["files"] = []
-    body = refused.pop("solid", "")
-    return Result(data, verdict, body, tuple(refused.items()))
+    return Result(data, verdict, noted)
 
 
-def _of_follower(model: Model, wanted: set[str]) -> dict[str, Any]:
-    """The products of a further follower on the same body, with a refusal in the place of what is not admitted."""
+def _sections(model: Model, asked: set[str], products: Products, prefix: str = "") -> dict[str, Any]:
+    """The sections asked for; the reason in the place of what cannot be made, nothing of what does not apply."""
     data: dict[str, Any] = {}
-    for name, source in {"motion": motion_data, "flank": _flank, **SOURCES}.items():
-        if name in wanted and name != "solid":
-            try:
-                data[name] = source(model)
-            except DesignError as error:
-                data[name] = {"refused": str(error)}
+    for name, (source, absent) in SOURCES.items():
+        if (("dynamics" if name == "impact" else name) not in asked):
+            continue
+        product = f"{prefix}{name}"
+        found = products.attempt(product, partial(source, model)) if not (reason := absent(model)) else {}
+        if found is None:
+            told = products[product]
+            found = {told.status: told.reason}
+        elif not found:
+            products.absent(product, reason or "the cam has nothing of the kind")
+            continue
+        if name == "impact":
+            data.setdefault("dynamics", {})["impact"] = found
+        else:
+            data[name] = found
     return data
 
 
@@ -157,27 +154,6 @@ def _planar(planar: Planar) -> dict[str, Any]:
     if planar.sliding is not None:
         data["max_sliding_mm_per_rad"] = planar.sliding.value
     return data
-
-
-def _cutter(model: Model) -> dict[str, Any]:
-    return cutter_data(model) if model.profile.cutter is not None else {}
-
-
-def with_costs(result: Result, model: Model) -> Result:
-    """The result with what every computed fact cost, s."""
-    result.data["cost_s"] = {name: round(seconds, 6) for name, seconds in model.ledger.costs.items()}
-    return result
-
-
-def write_result(result: Result, folder: Path) -> Path:
-    """result.json in the folder, whole or not at all."""
-    from camgeom.export.files import atomic_write
-
-    path = folder / "result.json"
-    text = json.dumps(result.data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    with atomic_write(path) as file:
-        file.write(text.encode())
-    return path
 
 
 def explain(model: Model, products: Iterable[str]) -> list[str]:
@@ -339,17 +315,13 @@ def fatigue_data(model: Model) -> dict[str, Any]:
 
 
 def dynamics_data(model: Model) -> dict[str, Any]:
-    """What the profile's [dynamics] and [impact] tables ask for; empty without them."""
+    """What the profile's [dynamics] table asks for."""
     data: dict[str, Any] = {}
-    if model.profile.dynamics_spec is not None:
-        if model.indexing is not None:
-            data |= model.indexing.summary()
-        if model.elastic_follower is not None:
-            data |= model.elastic_follower.summary(model.profile.rotating)
-        data |= dynamic_duty_data(model)
-    if model.profile.impact_spec is not None:
-        data["impact"] = impact_data(model)
-    return data
+    if model.indexing is not None:
+        data |= model.indexing.summary()
+    if model.elastic_follower is not None:
+        data |= model.elastic_follower.summary(model.profile.rotating)
+    return data | dynamic_duty_data(model)
 
 
 def dynamic_duty_data(model: Model) -> dict[str, Any]:
@@ -449,10 +421,20 @@ def conventions(model: Model) -> list[dict[str, Any]]:
     ]
 
 
-SOURCES: dict[str, Callable[[Model], dict[str, Any]]] = {
-    "solid": solid_data,
-    "contact": contact_data,
-    "fatigue": fatigue_data,
-    "dynamics": dynamics_data,
-    "cutter": _cutter,
+def _unless(known: object, reason: str) -> str:
+    return "" if known else reason
+
+
+NO_OPERATION = "the profile has no [operation]"
+Source = tuple[Callable[["Model"], dict[str, Any]], Callable[["Model"], str]]
+SOURCES: dict[str, Source] = {
+    "motion": (motion_data, lambda model: ""),
+    "flank": (_flank, lambda model: ""),
+    "solid": (solid_data, lambda model: ""),
+    "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),
+    "impact": (impact_data, lambda model: _unless(model.profile.impact_spec, "the profile has no [impact]")),
+    "cutter": (cutter_data, lambda model: _unless(model.profile.cutter, "the profile has no [cutter]")),
 }
+"""How a section of the result is made, and why it does not apply to a model, empty where it does."""

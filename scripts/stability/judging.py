@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from camgeom.cli.model import finite
 from camgeom.errors import CamgeomError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
+from camgeom.report.delivery import finite
 from camgeom.report.result import compute
 from tests.oracle.cams import judges_of
 
@@ -65,20 +65,22 @@ def _judged(data: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
     except ProfileError as error:
         return {"outcome": "refused", "why": str(error)}
     model = Model(profile)
-    try:
-        result = compute(model, PRODUCTS)
-    except CamgeomError as error:
-        return {"outcome": "stopped", "why": f"{type(error).__name__}: {error}"}
+    result = compute(model, PRODUCTS)
     _refuse_nan(result.data)
     json.dumps(finite(result.data), allow_nan=False)
     failed = [f for f in result.findings if not f.passed]
     for finding in failed:
         if not finding.advice and finding.check != "hand-over":
             raise Failure(f"finding {finding.check} fails without advice")
-    for why in {result.refused, *(why for _, why in result.unanswered)} - {""}:
-        _verify_refusal(model, why, data)
-    if result.refused:
-        return {"outcome": "no body", "why": result.refused, "findings": sorted({f.check for f in failed})}
+    lost = {product.name: product for product in result.products if product.exit_status}
+    for product in lost.values():
+        if product.trace:
+            raise Failure(f"{product.name}: {product.reason}")
+        _verify_refusal(model, product.reason, data)
+    if any(product.status == "failed" for product in lost.values()):
+        return {"outcome": "stopped", "why": "; ".join(f"{name}: {one.reason}" for name, one in lost.items())}
+    if "solid" in lost:
+        return {"outcome": "no body", "why": lost["solid"].reason, "findings": sorted({f.check for f in failed})}
     spoken = sorted({f.check for f in failed} & set(SPEAKING))
     errors = _verify_bodies(model, data, rng, spoken)
     outcome = "finding" if failed else "good"

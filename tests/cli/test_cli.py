@@ -105,7 +105,7 @@ def test_build_writes_files_and_then_the_result(profile: Path, capsys: pytest.Ca
     status, out, err = run(capsys, "build", profile)
     assert (status, err) == (0, "")
     folder = profile.parent / "exports/small-groove-cam"
-    assert entries(folder) == ["result.json", "small-groove-cam.stl"]
+    assert entries(folder) == ["manifest.json", "result.json", "small-groove-cam.stl"]
     result = json.loads((folder / "result.json").read_text())
     assert result["solid"]["watertight"] is True
     assert [Path(name).name for name in result["files"]] == ["small-groove-cam.stl"]
@@ -231,7 +231,7 @@ def test_bug_is_one_line(profile: Path, capsys: pytest.CaptureFixture[str], monk
     def broken(*_: object) -> None:
         raise ZeroDivisionError("a\nb")
 
-    monkeypatch.setattr("camgeom.report.result.compute", broken)
+    monkeypatch.setattr("camgeom.report.delivery.compute", broken)
     status, out, err = run(capsys, "check", profile)
     assert (status, out) == (3, "")
     assert err.startswith("camgeom: ZeroDivisionError: a b; this is a bug")
@@ -246,7 +246,7 @@ def test_interrupt_is_status_130(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camgeom.report.result.compute", interrupted)
+    monkeypatch.setattr("camgeom.report.delivery.compute", interrupted)
     assert run(capsys, "check", profile) == (130, "", "camgeom: interrupted\n")
 
 
@@ -290,7 +290,7 @@ def test_run_writes_everything(profile: Path, capsys: pytest.CaptureFixture[str]
     assert (status, err) == (0, "")
     folder = profile.parent / "exports/small-groove-cam"
     wanted = ["report.html", "result.json", "small-groove-cam.ply", "small-groove-cam.stl"]
-    assert entries(folder) == wanted
+    assert entries(folder) == ["manifest.json", *wanted]
     result = json.loads((folder / "result.json").read_text())
     assert {Path(name).name for name in result["files"]} == set(wanted) - {"result.json"}
     assert {"motion", "flank", "checks", "solid", "contact", "fatigue", "cost_s"} <= set(result)
@@ -303,7 +303,7 @@ def test_a_format_that_cannot_be_written_does_not_stop_the_others(
     assert status == 1
     assert "needs a [cutter] table" in err
     assert "only planar cams have outlines" in err
-    assert entries(profile.parent / "o") == ["result.json", "small-groove-cam.ply"]
+    assert entries(profile.parent / "o") == ["manifest.json", "result.json", "small-groove-cam.ply"]
 
 
 @pytest.mark.parametrize("command", ["check", "solve", "report", "build", "run"])

@@ -81,11 +81,13 @@ def test_a_full_disk_keeps_the_earlier_files(tmp_path: Path) -> None:
     assert code == 1  # a file asked for could not be made
     assert "cannot be written" in err
     assert err.count("\n") == 1
-    # The mesh that found no room left the earlier one whole; the result comes, and lists only what this run wrote.
-    left = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    assert left.keys() == before.keys()
-    assert [name for name in left if left[name] != before[name]] == ["result.json"]
-    assert json.loads(left["result.json"])["files"] == []
+    # The mesh found no room: the earlier one is whole in `previous`; the result lists only what this run wrote.
+    (mesh,) = (name for name in before if name.endswith(".stl"))
+    assert {path.name for path in tmp_path.iterdir()} == {"manifest.json", "previous", "result.json"}
+    assert (tmp_path / "previous" / mesh).read_bytes() == before[mesh]
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["files"] == []
+    assert result["products"]["stl"]["status"] == "failed"
 
 
 @pytest.mark.slow

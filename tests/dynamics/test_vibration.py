@@ -71,12 +71,19 @@ def test_frame_and_groove_have_play_too():
         ("disc_offset_roller", DRIVE, "needs a turret"),
         ("tool_changer", '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 20000\n', "turret"),
         ("disc_offset_roller", "\n[impact]\nclearance = 0.1\n", "both ways"),
-        ("pin_insertion", "\n[impact]\nturns = 2\n", "clearance"),
     ],
 )
 def test_dynamics_that_do_not_apply_are_refused(profile, extra, word):
     with pytest.raises(ProfileError, match=word):
         solved(profile, extra)
+
+
+def test_a_groove_without_a_clearance_has_no_impacts():
+    products = compute(Model(parse((PROFILES / "pin_insertion.toml").read_text() + "\n[impact]\nturns = 2\n")),
+                       ("motion", "dynamics")).products  # fmt: skip
+    assert (products["impact"].status, products["impact"].exit_status) == ("refused", 2)
+    assert "clearance" in products["impact"].reason
+    assert products["motion"].status == "made"
 
 
 def test_uneven_speed_and_exact_contact_from_a_profile():
@@ -202,7 +209,8 @@ def test_polydyne_cam_of_a_profile(tmp_path):
 
 
 def test_polydyne_needs_a_smooth_motion_and_an_elastic_follower(tmp_path):
-    with pytest.raises(ProfileError, match="needs 3"):
-        compute(Model(parse(ELASTIC.format(law="cycloidal"))), ("dynamics",))
+    refused = compute(Model(parse(ELASTIC.format(law="cycloidal"))), ("dynamics",)).products["dynamics"]
+    assert (refused.status, refused.exit_status) == ("refused", 2)
+    assert "needs 3" in refused.reason
     with pytest.raises(ExportError, match="elastic follower"):
         write(Model(parse((PROFILES / "disc_flat_face.toml").read_text())), tmp_path / "cam.polydyne.csv")

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from camgeom.cli import main
 from camgeom.errors import ExportError
 from camgeom.model import Model, read
 from camgeom.report import movie, pdf, views
-from camgeom.report.files import EXTRAS, write_extras
+from camgeom.report.files import EXTRAS
 from camgeom.report.page import render
 from camgeom.report.sections import report
 from camgeom.report.sections.bodies import cam_meshes
@@ -46,7 +48,11 @@ def test_planar_cams_are_coloured_by_what_is_known_of_their_profile(profile: str
 
 def _turning(model: Model, folder: Path, monkeypatch: pytest.MonkeyPatch, *kinds: str) -> list[Path]:
     monkeypatch.setattr(movie, "FRAMES", 4)
-    return movie.write_movies(model, folder, "cam", kinds, (160, 120))
+    films = movie.Films(model, kinds, (160, 120))
+    paths = [folder / f"cam-turning.{kind}" for kind in kinds]
+    for kind, path in zip(kinds, paths, strict=True):
+        films.write(kind, path)
+    return paths
 
 
 @pytest.mark.opengl
@@ -75,7 +81,7 @@ def test_film_where_an_encoder_is_present(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, magic: bytes
 ) -> None:
     try:
-        movie.find_encoder((kind,))
+        movie.find_encoder(kind)
     except ExportError as error:
         pytest.skip(str(error))
     (path,) = _turning(read(str(PROFILES / "disc_flat_face.toml")), tmp_path, monkeypatch, kind)
@@ -86,9 +92,8 @@ def test_film_where_an_encoder_is_present(
 def test_without_an_encoder_the_message_says_how_to_get_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(movie.shutil, "which", lambda _: None)
     monkeypatch.setattr(movie, "_bundled", lambda: None)
-    assert movie.find_encoder(()) is None
     with pytest.raises(ExportError, match="imageio-ffmpeg"):
-        movie.find_encoder(("mp4",))
+        movie.find_encoder("mp4")
 
 
 def test_without_a_browser_the_message_says_how_to_get_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,22 +126,26 @@ def test_page_is_printed(tmp_path: Path) -> None:
     assert pdf.write_pdf(page, tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")
 
 
-def test_what_cannot_be_made_is_said_and_the_rest_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_made_is_said_and_the_rest_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No OpenGL, no encoder, no browser: the report comes, the others say why, and so does the exit status."""
     monkeypatch.setattr(views, "opengl_window", lambda: None)
     monkeypatch.setattr(movie.shutil, "which", lambda _: None)
     monkeypatch.setattr(movie, "_bundled", lambda: None)
     monkeypatch.setattr(pdf.shutil, "which", lambda _: None)
-    said: list[str] = []
-    model = read(str(PROFILES / "disc_flat_face.toml"))
-    written = write_extras(model, tmp_path, "cam", tuple(EXTRAS), tmp_path / "report.html", False, said.append)
-    assert written == []
-    assert [text.split(":")[1].strip() for text in said] == ["no pictures", "no mp4", "no webm", "no gif", "no PDF"]
-    assert list(tmp_path.iterdir()) == []
+    profile, formats = str(PROFILES / "disc_flat_face.toml"), ",".join(EXTRAS)
+    assert main(["report", profile, "--formats", formats, "--out", str(tmp_path)]) == 1
+    said = [line.split(":")[1].strip() for line in capsys.readouterr().err.splitlines()]
+    assert said == ["no png or gif", "no mp4", "no webm", "no pdf"]
+    assert {path.name for path in tmp_path.iterdir()} == {"manifest.json", "report.html", "result.json"}
+    products = json.loads((tmp_path / "result.json").read_text())["products"]
+    assert {products[name]["status"] for name in EXTRAS} == {"failed"}
+    assert "apt-get install chromium" in products["pdf"]["reason"]
+    assert main(["report", profile, "--out", str(tmp_path)]) == 0
 
 
 def test_report_refuses_formats_of_bodies_and_names_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from camgeom.cli import main
-
     profile = str(PROFILES / "disc_flat_face.toml")
     assert main(["report", profile, "--formats", "stl", "--out", str(tmp_path / "o")]) == 2
     assert "png, gif, mp4, webm, pdf" in capsys.readouterr().err

@@ -29,6 +29,8 @@ from camgeom.export.step.file import Schema, step_text
 if TYPE_CHECKING:
     from camgeom.model import Model
 
+NO_ROLLERS = "the follower has no rollers to place beside the cam"
+
 
 def write_step(path: str | Path, shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> int:
     """Write a STEP file whole or not at all; returns its bytes. Raises ExportError where it cannot be written."""
@@ -59,7 +61,10 @@ def write_ap214(path: Path, model: Model, tolerance: float | None = None) -> int
     return write_model(path, model, "AP214", tolerance)
 
 
-@writer(".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model")
+@writer(
+    ".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model",
+    cams="cams with rollers", missing=lambda model: "" if model.mechanism.roller is not None else NO_ROLLERS,
+)
 def write_assembly(path: Path, model: Model, schema: Schema = "AP242", tolerance: float | None = None) -> int:
     """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
     from camgeom.export.step.bodies import assembly_of

@@ -13,6 +13,7 @@ import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError
 from camgeom.export import Colour
+from camgeom.export.step import NO_ROLLERS
 from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
 from camgeom.export.step.geometry import Frame, vector
@@ -105,7 +106,7 @@ def assembly_of(model: Model, tolerance: float = TOLERANCE) -> Assembly:
     """
     turret = model.mechanism.turret
     if turret is None and not model.tracks:
-        raise DesignError(f"a {model.profile.kind} cam with this follower has no rollers to place beside it")
+        raise DesignError(NO_ROLLERS)
     body = turret.body if turret else None
     cam = model_bodies(model, tolerance)
     parts = list(cam.parts) if isinstance(cam, Assembly) else [Placed(cam)]

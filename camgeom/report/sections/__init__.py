@@ -13,13 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 from camgeom.drawing.content import Block, Chapter, Page, Text
-from camgeom.errors import CamgeomError, Problem, ProfileError
+from camgeom.errors import Problem, ProfileError
+from camgeom.report.products import Products
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Verdict
     from camgeom.model import Model
 
 Writer = Callable[["Model"], tuple[Block, ...]]
+LOST = "This section cannot be computed"
 
 
 @final
@@ -31,14 +33,20 @@ class Entry:
     title: str
     place: str
 
-    def blocks(self, model: Model) -> tuple[Block, ...]:
-        """What the section shows; a fact that cannot be computed gives its reason instead."""
+    def blocks(self, model: Model, products: Products) -> tuple[Block, ...]:
+        """What the section shows; where it cannot be computed, the reason instead."""
+        name = f"report.{self.key}"
+        blocks = products.attempt(name, lambda: self._written(model))
+        if blocks is None:
+            return (Text((f"{LOST}: {products[name].reason}",)),)
+        if not blocks:
+            products.absent(name, "there is nothing of the kind to show")
+        return blocks
+
+    def _written(self, model: Model) -> tuple[Block, ...]:
         module, _, function = self.place.partition(":")
         writer: Writer = getattr(import_module(f"{__name__}.{module}"), function)
-        try:
-            return writer(model)
-        except CamgeomError as error:
-            return (Text((f"This section cannot be computed: {error}",)),)
+        return writer(model)
 
 
 SECTIONS = (
@@ -58,23 +66,33 @@ SECTIONS = (
 """The sections in their order; checks also give the verdict at the head of the page."""
 
 
-def report(model: Model, only: Collection[str] | None = None, judged: Verdict | None = None) -> Page:
+def report(
+    model: Model,
+    only: Collection[str] | None = None,
+    judged: Verdict | None = None,
+    products: Products | None = None,
+) -> Page:
     """The page about a model; `only` names the sections wanted, `judged` the verdict where it is known already.
 
+    products  what became of the other products, which the page then tells; takes the notes on its sections
     Raises ProfileError for an unknown section.
     """
-    wanted = chosen(only)
+    wanted, noted = chosen(only), products if products is not None else Products()
+    told = tuple(noted)
     from camgeom.report.sections.bodies import KEPT
     from camgeom.report.sections.judgement import head, key_figures
+    from camgeom.report.sections.record import product_table
 
     if judged is not None:
         KEPT.setdefault(model, {})["checks"] = judged
 
-    figures = key_figures(model, wanted)
+    figures = noted.attempt("report.figures", lambda: key_figures(model, wanted)) or ()
     sections = []
     for entry in SECTIONS:
-        if entry.key in wanted and (blocks := entry.blocks(model)):
+        if entry.key in wanted and (blocks := entry.blocks(model, noted)):
             sections.append(Chapter(entry.key, entry.title, blocks))
+    if told and only is None:
+        sections.append(Chapter("products", "What was made", (product_table(told),)))
     return head(model, "checks" in wanted, figures, tuple(sections))
 
 
@@ -97,12 +115,13 @@ def write_report(
     path: str | Path,
     only: Collection[str] | None = None,
     judged: Verdict | None = None,
+    products: Products | None = None,
 ) -> Path:
     """Write the report as one HTML file, whole or not at all, and give its path; arguments as of `report`."""
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
-    text = render(report(model, only, judged))
+    text = render(report(model, only, judged, products), products)
     with atomic_write(path) as file:
         file.write(text.encode())
     return Path(path)

@@ -109,7 +109,7 @@ def key_figures(model: Model, wanted: Collection[str]) -> tuple[Figure, ...]:
         if key in wanted:
             try:
                 figures += source(model)
-            except CamgeomError:
+            except (CamgeomError, MemoryError):
                 continue  # the section says why; the head shows what there is
     return tuple(figures)
 

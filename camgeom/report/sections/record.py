@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from camgeom.drawing.content import Block, Cell, Column, Cost, Table
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError
 from camgeom.keys import Section
+from camgeom.report.products import Product
 from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
@@ -144,6 +145,13 @@ def conventions(model: Model) -> tuple[Block, ...]:
     )
     caption = f"Conventions of the literature, quoted at {number(radius)} mm; this page uses the exact surface"
     return (Table(caption, columns, tuple(rows)),)
+
+
+def product_table(products: Iterable[Product]) -> Table:
+    """Every product of the run so far with its files, or the reason why there are none."""
+    rows = tuple((one.name, one.status, ", ".join((*one.files, *filter(None, [one.reason])))) for one in products)
+    columns = (Column("Product"), Column("Status"), Column("Files, or the reason"))
+    return Table("What was asked for, and what became of it", columns, rows)
 
 
 def parameters(model: Model) -> tuple[Block, ...]:
