@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -186,11 +187,17 @@ def mass_properties(mesh: Mesh, density: float) -> tuple[float, float, Vector, t
     return total, total * density * 1e-9, (float(where[0]), float(where[1]), float(where[2])), rows
 
 
-def clip(points: Floats, faces: Index, label: Labels, height: float, sign: float) -> tuple[Floats, Index, Labels]:
+Place = Callable[[Index, Index, Floats], Floats]
+
+
+def clip(
+    points: Floats, faces: Index, label: Labels, height: float, sign: float, place: Place | None = None
+) -> tuple[Floats, Index, Labels]:
     """What of a mesh lies at sign * (z - height) <= 0: points (v, 3), faces (f, 3) and their labels (f,).
 
-    A cut edge gets one new point, straight between its ends, numbered after all the old ones. Faces that only touch the
-    plane are left out, so that the mesh ends there.
+    A cut edge gets one new point, numbered after all the old ones: straight between its ends, or where
+    place(end, other end, straight point) puts it. Faces that only touch the plane are left out, so that the mesh ends
+    there.
     """
     s = sign * (points[:, 2] - height)
     corner = s[faces]
@@ -202,7 +209,7 @@ def clip(points: Floats, faces: Index, label: Labels, height: float, sign: float
     single = out.sum(axis=1) == 1
     odd = np.where(single, np.argmax(out, axis=1), np.argmin(out, axis=1))
     p, q, o = np.take_along_axis(tri, (odd[:, None] + np.array([1, 2, 3])) % 3, axis=1).T
-    new, (to_p, to_q) = _crossings(points, s, height, o, (p, q))
+    new, (to_p, to_q) = _crossings(points, s, height, o, (p, q), place)
     parts = [
         faces[keep],
         np.stack([p, q, to_q], axis=1)[single],
@@ -216,7 +223,7 @@ def clip(points: Floats, faces: Index, label: Labels, height: float, sign: float
 
 
 def _crossings(
-    points: Floats, s: Floats, height: float, start: Index, ends: tuple[Index, ...]
+    points: Floats, s: Floats, height: float, start: Index, ends: tuple[Index, ...], place: Place | None
 ) -> tuple[Floats, list[Index]]:
     """New points where edges cross the plane, and the vertex of each crossing; an end on the plane is its own."""
     a, b = np.tile(start, len(ends)), np.concatenate(ends)
@@ -227,6 +234,8 @@ def _crossings(
     share = (s[i] / (s[i] - s[j]))[:, None]
     new = points[i] + share * (points[j] - points[i])
     new[:, 2] = height
+    if place is not None:
+        new = place(i, j, new)
     found = b.copy()
     found[~on] = len(points) + number.reshape(-1)
     return new, np.split(found, len(ends))

@@ -45,14 +45,13 @@ class Solid:
     def cut_vertices(self) -> Mask:
         """Vertices (v,) that were put on a facet where it was cut, and so may stand off the true surface.
 
-        A boolean cuts the facets of the blank and of its tools by each other; grooves meshed with their lands are cut
-        off at the cam's ends alone. Every other vertex was computed on the surface.
+        A boolean cuts the facets of the blank and of its tools by each other. Every other vertex was computed on the
+        surface.
         """
-        if self.method == "direct":
+        if self.method in ("direct", ENDS_CUT):
             return np.zeros(len(self.mesh.vertices), dtype=bool)
-        tool = self.mesh.group_vertices(*TOOL)
-        rest = ("end",) if self.method == ENDS_CUT else tuple(name for name in self.mesh.groups if name not in TOOL)
-        return np.asarray(tool & self.mesh.group_vertices(*rest))
+        rest = tuple(name for name in self.mesh.groups if name not in TOOL)
+        return np.asarray(self.mesh.group_vertices(*TOOL) & self.mesh.group_vertices(*rest))
 
     def to_trimesh(self) -> Any:
         """The mesh as a trimesh.Trimesh (imports trimesh)."""

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.mesh import clip, open_loops
+from camgeom.maths.mesh import open_loops
 from camgeom.maths.sampling import (
     TURN,
     Cells,
@@ -32,11 +32,13 @@ from camgeom.maths.sampling import (
 from camgeom.solid import ENDS_CUT, Solid
 from camgeom.solid.blank import Blank, bore_walls, chord_step
 from camgeom.solid.builder import Builder, Index, cell_faces, filled
+from camgeom.solid.ends import Addresses, EndCut
 from camgeom.solid.lands import Land, LandSurface, NotOneSurface, Rim, land_net, land_of
 from camgeom.track import Track
 from camgeom.track.section import Column, CrossSection
 
 Labels = npt.NDArray[np.uint8]
+TRIES = 3
 ON_PLANE = 1e-3
 """share of the tolerance within which a vertex beside an end plane is laid on it"""
 
@@ -212,6 +214,19 @@ def groove_solid(
 
     Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as `sample_surface` does.
     """
+    aim = tolerance
+    for _ in range(TRIES):
+        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim)
+        if solid.chord_error <= tolerance:
+            break
+        # Facets at the cam's ends, whose cells were not measured as a whole.
+        aim *= 0.95 * tolerance / solid.chord_error
+    return solid
+
+
+def _groove_solid(
+    name: str, blank: Blank, edge: int, sections: tuple[CrossSection, ...], expected_genus: int, tolerance: float
+) -> Solid:
     land = land_of(blank, edge)
     if land is None:
         raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
@@ -222,15 +237,23 @@ def groove_solid(
     whole, sag = stitched(surface, rounds, (1.0 - ON_PLANE) * tolerance)
     points, cut = whole.points, whole.crossing(low, high, ON_PLANE * tolerance)
     faces, label = whole.faces[cut], whole.label[cut]
+    grooves = rounds.strips[: len(sections)]
+    ends = EndCut(sections, land, rounds.theta, grooves, rounds.counts[:-1], surface.closed)
+    at = Addresses.of(grooves, len(points))
+    fresh = np.zeros(len(points), dtype=bool)
     for height, sign in ((high, 1.0), (low, -1.0)):
-        points[np.abs(points[:, 2] - height) < ON_PLANE * tolerance, 2] = height
-        points, faces, label = clip(points, faces, label, height, sign)
+        points, at, moved = ends.laid(points, at, height, ON_PLANE * tolerance)
+        fresh[moved] = True
+        points, at, faces, label = ends.clipped(points, at, faces, label, height, sign)
+        fresh = np.append(fresh, np.ones(len(points) - len(fresh), dtype=bool))
+    beside = fresh[faces].any(axis=1)
+    cut_sag = ends.sag(points, at, faces[beside], label[beside] == whole.names.index("land"))
     builder = Builder()
     builder.add(points)
     for k, group in enumerate(whole.names):
         builder.faces(np.concatenate([whole.faces[~cut & (whole.label == k)], faces[label == k]]), group)
     _close(builder, points, faces, blank, edge, tolerance)
-    error = max(rounds.worst, sag) + ON_PLANE * tolerance
+    error = max(max(rounds.worst, sag) + ON_PLANE * tolerance, cut_sag)
     return Solid(name, builder.mesh(), error, ENDS_CUT, expected_genus)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import pi
 from typing import Protocol
 
@@ -245,18 +245,17 @@ class Column:
         return start, third, np.arctan2(dot(stop, third), dot(stop, start))
 
     def edge(self, side: float, share: Floats) -> Floats:
-        """Points of the end-circle sweep, (3, n, k), at shares (k,) of the arc: 0 the flank's foot, 1 the floor."""
+        """Points of the end-circle sweep, (3, n, k), at shares (k,) or (n, k) of the arc: 0 the foot, 1 the floor."""
         centre, radius, _, _ = self._end_disc
         start, third, angle = self.edge_angle(side)
-        turn = angle[:, None] * share[None, :]
+        turn = angle[:, None] * share
         c, s = np.cos(turn), np.sin(turn)
         x = np.empty((3, *turn.shape))
         for k in range(3):
             np.multiply(c, radius * start[k][:, None], out=x[k])
             x[k] += s * (radius * third[k][:, None])
             x[k] += centre[k][:, None]
-        x[:, :, share == 1.0] = self.chord_end(side)[:, :, None]
-        return x
+        return np.where(share == 1.0, self.chord_end(side)[:, :, None], x)
 
 
 class CrossSection(Protocol):
@@ -276,6 +275,24 @@ class CrossSection(Protocol):
 
     def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
         """Points (3, n, 1 + sum(counts))."""
+
+    def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+
+
+Band = Callable[[Column, Floats], Floats]
+"""Points (3, n) of a band at columns (n,) and shares (n,) of the way across it."""
+
+
+def _banded(track: Track, phi: Floats, row: Floats, counts: tuple[int, ...], bands: list[Band]) -> Floats:
+    """Points (3, n) at cam angles (n,) and rows (n,) of bands side by side."""
+    ends = np.cumsum((0, *counts))
+    x = np.empty((3, len(row)))
+    for k, band in enumerate(bands):
+        own = np.flatnonzero((row >= ends[k]) & ((row < ends[k + 1]) | (k + 1 == len(bands))))
+        if len(own):
+            x[:, own] = band(Column(track, phi[own]), np.clip((row[own] - ends[k]) / counts[k], 0.0, 1.0))
+    return x
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,6 +337,29 @@ class GrooveSection:
         floor = self._floor(arc1[:, :, -1], arc2[:, :, 0], counts[2])
         return np.concatenate([down, arc1, floor, arc2, up], axis=2)
 
+    def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+        first, last = self.first, -self.first
+
+        def wall(side: float, column: Column, share: Floats) -> Floats:
+            top, pole = column.reach(side, self.level, self.guess), self._ball & (share == 1.0)
+            part = np.where(pole, 0.0, share)
+            x = column.wall(side, top + (column.bottom_t() - top) * part[:, None])[:, :, 0]
+            # Both flanks of a ball end where they meet.
+            return np.where(pole, column.ball_bottom(), x) if pole.any() else x
+
+        def edge(side: float, column: Column, share: Floats) -> Floats:
+            return column.edge(side, share[:, None] ** 2)[:, :, 0]
+
+        def floor(column: Column, share: Floats) -> Floats:
+            start, stop = column.chord_end(first), column.chord_end(last)
+            return start + (stop - start) * share
+
+        bands: list[Band] = [partial(wall, first), lambda column, share: wall(last, column, 1.0 - share)]
+        if not self._ball:
+            bands[1:1] = [partial(edge, first), floor, lambda column, share: edge(last, column, 1.0 - share)]
+        return _banded(self.track, phi, row, counts, bands)
+
     def _wall(self, column: Column, side: float, count: int) -> Floats:
         top = column.reach(side, self.level, self.guess)
         share = np.arange(count + 1) / count
@@ -355,7 +395,25 @@ class FlooredSection:
         foot, share = down[:, :, -1:], np.arange(1, counts[1]) / counts[1]
         return np.concatenate([down, foot + (up[:, :, :1] - foot) * share, up], axis=2)
 
+    def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+
+        def wall(side: float, column: Column, share: Floats) -> Floats:
+            return self._at_shares(column, side, share[:, None])[:, :, 0]
+
+        def floor(column: Column, share: Floats) -> Floats:
+            one = np.ones(len(share))
+            foot = wall(1.0, column, one)
+            return foot + (wall(-1.0, column, one) - foot) * share
+
+        bands: list[Band] = [partial(wall, 1.0), floor, lambda column, share: wall(-1.0, column, 1.0 - share)]
+        return _banded(self.track, phi, row, counts, bands)
+
     def _wall(self, column: Column, side: float, count: int) -> Floats:
+        return self._at_shares(column, side, np.arange(count + 1) / count)
+
+    def _at_shares(self, column: Column, side: float, share: Floats) -> Floats:
+        """Flank points (3, n, k) at shares (k,) or (n, k) of the way from top to floor."""
         high = column.reach(side, self.top, self.guesses[0])
         low = column.reach(side, self.floor, self.guesses[1])
-        return column.wall(side, high + (low - high) * np.arange(count + 1) / count)
+        return column.wall(side, high + (low - high) * share)
