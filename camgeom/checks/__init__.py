@@ -71,10 +71,19 @@ def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
     return register
 
 
-def checks() -> dict[str, Check]:
-    """All checks by name."""
+OF_SOME: dict[str, tuple[Need, ...]] = {
+    "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"),
+}  # fmt: skip
+"""Files of checks of which each needs one of these: not imported for a model that has none of them."""
+
+
+def checks(model: Model | None = None) -> dict[str, Check]:
+    """All checks by name; of a model, at least those that may apply to it."""
+    bindings = model.bindings if model is not None else ()
     for module in iter_modules(__path__):
-        import_module(f"{__name__}.{module.name}")
+        needs = OF_SOME.get(module.name, ())
+        if not (needs and bindings) or any(NEEDS[need](binding) for need in needs for binding in bindings):
+            import_module(f"{__name__}.{module.name}")
     return dict(sorted(_REGISTRY.items()))
 
 
@@ -87,7 +96,7 @@ def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
     wanted = None if only is None else set(only)
     said: list[Finding | NotJudged] = []
     lost: list[tuple[str, Unmade]] = []
-    for name, entry in checks().items():
+    for name, entry in checks(model).items():
         if wanted is None or name in wanted:
             bindings = model.bindings[:1] if "body" in entry.needs else model.bindings
             for binding in bindings:

@@ -78,8 +78,6 @@ def wall(model: Model) -> Iterable[Finding]:
 @check("rib-thickness", "tracks")
 def rib_thickness_check(model: Model) -> Iterable[Finding]:
     """Least normal thickness of ribs at their tip and root: between a drum's two rollers, or a turret's neighbours."""
-    from camgeom.track.turret import rib_thickness
-
     limits, mechanism, turret = model.profile.limits, model.mechanism, model.mechanism.turret
     warn = None if mechanism.rib_asked is None else (1.0 - limits.warn_rib_share) * mechanism.rib_asked
     for rib in mechanism.ribs:
@@ -91,6 +89,8 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
     if turret is None:
         return
+    from camgeom.track.turret import rib_thickness
+
     pitch = TURN / turret.follower.count
     for name, delta in turret.rib_depths:
         neighbours = (rib_thickness(track, pitch, mechanism.inside, delta) for track in model.cutters)

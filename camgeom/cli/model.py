@@ -27,7 +27,7 @@ CROWNED = {
     "conforming": "conforming, the envelope of the crown: a tool of the same meridian cuts it",
 }
 """what `flank.crown` says, in words"""
-USUAL = {"3mf", "stl", "step", "ply", "dxf"}
+USUAL = {"3mf", "stl", "step", "ply", "dxf", "outline.csv", "cutter.csv", "gcode", "apt", "rest.vtu", "png", "pdf"}
 """formats that are known without importing the writers"""
 KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "flank": (

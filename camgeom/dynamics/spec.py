@@ -6,18 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Literal, Self, final
+from typing import TYPE_CHECKING, Annotated, Literal, Self, final
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerTrain
-from camgeom.dynamics.indexing.drive import IndexingDrive
-from camgeom.dynamics.indexing.system import Fluctuation
-from camgeom.dynamics.linear.accuracy import Accuracy
-from camgeom.dynamics.linear.method import Method, generalized_alpha, wilson
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
+
+if TYPE_CHECKING:
+    # The solvers: what reads a profile does without them.
+    from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerTrain
+    from camgeom.dynamics.indexing.drive import IndexingDrive
+    from camgeom.dynamics.indexing.system import Fluctuation
+    from camgeom.dynamics.linear.accuracy import Accuracy
+    from camgeom.dynamics.linear.method import Method
 
 Positive = Annotated[float, Field(gt=0.0, le=1e15, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, le=1e15, allow_inf_nan=False)]
@@ -183,6 +186,9 @@ class DynamicsSpec(Section):
 
     def accuracy(self) -> Accuracy:
         """Method, tolerance (share of the peak) and steps."""
+        from camgeom.dynamics.linear.accuracy import Accuracy
+        from camgeom.dynamics.linear.method import generalized_alpha, wilson
+
         method: str | Method = self.method
         if self.method == "wilson":
             method = wilson(self.wilson_theta)
@@ -198,6 +204,8 @@ class DynamicsSpec(Section):
 
     def speed_fluctuation(self) -> Fluctuation:
         """Fluctuation of the input speed."""
+        from camgeom.dynamics.indexing.system import Fluctuation
+
         return Fluctuation(((self.fluctuation_order, self.fluctuation, 0.0),) if self.fluctuation > 0.0 else ())
 
     def drive(self, contact_table: tuple[float, ...] = (), inertias: Mapping[str, float] = NOTHING) -> IndexingDrive:
@@ -206,6 +214,8 @@ class DynamicsSpec(Section):
 
         Raises ProfileError when there is neither.
         """
+        from camgeom.dynamics.indexing.drive import IndexingDrive
+
         missing = [key for key in INERTIA_KEYS if getattr(self, key) is None and key not in inertias]
         if missing:
             raise ProfileError([Problem(f"dynamics.{key}", "is missing", None, "> 0 kg m2") for key in missing])
@@ -252,6 +262,8 @@ class DynamicsSpec(Section):
         """The elastic follower in SI; mass (kg or kg m2), return_stiffness (N/m or N m/rad), preload (N or N m) by
         default.
         """
+        from camgeom.dynamics.follower.train import FollowerTrain
+
         per = 1.0 if rotating else PER_MM
         own = return_stiffness if self.return_stiffness is None else self.return_stiffness * per
         if self.mass is None and 0.0 < mass <= self.tappet_mass:
@@ -273,6 +285,8 @@ class DynamicsSpec(Section):
 
     def shaft(self) -> CamShaft | None:
         """The elastic cam shaft, None where it is rigid."""
+        from camgeom.dynamics.follower.train import CamShaft
+
         if self.shaft_inertia is None or self.shaft_stiffness is None:
             return None
         return CamShaft(inertia=self.shaft_inertia, stiffness=self.shaft_stiffness, damping=self.shaft_damping)

@@ -13,14 +13,14 @@ from typing import Any, Literal
 import numpy as np
 
 from camgeom.errors import NotConverged
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.sampling import even_steps, subdivided
 
 Role = Literal["profile", "pitch", "cutter", "centre"]
 
 HAIR = 1e-12
 """share of a piece by which its ends are nudged inwards, so that one-sided values are met"""
-GAUSS = np.polynomial.legendre.leggauss(4)
+GAUSS = gauss_rule(4)
 CORNER = 1e-6
 """rad; a turn of the direction at a knot that makes a corner"""
 FIRST = 6

@@ -251,7 +251,8 @@ def open_loops(faces: Index, on: npt.NDArray[np.bool_]) -> list[Index] | None:
     edges = np.concatenate([near[:, [0, 1]], near[:, [1, 2]], near[:, [2, 0]]])
     edges = edges[on[edges].all(axis=1)]
     size = np.int64(len(on))
-    single = ~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
+    forth, back = edges[:, 0] * size + edges[:, 1], np.sort(edges[:, 1] * size + edges[:, 0])
+    single = np.searchsorted(back, forth, side="left") == np.searchsorted(back, forth, side="right")
     start, stop = edges[single].T
     if len(distinct(start)) < len(start) or not np.array_equal(np.sort(start), np.sort(stop)):
         return None

@@ -14,69 +14,20 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self, final
+from typing import Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.keys import Degrees, Section
 from camgeom.maths import Floats
 from camgeom.track import TURN
 
 Interpolation = Literal["linear", "smooth"]
-Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 
 
-def _rows(table: object) -> object:
-    """A list of lists, which is what TOML gives, as the tuples that a frozen section holds."""
-    return tuple(tuple(row) if isinstance(row, list) else row for row in table) if isinstance(table, list) else table
-
-
-@final
-class Force(Section):
-    """One applied force of a profile: `from`, `until` (degrees) with an `expression`, or a `table` of (degrees, N)."""
-
-    begin: Degrees = Field(0.0, alias="from", description="Cam angle where the force begins, degrees")
-    until: Degrees = Field(360.0, description="Cam angle where the force ends, degrees; smaller than `from`: past 360")
-    expression: str | None = Field(
-        None, max_length=2000, description="Force against motion towards larger lift, N (N mm on a swinging follower "
-        "or a turret); variables phi (rad), deg, s, v, a")
-    table: Annotated[tuple[tuple[Degrees, Value], ...] | None, BeforeValidator(_rows)] = Field(
-        None, max_length=100_000, description="Rows of cam angle (degrees, increasing) and force (N or N mm)")
-    interpolation: Interpolation = Field("linear", description="Between table rows: linear, or smooth (monotone cubic)")
-
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        if (self.expression is None) == (self.table is None):
-            raise ValueError("a force needs either an expression or a table")
-        if self.expression is not None:
-            if self.begin == self.until:
-                raise ValueError("`from` and `until` are equal: the force has no range of cam angle")
-            try:
-                compile_expression(self.expression)
-            except ProfileError as refused:
-                # pydantic turns a ValueError into a finding with its place in the profile.
-                raise ValueError(_reason(refused)) from None
-        if self.table is not None:
-            _check_table([row[0] for row in self.table])
-        return self
-
-    def applied(self, key: str = "operation.force") -> Applied:
-        """The force as an array function of cam angle and motion."""
-        if self.table is not None:
-            rows = np.asarray(self.table, dtype=np.float64)
-            return table_force(np.radians(rows[:, 0]), rows[:, 1], self.interpolation)
-        return expression_force(self.expression or "0", np.radians(self.begin), np.radians(self.until), key)
-
-
-def _reason(refused: ProfileError) -> str:
-    problem = refused.problems[0]
-    return f"{problem.message}; {problem.hint}" if problem.hint else problem.message
-
-
-def _check_table(angles: list[float]) -> None:
+def check_table(angles: list[float]) -> None:
+    """Raise ValueError where the cam angles of a force table, degrees, do not rise within one turn."""
     if len(angles) < 2:
         raise ValueError("a force table needs two rows or more")
     if any(b <= a for a, b in itertools.pairwise(angles)):
@@ -125,7 +76,7 @@ def table_force(theta: ArrayLike, force: ArrayLike, interpolation: Interpolation
     if angle.ndim != 1 or angle.shape != value.shape or not (np.isfinite(angle).all() and np.isfinite(value).all()):
         raise ProfileError([Problem("operation.force.table", "needs two columns of finite numbers")])
     try:
-        _check_table(np.degrees(angle).tolist())
+        check_table(np.degrees(angle).tolist())
     except ValueError as error:
         raise ProfileError([Problem("operation.force.table", str(error))]) from None
     begin, length, _ = _range(float(angle[0]), float(angle[-1]))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.extremum import bracketed_root
 from camgeom.mechanics.material import Material
 
@@ -287,7 +287,7 @@ def _incomplete(tangent: Floats, t: float) -> tuple[Floats, Floats]:
 
     With tan = sinh v both integrands are smooth also where t is small.
     """
-    x, weight = np.polynomial.legendre.leggauss(80)
+    x, weight = gauss_rule(80)
     end = np.arcsinh(tangent)[:, None]
     v = 0.5 * end * (1.0 + x)
     root = np.sqrt(1.0 + (t * np.sinh(v)) ** 2)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct, gauss_rule
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.panels import DERIVATIVE, POINTS, TURN, Panels, chebyshev, evaluate
 from camgeom.mechanics.contact import Contact
@@ -112,7 +112,7 @@ def swept_damage(place: Floats, damage: Floats) -> float:
     first = int(np.flatnonzero(way != np.roll(way, 1))[0])
     where, way, damage = np.roll(where, -first), np.roll(way, -first), np.roll(damage, -first)
     begins = np.flatnonzero(np.diff(way, prepend=way[-1]))
-    points, total = np.unique(where), np.zeros(1)
+    points, total = distinct(where), np.zeros(1)
     for begin, end in zip(begins, [*begins[1:], len(way)]):
         stroke = np.arange(begin, end + 1) % len(way)
         reached, which = np.unique(where[stroke], return_inverse=True)
@@ -210,7 +210,7 @@ class Rolling:
 
     def mean(self) -> Floats:
         """Damage averaged over the circumference: the damage per path integrated over the path, over 2 pi r."""
-        grid, weights = np.polynomial.legendre.leggauss(2 * POINTS)
+        grid, weights = gauss_rule(2 * POINTS)
         basis = chebyshev(grid, POINTS - 1)
         damage = (np.maximum(self.squares @ basis, 0.0) ** self.power).sum(axis=0) / self.cycles
         each = (damage * (self.rates @ basis)) @ weights

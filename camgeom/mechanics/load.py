@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, final
+from typing import TYPE_CHECKING, Literal, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,9 @@ from numpy.typing import ArrayLike
 from camgeom.errors import DesignError
 from camgeom.maths import Floats, distinct
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
-from camgeom.mechanics.applied import Applied
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.applied import Applied
 
 MILLI = 1e-3
 """kg mm/s² in N"""

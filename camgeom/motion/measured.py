@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.splines import Basis, clamped
 from camgeom.motion.law import Ends
 from camgeom.motion.spline import end_control, to_pieces
@@ -153,7 +153,7 @@ def _inner_knots(x: Floats, most: int) -> Floats:
 
 def _roughness(knots: Floats, degree: int, order: int) -> Floats:
     """The matrix whose square is the integral of the derivative's square: Gauss points a span, exact for the degree."""
-    nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
+    nodes, weights = gauss_rule(degree - order + 1)
     breaks = np.unique(knots)
     middle, half = 0.5 * (breaks[1:] + breaks[:-1]), 0.5 * np.diff(breaks)
     x = (middle[:, None] + half[:, None] * nodes).ravel()

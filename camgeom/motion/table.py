@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
 Wave = tuple[float, float, float]
 """(w, a, b): the term a (cos(w u) - 1) + b sin(w u), which is zero at the anchor."""
@@ -386,7 +386,7 @@ class Table:
         rounding, since the rule converges faster than any power once it has more nodes than the phase in radians.
         """
         nodes = max(len(block.power) for block in self._blocks) + 13 + math.ceil(self._phase())
-        x, weight = np.polynomial.legendre.leggauss(nodes)
+        x, weight = gauss_rule(nodes)
         middle, half = 0.5 * (self.last_u + self.first_u), 0.5 * (self.last_u - self.first_u)
         u = middle[:, None] + half[:, None] * x
         index = np.repeat(np.arange(len(self)), nodes)

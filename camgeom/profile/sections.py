@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, final
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, final
 
-from pydantic import Field
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
 
+from camgeom.errors import ProfileError
 from camgeom.keys import Degrees, Gap, Section, Share
-from camgeom.mechanics.applied import Force
 from camgeom.mechanics.material import Material
 from camgeom.track.follower import AnyFollower, Inertia, Mass
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.applied import Applied
 
 TOLERANCE_RANGE = (1e-7, 1.0)
 """mm; finer than a tenth of a nanometre is below the rounding of a part's coordinates"""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 Number = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
 
 INTERNAL: dict[str, Any] = {"internal": True}
@@ -36,6 +41,58 @@ class MotionSegment(Section):
     acceleration: Number | None = Field(None, description="mm (or deg) per square degree at the segment's end")
     jerk: Number | None = Field(None, description="mm (or deg) per cubic degree at the segment's end")
     parameters: tuple[tuple[str, Any], ...] = Field((), description="the law's own keys", json_schema_extra=INTERNAL)
+
+
+def _rows(table: object) -> object:
+    """A list of lists, which is what TOML gives, as the tuples that a frozen section holds."""
+    return tuple(tuple(row) if isinstance(row, list) else row for row in table) if isinstance(table, list) else table
+
+
+@final
+class Force(Section):
+    """One applied force of a profile: `from`, `until` (degrees) with an `expression`, or a `table` of (degrees, N)."""
+
+    begin: Degrees = Field(0.0, alias="from", description="Cam angle where the force begins, degrees")
+    until: Degrees = Field(360.0, description="Cam angle where the force ends, degrees; smaller than `from`: past 360")
+    expression: str | None = Field(
+        None, max_length=2000, description="Force against motion towards larger lift, N (N mm on a swinging follower "
+        "or a turret); variables phi (rad), deg, s, v, a")
+    table: Annotated[tuple[tuple[Degrees, Value], ...] | None, BeforeValidator(_rows)] = Field(
+        None, max_length=100_000, description="Rows of cam angle (degrees, increasing) and force (N or N mm)")
+    interpolation: Literal["linear", "smooth"] = Field(
+        "linear", description="Between table rows: linear, or smooth (monotone cubic)")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        from camgeom.mechanics.applied import check_table, compile_expression
+
+        if (self.expression is None) == (self.table is None):
+            raise ValueError("a force needs either an expression or a table")
+        if self.expression is not None:
+            if self.begin == self.until:
+                raise ValueError("`from` and `until` are equal: the force has no range of cam angle")
+            try:
+                compile_expression(self.expression)
+            except ProfileError as refused:
+                # pydantic turns a ValueError into a finding with its place in the profile.
+                raise ValueError(_reason(refused)) from None
+        if self.table is not None:
+            check_table([row[0] for row in self.table])
+        return self
+
+    def applied(self, key: str = "operation.force") -> Applied:
+        """The force as an array function of cam angle and motion."""
+        from camgeom.mechanics.applied import expression_force, table_force
+
+        if self.table is not None:
+            rows = np.asarray(self.table, dtype=np.float64)
+            return table_force(np.radians(rows[:, 0]), rows[:, 1], self.interpolation)
+        return expression_force(self.expression or "0", np.radians(self.begin), np.radians(self.until), key)
+
+
+def _reason(refused: ProfileError) -> str:
+    problem = refused.problems[0]
+    return f"{problem.message}; {problem.hint}" if problem.hint else problem.message
 
 
 @final

@@ -146,7 +146,7 @@ def facet_points(mesh: Mesh, points: Floats) -> Floats:
     if len(edges) > 2 * FACETS:
         ends = points[edges]
         longest = np.argsort(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))[-FACETS:]
-        edges = edges[np.union1d(longest, thinned(len(edges), FACETS))]
+        edges = edges[distinct(np.concatenate([longest, thinned(len(edges), FACETS)]))]
     return _middles(points, edges)
 
 
@@ -155,8 +155,9 @@ FACETS = 800
 
 
 def thinned(count: int, most: int) -> npt.NDArray[np.int64]:
-    """At most so many of the numbers below `count`, in no order that a grid could have."""
-    return np.arange(count) if count <= most else np.random.default_rng(0).permutation(count)[:most]
+    """At most so many of the numbers below `count`: multiples of the golden section, which keep step with no grid."""
+    golden = 0.5 * (np.sqrt(5.0) - 1.0)
+    return np.arange(count) if count <= most else (np.arange(1, most + 1) * golden % 1.0 * count).astype(np.int64)
 
 
 def _edges(mesh: Mesh, group: str) -> npt.NDArray[np.int64]:

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.extremum import piece_grid
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Track
@@ -231,7 +231,7 @@ class Measured:
     @cached_property
     def _nodes(self) -> tuple[Floats, Floats]:
         knots = self.outline.knots()
-        x, w = np.polynomial.legendre.leggauss(16)
+        x, w = gauss_rule(16)
         share = np.arange(self.parts) / self.parts
         low = (knots[:-1, None] + np.diff(knots)[:, None] * share).ravel()
         half = np.repeat(np.diff(knots) / self.parts, self.parts) * 0.5

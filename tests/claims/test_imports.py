@@ -44,6 +44,25 @@ def test_check_loads_nothing_heavy() -> None:
     assert not loaded & (HEAVY - CHEAP)
 
 
+@pytest.mark.parametrize(
+    ("profile", "most"), [("pin_insertion", 65), ("disc_offset_roller", 72), ("tool_changer", 90)]
+)
+def test_check_enters_only_what_it_asks(profile: str, most: int) -> None:
+    """No writers, no checks and solvers of other cams, and of numpy none of the parts that load when first named."""
+    code = (
+        "import contextlib, io, sys\nfrom camgeom.cli import main\nwith contextlib.redirect_stdout(io.StringIO()):\n"
+        f"    assert main(['check', 'profiles/{profile}.toml']) == 0\n"
+        "print(*(name for name in sys.modules if name.startswith(('camgeom', 'numpy.'))))"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
+    loaded = set(done.stdout.split())
+    own = {name for name in loaded if name.startswith("camgeom")}
+    assert len(own) <= most
+    assert not {name for name in own if name.startswith("camgeom.export")}
+    assert not loaded & {"numpy.random", "numpy.polynomial"}
+
+
 def module_level_imports(tree: ast.Module) -> set[str]:
     """Top-level packages imported outside functions and outside `if TYPE_CHECKING`."""
     found: set[str] = set()

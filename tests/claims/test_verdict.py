@@ -6,12 +6,19 @@ from math import inf, nan
 
 import pytest
 
-from camgeom.checks import NEEDS, checks, judge
+from camgeom.checks import NEEDS, OF_SOME, checks, judge
 from camgeom.checks.verdict import Finding, NotJudged, Verdict, judged
 from camgeom.model import Model, read
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from tests.places import PROFILES
+
+
+@pytest.mark.parametrize("file", OF_SOME)
+def test_a_file_that_is_left_out_has_no_check_that_applies(file: str) -> None:
+    here = [entry for entry in checks().values() if entry.judge.__module__ == f"camgeom.checks.{file}"]
+    assert here
+    assert all(set(entry.needs) & set(OF_SOME[file]) for entry in here)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from camgeom.cli import COMMANDS, main
-from camgeom.cli.model import slug
+from camgeom.cli.model import USUAL, slug
 from camgeom.model import Model
 from camgeom.profile import read
 from camgeom.track import Arc, Straight
@@ -312,6 +312,12 @@ def test_formats_of_a_profile_are_read_by_every_command(
 ) -> None:
     profile.write_text(GOOD.replace('"stl"', '"iges"'))
     assert "small.toml: output.formats[0]: unknown format" in refused(capsys, command, profile)
+
+
+def test_formats_known_without_their_writers_have_one() -> None:
+    from camgeom.report.files import EXTRAS, formats
+
+    assert {name.lstrip(".") for name in formats()} | set(EXTRAS) >= USUAL
 
 
 def test_formats_mean_nothing_to_a_command_that_writes_none(profile: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,9 +12,10 @@ from scipy import integrate, interpolate, optimize
 from camgeom.errors import DesignError, ProfileError
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.panels import TURN, highest, panels, roots
-from camgeom.mechanics.applied import Force, expression_force, monotone_cubic, table_force
+from camgeom.mechanics.applied import expression_force, monotone_cubic, table_force
 from camgeom.mechanics.load import Load, normal_force, reversals
 from camgeom.motion import Program, Segment
+from camgeom.profile.sections import Force
 from tests.reference.pin_machine import (
     INSERTION_FROM,
     INSERTION_UNTIL,

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from camgeom.dynamics.linear.method import Side
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
 BASE_POINTS = 24
 """Gauss points of a smooth piece before any oscillation is counted"""
@@ -95,7 +95,7 @@ def _quadrature(knots: tuple[float, ...], w: float) -> tuple[Floats, Floats]:
         # a panel turns through 8 rad at most: 24 points then leave less than rounding
         panels = max(1, int(np.ceil(w * (high - low) / 8.0)))
         edges = np.linspace(low, high, panels + 1)
-        nodes, share = np.polynomial.legendre.leggauss(BASE_POINTS)
+        nodes, share = gauss_rule(BASE_POINTS)
         half = np.diff(edges)[:, None] / 2.0
         points.append((edges[:-1, None] + half * (nodes + 1.0)).ravel())
         weights.append((half * share).ravel())

@@ -18,9 +18,9 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import NotConverged, Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_NODES, _WEIGHTS = gauss_rule(24)
 
 
 class ContactLaw(ABC):

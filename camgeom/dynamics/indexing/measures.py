@@ -14,7 +14,7 @@ from camgeom.dynamics.linear.peaks import INSIDE, peak, sampled
 from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
 TURN = 2.0 * np.pi
 QUADRATURE = 5
@@ -53,7 +53,7 @@ def energy_balance(response: DriveResponse) -> EnergyBalance:
     d = system.drive
     count = solution.grid.steps
     begin, step = solution.theta[-count - 1 : -1], np.diff(solution.theta[-count - 1 :])
-    roots, weights = np.polynomial.legendre.leggauss(QUADRATURE)
+    roots, weights = gauss_rule(QUADRATURE)
     share = (roots + 1.0) / 2.0
     theta = (begin[:, None] + step[:, None] * share).ravel()[None]
     weight = (step[:, None] * weights / 2.0).ravel()

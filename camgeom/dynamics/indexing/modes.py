@@ -17,7 +17,7 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive, modes
 from camgeom.dynamics.linear.method import Motion
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 LOW, MEDIUM = 15.0, 6.0
 """divisors of the first critical speed that bound the low and the medium speed class"""
@@ -90,7 +90,7 @@ def natural_modes(drive: IndexingDrive, motion: Motion, theta: npt.ArrayLike | N
 def _angles(motion: Motion) -> Floats:
     """Each degree, the knots, and the cam angle of the largest |tau'| (where the first frequency is lowest)."""
     degrees = np.linspace(0.0, 2.0 * pi, 361)
-    base = np.unique(np.concatenate([degrees, np.asarray(motion.knots)]))
+    base = distinct(np.concatenate([degrees, np.asarray(motion.knots)]))
     slope = np.abs(motion.jet(base, 1)[1])
     k = int(slope.argmax())
     low, high = base[max(k - 1, 0)], base[min(k + 1, len(base) - 1)]
@@ -98,7 +98,7 @@ def _angles(motion: Motion) -> Floats:
         fine = np.linspace(low, high, 9)
         best = int(np.abs(motion.jet(fine, 1)[1]).argmax())
         low, high = fine[max(best - 1, 0)], fine[min(best + 1, 8)]
-    return np.unique(np.append(base, 0.5 * (low + high)))
+    return distinct(np.append(base, 0.5 * (low + high)))
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
 Side = Literal["left", "right"]
 
@@ -229,7 +229,7 @@ def gauss_legendre(stages: int) -> RungeKutta:
     Phase error of the diagonal Pade approximation: s!^2 / ((2s)! (2s+1)!).
     """
     _vet_stages(stages, 1)
-    c = (np.polynomial.legendre.leggauss(stages)[0] + 1.0) / 2.0
+    c = (gauss_rule(stages)[0] + 1.0) / 2.0
     a, b = _collocation(c)
     pade = factorial(stages) ** 2 / (factorial(2 * stages) * factorial(2 * stages + 1))
     return RungeKutta(f"gauss{stages}", a, b, _row(c), 2 * stages, pade)
@@ -241,9 +241,11 @@ def radau(stages: int) -> RungeKutta:
     Error of the subdiagonal Pade approximation: s! (s-1)! / ((2s-1)! (2s)!).
     """
     _vet_stages(stages, 2)
-    roots = np.polynomial.legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0])
-    c = (np.sort(roots.real) + 1.0) / 2.0
-    c[-1] = 1.0
+    # Beside the end, the zeros of the Jacobi polynomial (1, 0): eigenvalues of its recurrence (Golub and Welsch 1969).
+    k = np.arange(stages - 1)
+    beside = np.sqrt(k * (k + 1.0))[1:] / (2.0 * k[1:] + 1.0)
+    inner = np.diag(-1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0))) + np.diag(beside, 1) + np.diag(beside, -1)
+    c = np.append((np.linalg.eigvalsh(inner) + 1.0) / 2.0, 1.0)
     a, _ = _collocation(c)
     pade = factorial(stages) * factorial(stages - 1) / (factorial(2 * stages - 1) * factorial(2 * stages))
     # stiffly accurate: the end of the step is the last stage
@@ -268,7 +270,7 @@ def _collocation(c: Floats) -> tuple[tuple[tuple[float, ...], ...], tuple[float,
     Geometric Numerical Integration, II.1.2).
     """
     stages = len(c)
-    nodes, weights = np.polynomial.legendre.leggauss(stages)
+    nodes, weights = gauss_rule(stages)
     ends = np.append(c, 1.0)
     points = ends[:, None] * (nodes + 1.0) / 2.0
     lagrange = np.ones((stages + 1, stages, stages))

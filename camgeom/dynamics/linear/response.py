@@ -15,7 +15,7 @@ from camgeom.dynamics.linear.peaks import Output, Peak, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 GROUP = 64
 """speeds solved together; more would outgrow the cache"""
@@ -184,7 +184,7 @@ def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> l
     predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, find(accuracy.method))
     rungs = np.exp2(np.ceil(np.log2(predicted) * 2.0) / 2.0).round().astype(int)
     out: list[Answer[S]] = []
-    for rung in np.unique(rungs):
+    for rung in distinct(rungs):
         for part in _parts(everywhere[rungs == rung]):
             out += _answers(at, speeds, part, int(rung), accuracy)
     return out

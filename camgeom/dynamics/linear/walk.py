@@ -13,7 +13,7 @@ import numpy.typing as npt
 from camgeom.dynamics.linear.maps import restart, step_maps
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import Problem, ProfileError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 
 MAX_STEPS = 4_000_000
 """steps a turn; more would need more memory than a workstation has"""
@@ -64,7 +64,7 @@ def aligned_grid(knots: npt.ArrayLike, steps: int) -> Grid:
     """
     if not 1 <= steps <= MAX_STEPS:
         raise ProfileError([Problem("dynamics.steps", "steps a turn out of range", steps, f"1 to {MAX_STEPS}")])
-    values = np.unique(np.asarray(knots, dtype=float))
+    values = distinct(np.asarray(knots, dtype=float))
     span = float(values[-1] - values[0]) if values.size else 0.0
     if not np.isfinite(span) or span <= 0.0:
         raise ProfileError([Problem("dynamics.knots", "needs two distinct finite knots", values.tolist())])

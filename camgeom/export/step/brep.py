@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import pi
 from typing import final
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from camgeom.export import Colour
 from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.mesh import Mesh
 
 
@@ -169,15 +169,9 @@ def vertex(point: npt.ArrayLike) -> Vertex:
     return Vertex(vector(point))
 
 
-@lru_cache(maxsize=64)
-def rule(order: int) -> tuple[Floats, Floats]:
-    """Gauss-Legendre nodes and weights on [-1, 1]."""
-    return np.polynomial.legendre.leggauss(order)
-
-
 def gauss(breaks: Floats, order: int) -> tuple[Floats, Floats]:
     """Gauss-Legendre nodes and weights of `order` points in each interval between the breaks."""
-    x, w = rule(order)
+    x, w = gauss_rule(order)
     half = 0.5 * np.diff(breaks)[:, None]
     middle = 0.5 * (breaks[1:] + breaks[:-1])[:, None]
     return (middle + half * x).ravel(), (half * w).ravel()

@@ -13,9 +13,9 @@ from typing import final
 
 import numpy as np
 
-from camgeom.export.step.brep import Brep, Face, Loop, Use, gauss, rule
+from camgeom.export.step.brep import Brep, Face, Loop, Use, gauss
 from camgeom.export.step.geometry import Plane, SplineSurface, Surface, largest_gap, solve_pairs
-from camgeom.maths import Floats
+from camgeom.maths import Floats, gauss_rule
 
 
 @final
@@ -155,7 +155,7 @@ def _spline_green(surface: SplineSurface, loop: Loop, edge_nodes: int) -> tuple[
     u, v, du, dv = (np.concatenate([run[i] for run in runs]) for i in range(4))
     inner, outer = ((u, v), (v, u))[axis]
     step = dv if axis == 0 else -du
-    nodes, weights = rule(bases[axis].degree + 2)
+    nodes, weights = gauss_rule(bases[axis].degree + 2)
     sums = np.zeros((2, len(inner)))
     for low, high in pairwise(bases[axis].breaks.tolist()):
         half = 0.5 * (np.clip(inner, low, high) - low)
@@ -185,7 +185,7 @@ def _green(surface: Surface, loop: Loop, edge_nodes: int) -> tuple[float, float]
     u, v, _, dv = (np.concatenate([part[i] for part in parts]) for i in range(4))
     if not isinstance(surface, Plane):
         u = np.unwrap(u)
-    nodes, weights = rule(1 if isinstance(surface, Plane) else 24)
+    nodes, weights = gauss_rule(1 if isinstance(surface, Plane) else 24)
     start = float(u[0])
     half = 0.5 * (u - start)
     at = start + half[:, None] * (1.0 + nodes)
