@@ -155,9 +155,8 @@ FACETS = 800
 
 
 def thinned(count: int, most: int) -> npt.NDArray[np.int64]:
-    """At most so many of the numbers below `count`: multiples of the golden section, which keep step with no grid."""
-    golden = 0.5 * (np.sqrt(5.0) - 1.0)
-    return np.arange(count) if count <= most else (np.arange(1, most + 1) * golden % 1.0 * count).astype(np.int64)
+    """At most so many of the numbers below `count`, in no order that a grid could have."""
+    return np.arange(count) if count <= most else np.random.default_rng(0).permutation(count)[:most]
 
 
 def _edges(mesh: Mesh, group: str) -> npt.NDArray[np.int64]:
