@@ -106,7 +106,6 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
     """Carry out one of the commands on a model; returns the exit status."""
-    from camgeom.export.folder import RunFolder
     from camgeom.model import Model
     from camgeom.profile import read
     from camgeom.report.delivery import RESULT, Order, deliver
@@ -128,6 +127,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
     if writes:
+        from camgeom.export.folder import RunFolder
+
         folder = output_folder(arguments.out, profile.name)
         refuse_unwritable(folder)
         with RunFolder(folder) as place:
