@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import wraps
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, final
 
 from camgeom.checks.verdict import Finding, NotJudged, Verdict
-from camgeom.errors import DesignError, Unmade, unmade
+from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load",
                "dynamics", "impact"]
+KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
+LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -67,6 +70,22 @@ def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
     def register(judge: Judge) -> Judge:
         _REGISTRY[name] = Check(name, needs, judge)
         return judge
+
+    return register
+
+
+def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
+    """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why."""
+
+    def register(judge: Judge) -> Judge:
+        @wraps(judge)
+        def answered(model: Model) -> list[Finding | NotJudged]:
+            try:
+                return list(judge(model))
+            except NotConverged as lost:
+                return [NotJudged(name, str(lost))]
+
+        return check(name, *needs)(answered)
 
     return register
 

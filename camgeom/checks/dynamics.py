@@ -5,42 +5,24 @@ The rigid figures stand beside, in their own findings. A solver that finds no an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import wraps
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import Need, check
+from camgeom.checks import KNIFE, LIFTED, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
-from camgeom.errors import NotConverged
+from camgeom.mechanics.duty import least_lives
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 LESS = "stiffen what is elastic, damp it, take a smoother law or less speed; the rigid figure leaves vibration out"
-LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
+IMPACTS = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
 SENSITIVE = 1.25
 """change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
 BAND = (0.95, 0.975, 1.025, 1.05)
 """shares of the operating speed: it is held to a few per cent"""
-
-
-def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
-    """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why."""
-
-    def register(judge: Judge) -> Judge:
-        @wraps(judge)
-        def answered(model: Model) -> list[Finding | NotJudged]:
-            try:
-                return list(judge(model))
-            except NotConverged as lost:
-                return [NotJudged(name, str(lost))]
-
-        return check(name, *needs)(answered)
-
-    return register
 
 
 @solved("dynamic-pressure", "dynamics")
@@ -52,6 +34,7 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     peak = model.dynamic_duty.peak_pressure
     rigid = model.carrier.peak_pressure if model.carrier is not None else None
     if peak is None:
+        yield NotJudged("dynamic-pressure", KNIFE)
         return
     beside = f"rigid: {rigid.value:.6g} MPa" if rigid is not None else ""
     yield judged(
@@ -72,10 +55,13 @@ def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     limit = model.profile.limits.life_h
     if limit is None:
         return
-    if model.dynamic_duty is None:
+    if not model.dynamic_duties:
         yield NotJudged("dynamic-life", LIFTED)
         return
-    for body, value in model.dynamic_duty.lives.items():
+    lives = least_lives(model.dynamic_duties)
+    if not lives:
+        yield NotJudged("dynamic-life", KNIFE)
+    for body, value in lives.items():
         yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=body, unlimited=True)
 
 
@@ -184,9 +170,21 @@ def impact_pressure(model: Model) -> Iterable[Finding]:
     peak = model.impact_pressure
     rigid = model.carrier.peak_pressure if model.carrier is not None else None
     beside = f"{peak.where}; rigid: {rigid.value:.6g} MPa" if rigid is not None else peak.where
-    advice = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
-    yield judged("impact-pressure", peak.value, "<=", _pressure_limit(model), "MPa", advice,
+    yield judged("impact-pressure", peak.value, "<=", _pressure_limit(model), "MPa", IMPACTS,
                  cam_angle=peak.cam_angle, where=beside)  # fmt: skip
+
+
+@solved("impact-life", "impact")
+def impact_life(model: Model) -> Iterable[Finding | NotJudged]:
+    """Fatigue lives under the forces of the counted turns; of turns that cannot be reproduced, of the hardest one."""
+    limit = model.profile.limits.life_h
+    if limit is None:
+        return
+    if not model.impact_lives:
+        yield NotJudged("impact-life", KNIFE)
+    for body, value in model.impact_lives.items():
+        yield judged("impact-life", value, ">=", limit, "h", IMPACTS, where=f"{body}, {model.impact_basis}",
+                     unlimited=True)  # fmt: skip
 
 
 @solved("impact-reproducible", "impact")

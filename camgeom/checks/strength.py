@@ -9,14 +9,13 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from camgeom.checks import Need, check
+from camgeom.checks import KNIFE, Need, check
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, Material, hardness_bound
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 
 
 def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
@@ -36,14 +35,14 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudg
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue life at the hardest place of roller or face and cam, and of the bearing of a roller that is rated."""
     limit = model.profile.limits.life_h
-    if limit is None or model.carrier is None:
+    if limit is None:
         return
-    carriers = model.duties or (model.carrier,)
-    bodies = dict.fromkeys(body for carrier in carriers for body in carrier.lives)
-    if not bodies:
+    from camgeom.mechanics.duty import least_lives
+
+    lives = least_lives(model.carriers)
+    if not lives:
         yield NotJudged(name, KNIFE)
-    for body in bodies:
-        least = min(carrier.lives[body] for carrier in carriers if body in carrier.lives)
+    for body, least in lives.items():
         yield judged(name, least, ">=", limit, "h", remedy, where=body, unlimited=True)
 
 

@@ -48,6 +48,12 @@ FIGURES = (
     "cutter.most_rest_mm",
     "cutter.least_rest_mm",
     "dynamics.amplification",
+    "dynamics.duty.peak_pressure_mpa",
+    "dynamics.duty.roller_life_h",
+    "dynamics.camshaft_torque_n_m",
+    "dynamics.impact.worst_pressure_mpa",
+    "dynamics.impact.duty.roller_life_h",
+    "dynamics.impact.duty.peak_torque_n_m",
     "dynamics.impact.over_turns.peak_acceleration_rad_s2.mean",
     "dynamics.impact.over_turns.peak_acceleration_m_s2.mean",
 )

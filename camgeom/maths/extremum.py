@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,11 @@ class Extreme:
     cam_angle: float
     place: float = 0.0
     where: str = ""
+
+
+def hardest(found: Iterable[Extreme]) -> Extreme:
+    """The one with the largest value."""
+    return max(found, key=lambda extreme: extreme.value)
 
 
 def piece_grid(knots: Floats, per_turn: int, least: int = 9) -> tuple[Floats, npt.NDArray[np.int64]]:

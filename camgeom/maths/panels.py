@@ -109,6 +109,13 @@ class Panels:
         """Cam angle of the sample points, rad, (p, n)."""
         return np.asarray(self.middle[:, None] + self.half[:, None] * NODES, dtype=np.float64)
 
+    def split(self, angles: ArrayLike) -> Panels:
+        """The same with further breaks at cam angles within the range, rad; edges nearly at a break are that break."""
+        breaks = panels(np.concatenate([self.breaks, np.ravel(angles)]), np.inf).edges
+        after = np.clip(np.searchsorted(breaks, self.edges), 1, len(breaks) - 1)
+        far = np.minimum(np.abs(self.edges - breaks[after]), np.abs(self.edges - breaks[after - 1])) > SMALLEST_PANEL
+        return Panels(panels(np.concatenate([breaks, self.edges[far]]), np.inf).edges, breaks)
+
     @property
     def half(self) -> Floats:
         """Half width of each panel, rad, (p,)."""

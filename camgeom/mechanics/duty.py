@@ -7,7 +7,7 @@ which it becomes plain data.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import degrees, isfinite, pi
 from typing import Any, Protocol
 
@@ -78,6 +78,21 @@ class Duty(Protocol):
 
     def fatigue_data(self) -> dict[str, Any]:
         """Fatigue lives of the surfaces as plain data for result.json."""
+
+
+def least_lives(duties: Iterable[Duty]) -> dict[str, float]:
+    """Fatigue life, h, of every body: the least of all duties."""
+    found: dict[str, float] = {}
+    for duty in duties:
+        for body, hours in duty.lives.items():
+            found[body] = min(hours, found.get(body, hours))
+    return found
+
+
+def least_safety(duties: Iterable[Duty]) -> float | None:
+    """Least static safety of the rollers' bearings of some duties; None where no static rating is known."""
+    bearings = [duty.bearing for duty in duties if duty.bearing is not None]
+    return min((float(one.static_safety) for one in bearings if one.static_safety is not None), default=None)
 
 
 def peak_of(where: Panels, values: Floats) -> Extreme:

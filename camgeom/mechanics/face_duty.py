@@ -16,7 +16,7 @@ import numpy as np
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
-from camgeom.maths.panels import highest, panels, roots
+from camgeom.maths.panels import highest, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
 from camgeom.mechanics.hertz import Beneath, beneath_line
@@ -63,7 +63,7 @@ class FaceDuty:
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         if not zeros.size:
             return full
-        return self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), inf))
+        return self.load.sampled(full.panels.split(zeros))
 
     @cached_property
     def _levers(self) -> list[Floats]:

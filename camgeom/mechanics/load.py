@@ -80,6 +80,8 @@ class Load:
     """of a slide's guides: grows with the side thrust, which the geometry decides (see `normal_force`)"""
     solved: Callable[[Floats], Floats] | None = None
     """force, N (N mm), over cam angles (n,) that a solver found between cam and follower, in place of that sum"""
+    solved_on: Panels | None = None
+    """panels on which that force is known to be smooth; else they are sought"""
 
     @property
     def omega(self) -> float:
@@ -112,6 +114,8 @@ class Load:
 
     def panels(self, widest: float = float(np.radians(6.0)), tolerance: float = 1e-10) -> Panels:
         """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value)."""
+        if self.solved_on is not None:
+            return self.solved_on.split(self.breaks())
         return resolved(self._smooth, panels(self.breaks(), widest), max(tolerance, SOLVED if self.solved else 0.0))
 
     def sampled(self, where: Panels | None = None) -> FollowerForce:

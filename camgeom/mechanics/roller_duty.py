@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
-from camgeom.maths.panels import panels, roots
+from camgeom.maths.panels import roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
@@ -103,7 +103,7 @@ class RollerDuty:
             return full
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         if zeros.size:
-            full = self.load.sampled(panels(np.concatenate([full.panels.edges, zeros]), np.inf))
+            full = self.load.sampled(full.panels.split(zeros))
         if both:
             return full
         sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
@@ -116,7 +116,7 @@ class RollerDuty:
         stations = np.array([self.track.meridian.parameter(float(d)) for d in self._middles])
         edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
         edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.inside)]
-        split = self.load.sampled(panels(np.concatenate([full.panels.edges, *edges]), np.inf))
+        split = self.load.sampled(full.panels.split(np.concatenate(edges)))
         theta = split.panels.theta
         held = np.zeros(theta.shape, dtype=bool)
         for side in self.track.sides:

@@ -49,6 +49,15 @@ if TYPE_CHECKING:
     from camgeom.track.planar import Planar
 
 
+MEAN = "hot spots of the counted turns"
+HARDEST = "every turn as the hardest counted one"
+
+
+def _hardness(duty: Duty) -> float:
+    """Largest pressure of a duty, MPa; 0 of a knife edge, which has none."""
+    return duty.peak_pressure.value if duty.peak_pressure is not None else 0.0
+
+
 @final
 class Model:
     """A profile and its facts. Facts are attributes; `ledger.costs` says which were computed and what they cost.
@@ -363,11 +372,23 @@ class Model:
         return elastic_follower_of(self.profile, self.mechanism, load)
 
     @fact
-    def dynamic_duty(self) -> Duty | None:
-        """The duty under the contact force that [dynamics] finds; None without one, or where contact is lost."""
-        from camgeom.model.vibration import dynamic_duty_of
+    def dynamic_duties(self) -> tuple[Duty, ...]:
+        """The duties of all that presses the cam under the force that [dynamics] finds; none where contact is lost."""
+        from camgeom.model.vibration import dynamic_duties_of
 
-        return dynamic_duty_of(self)
+        return dynamic_duties_of(self)
+
+    @property
+    def dynamic_duty(self) -> Duty | None:
+        """The hardest pressed of `dynamic_duties`; None without any."""
+        return max(self.dynamic_duties, key=_hardness, default=None)
+
+    @fact
+    def dynamic_torque(self) -> Extreme | None:
+        """Largest torque of the camshaft, N mm, under that force; None where there is none."""
+        from camgeom.model.vibration import dynamic_torque_of
+
+        return dynamic_torque_of(self, self.dynamic_duties) if self.dynamic_duties else None
 
     @fact
     def impact(self) -> ImpactRun | None:
@@ -384,7 +405,37 @@ class Model:
         run, spec = self.impact, self.profile.impact_spec
         if run is None or spec is None:
             raise DesignError("the profile has no [impact]")
-        return hardest_impact(run, spec.settle)
+        return hardest_impact(run, spec.settle, self.impact_duties)
+
+    @fact
+    def impact_duties(self) -> tuple[tuple[Duty, ...], ...]:
+        """The duties of all that presses the cam in every turn that [impact] counts; none without it."""
+        from camgeom.model.impact import impact_duties_of
+
+        run = self.impact
+        return impact_duties_of(self.profile, self.mechanism, self.load, run) if run is not None else ()
+
+    @fact
+    def impact_lives(self) -> dict[str, float]:
+        """Fatigue life, h, of every body under the history of impacts; empty without [impact]."""
+        from camgeom.model.impact import impact_lives_of
+
+        return impact_lives_of(self.impact_duties, self.impact_basis == MEAN)
+
+    @property
+    def impact_basis(self) -> str:
+        """What those lives rest on: of a chaotic motion other turns will come than were counted."""
+        found = self.impact_sensitivity
+        return MEAN if found is None or found.reproducible >= found.turns else HARDEST
+
+    @fact
+    def impact_torque(self) -> Extreme | None:
+        """Largest torque of the camshaft, N mm, in the turns that [impact] counts; None without it."""
+        run, spec = self.impact, self.profile.impact_spec
+        if run is None or spec is None:
+            return None
+        peak = run.peak("cam_torque", run.turn_times()[spec.settle][0])
+        return Extreme(1e3 * peak.value, peak.angle % TURN)
 
     @fact
     def impact_sensitivity(self) -> Sensitivity | None:
@@ -452,6 +503,16 @@ class Model:
         if self.turret_duty is not None:
             return self.turret_duty
         return self.duty if self.duties else self.drive
+
+    @property
+    def carriers(self) -> tuple[Duty, ...]:
+        """The duties of all that presses the cam: every roller, or what `carrier` has; none without [operation]."""
+        return self.duties or ((self.carrier,) if self.carrier is not None else ())
+
+    @property
+    def shaft(self) -> Duty | None:
+        """The duty whose torque is the camshaft's: of all that touches a planar cam together, else the carrier's."""
+        return self.drive or self.carrier
 
     @property
     def contact(self) -> Contact | TurretDuty | FaceDuty:

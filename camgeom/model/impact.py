@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme
+from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
+from camgeom.mechanics.duty import least_lives
 from camgeom.mechanics.material import pair_compliance
-from camgeom.model.loads import load_of
+from camgeom.model.loads import carriers, load_of
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.pair import Pair
     from camgeom.dynamics.impact.problem import ImpactProblem
     from camgeom.dynamics.impact.problem import Load as ImpactLoad
     from camgeom.dynamics.impact.run import ImpactRun, Quantity
+    from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
     from camgeom.motion.program import Program
     from camgeom.profile import Profile
     from camgeom.solid.mechanism import Mechanism
+
+    Duties = tuple[Duty, ...]
 
 MILLI = 1e-3
 
@@ -39,13 +44,54 @@ def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
     return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance)
 
 
-def hardest_impact(run: ImpactRun, settle: int) -> Extreme:
-    """Largest pressure, MPa, that a run finds after some settling turns, with the contact that has it."""
-    since = run.turn_times()[settle:][0][0]
+def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: ImpactRun) -> tuple[Duties, ...]:
+    """The duties of all that presses the cam, in every counted turn of a run, by the code of the rigid ones."""
+    spec = profile.impact_spec
+    assert spec is not None
+    found = []
+    for turn in range(spec.settle, len(run.turn_times())):
+        where, thrust = run.thrust(turn)
+        acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
+        found.append(carriers(profile.material, mechanism, acting))
+    return tuple(found)
+
+
+def hardest_impact(run: ImpactRun, settle: int, turns: tuple[Duties, ...]) -> Extreme:
+    """Largest pressure, MPa, in the counted turns of a run, with the contact that has it.
+
+    At the hardest place along the roller; the solver's own line pressure where that is higher, since [impact] may give
+    a contact_length of its own.
+    """
+    since = run.turn_times()[settle][0]
     sides: tuple[tuple[str, Quantity], ...] = (("main side", "pressure_main"), ("return side", "pressure_return"))
     peaks = [(name, run.peak(quantity, since)) for name, quantity in sides]
-    name, hardest = max(peaks, key=lambda peak: peak[1].value)
-    return Extreme(1e-6 * hardest.value, hardest.angle % TURN, where=name)
+    found = [Extreme(1e-6 * peak.value, peak.angle % TURN, where=name) for name, peak in peaks]
+    for number, duties in enumerate(turns, settle + 1):
+        for peak in (duty.peak_pressure for duty in duties):
+            if peak is not None:
+                beside = peak.where or f"slice at {peak.place:.4g} mm"
+                found.append(replace(peak, where=f"turn {number}, {beside}"))
+    return hardest(found)
+
+
+def impact_lives_of(turns: tuple[Duties, ...], reproducible: bool) -> dict[str, float]:
+    """Fatigue life, h, of every body under a history of impacts, from the counted turns.
+
+    One point of a body takes at most the damage of the hot spots of all turns together: their mean a turn bounds the
+    life from below. Of turns that cannot be reproduced others will come: every turn then counts as the hardest one.
+    """
+    lives: dict[str, list[float]] = {}
+    for duties in turns:
+        for body, hours in least_lives(duties).items():
+            lives.setdefault(body, []).append(hours)
+    return {body: least_life(each, reproducible) for body, each in lives.items()}
+
+
+def least_life(hours: list[float], mean: bool) -> float:
+    """Life, h, from those of single turns: of the mean damage, or of the hardest turn; 0 where one has none."""
+    if min(hours) == 0.0 or not mean:
+        return min(hours)
+    return len(hours) / sum(1.0 / one for one in hours) if min(hours) < float("inf") else float("inf")
 
 
 def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactProblem:

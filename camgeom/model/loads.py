@@ -10,6 +10,7 @@ from camgeom.mechanics.load import Load
 from camgeom.track import Arc
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.face_duty import FaceDuty
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
@@ -80,6 +81,13 @@ def face_duty(material: Materials, load: Load, touches: tuple[Touch, ...]) -> Fa
     from camgeom.mechanics.face_duty import FaceDuty
 
     return FaceDuty(touches, load, material.roller, material.cam)
+
+
+def carriers(material: Materials, mechanism: Mechanism, load: Load) -> tuple[Duty, ...]:
+    """The duties of all that presses a cam without a turret: its rollers, or the faces together."""
+    if mechanism.roller is None:
+        return (face_duty(material, load, mechanism.touches),)
+    return roller_duties(material, mechanism, load)
 
 
 def turret_duty(material: Materials, mechanism: Mechanism, turret: Turret, load: Load) -> TurretDuty:

@@ -14,9 +14,10 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.load import QUIET
-from camgeom.model.loads import face_duty, roller_duties, turret_duty
+from camgeom.model.loads import carriers, turret_duty
 from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
@@ -262,8 +263,8 @@ class Vibrating(Indexer, Protocol):
     def elastic_follower(self) -> FollowerStudy | None: ...
 
 
-def dynamic_duty_of(model: Vibrating) -> Duty | None:
-    """The duty of what presses the cam under the solved periodic contact force, by the code of the rigid one.
+def dynamic_duties_of(model: Vibrating) -> tuple[Duty, ...]:
+    """The duties of what presses the cam under the solved periodic contact force, by the code of the rigid ones.
 
     None without [dynamics], and where the follower leaves its cam: the force of its landings is not that of a steady
     state.
@@ -273,15 +274,25 @@ def dynamic_duty_of(model: Vibrating) -> Duty | None:
         drive = model.indexing.steady
         # The contact torque holds the turret back where it is positive.
         load = replace(model.load, solved=lambda theta: -drive.at(theta, "contact_torque")[0] / MILLI)
-        return turret_duty(material, mechanism, mechanism.turret, load)
+        return (turret_duty(material, mechanism, mechanism.turret, load),)
     follower = model.elastic_follower
     if follower is None or (follower.jump is not None and bool(follower.jump.lost[0])):
-        return None
+        return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
     load = replace(model.load, solved=lambda theta: unit * follower.steady.at(theta, "contact_force")[0])
-    if mechanism.roller is None:
-        return face_duty(material, load, mechanism.touches)
-    return max(roller_duties(material, mechanism, load), key=lambda duty: duty.peak_pressure.value)
+    return carriers(material, mechanism, load)
+
+
+def dynamic_torque_of(model: Vibrating, duties: tuple[Duty, ...]) -> Extreme:
+    """Largest torque, N mm, that vibration makes in the camshaft: at the cam, or in the shaft where that is elastic."""
+    at_cam = hardest(duty.peak_torque for duty in duties)
+    found = [Extreme(at_cam.value, at_cam.cam_angle, where="at the cam")]
+    study = model.indexing or model.elastic_follower
+    name = "input_torque" if model.indexing is not None else "shaft_torque"
+    if study is not None and name in study.steady.system.outputs:
+        peak = study.steady.peak(name)
+        found.append(Extreme(float(peak.magnitude[0]) / MILLI, float(peak.magnitude_at[0]), where="in the shaft"))
+    return hardest(found)
 
 
 def _speed(profile: Profile) -> float:

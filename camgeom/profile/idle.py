@@ -35,6 +35,11 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     roller, dynamics, impact = profile.roller, profile.dynamics_spec, profile.impact_spec
     if roller is not None and roller.dynamic_rating is None:
         found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
+    if roller is None or roller.static_rating is None:
+        found["limits.bearing_static_safety"] = (
+            "a follower without a roller has no bearing" if roller is None else
+            "give roller.static_rating (and dynamic_rating): the safety is that rating over the largest load"
+        )  # fmt: skip
     if dynamics is None or dynamics.kind != "indexing" or dynamics.turret_inertia is not None:
         found["material.roller.density"] = "only the turret of an indexing drive without a turret_inertia is weighed"
     if profile.operation is not None:

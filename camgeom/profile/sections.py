@@ -174,6 +174,12 @@ class Limits(Section):
     life_h: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="h, life that roller, bearing and cam surface must reach"
     )
+    torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="N m, largest torque of the camshaft, rigid, with vibration and with impacts"
+    )
+    bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="1, least static safety of the roller's bearing: static_rating over its largest load"
+    )
 
     def for_follower(self, follower: AnyFollower) -> Limits:
         """The limits with the defaults that depend on the follower filled in."""

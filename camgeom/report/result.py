@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import degrees, pi
@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
-from camgeom.mechanics.duty import MILLI, bearing_data, finite
+from camgeom.maths.extremum import hardest
+from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_lives, least_safety
 from camgeom.report.products import Products
 
 if TYPE_CHECKING:
@@ -326,23 +327,31 @@ def dynamics_data(model: Model) -> dict[str, Any]:
 
 def dynamic_duty_data(model: Model) -> dict[str, Any]:
     """Pressure, forces, torque and lives under the solved contact force, and the rigid ones beside; empty without."""
-    dynamic, rigid = model.dynamic_duty, model.carrier
-    if dynamic is None or rigid is None:
+    if not model.dynamic_duties:
         return {}
-    return {"duty": duty_figures(dynamic), "rigid_duty": duty_figures(rigid)}
+    figures = {"duty": duty_figures(model.dynamic_duties), "rigid_duty": duty_figures(model.carriers)}
+    peak = model.dynamic_torque
+    if peak is None:
+        return figures
+    return figures | {"camshaft_torque_n_m": MILLI * peak.value, "camshaft_torque_is": peak.where}
 
 
-def duty_figures(duty: Duty) -> dict[str, Any]:
-    """Peaks and lives of a duty as plain data."""
+def duty_figures(duties: Sequence[Duty]) -> dict[str, Any]:
+    """Peaks, lives and static safety over all that presses the cam, as plain data."""
+    force, torque = hardest(d.peak_force for d in duties), hardest(d.peak_torque for d in duties)
     data: dict[str, Any] = {
-        "peak_force_n": duty.peak_force.value,
-        "peak_force_cam_angle_deg": degrees(duty.peak_force.cam_angle) % 360.0,
-        "peak_torque_n_m": duty.peak_torque.value * MILLI,
+        "peak_force_n": force.value,
+        "peak_force_cam_angle_deg": degrees(force.cam_angle) % 360.0,
+        "peak_torque_n_m": torque.value * MILLI,
     }
-    if duty.peak_pressure is not None:
-        data["peak_pressure_mpa"] = finite(duty.peak_pressure.value)
-        data["peak_pressure_cam_angle_deg"] = degrees(duty.peak_pressure.cam_angle) % 360.0
-    return data | {f"{body}_life_h": finite(hours) for body, hours in duty.lives.items()}
+    pressures = [duty.peak_pressure for duty in duties if duty.peak_pressure is not None]
+    if pressures:
+        data["peak_pressure_mpa"] = finite(hardest(pressures).value)
+        data["peak_pressure_cam_angle_deg"] = degrees(hardest(pressures).cam_angle) % 360.0
+    safety = least_safety(duties)
+    if safety is not None:
+        data["bearing_static_safety"] = finite(safety)
+    return data | {f"{body}_life_h": finite(hours) for body, hours in least_lives(duties).items()}
 
 
 MOST_IMPACTS = 100
@@ -380,6 +389,7 @@ def impact_data(model: Model) -> dict[str, Any]:
     if model.impact_sensitivity is not None:
         data["sensitivity"] = model.impact_sensitivity.as_dict()
     data["worst_pressure_mpa"] = model.impact_pressure.value
+    data |= {"duty": impact_figures(model), "rigid_duty": duty_figures(model.carriers)}
     moving = run.trace.time >= spec.settle * run.problem.period
     data[f"peak_speed_{'rad' if rotating else 'm'}_s"] = float(np.abs(run.trace.speed[moving]).max())
     options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
@@ -390,6 +400,15 @@ def impact_data(model: Model) -> dict[str, Any]:
         rows = study(impact_laws(model.profile), **options)
         data["laws"] = [row.as_dict(rotating) for row in rows]
     return data
+
+
+def impact_figures(model: Model) -> dict[str, Any]:
+    """Peaks and lives over the turns that [impact] counts; the lives are those that `impact-life` judges."""
+    every = [duty for turn in model.impact_duties for duty in turn]
+    torque = model.impact_torque
+    data = duty_figures(every) | {f"{body}_life_h": finite(hours) for body, hours in model.impact_lives.items()}
+    data["lives_from"] = model.impact_basis
+    return data if torque is None else data | {"peak_torque_n_m": MILLI * torque.value}
 
 
 def cutter_data(model: Model) -> dict[str, Any]:

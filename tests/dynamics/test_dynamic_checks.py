@@ -261,6 +261,216 @@ def test_elastic_and_rigid_figures_stand_beside_each_other():
     assert elastic["bearing_life_h"] < rigid["bearing_life_h"]
 
 
+def limited(text, *lines):
+    """A profile's text with further limits."""
+    more = "".join(f"{line}\n" for line in lines)
+    return text.replace("[limits]\n", "[limits]\n" + more) if "[limits]" in text else f"{text}\n[limits]\n{more}"
+
+
+IMPACTS = ROCKER + "\n[impact]\nturns = 3\n"
+
+
+@pytest.fixture(scope="module")
+def hit():
+    return Model(parse(IMPACTS))
+
+
+def test_the_forces_of_impacts_go_through_the_hertz_code_of_the_rigid_ones(hit):
+    """Force, pressure and torque of the counted turns against those of the solver with its own contact law."""
+    run, since = hit.impact, hit.impact.turn_times()[1][0]
+    for turn in hit.impact_duties:
+        for duty, side in zip(turn, ("main", "return")):
+            assert duty.peak_force.value == pytest.approx(run.peak(f"force_{side}", since).value, rel=1e-3)
+            assert duty.peak_pressure.value == pytest.approx(1e-6 * run.peak(f"pressure_{side}", since).value, rel=1e-3)
+    torque = max(duty.peak_torque.value for turn in hit.impact_duties for duty in turn)
+    assert hit.impact_torque.value == pytest.approx(torque, rel=1e-3)
+    assert hit.impact_torque.value > 3.0 * hit.drive.peak_torque.value
+
+
+def test_lives_under_impacts_are_miners_sum_over_the_solved_forces(hit):
+    """By hand: a point of the cam is pressed once a turn; points of the roller meet the pressures on their way."""
+    material, run = hit.profile.material, hit.impact
+    begin, end = run.turn_times()[1]
+    per_hour = 60.0 * hit.profile.operation.speed
+    cam = material.cam
+    peak = max(1e-6 * run.peak(name, begin, end).value for name in ("pressure_main", "pressure_return"))
+    by_hand = cam.contact_cycles / (peak / cam.contact_limit) ** cam.exponent / per_hour
+    assert hit.impact_lives["cam"] == pytest.approx(by_hand, rel=5e-3)
+    roller, duty = material.roller, hit.impact_duties[0][0]
+    trace = run.trace.flat()
+    inside = (trace.time >= begin) & (trace.time <= end)
+    angle, pressure = trace.angle[inside] % (2.0 * np.pi), 1e-6 * trace.pressure[inside, 0]
+    order = np.argsort(angle, kind="stable")
+    where = duty.force.panels
+    fine = np.linspace(0.0, 2.0 * np.pi, 400_001)
+    rate = where.at(duty.reference.path_rate, fine)
+    path = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(fine)))
+    damage = (np.interp(fine, angle[order], pressure[order]) / roller.contact_limit) ** roller.exponent
+    # The wall that bears is met by every second half turn of the roller, beginning with the first or the second.
+    start = 0.0 if duty.track.sides[0] == behind_of(duty) else np.pi
+    place = np.mod(path / duty.radius - start, 2.0 * np.pi)
+    grid = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    total, crossings = np.zeros(len(grid)), np.flatnonzero(np.diff(place) < 0.0) + 1
+    for k, (first, last) in enumerate(zip([0, *crossings], [*crossings, len(fine)])):
+        if k or not start:
+            total += np.interp(grid, place[first:last], damage[first:last], left=0.0, right=0.0)
+    by_hand = roller.contact_cycles / total.max() / per_hour
+    assert duty.lives["roller"] == pytest.approx(by_hand, rel=0.01)
+
+
+def behind_of(duty):
+    """The side of a roller's track that lies behind it: where its lever is negative."""
+    from camgeom.track.flank import Flank
+
+    sides = duty.track.sides
+    levers = {side: Flank(duty.track, np.array([1.0]), np.array([duty.station]), side).lever().mean() for side in sides}
+    return next((side for side, lever in levers.items() if lever < 0.0), None)
+
+
+@pytest.mark.parametrize(("share", "level"), [(0.999, "pass"), (1.002, "fail")])
+def test_the_life_under_impacts_is_judged(hit, share, level):
+    least = min(hit.impact_lives.values())
+    assert least < 0.2 * min(hit.carrier.lives.values())
+    model = Model(parse(limited(IMPACTS, f"life_h = {share * least!r}")))
+    found = judge(model, ("impact-life", "life")).findings
+    assert max(f.level == "fail" for f in found if f.check == "impact-life") == (level == "fail")
+    assert {f.level for f in found if f.check == "life"} == {"pass"}
+    figures = compute(model, ("dynamics",)).data["dynamics"]["impact"]
+    assert min(figures["duty"][f"{body}_life_h"] for body in ("roller", "cam")) == pytest.approx(least)
+    assert figures["rigid_duty"]["cam_life_h"] == pytest.approx(hit.carrier.lives["cam"])
+
+
+def test_a_life_under_chaotic_impacts_takes_every_turn_as_the_hardest():
+    from camgeom.model import HARDEST, MEAN
+    from camgeom.model.impact import least_life
+
+    assert least_life([100.0, 300.0], mean=True) == pytest.approx(150.0)
+    assert least_life([100.0, 300.0], mean=False) == 100.0
+    assert least_life([100.0, np.inf], mean=True) == pytest.approx(200.0)
+    assert least_life([0.0, 300.0], mean=True) == 0.0
+    text = changed(ROCKER, ("clearance = 0.02", "clearance = 1.0")) if "clearance = 0.02" in ROCKER else ROCKER
+    wild = Model(parse(limited(text + "\n[impact]\nclearance = 1.0\nturns = 5\n", "life_h = 1")))
+    assert wild.impact_basis == HARDEST != MEAN
+    hours = [min(duty.lives["cam"] for duty in turn) for turn in wild.impact_duties]
+    assert wild.impact_lives["cam"] == min(hours) < least_life(hours, mean=True)
+    assert all(HARDEST in found.where for found in judge(wild, ("impact-life",)).findings)
+
+
+def test_the_life_of_the_hardest_body_is_judged_whichever_roller_has_it():
+    """A roller that is pressed less may live shorter: it turns more often. Two stand-ins, the second of them worse."""
+
+    class Pressed:
+        def __init__(self, pressure, hours):
+            self.peak_pressure = type("Peak", (), {"value": pressure})()
+            self.lives = {"roller": hours, "cam": 3e5}
+
+    for hours, level in ((20100.0, "pass"), (19900.0, "fail")):
+        model = changer(120)
+        vars(model)["dynamic_duties"] = (Pressed(900.0, 5e4), Pressed(800.0, hours))
+        assert model.dynamic_duty.peak_pressure.value == 900.0
+        found = {f.where: f for f in judge(model, ("dynamic-life",)).findings}
+        assert (found["roller"].value, found["roller"].level) == (hours, level)
+        assert found["cam"].level == "pass"
+
+
+def test_both_rollers_of_an_elastic_pair_have_their_own_duty():
+    elastic = ROCKER + '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 4e5\nlinkage_damping = 300\n'
+    model = Model(parse(elastic))
+    assert len(model.dynamic_duties) == len(model.duties) == 2
+    data = compute(model, ("dynamics",)).data["dynamics"]["duty"]
+    assert data["roller_life_h"] == min(duty.lives["roller"] for duty in model.dynamic_duties)
+    assert data["cam_life_h"] == min(duty.lives["cam"] for duty in model.dynamic_duties)
+
+
+@pytest.mark.parametrize(("check", "peak"), [
+    ("torque", lambda model: model.shaft.peak_torque.value),
+    ("dynamic-torque", lambda model: model.dynamic_torque.value),
+])
+def test_the_torque_of_the_camshaft_is_judged(check, peak):
+    value = 1e-3 * peak(changer(350))
+    for share, level in ((1.001, "pass"), (0.998, "fail")):
+        model = changer(350, ("life_h = 20000", f"torque_n_m = {share * value!r}"))
+        found = finding(model, check)
+        assert (found.level, found.unit) == (level, "N m")
+        assert found.value == pytest.approx(value)
+    assert judge(changer(350), (check,)).findings == ()
+
+
+def test_the_shaft_of_a_drive_takes_more_than_its_cam():
+    """The input shaft turns the cam's own inertia too, and swings with it."""
+    model = changer(350)
+    steady = model.indexing.steady
+    largest = max(1e-3 * model.dynamic_duty.peak_torque.value, float(steady.peak("input_torque").magnitude[0]))
+    assert 1e-3 * model.dynamic_torque.value == pytest.approx(largest)
+    assert compute(model, ("dynamics",)).data["dynamics"]["camshaft_torque_n_m"] == pytest.approx(largest)
+
+
+def test_the_torque_of_impacts_is_judged(hit):
+    value = 1e-3 * hit.impact_torque.value
+    for share, level in ((1.001, "pass"), (0.998, "fail")):
+        model = Model(parse(limited(IMPACTS, f"torque_n_m = {share * value!r}")))
+        assert levels(model, "impact-torque", "torque") == {"impact-torque": level, "torque": "pass"}
+
+
+def rated(key, *pairs):
+    text = limited(TOOL_CHANGER, f"bearing_static_safety = {key!r}")
+    return changed(text, ("speed = 120", "speed = 350"), *pairs)
+
+
+def test_the_static_safety_of_bearings_is_judged():
+    model = changer(350)
+    from camgeom.mechanics.duty import least_safety
+
+    for check, duties in (("bearing", model.carriers), ("dynamic-bearing", model.dynamic_duties)):
+        safety = least_safety(duties)
+        assert safety == pytest.approx(model.setup.roller.static_rating / duties[0].peak_force.value)
+        for share, level in ((0.999, "pass"), (1.002, "fail")):
+            found = finding(Model(parse(rated(share * safety))), check)
+            assert (found.check, found.level) == (check, level)
+    assert least_safety(model.dynamic_duties) < least_safety(model.carriers)
+
+
+def test_impacts_spoil_a_bearing_too(hit):
+    roller = "[roller]\n" if "[roller]" in ROCKER else pytest.fail("the rocker has rollers")
+    text = IMPACTS.replace(roller, roller + "dynamic_rating = 50000\nstatic_rating = 60000\n")
+    largest = max(duty.peak_force.value for turn in hit.impact_duties for duty in turn)
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        model = Model(parse(limited(text, f"bearing_static_safety = {share * 60000 / largest!r}")))
+        assert levels(model, "impact-bearing", "bearing") == {"impact-bearing": level, "bearing": "pass"}
+
+
+def test_limits_of_a_load_ask_for_what_they_need():
+    with pytest.raises(ProfileError, match="bearing_static_safety"):
+        parse(limited(ROCKER, "bearing_static_safety = 2"))  # no rating
+    press = (PROFILES / "constant_width_press.toml").read_text()
+    with pytest.raises(ProfileError, match="no bearing"):
+        parse(limited(press, "bearing_static_safety = 2"))
+    (word,) = judge(Model(parse(limited(DISC, "torque_n_m = 5"))), ("torque",)).not_judged
+    assert "operation" in word.reason
+
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 40
+width = 14
+[follower]
+kind = "translating"
+mass = 1
+[roller]
+diameter = 20
+length = 12
+[[motion]]
+until = 180
+to = 12
+law = "cycloidal"
+[[motion]]
+until = 360
+to = 0
+law = "cycloidal"
+"""
+
+
 def test_a_study_of_a_table_that_the_profile_has_not_is_refused(tmp_path, capsys):
     from camgeom.cli import main
 

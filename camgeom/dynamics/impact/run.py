@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded
 from camgeom.dynamics.impact.rates import Machine
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
 from camgeom.maths import Floats
+from camgeom.maths.panels import NODES, Panels
 
 Complexes = NDArray[np.complex128]
 _BOOLE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) / 180.0
@@ -66,6 +68,7 @@ class Wear(NamedTuple):
 
 SHARES = 8
 """intervals that every step is sampled in"""
+EVEN: Floats = np.linspace(0.0, 1.0, SHARES + 1)
 
 
 @final
@@ -75,7 +78,8 @@ class Trace:
 
     `time` s, `angle` cam angle rad (counted on over turns), `deviation` m or rad, `position`, `speed`,
     `acceleration` of the follower (m or rad, per s, per s^2), `force` (..., 2) N, `penetration` (..., 2) m
-    (0 out of contact), `sliding` (..., 2) m/s, `pressure` (..., 2) Pa, `cam_torque` N m that the cam needs, `state`.
+    (0 out of contact), `sliding` (..., 2) m/s, `pressure` (..., 2) Pa, `cam_torque` N m that the cam needs, `thrust` of
+    the normal forces along the coordinate (N or N m), `state`.
     """
 
     time: Floats
@@ -89,6 +93,7 @@ class Trace:
     sliding: Floats
     pressure: Floats
     cam_torque: Floats
+    thrust: Floats
     state: NDArray[np.int8]
 
     def flat(self) -> Trace:
@@ -126,7 +131,7 @@ def evaluate(
         ends = np.array([arc.end for arc in lift.arcs])
         torque = torque - load.applied.many(angle, np.array(lift.starts)[arcs], ends[arcs])
     pairs = {name: np.zeros((time.size, 2)) for name in ("force", "penetration", "sliding", "pressure")}
-    needed = np.zeros(time.size)
+    needed, thrust = np.zeros(time.size), np.zeros(time.size)
     for side in (0, 1):
         on = np.flatnonzero((state == side + 1) & ~clipped)
         if not on.size:
@@ -146,18 +151,19 @@ def evaluate(
             lever = ht + radius * carrier
             slide = lever * q1[on] - radius * (spins.real if side == 0 else spins.imag)[on] - gt * w
         rub = problem.friction.coefficient_many(slide) * force if problem.friction is not None else 0.0
-        torque[on] += force * h - rub * lever
+        thrust[on] = force * h
+        torque[on] += thrust[on] - rub * lever
         needed[on] += force * g - rub * gt
         pairs["force"][on, side], pairs["penetration"][on, side] = force, delta
         pairs["sliding"][on, side] = slide
         if problem.patch is not None:
             pairs["pressure"][on, side] = problem.patch.pressure(force, bend)
-    whole = w * time
-    return Trace(time, whole, eta, q, q1, torque / problem.inertia, cam_torque=needed, state=state, **pairs)
+    moved = (time, w * time, eta, q, q1, torque / problem.inertia)
+    return Trace(*moved, cam_torque=needed, thrust=thrust, state=state, **pairs)
 
 
-def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
-    """The trace in nine points of every step, by quintic Hermite in the deviation (error below 1e-6 of its range)."""
+def sampled(machine: Machine, made: Recorded, angle: float, shares: Floats = EVEN) -> Trace:
+    """The trace at shares (k,) of every step, by quintic Hermite in the deviation (error below 1e-6 of its range)."""
     steps = made.steps
     t0 = np.array([s.time for s in steps])
     h = np.array([s.length for s in steps])
@@ -170,17 +176,16 @@ def sampled(machine: Machine, made: Recorded, angle: float) -> Trace:
     # The rate at a step's end belongs to its own regime: at a knot of the motion the next one begins with another.
     ends = evaluate(machine, made.regimes, which, t0 + h, y[1:], z[1:])
     a1 = ends.acceleration - _ideal(machine, made.regimes, which, t0 + h) * w * w
-    shares = np.linspace(0.0, 1.0, SHARES + 1)
     rows = np.array([hermite_row(u) for u in shares])
     slopes = np.array([_hermite_slope(u) for u in shares])
     basis = np.stack([y[:-1].real, h * y[:-1].imag, h * h * a0, y[1:].real, h * y[1:].imag, h * h * a1], axis=1)
     states = (basis @ rows.T + 1j * (basis @ slopes.T) / h[:, None]).ravel()
     time = (t0[:, None] + shares * h[:, None]).ravel()
     spins: Complexes = (z[:-1, None] * (1.0 - shares) + z[1:, None] * shares).ravel()
-    numbers = np.repeat(which, SHARES + 1)
+    numbers = np.repeat(which, len(shares))
     trace = evaluate(machine, made.regimes, numbers, time, states, spins)
     trace.angle[:] += angle
-    return trace.shaped(len(steps), SHARES + 1)
+    return trace.shaped(len(steps), len(shares))
 
 
 def _ideal(machine: Machine, regimes: list[Regime], which: NDArray[np.int64], time: Floats) -> Floats:
@@ -208,7 +213,7 @@ def _hermite_slope(u: float) -> tuple[float, ...]:
     )
 
 
-Quantity = Literal["acceleration", "force_main", "force_return", "pressure_main", "pressure_return"]
+Quantity = Literal["acceleration", "force_main", "force_return", "pressure_main", "pressure_return", "cam_torque"]
 
 
 class Peak(NamedTuple):
@@ -401,6 +406,25 @@ class ImpactRun:
         mean = float((slope**2 * lengths[:, None]).sum() / (SHARES * lengths.sum()))
         return float(np.abs(slope).max()), math.sqrt(mean)
 
+    def thrust(self, turn: int) -> tuple[Panels, Floats]:
+        """Panels of a turn (from 0 on) between the solver's steps, and the normal forces [N or N m] along q on them."""
+        first, last = (self.place((turn + k) * self.problem.period * (1.0 + 1e-12)) for k in (0, 1))
+        rows = slice(first, last if (turn + 1) * self.problem.period < self.recorded.time * (1.0 - 1e-12) else None)
+        steps = self.recorded.steps[rows]
+        values = self._thrust[rows]
+        angle = self.problem.speed * np.array([s.time for s in steps]) - TURN * turn
+        changes = [a.regime != b.regime for a, b in itertools.pairwise(steps)]
+        edges = np.append(angle, TURN)
+        edges[0] = 0.0
+        breaks = np.append(edges[np.append(True, changes).nonzero()], TURN)
+        whole = Panels(edges, breaks)
+        return whole, values
+
+    @cached_property
+    def _thrust(self) -> Floats:
+        """What `thrust` gives, of every step, (steps, n)."""
+        return sampled(self.machine, self.recorded, self.start_angle, 0.5 * (NODES + 1.0)).thrust
+
     def turn_times(self) -> list[tuple[float, float]]:
         """Start and end [s] of every whole turn of the run."""
         count = int((self.recorded.time * self.problem.speed) / TURN + 1e-9)
@@ -428,8 +452,8 @@ def solve(
 
 
 def _pick(trace: Trace, quantity: Quantity) -> Floats:
-    if quantity == "acceleration":
-        return np.abs(trace.acceleration)
+    if quantity in ("acceleration", "cam_torque"):
+        return np.asarray(np.abs(getattr(trace, quantity)))
     name, side = quantity.split("_")
     values: Floats = getattr(trace, name)[..., 0 if side == "main" else 1]
     return values

@@ -150,7 +150,7 @@ def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | 
         _statistic([max((hit.approach_speed for hit in turn), default=0.0) for turn in hits]),
         _statistic([float(len(turn)) for turn in hits]),
         _statistic([float(sum(hit.converts for hit in turn)) for turn in hits]),
-        float(np.abs(run.trace.cam_torque).max()),
+        over("cam_torque").largest,
         *_powers(run, turns),
         _per_turn(run, [side.impulse for side in run.wear]),
         _per_turn(run, [side.sliding for side in run.wear]),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, pi
-from typing import TYPE_CHECKING, Literal, final
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
+from camgeom.report.result import duty_figures, dynamic_duty_data, impact_figures
 from camgeom.report.sections.motion import at_speed, mark, one_turn, zones
 from camgeom.track import TURN
 
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
     from camgeom.dynamics.impact.study import Sensitivity
-    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.motion.program import Program
 RAD = 30.0 / pi
@@ -58,26 +59,41 @@ def dynamics(model: Model) -> tuple[Block, ...]:
         blocks += indexing(model.indexing, program)
     if model.elastic_follower is not None:
         blocks += elastic(model.elastic_follower, program, rotating)
-    if model.dynamic_duty is not None and model.carrier is not None:
-        blocks += (duties(model.dynamic_duty, model.carrier),)
+    if model.dynamic_duties:
+        blocks += (duties("with vibration", "Elastic", dynamic_duty_data(model)),)
     if model.impact is not None:
         blocks += impacts(model.impact, rotating)
+        figures = {"duty": impact_figures(model), "rigid_duty": duty_figures(model.carriers)}
+        blocks += (duties("with impacts", "With impacts", figures),)
     if model.impact_sensitivity is not None:
         blocks += (reproduced(model.impact_sensitivity),)
     return blocks
 
 
-def duties(elastic: Duty, rigid: Duty) -> Table:
-    """Force, torque, pressure and lives under the solved contact force, and what the rigid motion gives."""
-    peaks = [
-        ("Peak contact force", elastic.peak_force.value, rigid.peak_force.value, "N"),
-        ("Peak camshaft torque", 1e-3 * elastic.peak_torque.value, 1e-3 * rigid.peak_torque.value, "N m"),
+CARRIED = (
+    ("Peak contact force", "peak_force_n", "N"),
+    ("Peak torque at the cam", "peak_torque_n_m", "N m"),
+    ("Peak contact pressure", "peak_pressure_mpa", "MPa"),
+    ("Static safety of the bearing", "bearing_static_safety", "1"),
+    *((f"Life of the {body}", f"{body}_life_h", "h") for body in ("roller", "face", "cam", "bearing")),
+)
+"""words, key of `duty_figures`, unit"""
+
+
+def duties(what: str, head: str, data: Mapping[str, Any]) -> Table:
+    """Force, torque, pressure, safety and lives under the solved contact force, and what the rigid motion gives."""
+    solved, rigid = data["duty"], data["rigid_duty"]
+    rows: list[tuple[Cell, ...]] = [
+        (words, *("unlimited" if each[key] is None else each[key] for each in (solved, rigid)), unit)
+        for words, key, unit in CARRIED
+        if key in solved and key in rigid
     ]
-    if elastic.peak_pressure is not None and rigid.peak_pressure is not None:
-        peaks.append(("Peak contact pressure", elastic.peak_pressure.value, rigid.peak_pressure.value, "MPa"))
-    peaks += [(f"Life of the {body}", hours, rigid.lives[body], "h") for body, hours in elastic.lives.items()]
-    columns = (Column("Quantity"), Column("Elastic"), Column("Rigid"), Column("Unit"))
-    return Table("What the contact carries with vibration, and without", columns, tuple(peaks))
+    if "camshaft_torque_n_m" in data:
+        where = f"Peak camshaft torque, {data['camshaft_torque_is']}"
+        rows.append((where, data["camshaft_torque_n_m"], rigid["peak_torque_n_m"], "N m"))
+    columns = (Column("Quantity"), Column(head), Column("Rigid"), Column("Unit"))
+    basis = f"; lives from {solved['lives_from']}" if "lives_from" in solved else ""
+    return Table(f"What the contact carries {what}, and without{basis}", columns, tuple(rows))
 
 
 def reproduced(found: Sensitivity) -> Text:
