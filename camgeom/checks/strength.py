@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import KNIFE, Need, check
 from camgeom.checks.verdict import Finding, NotJudged, judged
-from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, Material, hardness_bound
+from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -68,13 +68,16 @@ def crown_length(model: Model) -> Iterable[Finding]:
         if duty.ellipse is None:
             continue
         at = int(duty.ellipse.along.argmax())
+        # Above a whole length the ends bear more than the middle (see `hertz.crowned_contact`).
+        low = float(duty.ellipse.along.flat[at]) > duty.length
+        shown = "what is shown for them is up to 9 % low over a ninth of the length" if low else "the middle bears most"
         yield judged(
             "crown-length",
             float(duty.ellipse.along.flat[at]),
             "<=",
             0.5 * duty.length,
             "mm",
-            "the roller's ends bear, with a pressure that is not bounded here: use a stronger crown (a smaller "
+            f"the roller's ends bear ({shown}; a sharp edge has no bound): use a stronger crown (a smaller "
             "crown_radius) or a longer roller",
             cam_angle=float(duty.force.panels.theta.flat[at]),
             where=f"half-length of the contact ellipse, {duty.track.name}",
@@ -116,9 +119,10 @@ def hardness(model: Model) -> Iterable[Finding | NotJudged]:
                             f"{material.contact_limit:.6g} MPa is taken as it stands")  # fmt: skip
             continue
         bound = hardness_bound(material.hardness)
+        source = "endurance of steel at 60 HRC" if bound == CONTACT_LIMIT else "load classes of T/WLJC 15-2018"
         advice = (
-            f"a surface of {material.hardness:.6g} HRC bears {bound:.6g} MPa at {CONTACT_CYCLES:.0e} cycles "
-            f"(load classes of T/WLJC 15-2018): lower material.{body}.contact_limit or harden the surface"
+            f"a surface of {material.hardness:.6g} HRC is taken to bear {bound:.6g} MPa at {CONTACT_CYCLES:.0e} cycles "
+            f"({source}): lower material.{body}.contact_limit or harden the surface"
         )
         yield judged("hardness", material.rated_limit, "<=", bound, "MPa", advice, slack=1e-9 * bound, where=body)
 
@@ -136,7 +140,10 @@ def case_depth(model: Model) -> Iterable[Finding | NotJudged]:
             yield NotJudged("case-depth", "no stress can be given below this contact: see the checks of its pressure")
             continue
         limit = CASE_SHARE * material.case_depth_mm
-        advice = f"the largest shear lies deeper than half the case: harden deeper or lower the load on the {body}"
+        advice = (
+            "the largest shear lies deeper than half the case (camgeom's own rule, not a standard's): harden deeper "
+            f"or lower the load on the {body}"
+        )
         yield judged("case-depth", beneath.shear_depth, "<=", limit, "mm", advice, where=body)
 
 

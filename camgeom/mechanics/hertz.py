@@ -212,8 +212,11 @@ def crowned_contact(load: ArrayLike, crown_curvature: ArrayLike, curvature: Arra
     Where the ellipse ends within the length it is exact. A longer one is the ellipse of that larger load whose part
     within the length carries the given one: with u = length / (2 along) < 1 that part is (3 u - u³)/2, and all lengths
     grow by q, q² = (2 + u³) / (3 u). Without crown (u to 0) this is the line contact, at u = 1 it joins the ellipse
-    smoothly. In between it is a little high: the support that is cut off beyond the ends
-    lets the middle give way.
+    smoothly. The support that is cut off beyond the ends is not given back to them. Against a half-space solution of
+    the roller with sharp ends (tests/mechanics/test_crowned_contact.py; half-widths of 0.004 to 0.036 of the length)
+    the middle is 0.3 % high at u = 0.9, 1 to 2 % at 0.7, 2.5 % at 0.5, 5.5 % at 0.3; the mean of the outermost ninth
+    is 1, 4 to 7, 7, 8 to 12 % low. So the hardest of nine slices is high down to u = 0.5, and up to 9 % low below, as
+    it is of a line contact whose ends are sharp: check `crown-length` warns of both.
     """
     axial, around = np.asarray(crown_curvature, dtype=np.float64), np.asarray(curvature, dtype=np.float64)
     each = point_contact(load, axial, around, compliance)
