@@ -7,7 +7,6 @@ discs are stacked along Z: main 0 <= z <= width, return disc above it after `gap
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import asin, radians, sqrt
 from typing import ClassVar, Literal, final
 
@@ -32,6 +31,7 @@ from camgeom.cams._plate import (
 )
 from camgeom.errors import Problem
 from camgeom.keys import Degrees, Gap, Length
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism

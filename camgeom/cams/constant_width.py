@@ -8,7 +8,6 @@ opposite tangents add up to one width 2 base_radius + h (frame), or opposite rad
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf, pi
 from typing import ClassVar, Literal, final
 
@@ -18,6 +17,7 @@ from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sens
 from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, face_idle, lift_range, roller_track
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism

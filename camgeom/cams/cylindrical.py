@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal, final
 
@@ -15,6 +14,7 @@ from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism

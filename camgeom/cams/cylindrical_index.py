@@ -7,7 +7,6 @@ turret axis on its face and meet the drum one after another while they pass the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import asin, pi, sin, sqrt
 from typing import ClassVar, Literal, final
 
@@ -18,6 +17,7 @@ from camgeom.cams._turret import TurretKeys
 from camgeom.errors import Problem
 from camgeom.keys import Length
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism, Turret

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
 
@@ -28,6 +27,7 @@ from camgeom.cams._plate import (
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism

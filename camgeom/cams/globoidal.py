@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import asin, cos, hypot, pi, sin, sqrt, tan
 from typing import ClassVar, Literal, final
 
@@ -15,6 +14,7 @@ from camgeom.cams._turret import TurretKeys
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Globoid, Wall
 from camgeom.solid.lands import GloboidLevel

@@ -9,7 +9,6 @@ distances of its own rollers, a whole multiple of as many roller pitches of the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import acos, degrees, gcd, sin
 from typing import Annotated, ClassVar, Literal, final
 
@@ -20,6 +19,7 @@ from camgeom.cams import NO_DRUM, ONE_WAY, Cam, keyway_idle, problem, sense_of
 from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
+from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism, Turret

@@ -230,12 +230,20 @@ def _formats(
 
 
 def slug(name: str) -> str:
-    """A name as a safe folder or file name: lower-case ASCII letters, digits and hyphens, at most 80."""
+    """A name as a safe folder or file name: lower-case ASCII letters, digits and hyphens, at most 80.
+
+    Where letters without an ASCII form are lost, or the end is cut off, a digest keeps the name apart from others.
+    """
     import re
     import unicodedata
 
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
-    word = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:80].rstrip("-")
+    apart = unicodedata.normalize("NFKD", name)
+    plain = apart.encode("ascii", "ignore").decode().lower()
+    word = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
+    if len(word) > 80 or any(letter.isalnum() and not letter.isascii() for letter in apart):
+        from hashlib import sha256
+
+        word = f"{word[:71].rstrip('-') or 'cam'}-{sha256(name.encode()).hexdigest()[:8]}"
     # Names of devices on Windows are no file names there.
     reserved = re.fullmatch(r"con|prn|aux|nul|com\d|lpt\d", word)
     return f"{word}-cam" if reserved else word or "cam"

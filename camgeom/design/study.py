@@ -19,7 +19,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, final
 
 from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
-from camgeom.motion.own import load_all, loaded_files
+from camgeom.motion.own import begin_worker, loaded_files
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -209,7 +209,7 @@ class Study:
         first = list(islice(grid, CHUNK))
         if not first:
             return
-        with ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, (loaded_files(),)) as pool:
+        with ProcessPoolExecutor(workers, get_context("spawn"), begin_worker, (loaded_files(),)) as pool:
             waiting = [pool.submit(_chunk, self, first)]
             try:
                 while waiting:
@@ -251,11 +251,3 @@ def _take_over(model: Model, before: Model | None) -> None:
 def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _begin_worker(laws: tuple[str, ...]) -> None:
-    """Know the laws of the parent's files; leave Ctrl-C to the parent process, which then stops its workers."""
-    import signal
-
-    load_all(laws)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -11,18 +11,20 @@ the cam frame, seen from +Z; other views say in their notes where they are.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from io import StringIO
 from math import asin, ceil, degrees, floor, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, final
+from uuid import NAMESPACE_URL, uuid5
 
 import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
-from camgeom.export.files import atomic_write
+from camgeom.export.files import atomic_write, moment
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
@@ -78,11 +80,28 @@ def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: flo
     document.header.custom_vars.append("Design", model.profile.name)
     document.appids.add(APPLICATION)
     _place(document, drawn)
-    text = StringIO()
-    document.write(text)
+    # In an order of its own: that of ezdxf's sets differs from process to process.
+    for kind in sorted(document.entitydb.dxf_types_in_use()):
+        document.classes.add_class(kind)
+    written = StringIO()
+    document.write(written)
+    text = _dated(written.getvalue())
     with atomic_write(path) as stream:
-        stream.write(text.getvalue().encode("utf-8", "surrogateescape"))
+        stream.write(text.encode("utf-8", "surrogateescape"))
         return stream.tell()
+
+
+def _dated(text: str) -> str:
+    """The drawing's text with the given date, if one is, and identifiers that follow from its content."""
+    when, given = moment()
+    if not given:
+        return text
+    day = when.toordinal() + 1721424.5 + (when.hour * 3600 + when.minute * 60 + when.second) / 86400.0
+    text = re.sub(r"(\$TDU?(?:CREATE|UPDATE)\n *40\n)[^\n]*", rf"\g<1>{day!r}", text)
+    text = re.sub(r"(\n\d+\.\d+\S* @ )\d{4}-\S*", rf"\g<1>{when.isoformat()}", text)
+    guid = r"(\$(?:FINGERPRINT|VERSION)GUID\n *2\n)[^\n]*"
+    own = str(uuid5(NAMESPACE_URL, re.sub(guid, r"\1", text))).upper()
+    return re.sub(guid, rf"\g<1>{{{own}}}", text)
 
 
 @final

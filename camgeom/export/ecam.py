@@ -17,7 +17,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from math import degrees, pi
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,7 +26,7 @@ import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError, NotConverged
 from camgeom.export import writer
-from camgeom.export.files import atomic_write, write_csv
+from camgeom.export.files import atomic_write, moment, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.sampling import subdivided
@@ -219,7 +218,7 @@ def _add(parent: ET.Element, path: str, **attributes: str) -> ET.Element:
 def _project(profile: Profile, table: MasterTable) -> ET.Element:
     from camgeom import __version__
 
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    now = moment()[0].strftime("%Y-%m-%dT%H:%M:%S")
     root = ET.Element("project", xmlns=NAMESPACE)
     product = {"companyName": "camgeom", "productName": "camgeom", "productVersion": __version__}
     _add(root, "fileHeader", **product, creationDateTime=now)

@@ -7,6 +7,7 @@ import os
 import secrets
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO
 
@@ -33,6 +34,21 @@ _CHUNK = 16384
 _ABSENT = b"\0"
 _MAX_DECIMALS = 9
 """Nine digits fit 32 bits, whose division is several times faster than that of 64."""
+
+
+def moment() -> tuple[datetime, bool]:
+    """The time that formats with a date carry, and whether it was given: SOURCE_DATE_EPOCH, seconds since 1970.
+
+    With it the same profile gives the same bytes (https://reproducible-builds.org/specs/source-date-epoch). Raises
+    ExportError where it is no such number.
+    """
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    if given is None:
+        return datetime.now(UTC), False
+    try:
+        return datetime.fromtimestamp(int(given), UTC), True
+    except (ValueError, OverflowError, OSError):
+        raise ExportError(f"SOURCE_DATE_EPOCH: needs whole seconds since 1970 (found {given[:40]!r})") from None
 
 
 @contextmanager

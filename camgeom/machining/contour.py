@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees
 from typing import final
 
@@ -14,6 +13,7 @@ from camgeom.machining.path import Positions
 from camgeom.machining.plan import LEAST, SHARE
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
+from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN
 from camgeom.track.outline import Curve, Outline, ParallelOutline, crossing
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees, inf
 from typing import Any, final
 
@@ -17,6 +16,7 @@ from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
 from camgeom.machining.spec import SAME, is_radial, narrowest
 from camgeom.machining.tool import Tool
+from camgeom.maths.frozen import cached_property
 from camgeom.track import Straight, Track
 
 ROWS_LOOKED_AT = 3

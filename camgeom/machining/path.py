@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Protocol, final
 
 import numpy as np
 
 from camgeom.machining.spec import AxisRule, WayOfPath
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
 from camgeom.track import TURN, Pose, Track
 from camgeom.track.flank import Flank

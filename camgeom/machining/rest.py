@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import degrees, inf
 from typing import Any, final
 
@@ -21,6 +21,7 @@ from camgeom.machining.rows import RowPath
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 from camgeom.track import Track
 from camgeom.track.flank import Flank
@@ -69,7 +70,7 @@ class RestField:
         low, high = (self.track.meridian.parameter(d) for d in self.track.contact)
         return np.linspace(low, high, STATIONS)
 
-    @property
+    @cached_property
     def delta(self) -> Floats:
         """Heights along the roller (m,), mm."""
         return self.track.meridian.jet(self._stations)[0]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 
 Ints = npt.NDArray[np.int32]
 Index = npt.NDArray[np.int64]
@@ -84,7 +84,7 @@ class Mesh:
         used[self.faces] = True
         return int(np.count_nonzero(used & (self._labels == np.arange(len(used)))))
 
-    @property
+    @cached_property
     def shells(self) -> tuple[Mesh, ...]:
         """Every connected shell as a mesh of its own, without groups and fields."""
         owner = self._labels[self.faces[:, 0]]
@@ -137,7 +137,7 @@ class Mesh:
         made.field_data["groups"] = list(self.groups)
         return made
 
-    @property
+    @cached_property
     def face_groups(self) -> npt.NDArray[np.uint8]:
         """Index into `groups` of every face, (f,)."""
         return np.zeros(len(self.faces), np.uint8) if self.group is None else self.group

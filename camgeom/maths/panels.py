@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
+from camgeom.maths.frozen import cached_property
 
 Ints = NDArray[np.intp]
 
@@ -104,7 +105,7 @@ class Panels:
     edges: Floats
     breaks: Floats
 
-    @property
+    @cached_property
     def theta(self) -> Floats:
         """Cam angle of the sample points, rad, (p, n)."""
         return np.asarray(self.middle[:, None] + self.half[:, None] * NODES, dtype=np.float64)
@@ -116,22 +117,22 @@ class Panels:
         far = np.minimum(np.abs(self.edges - breaks[after]), np.abs(self.edges - breaks[after - 1])) > SMALLEST_PANEL
         return Panels(panels(np.concatenate([breaks, self.edges[far]]), np.inf).edges, breaks)
 
-    @property
+    @cached_property
     def half(self) -> Floats:
         """Half width of each panel, rad, (p,)."""
         return np.asarray(0.5 * np.diff(self.edges), dtype=np.float64)
 
-    @property
+    @cached_property
     def middle(self) -> Floats:
         """Centre of each panel, rad, (p,)."""
         return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]), dtype=np.float64)
 
-    @property
+    @cached_property
     def piece(self) -> Ints:
         """Index of the piece (range between two breaks) that each panel belongs to, (p,)."""
         return np.asarray(np.searchsorted(self.breaks, self.middle) - 1, dtype=np.intp)
 
-    @property
+    @cached_property
     def break_edges(self) -> Ints:
         """Index into `edges` of every break, (b + 1,)."""
         return np.asarray(np.searchsorted(self.edges, self.breaks), dtype=np.intp)

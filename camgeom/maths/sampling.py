@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import floor, pi
 from typing import Protocol
 
@@ -22,6 +21,7 @@ import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
 
 Counts = tuple[int, ...]

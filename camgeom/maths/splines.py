@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 Ints = npt.NDArray[np.intp]
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 
 def dot(a: Floats, b: Floats) -> Floats:
@@ -34,7 +35,7 @@ class Forms:
     M: Floats
     N: Floats
 
-    @property
+    @cached_property
     def determinant(self) -> Floats:
         """E G - F², squared area element."""
         return np.asarray(self.E * self.G - self.F**2)

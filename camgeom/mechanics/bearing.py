@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels
 
 ROLLER_EXPONENT = 10.0 / 3.0
@@ -96,7 +97,7 @@ class RoundStress:
     bending: Floats
     shear: Floats
 
-    @property
+    @cached_property
     def mises(self) -> Floats:
         """Both combined after von Mises, MPa."""
         return np.asarray(np.hypot(self.bending, np.sqrt(3.0) * self.shear))

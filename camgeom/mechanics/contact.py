@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.hertz import line_flexibility, line_pressure
 from camgeom.mechanics.material import Material
@@ -42,7 +43,7 @@ class Contact:
     path_rate: Floats
     sound: NDArray[np.bool_]
 
-    @property
+    @cached_property
     def pressure(self) -> Floats:
         """Peak pressure of the loaded wall at the sample points, MPa, (..., p, n)."""
         return np.asarray(np.sqrt(np.maximum(np.maximum(self.behind, self.ahead), 0.0)))

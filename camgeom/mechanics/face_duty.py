@@ -7,7 +7,6 @@ follower does not run as the motion says. A form-closed cam has a second touch t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees, inf, isfinite, pi
 from typing import Any, final
 
@@ -16,6 +15,7 @@ import numpy as np
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import highest, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
@@ -151,7 +151,7 @@ class FaceDuty:
         name, worst = max(peaks, key=lambda item: float(item[1].pressure))
         return Extreme(float(worst.pressure), float(worst.theta), where=name)
 
-    @property
+    @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of every touch, N, (k, p, n)."""
         return np.stack(list(self.normals.values()))

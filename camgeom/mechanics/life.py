@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats, distinct, gauss_rule
 from camgeom.maths.extremum import bracketed_root
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import DERIVATIVE, POINTS, TURN, Panels, chebyshev, evaluate
 from camgeom.mechanics.contact import Contact
 from camgeom.mechanics.material import Material
@@ -203,7 +204,7 @@ class Rolling:
                    np.asarray((dense > 0.0).any(axis=-1)), laid.ravel(), 0.5 * material.exponent,
                    material.contact_cycles, -1 if count == "both" else 0)
 
-    @property
+    @cached_property
     def path(self) -> Floats:
         """Path rolled in one cam turn, mm, (V,)."""
         return np.asarray(self.edges[:, -1])

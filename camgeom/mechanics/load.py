@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ QUIET = 1e-9
 class Motion(Protocol):
     """What a motion program offers: derivatives of the lift (mm or rad) and the cam angles where they may jump."""
 
-    @property
+    @cached_property
     def knots(self) -> Floats:
         """Cam angles in [0, 2 pi], rad, where a derivative may jump."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees
 from typing import Any, final
 
@@ -17,6 +16,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
@@ -374,7 +374,7 @@ class RollerDuty:
         guides = (self.pushed - self.force.force) * self.force.ds
         return self.force.camshaft_torque() + guides
 
-    @property
+    @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of the roller on its walls, N, (1, p, n)."""
         return np.abs(self.normal)[None]

@@ -8,7 +8,6 @@ rad, s.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import degrees
 from typing import Any, final
 
@@ -18,6 +17,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.bearing import (
     ROLLER_EXPONENT,
     BearingLife,
@@ -290,7 +290,7 @@ class TurretDuty:
         lives = {"roller": self.roller_life, "cam": self.cam_life}
         return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
 
-    @property
+    @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of every roller, N, (k, p, n)."""
         return np.moveaxis(self.roller_load.reshape(*self.force.force.shape, -1), -1, 0)

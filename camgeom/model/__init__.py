@@ -9,17 +9,17 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
 from math import degrees
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property, frozen
 from camgeom.model.body import Body, MassProperties
-from camgeom.model.facts import Ledger, Observer, fact
+from camgeom.model.facts import Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile
 from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
@@ -59,11 +59,17 @@ def _hardness(duty: Duty) -> float:
 
 
 @final
-class Model:
+class Model(Sealed):
     """A profile and its facts. Facts are attributes; `ledger.costs` says which were computed and what they cost.
 
     A model sees its cam from one follower. All followers of the cam are `bindings`, models that share one `body`.
+    Nothing of it can be set or written into; several threads may ask one model, and it can be pickled.
     """
+
+    profile: Profile
+    number: int
+    body: Body
+    _others: tuple[Model, ...]
 
     def __init__(
         self,
@@ -74,15 +80,21 @@ class Model:
         body: Body | None = None,
         number: int = 0,
     ) -> None:
-        self.profile = profile
-        self.number = number
+        mine = vars(self)
+        mine.update(profile=profile, number=number, body=body, _others=())
         if body is not None:
-            self.body = body
             return
-        self.body = Body(profile, tolerance if tolerance is not None else profile.output.tolerance, Ledger(observer))
+        allowed = tolerance if tolerance is not None else profile.output.tolerance
+        mine["body"] = Body(profile, allowed, Ledger(observer))
         others = range(1, len(profile.followers))
-        self._others = tuple(Model(profile, body=self.body, number=other) for other in others)
+        mine["_others"] = tuple(Model(profile, body=self.body, number=other) for other in others)
         self.body.seen_by(self, *self._others)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # Pickling loses what no pickle holds: the weak links of the body, and that arrays are read-only.
+        vars(self).update(frozen(state))
+        if self.number == 0:
+            self.body.seen_by(self, *self._others)
 
     @property
     def bindings(self) -> tuple[Model, ...]:

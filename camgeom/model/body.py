@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 from weakref import ref
 
 from camgeom.errors import DesignError
-from camgeom.model.facts import Ledger, fact
+from camgeom.maths.frozen import frozen
+from camgeom.model.facts import Ledger, Sealed, fact
 from camgeom.profile import Profile
 
 if TYPE_CHECKING:
@@ -27,19 +28,27 @@ class MassProperties:
 
 
 @final
-class Body:
+class Body(Sealed):
     """What the followers of one cam share; `bindings` are the models that see it, one a follower."""
 
+    profile: Profile
+    tolerance: float
+    ledger: Ledger
+    _seen_by: tuple[ref[Model], ...]
+
     def __init__(self, profile: Profile, tolerance: float, ledger: Ledger) -> None:
-        self.profile = profile
-        self.tolerance = tolerance
-        self.ledger = ledger
-        # Weak, so that a model that is dropped frees its meshes at once.
-        self._seen_by: tuple[ref[Model], ...] = ()
+        vars(self).update(profile=profile, tolerance=tolerance, ledger=ledger, _seen_by=())
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_seen_by": ()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(frozen(state))
 
     def seen_by(self, *models: Model) -> None:
         """Name the models of all followers, once, as the first of them is made; it keeps the others."""
-        self._seen_by = tuple(ref(model) for model in models)
+        # Weak, so that a model that is dropped frees its meshes at once.
+        vars(self)["_seen_by"] = tuple(ref(model) for model in models)
 
     @property
     def bindings(self) -> tuple[Model, ...]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import RLock
 from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from camgeom.errors import CamgeomError
+from camgeom.maths.frozen import frozen
 
 T = TypeVar("T")
 
@@ -18,13 +20,21 @@ class Ledger:
     """What was computed and what it cost, without what it asked of others; nested facts are charged to themselves.
 
     notes: what writers say of their files, plain data by format
+    turn: held while a fact is computed, so that several threads compute each fact once
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
         self.costs: dict[str, float] = {}
         self.notes: dict[str, Any] = {}
+        self.turn = RLock()
         self._observer = observer
         self._inner: list[float] = []
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "turn"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, turn=RLock())
 
     def charge(self, name: str, compute: Callable[[], T]) -> T:
         """Run compute() and book its own time under `name`."""
@@ -53,7 +63,7 @@ class HasLedger(Protocol):
 
 
 class fact(Generic[T]):
-    """An attribute computed on first access and kept; its cost is booked in the owner's ledger.
+    """An attribute computed on first access, once, and kept, its arrays read-only; its cost is booked in the ledger.
 
     A refusal is kept too: what the design does not admit, or no memory is enough for, is not tried again.
     """
@@ -75,17 +85,18 @@ class fact(Generic[T]):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self
-        refusal = f"refusal of {self._name}"
-        if refusal in instance.__dict__:
-            raise _again(*instance.__dict__[refusal])
-        try:
-            value = instance.ledger.charge(self._name, lambda: self._compute(instance))
-        except (CamgeomError, MemoryError) as error:
-            # Not the error itself: its traceback would keep every array of the attempt.
-            instance.__dict__[refusal] = (type(error), error.args, dict(error.__dict__))
-            raise
-        instance.__dict__[self._name] = value
-        return value
+        kept, refusal = vars(instance), f"refusal of {self._name}"
+        with instance.ledger.turn:
+            if refusal in kept:
+                raise _again(*kept[refusal])
+            if self._name not in kept:
+                try:
+                    kept[self._name] = frozen(instance.ledger.charge(self._name, lambda: self._compute(instance)))
+                except (CamgeomError, MemoryError) as error:
+                    # Not the error itself: its traceback would keep every array of the attempt.
+                    kept[refusal] = (type(error), error.args, dict(vars(error)))
+                    raise
+        return kept[self._name]
 
 
 def _again(kind: type[Exception], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Exception:
@@ -93,3 +104,10 @@ def _again(kind: type[Exception], arguments: tuple[Any, ...], attributes: dict[s
     error = kind.__new__(kind, *arguments)
     error.__dict__.update(attributes)
     return error
+
+
+class Sealed:
+    """An object whose attributes cannot be set from outside: its facts were computed from them."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"{name} of a {type(self).__name__} cannot be set: its facts rest on it; make another one")

@@ -7,7 +7,6 @@ whole [operation]: Coulomb friction has the sign of the ideal motion, applied fo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.load import QUIET
 from camgeom.model.loads import carriers, turret_duty

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.table import JUMP_TOLERANCE, Piece, Side, Table
 
 ParamValue = Any

@@ -6,6 +6,7 @@ A profile is data and never names code: only the command line (`--laws FILE`) or
 from __future__ import annotations
 
 import math
+import os
 import sys
 import traceback
 from collections.abc import Iterable, Mapping
@@ -71,9 +72,27 @@ def loaded_contents() -> tuple[bytes, ...]:
 
 
 def load_all(files: Iterable[str]) -> None:
-    """Enter the laws of several files: how a worker process begins."""
+    """Enter the laws of several files."""
     for file in files:
         load_laws(file)
+
+
+def begin_worker(files: Iterable[str]) -> None:
+    """How a worker process begins: it knows the parent's laws, leaves Ctrl-C to the parent, and ends when that ends."""
+    import signal
+    from multiprocessing import parent_process
+    from threading import Thread
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if (parent := parent_process()) is not None:
+
+        def end_after() -> None:
+            # A pool's worker would wait for work for ever where its parent was killed.
+            parent.join()
+            os._exit(1)
+
+        Thread(target=end_after, daemon=True).start()
+    load_all(files)
 
 
 def _run(content: bytes, path: Path, shown: str) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple, final
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
 from camgeom.motion.segment import TURN, Segment, Span
 from camgeom.motion.table import Peak, Piece, Side, Table

@@ -25,7 +25,7 @@ from camgeom.profile.errors import (
 )
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
 from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output
-from camgeom.profile.text import Path_, beside, dotted, number_table
+from camgeom.profile.text import Path_, beside, dotted, number_table, text_fault
 from camgeom.track.follower import (
     AnyFollower,
     ConeRoller,
@@ -234,11 +234,26 @@ class Reader:
         """The profile's name; by default that of its file."""
         name = self.data.get("name")
         if name is None:
-            return Path(self.file).stem[:120] or None if self.file else None
-        if isinstance(name, str) and name.strip() and len(name) <= 120 and "\n" not in name:
+            if not self.file:
+                return None
+            stem = Path(self.file).stem[:120]
+            if _is_name(stem):
+                return stem
+            self.problems.append(Problem("name", f"{_NAME}; the file's name is none", plain(stem)))
+            return None
+        if isinstance(name, str) and _is_name(name):
             return name
-        self.problems.append(Problem("name", "needs a text of 1 to 120 characters on one line", plain(name)))
+        self.problems.append(Problem("name", _NAME, plain(name)))
         return None
+
+
+_NAME = "needs a text of 1 to 120 characters that can be printed, on one line"
+
+
+def _is_name(text: str) -> bool:
+    # A file name of bytes that are no text comes as lone surrogates, which no file of results can hold.
+    lone = any("\ud800" <= character <= "\udfff" for character in text)
+    return bool(text.strip()) and len(text) <= 120 and "\n" not in text and not lone and not text_fault(text)
 
 
 def first_of(problems: list[Problem]) -> list[Problem]:

@@ -87,7 +87,8 @@ def _refuse_long_keys(text: str, file: str) -> None:
         raise refuse("there are too many quoted dotted keys", file, allowed=f"at most {10 * MAX_KEY_PARTS}")
 
 
-def _text_fault(text: str) -> str:
+def text_fault(text: str) -> str:
+    """What is wrong with a text, too long or not printable; empty where nothing is."""
     if len(text) > MAX_TEXT:
         return f"the text is too long ({len(text)} characters; allowed: at most {MAX_TEXT})"
     return "the text holds control characters" if UNSEEN.search(text) else ""
@@ -120,7 +121,7 @@ class _Cleaner:
         elif isinstance(value, float):
             reason = "" if math.isfinite(value) else f"must be a finite number (found {value})"
         elif isinstance(value, str):
-            reason = _text_fault(value)
+            reason = text_fault(value)
         elif isinstance(value, date | time):
             reason = f"a date or time has no place in a profile (found {value})"
         else:

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from camgeom.errors import ExportError
 from camgeom.export.files import atomic_write
+from camgeom.maths.frozen import cached_property
 from camgeom.report.pictures import moving_bodies, seen_from
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.views import View, stage

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 
 Mask = npt.NDArray[np.bool_]
@@ -41,7 +42,7 @@ class Solid:
         m = self.mesh
         return m.watertight and m.volume > 0.0 and m.components == 1 and m.genus == self.expected_genus
 
-    @property
+    @cached_property
     def cut_vertices(self) -> Mask:
         """Vertices (v,) that were put on a facet where it was cut, and so may stand off the true surface.
 

@@ -8,13 +8,13 @@ a surface of revolution, the point is known from its direction.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import clip
 from camgeom.maths.sampling import Counts, Strip, angles
 from camgeom.solid.builder import Index

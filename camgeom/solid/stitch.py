@@ -9,13 +9,13 @@ carried on beyond the blank's ends, where the finished surface is cut off.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import ceil
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import open_loops
 from camgeom.maths.sampling import (
     TURN,

@@ -16,7 +16,6 @@ Arrays inside are component-major, (3, n, m): n cam angles, m stations along the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -24,6 +23,7 @@ import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import Forms, cross, dot
 from camgeom.motion.table import Side
 from camgeom.track import Pose, Track
@@ -114,12 +114,12 @@ class Flank:
         g = np.sqrt(dt * dt + rt * rt)
         return np.asarray((dt * self._contact[0] - rt * u) / g)
 
-    @property
+    @cached_property
     def points(self) -> Floats:
         """Contact points in the cam frame, mm, (n, m, 3)."""
         return np.ascontiguousarray(np.moveaxis(self.x, 0, -1))
 
-    @property
+    @cached_property
     def normals(self) -> Floats:
         """Unit normals from the roller into the cam material, (n, m, 3)."""
         return np.ascontiguousarray(np.moveaxis(self.n, 0, -1))
@@ -150,7 +150,7 @@ class Flank:
         n_t = (dtt * m + dt * m_t - rtt * u) / g
         return x_phi, x_t, n_phi, n_t
 
-    @property
+    @cached_property
     def tangents(self) -> tuple[Floats, Floats]:
         """Derivatives of the contact points by the cam angle and by the meridian parameter, each (3, n, m)."""
         return self._tangents[:2]

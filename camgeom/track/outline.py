@@ -8,7 +8,6 @@ the outline is convex.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import acos
 from typing import Protocol
 
@@ -17,6 +16,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Track
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees, pi
 from typing import final
 
@@ -17,6 +16,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Slide, Swing
 from camgeom.track.outline import Crossing, Outline, crossing

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from math import pi
 from typing import Protocol
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
 from camgeom.track import Arc, Pose, Slide, Straight, Track
 from camgeom.track.flank import Flank

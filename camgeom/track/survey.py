@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Protocol, TypeVar, final
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
+from camgeom.maths.frozen import cached_property
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from camgeom.track.section import Column, Level
@@ -137,7 +138,7 @@ class Survey:
     def _grid(self) -> Grid:
         return piece_grid(self.track.knots(), PER_TURN)
 
-    @property
+    @cached_property
     def phi(self) -> Floats:
         """Sampled cam angles (n,), rad, one-sided at every knot."""
         return self._grid[0]

@@ -9,7 +9,6 @@ covers it. The ends of the pieces are crossings of two exact curves, found by Ne
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN, Straight, Swing, Track
 from camgeom.track.outline import Curve
 

@@ -7,7 +7,6 @@ other: the two flanks of a face groove, the two faces of a frame, the two discs 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.frozen import cached_property
 from camgeom.track import Joint, Slide, Swing
 from camgeom.track.outline import Curve, Outline
 

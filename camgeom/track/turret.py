@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import ceil, floor, pi
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, bracketed_maximum
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
@@ -152,12 +153,12 @@ class Engagement:
         across = v - dot(v, u) * u
         out["rate"][rows, place] = np.sqrt(dot(across, across))
 
-    @property
+    @cached_property
     def lever(self) -> Floats:
         """Speed of the contact along its normal per radian of the turret, mm, (2, n, k, m), > 0."""
         return self._walls["lever"]
 
-    @property
+    @cached_property
     def curvature(self) -> Floats:
         """Relative curvature, 1/mm, (2, n, k, m)."""
         return self._walls["curvature"]
@@ -167,18 +168,18 @@ class Engagement:
         """Whether a slice has a wall to bear on, (2, n, k, m)."""
         return self._walls["on"] > 0.5
 
-    @property
+    @cached_property
     def normal(self) -> Floats:
         """Unit normals from roller into cam, (2, n, k, m, 3)."""
         return self._walls["normal"]
 
-    @property
+    @cached_property
     def drive_angle(self) -> Floats:
         """Pressure angle at the axis of the best placed roller of each direction, at its worst slice, rad, (2, n)."""
         angle = np.where(self.on, self._walls["angle"], 0.0).max(axis=3)
         return np.asarray(np.where(self.on.any(axis=3), angle, 0.5 * np.pi).min(axis=2, initial=0.5 * np.pi))
 
-    @property
+    @cached_property
     def path_rate(self) -> Floats:
         """Path of the roller's middle across its axis relative to the cam, mm/rad, (n, k); 0 away from the cam."""
         return self._walls["rate"]

@@ -210,9 +210,11 @@ def test_laws(capsys: pytest.CaptureFixture[str]) -> None:
         ("../../etc/passwd", "etc-passwd"),
         ("...", "cam"),
         ("Nocken für Öfen", "nocken-fur-ofen"),
-        ("凸轮", "cam"),
+        ("凸轮", "cam-f08dc3f7"),
+        ("弧面凸轮", "cam-e9d9a844"),
         ("CON", "con-cam"),
-        ("x" * 500, "x" * 80),
+        ("x" * 80, "x" * 80),
+        ("x" * 500, "x" * 71 + "-c38c2bf3"),
     ],
 )
 def test_slug(name: str, expected: str) -> None:

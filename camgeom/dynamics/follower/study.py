@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import degrees, pi
 
 import numpy as np
@@ -17,6 +16,7 @@ from camgeom.dynamics.linear.response import Sweep, swept
 from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 
 RPM = pi / 30.0

@@ -12,13 +12,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.frozen import cached_property
 
 _NODES, _WEIGHTS = gauss_rule(24)
 

@@ -10,7 +10,6 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import ceil, radians
 from typing import final
 
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 
 Jet = tuple[float, float, float]

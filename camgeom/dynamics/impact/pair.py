@@ -19,7 +19,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Literal, final
 
 import numpy as np
@@ -27,6 +26,7 @@ import numpy as np
 from camgeom.dynamics.impact.lift import TURN, Lift, LiftJets, Row
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Slide, Track
 from camgeom.track.flank import flank

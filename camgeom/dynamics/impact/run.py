@@ -6,7 +6,6 @@ import itertools
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal, NamedTuple, final
 
 import numpy as np
@@ -18,6 +17,7 @@ from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded
 from camgeom.dynamics.impact.rates import Machine
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import NODES, Panels
 
 Complexes = NDArray[np.complex128]

@@ -20,7 +20,7 @@ import numpy as np
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.errors import Problem, ProfileError
-from camgeom.motion.own import load_all, loaded_files
+from camgeom.motion.own import begin_worker, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
 """what a turn is compared by"""
@@ -200,7 +200,7 @@ def cores() -> int:
 def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow]:
     """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
     rows = {}
-    with ProcessPoolExecutor(helpers, get_context("spawn"), load_all, (loaded_files(),)) as pool:
+    with ProcessPoolExecutor(helpers, get_context("spawn"), begin_worker, (loaded_files(),)) as pool:
         given = {i: pool.submit(_row, jobs[i]) for i in order}
         for i in order:
             # a job that no helper has taken yet is done here

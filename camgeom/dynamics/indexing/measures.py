@@ -15,6 +15,7 @@ from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.frozen import cached_property
 
 TURN = 2.0 * np.pi
 QUADRATURE = 5
@@ -36,7 +37,7 @@ class EnergyBalance:
     external: Floats
     kinetic: Floats
 
-    @property
+    @cached_property
     def error(self) -> Floats:
         """Unbalanced share (b,) of the largest of the mean powers."""
         parts = [self.input, -self.dissipated, self.linearisation, self.external, -self.kinetic]

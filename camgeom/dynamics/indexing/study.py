@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from math import degrees
 from types import MappingProxyType
 
@@ -25,6 +24,7 @@ from camgeom.dynamics.linear.response import Sweep
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 RPM = np.pi / 30.0
 NEAR = 0.05

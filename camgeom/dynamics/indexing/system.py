@@ -23,6 +23,7 @@ from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class TorsionSystem:
             return _acceleration(self, ACCELERATIONS.index(name), theta, position, rate, side)
         return _torque(self, name, theta, position, rate, side)
 
-    @property
+    @cached_property
     def knots(self) -> Floats:
         """Cam angles in rad at which some derivative jumps: the motion's knots and the nodes of a contact table."""
         own, count = np.asarray(self.motion.knots, dtype=float), len(self.drive.contact_table)

@@ -26,6 +26,7 @@ import numpy as np
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.frozen import cached_property
 
 Side = Literal["left", "right"]
 
@@ -87,14 +88,14 @@ class Coefficients:
     force: Floats
     contact: Contact | None = None
 
-    @property
+    @cached_property
     def damping(self) -> Floats:
         """D (b, n, m, m)."""
         if self.contact is None:
             return self.fixed_damping
         return self.fixed_damping + self.contact.push[..., None] * self.contact.rate[..., None, :]
 
-    @property
+    @cached_property
     def stiffness(self) -> Floats:
         """S (b, n, m, m)."""
         if self.contact is None:

@@ -14,6 +14,7 @@ import numpy as np
 from camgeom.dynamics.linear.method import Side, System
 from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 Output = Callable[[Floats, Floats, Floats, Side], Floats]
 """Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
@@ -38,12 +39,12 @@ class Peak:
     minimum: Floats
     minimum_at: Floats
 
-    @property
+    @cached_property
     def magnitude(self) -> Floats:
         """The larger of both in magnitude (b,)."""
         return np.maximum(np.abs(self.maximum), np.abs(self.minimum))
 
-    @property
+    @cached_property
     def magnitude_at(self) -> Floats:
         """Cam angles (b,) in rad of the larger of both."""
         return np.where(np.abs(self.maximum) >= np.abs(self.minimum), self.maximum_at, self.minimum_at)

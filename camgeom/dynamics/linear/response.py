@@ -16,6 +16,7 @@ from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 
 GROUP = 64
 """speeds solved together; more would outgrow the cache"""
@@ -56,12 +57,12 @@ class Response(Generic[S]):
     system: S
     solution: Solution
 
-    @property
+    @cached_property
     def theta(self) -> Floats:
         """Cam angles (n + 1) of the nodes in rad."""
         return self.solution.theta
 
-    @property
+    @cached_property
     def speed(self) -> Floats:
         """Speeds (b,) in rad/s."""
         return self.system.speed
@@ -134,7 +135,7 @@ class Sweep:
     answered: npt.NDArray[np.bool_]
     refused: tuple[tuple[int, str], ...]
 
-    @property
+    @cached_property
     def speed_rpm(self) -> Floats:
         """Speeds (s,) in r/min."""
         return self.speed * 30.0 / np.pi

@@ -19,6 +19,7 @@ from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, fin
 from camgeom.dynamics.linear.walk import Chain, Grid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 
 NEUTRAL = 1e-9
 """a multiplier within this of the unit circle neither grows nor decays"""
@@ -53,17 +54,17 @@ class Solution:
     error: Floats
     choice: str
 
-    @property
+    @cached_property
     def position(self) -> Floats:
         """Coordinates q (b, n + 1, m)."""
         return self.state[..., : self.system.size]
 
-    @property
+    @cached_property
     def rate(self) -> Floats:
         """Derivatives q' (b, n + 1, m) per rad of cam angle."""
         return self.state[..., self.system.size : 2 * self.system.size]
 
-    @property
+    @cached_property
     def attracting(self) -> npt.NDArray[np.bool_]:
         """Whether the turn-by-turn map shrinks every disturbance (b,)."""
         return np.asarray(self.spectral_radius < 1.0 - NEUTRAL)
@@ -224,7 +225,7 @@ class CorrectedWalk:
         object.__setattr__(self, "stages", held)
         object.__setattr__(self, "maps", held.maps())
 
-    @property
+    @cached_property
     def period(self) -> Floats:
         """The affine map [Phi | p] (b, r, r + 1) of a whole period without the correction."""
         return Chain.of(self.maps.copy()).whole()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from math import ceil, isqrt
 
 import numpy as np
@@ -14,6 +13,7 @@ from camgeom.dynamics.linear.maps import restart, step_maps
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, distinct
+from camgeom.maths.frozen import cached_property
 
 MAX_STEPS = 4_000_000
 """steps a turn; more would need more memory than a workstation has"""
@@ -35,12 +35,12 @@ class Grid:
     knots: Floats
     starts_at_knot: npt.NDArray[np.bool_]
 
-    @property
+    @cached_property
     def start(self) -> Floats:
         """Cam angles (n,) in rad at which the steps start."""
         return self.theta[:-1]
 
-    @property
+    @cached_property
     def step(self) -> Floats:
         """Lengths (n,) of the steps in rad, equal between two knots."""
         widths = np.diff(self.knots) / np.array(self.counts)

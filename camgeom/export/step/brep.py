@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from math import pi
 from typing import final
 
@@ -19,6 +18,7 @@ import numpy.typing as npt
 from camgeom.export import Colour
 from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
 from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 
 

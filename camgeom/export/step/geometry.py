@@ -7,7 +7,6 @@ All lengths in mm, angles in rad. Every curve has `at(t)` and `locate(points)`, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import cos, sin
 from typing import final
 
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.maths.splines import Basis
 
 Vector = tuple[float, float, float]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from math import asin, atan2, nan, pi
 from typing import final
@@ -22,6 +21,7 @@ from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.shell import Band, fitted
 from camgeom.export.step.spline import SurfaceFit
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
 from camgeom.solid.blank import Blank, Bore
 
 Box = tuple[tuple[float, float], tuple[float, float]]
