@@ -16,6 +16,10 @@ FAN = 17
 _SHARES = np.linspace(0.0, 1.0, FAN)
 ROUNDS = 9
 """rounds of FAN samples: a bracket shrinks to 1e-8 of its width, and the value at a peak to its square"""
+TRUST = 1.0 / 64.0
+"""of a step of samples, on both sides of a parabola's vertex: where the maximum of a smooth function is looked for"""
+SAME = 4e-16
+"""share by which rounding tells two values apart"""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,10 @@ def refined_maximum(
     below = np.r_[-np.inf, values[:-1]]
     above = np.r_[values[1:], -np.inf]
     peak = (~left | (values >= below)) & (~right | (values >= above))
-    index = np.flatnonzero(peak)
+    # Between two samples a smooth function rises no more above the better one than that stands above its neighbours.
+    lower = np.minimum(np.where(left, below, values), np.where(right, above, values))
+    drop = np.subtract(values, lower, out=np.zeros_like(values), where=np.isfinite(values))
+    index = np.flatnonzero(peak & (values + drop >= values.max()))
     index = index[np.argsort(values[index])[::-1][:keep]]
     low = np.where(left[index], x[np.maximum(index - 1, 0)], x[index])
     high = np.where(right[index], x[np.minimum(index + 1, len(x) - 1)], x[index])
@@ -82,13 +89,41 @@ def refined_maximum(
 def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Maxima of functions of x (k, q), row by row, in the brackets low .. high (k,): values (k,) and places (k,).
 
-    Each row with one maximum in its bracket converges by (FAN - 1) / 2 a round, down to rounding.
+    Each row with one maximum in its bracket converges down to rounding: the parabola through the best sample and its
+    neighbours says what is left to gain and where. Where the maximum is not there, as at a kink or a jump, the row
+    converges by (FAN - 1) / 2 a round from the bracket before.
     """
-    for _ in range(ROUNDS):
-        values, places, low, high = narrowed(f, low, high)
-        if np.all(high - low <= 4e-16 * np.maximum(np.abs(low), np.abs(high))):
+    rows = np.arange(len(low))
+    best, place = np.full(len(low), -np.inf), low
+    jumped = plain = np.zeros(len(low), dtype=bool)
+    around = low, high
+    for number in range(ROUNDS + 3):
+        x = low[:, None] + (high - low)[:, None] * _SHARES
+        values = f(x)
+        top = np.argmax(values, axis=1)
+        value, at = values[rows, top], x[rows, top]
+        best, place = np.where(value >= best, value, best), np.where(value >= best, at, place)
+        edge = (top == 0) | (top == FAN - 1)
+        missed = jumped & edge
+        plain = plain | missed
+        middle = np.clip(top, 1, FAN - 2)
+        three = values[rows[:, None], middle[:, None] + np.arange(-1, 2)]
+        smooth = np.isfinite(three).all(axis=1)
+        a, b, c = np.where(smooth[:, None], three, 0.0).T
+        step, bend, slope = (high - low) / (FAN - 1), a - 2.0 * b + c, 0.5 * (c - a)
+        vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), top - middle)
+        vertex = np.clip(vertex, -middle, FAN - 1 - middle)
+        gain = b + vertex * (slope + 0.5 * vertex * bend) - value
+        done = smooth & ~missed & (gain <= SAME * np.abs(b))
+        if (number > 0 and done.all()) or np.all(high - low <= SAME * np.maximum(np.abs(low), np.abs(high))):
             break
-    return values, places
+        left, right = x[rows, np.maximum(top - 1, 0)], x[rows, np.minimum(top + 1, FAN - 1)]
+        around = np.where(missed, around[0], left), np.where(missed, around[1], right)
+        jumped = smooth & ~edge & ~plain
+        centre = x[rows, middle] + vertex * step
+        low = np.where(jumped, np.maximum(around[0], centre - TRUST * step), around[0])
+        high = np.where(jumped, np.minimum(around[1], centre + TRUST * step), around[1])
+    return best, place
 
 
 def narrowed(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:

@@ -23,6 +23,8 @@ from camgeom.track.section import Column, Level
 
 PER_TURN = 720
 STATIONS = 9
+TIED = 1e-13
+"""share by which an extreme has to surpass that of another contact to stand in its place"""
 FLANKS = {"flank +": 1.0, "flank -": -1.0}
 """sides of a track by the name that an extreme's `where` has"""
 
@@ -73,7 +75,8 @@ def largest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], refine:
             value, angle = refined_maximum(exact, phi, owner, values)
         else:
             value, angle = float(values.max()), float(phi[int(np.argmax(values))])
-        if best is None or value > best.value:
+        # Mirrored flanks have the same extreme: the first one's, not the one that rounding puts ahead.
+        if best is None or value - best.value > TIED * abs(value):
             best = Extreme(value, angle, contact.place(angle, station), contact.where)
     assert best is not None
     return best
