@@ -22,6 +22,8 @@ from camgeom.track.sliding import Slider, passing
 
 SAMPLES = 15
 SECANTS = 5
+SHORT = 1e-5
+"""share of a step of the samples; a secant step as short is the last"""
 
 
 @dataclass(frozen=True)
@@ -185,14 +187,24 @@ def _at_steps(track: Track, x: Floats, index: npt.NDArray[np.int64], step: float
     """The same at whole multiples `index` (...) of an angle: points that share an angle share its pose."""
     first, last = int(index.min()), int(index.max())
     pose = track.pose(step * np.arange(first, last + 1, dtype=np.float64), 0)
-    return _distance(track, x, pose.a[0][:, index - first], pose.u[0][:, index - first])
+    found = np.empty(index.shape)
+    for low in range(0, len(index), BLOCK):
+        part = index[low : low + BLOCK] - first
+        found[low : low + BLOCK] = _distance(
+            track, x[:, low : low + BLOCK], np.take(pose.a[0], part, axis=1), np.take(pose.u[0], part, axis=1)
+        )
+    return found
+
+
+BLOCK = 512
+"""points whose distances at all steps are taken at once, so that they stay in the processor's cache"""
 
 
 def _distance(track: Track, x: Floats, a: Floats, u: Floats) -> Floats:
     """Signed distance (…) of points x from the roller whose axis has the point a and the direction u (3, ...), mm."""
     d = x - a
     axial = d[0] * u[0] + d[1] * u[1] + d[2] * u[2]
-    across = np.sqrt(np.maximum(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - axial**2, 0.0))
+    across = np.sqrt(np.maximum(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - axial * axial, 0.0))
     return body_distance(track.meridian, track.tip, track.contact, axial, across)
 
 
@@ -213,8 +225,9 @@ def body_distance(
         return wall
     low, high = min(tip, *contact), max(tip, *contact)
     end = np.maximum(low - axial, axial - high)
-    outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
-    return np.asarray(np.where((wall > 0.0) | (end > 0.0), outside, np.maximum(wall, end)))
+    beside, beyond = np.maximum(wall, 0.0), np.maximum(end, 0.0)
+    outside = np.sqrt(beside * beside + beyond * beyond)
+    return np.asarray(np.where(outside > 0.0, outside, np.maximum(wall, end)))
 
 
 def _ball(meridian: Meridian) -> bool:
@@ -322,7 +335,7 @@ def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
     """Cam angles (v,) where the distance of points (3, v) to the roller is stationary, by secant from phi."""
     low, high = phi - step, phi + step
 
-    def slope(at: Floats) -> Floats:
+    def slope(at: Floats, x: Floats) -> Floats:
         pose = track.pose(at, 1)
         a, u, da, du = pose.a[0], pose.u[0], pose.a[1], pose.u[1]
         if _ball(track.meridian):
@@ -339,13 +352,20 @@ def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
         return np.asarray(-moved + along)
 
     p, q = phi - 0.25 * step, phi + 0.25 * step
-    fp, fq = slope(p), slope(q)
-    for _ in range(SECANTS):
+    fp, fq = slope(p, x), slope(q, x)
+    found, live = q.copy(), np.arange(len(phi))
+    for number in range(SECANTS):
         change = fq - fp
         move = np.where(change != 0.0, fq * (q - p) / np.where(change != 0.0, change, 1.0), 0.0)
-        p, fp, q = q, fq, np.clip(q - move, low, high)
-        fq = slope(q)
-    return q
+        p, fp, q = q, fq, np.clip(q - move, low[live], high[live])
+        found[live] = q
+        # What is left is as the product of the last two steps, and about its least a distance changes by its square.
+        going = np.abs(q - p) > SHORT * step
+        live, p, q, fp = live[going], p[going], q[going], fp[going]
+        if number + 1 == SECANTS or not len(live):
+            break
+        fq = slope(q, x[:, live])
+    return found
 
 
 def _parameter(track: Track, axial: Floats) -> Floats:
