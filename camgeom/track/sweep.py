@@ -28,6 +28,8 @@ NEAR = 1e-6
 """share of the blank's radius within which ends of pieces are one point, before they are polished"""
 COVERED = 1e-10
 """share of the blank's radius by which a roller must reach over a point to cover it"""
+SAME = 10.0 * COVERED
+"""share of a point's radius within which two edges run through it: ends are found where one covers the other"""
 MINIMA = 3
 HALVINGS = 22
 BLOCK = 256
@@ -217,6 +219,7 @@ class RollerSweep:
         ends = [[edge.low, edge.high] for edge in found]
         near = NEAR * self.radius
         places = [(i, k) for i in range(len(found)) for k in (0, 1)]
+        begins = [(k == 0) == (found[i].side > 0.0) for i, k in places]
         x = np.array([_parallel(found[i].track, np.array([ends[i][k]]), found[i].side)[0][0] for i, k in places])
         done: set[tuple[int, int]] = set()
         for p, (i, k) in enumerate(places):
@@ -225,7 +228,8 @@ class RollerSweep:
             if abs(abs(x[p]) - self.radius) < near:
                 ends[i][k] = _on_rim(found[i], ends[i][k], self.radius)
                 continue
-            others = [q for q in range(len(places)) if q != p and abs(x[q] - x[p]) < near]
+            # The travel of one ends where that of the other begins.
+            others = [q for q in range(len(places)) if begins[q] != begins[p] and abs(x[q] - x[p]) < near]
             if others:
                 j, m = places[min(others, key=lambda q: abs(x[q] - x[p]))]
                 ends[i][k], ends[j][m] = _crossed(found[i], ends[i][k], found[j], ends[j][m])
@@ -233,54 +237,90 @@ class RollerSweep:
         return tuple(replace(edge, low=low, high=high) for edge, (low, high) in zip(found, ends))
 
     @cached_property
+    def _starts(self) -> Floats:
+        """Points at which the travel of every edge begins, (n, 2)."""
+        return np.array([edge.curve(np.array([edge.first])).points[:, 0] for edge in self.edges]).reshape(-1, 2)
+
+    @property
     def chain(self) -> tuple[BandEdge | RimArc, ...]:
         """The boundary of the piece that holds the shaft, counter-clockwise.
 
         Raises DesignError where the rollers leave no closed piece about the shaft.
         """
-        edges = self.edges
-        starts = np.array([edge.curve(np.array([edge.first])).points[:, 0] for edge in edges]).reshape(-1, 2)
-        left = set(range(len(edges)))
+        return tuple(part for _, part in self._chain)
+
+    @cached_property
+    def _chain(self) -> tuple[tuple[int, BandEdge | RimArc], ...]:
+        """The parts of the chain, each with the number of the edge it is cut from (-1: the rim)."""
+        left, loose = set(range(len(self.edges))), ""
         while left:
-            i = begin = min(left)
-            parts: list[BandEdge | RimArc] = []
-            while True:
-                if i not in left:
-                    raise DesignError(
-                        "the rollers' bands leave no closed outline of a plate: rollers retrace each other's path or "
-                        "touch without crossing; change rollers, centre distance or motion angle a little"
-                    )
+            i, joints = min(left), dict[int, _Joint]()
+            while i in left:
                 left.discard(i)
-                parts.append(edges[i])
-                i = self._next(edges[i], starts, parts)
-                if i == begin:
+                joint = self._next(i)
+                if joint is None:
+                    x, y = self.edges[i].curve(np.array([self.edges[i].last])).points[:, 0]
+                    loose = f"; the edge of a roller's band ends at x = {x:.6g}, y = {y:.6g} mm where no other begins"
                     break
-            if _winding(parts) == 1:
-                return tuple(parts)
+                joints[i] = joint
+                i = joint.edge
+            if i in joints:
+                parts = self._cut(joints, i)
+                if _winding([part for _, part in parts]) == 1:
+                    return tuple(parts)
         raise DesignError(
             "the rollers leave no plate about the shaft: they cut through it, or never reach it; change the centre "
-            "distance, the pitch radius or the plate's diameter"
+            f"distance, the pitch radius or the plate's diameter{loose}"
         )
 
-    def _next(self, edge: BandEdge, starts: Floats, parts: list[BandEdge | RimArc]) -> int:
-        """The edge that begins where one ends, by way of the rim where it ends there (which is added)."""
+    def _cut(self, joints: dict[int, _Joint], begin: int) -> list[tuple[int, BandEdge | RimArc]]:
+        """The parts of one closed chain, each edge from the joint behind to the joint ahead."""
+        order = [begin]
+        while joints[order[-1]].edge != begin:
+            order.append(joints[order[-1]].edge)
+        parts: list[tuple[int, BandEdge | RimArc]] = []
+        for before, i in zip([order[-1], *order], order):
+            ends = sorted((joints[before].first, joints[i].last))
+            parts.append((i, replace(self.edges[i], low=ends[0], high=ends[1])))
+            rim = joints[i].rim
+            parts += [] if rim is None else [(-1, rim)]
+        return parts
+
+    def _next(self, i: int) -> _Joint | None:
+        """The joint at the end of an edge: along the rim, where another begins, or in the middle of what they share."""
+        edge = self.edges[i]
         end = edge.curve(np.array([edge.last])).points[:, 0]
         near = NEAR * self.radius
-        if abs(np.hypot(*end) - self.radius) >= near:
-            gap = np.hypot(*(starts - end).T)
-            i = int(np.argmin(gap))
-            if gap[i] > near:
-                raise DesignError(
-                    f"the edge of a roller's band ends at x = {end[0]:.6g}, y = {end[1]:.6g} mm where no other begins: "
-                    "paths touch there without crossing; change rollers, centre distance or motion angle a little"
-                )
-            return i
-        azimuth = np.arctan2(starts[:, 1], starts[:, 0]) - np.arctan2(end[1], end[0])
-        ahead = np.where(np.abs(np.hypot(*starts.T) - self.radius) < near, azimuth % TURN, np.inf)
-        i = int(np.argmin(ahead))
-        low = float(np.arctan2(end[1], end[0]))
-        parts.append(RimArc(self.radius, low, low + float(ahead[i])))
-        return i
+        if abs(np.hypot(*end) - self.radius) < near:
+            azimuth = np.arctan2(self._starts[:, 1], self._starts[:, 0]) - np.arctan2(end[1], end[0])
+            ahead = np.where(np.abs(np.hypot(*self._starts.T) - self.radius) < near, azimuth % TURN, np.inf)
+            j = int(np.argmin(ahead))
+            low = float(np.arctan2(end[1], end[0]))
+            rim = RimArc(self.radius, low, low + float(ahead[j]))
+            return _Joint(j, edge.last, self.edges[j].first, rim) if np.isfinite(ahead[j]) else None
+        gap = np.hypot(*(self._starts - end).T)
+        j = int(np.argmin(gap))
+        return _Joint(j, edge.last, self.edges[j].first) if gap[j] <= near else self._shared(i)
+
+    def _shared(self, i: int) -> _Joint | None:
+        """The joint in the middle of the stretch that edge i shares with the one that runs on farthest from its end.
+
+        In a dwell two rollers that stand symmetrically about the line of centres sweep one circle about the cam's axis,
+        and the edges of their bands are one curve there; where their dwells just meet they touch without crossing.
+        """
+        edge = self.edges[i]
+        best, farthest = None, NEAR
+        for j, other in enumerate(self.edges):
+            for at in _places(other, edge, edge.last):
+                begun = [x for x in _places(edge, other, other.first) if i != j or abs(x - edge.first) > NEAR]
+                if not begun or abs(other.last - at) <= farthest:
+                    continue
+                last = 0.5 * (begun[-1] + edge.last)
+                x = _rate(edge, last)[0]
+                first = _foot(other, 0.5 * (other.first + at), x)
+                if abs(_rate(other, first)[0] - x) <= SAME * self.radius:
+                    best, farthest = _Joint(j, last, first), abs(other.last - at)
+        return best
 
     @property
     def outline(self) -> ChainOutline:
@@ -289,9 +329,27 @@ class RollerSweep:
 
     @cached_property
     def contacts(self) -> tuple[Track, ...]:
-        """One track a wall of the plate: the roller that touches it, over the cam angles at which it does."""
-        walls = [part for part in self.chain if isinstance(part, BandEdge)]
-        return tuple(replace(wall.track, span=(wall.low, wall.high), sides=(wall.side,)) for wall in walls)
+        """One track a wall of the plate: the roller that touches it, over all the cam angles at which it does.
+
+        A stretch that two rollers share is a wall of both.
+        """
+        walls = {i: part for i, part in self._chain if isinstance(part, BandEdge)}
+        for i, edge in enumerate(self.edges):
+            middle = 0.5 * (edge.low + edge.high)
+            if i not in walls and any(_places(part, edge, middle) for part in list(walls.values())):
+                walls[i] = edge
+        chosen = (self.edges[i] for i in walls)
+        return tuple(replace(wall.track, span=(wall.low, wall.high), sides=(wall.side,)) for wall in chosen)
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """Where the boundary passes to another edge: its number, both cam angles, and the rim it goes along in between."""
+
+    edge: int
+    last: float
+    first: float
+    rim: RimArc | None = None
 
 
 def _radius(track: Track) -> float:
@@ -383,6 +441,31 @@ def _crossed(one: BandEdge, phi: float, two: BandEdge, psi: float) -> tuple[floa
         a += (-(miss.real * e.imag - miss.imag * e.real)) / det
         b += (-(miss.real * d.imag - miss.imag * d.real)) / det
     return (a, b) if abs(a - phi) < 1e-3 and abs(b - psi) < 1e-3 else (phi, psi)
+
+
+def _foot(edge: BandEdge, phi: float, x: complex) -> float:
+    """Cam angle at which an edge, produced where need be, is nearest to a point beside it, from one close by."""
+    for _ in range(8):
+        y, d = _rate(edge, phi)
+        step = (d.conjugate() * (x - y)).real / abs(d) ** 2 if d else 0.0
+        phi += step
+    return phi
+
+
+def _places(edge: BandEdge, other: BandEdge, psi: float) -> list[float]:
+    """Cam angles, in order of travel, at which an edge runs through a point of another one and in the same sense."""
+    x, d = _rate(other, psi)
+    way, near = other.side * d / abs(d), SAME * abs(x)
+    phi, _ = piece_grid(np.sort(edge.knots()), PER_TURN)
+    gap = np.abs(_parallel(edge.track, phi, edge.side)[0] - x)
+    padded = np.concatenate([[np.inf], gap, [np.inf]])
+    found: set[float] = set()
+    for k in np.flatnonzero((gap <= padded[:-2]) & (gap <= padded[2:])):
+        at = min(max(_foot(edge, float(phi[k]), x), edge.low), edge.high)
+        y, e = _rate(edge, at)
+        if abs(y - x) <= near and edge.side * (way.conjugate() * e).real > 0.5 * abs(e):
+            found.add(at)
+    return sorted(found, reverse=edge.side < 0.0)
 
 
 def _winding(parts: list[BandEdge | RimArc]) -> int:

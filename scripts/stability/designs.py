@@ -14,8 +14,10 @@ import numpy as np
 KINDS = (
     "disc", "cylindrical", "disc-groove", "constant-width", "cylindrical", "conjugate", "disc", "globoidal",
     "cylindrical", "cylindrical-index",
+    "disc", "cylindrical", "disc-groove", "constant-width", "cylindrical", "conjugate", "disc", "globoidal",
+    "cylindrical", "parallel-index",
 )  # fmt: skip
-"""the kind of a seed is KINDS[seed % 10]; those that cost most come less often"""
+"""the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
 SMOOTH = (
     "3-4-5", "4-5-6-7", "5-6-7-8-9", "cycloidal", "freudenstein-1-3", "freudenstein-1-3-5", "gutman-1-3",
     "modified-constant-velocity", "modified-sine", "modified-trapezoid", "polynomial", "power-polynomial", "scca",
@@ -73,6 +75,7 @@ def design(seed: int) -> dict[str, Any]:
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "globoidal": _globoid,
+        "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
     data["cam"]["direction"] = dice.one("ccw", "cw")
@@ -82,7 +85,7 @@ def design(seed: int) -> dict[str, Any]:
         _spoil(dice, data)
     cam = data["cam"]
     size = max(cam.get("diameter", 0.0), 2.0 * cam.get("base_radius", 0.0), cam.get("width", 0.0))
-    fine = 2e-4 if kind in ("globoidal", "cylindrical-index") else 3e-5
+    fine = 2e-4 if kind in ("globoidal", "cylindrical-index", "parallel-index") else 3e-5
     data["output"] = {"tolerance": size * dice.log(fine, 2e-3)}
     # A tolerance is at most 1 mm, so that a very large turret's cam would need millions of triangles.
     _scale(data, dice.log(1e-3, 1e3 if fine < 1e-4 else 30.0))
@@ -397,3 +400,38 @@ def _globoid(dice: Dice) -> dict[str, Any]:
         cam |= {"hub_diameter": 2.0 * (bore + 0.5 * max(0.0, floor - bore)), "hub_length": 0.3 * pitch_radius}
     follower = {"kind": "turret", "stops": stops, "rollers": count, "pitch_radius": pitch_radius}
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _indexing(dice, stops, count)}
+
+
+def _plates(dice: Dice) -> dict[str, Any]:
+    return plates(dice, dice.whole(2, 4))
+
+
+def plates(dice: Dice, count: int) -> dict[str, Any]:
+    """Two to four plates beside their turret, at the centre distance that the pressure angle in the dwell asks for.
+
+    Where the index begins a direction of two or three plates has the roller half a pitch beside the line of centres, of
+    four the one a pitch and a half beside it. With its angle t there, C the centre distance over the pitch radius and a
+    the pressure angle, cos(a) = C sin(t) / sqrt(C^2 - 2 C cos(t) + 1).
+    """
+    stops = dice.whole(*{2: (4, 6), 3: (4, 9), 4: (4, 8)}[count])
+    rollers, pitch_radius = stops * count, 100.0
+    t, a = pi / rollers * (3.0 if count == 4 else 1.0), np.radians(dice.between(36.0, 44.0))
+    k = float(np.cos(a))
+    root = k * k * np.cos(t)
+    apart = (root + sqrt(root**2 - k * k * (k * k - sin(t) ** 2))) / (k * k - sin(t) ** 2)
+    center = float(pitch_radius * min(max(apart, 1.12), 2.6))
+    ring = 2.0 * pitch_radius * sin(pi / stops)
+    radius = min(0.16 * pitch_radius, 0.36 * ring, 0.55 * (center - pitch_radius)) * dice.between(0.7, 1.1)
+    width = pitch_radius * dice.between(0.05, 0.3)
+    cam: dict[str, Any] = {"kind": "parallel-index", "center_distance": center, "width": width, "plates": count}
+    cam |= {"diameter": 2.0 * center * dice.between(0.8, 0.88), "gap": width * dice.between(0.8, 1.5)}
+    if dice.chance(0.3):
+        cam["running_clearance"] = radius * dice.log(1e-4, 0.02)
+    _bored(dice, cam, 0.8 * (center - pitch_radius - radius))
+    follower = {"kind": "turret", "stops": stops, "rollers": rollers, "pitch_radius": pitch_radius}
+    roller = {"diameter": 2.0 * radius, "length": width * dice.between(0.7, 1.0)}
+    share = dice.between(0.55, 0.75)
+    low = 180.0 * (1.0 - share) * (dice.between(0.7, 1.3) if dice.chance(0.3) else 1.0)
+    high = low + 360.0 * share
+    motion = ({"until": low}, {"until": high, "to": 360.0 / stops, **_law(dice)}, {"until": 360.0})
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
