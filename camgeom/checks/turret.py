@@ -57,10 +57,16 @@ def hand_over(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import Engagement
 
     theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
-    count = Engagement(_turret(model).bearing, model.mechanism.inside, theta).count
+    turret = _turret(model)
+    count = Engagement(turret.bearing, model.mechanism.inside, theta).count
     for row, name in zip(count, ("pushing on", "holding back")):
         least = int(np.argmin(row))
         advice = "no roller holds the turret there: widen the cam so that the next roller is engaged"
+        if turret.take_turns:
+            advice = (
+                "no roller of any plate holds the turret there: a larger cam.diameter or cam.center_distance keeps "
+                "them beside their plates longer, more motion angle makes the walls less steep"
+            )
         yield judged(
             "hand-over", float(row[least]), ">=", 1.0, "rollers", advice, cam_angle=float(theta[least]), where=name
         )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.extremum import bracketed_maximum
 from camgeom.solid import Solid
 from camgeom.solid.blank import Bore
 from camgeom.solid.builder import Builder, Index, filled, polygon_area, triangle_areas, zipper
@@ -16,6 +17,11 @@ from camgeom.track.outline import Outline
 
 if TYPE_CHECKING:
     from camgeom.maths.sampling import Grid
+
+SEARCHED = 24
+"""chords whose largest sag is searched for: steps are made for equal sags, which differ by a percent or two"""
+NEARER = 0.999
+"""share of what would just do that is asked for again where a chord's largest sag exceeds the tolerance"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +165,10 @@ def _star_ring(outer: Floats, hole: Floats) -> Index | None:
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:
-    """The outline sampled so that every chord is within tolerance: a grid of one band over a unit height."""
+    """The outline sampled so that every chord is within tolerance: a grid of one band over a unit height.
+
+    Its chord error is the largest distance of the outline from a chord, found along the chord, not half way alone.
+    """
 
     def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
         points = outline.curve(phi).points
@@ -170,4 +179,32 @@ def outline_grid(outline: Outline, tolerance: float) -> Grid:
 
     from camgeom.maths.sampling import sample
 
-    return sample(rows, outline.knots(), tolerance, (1,))
+    grid = sample(rows, outline.knots(), tolerance, (1,))
+    largest = _largest_sag(outline, grid.phi, grid.points[:2, :, 0])
+    if largest > tolerance:
+        # Half way the sag falls short of the largest by as much again.
+        grid = sample(rows, outline.knots(), tolerance * grid.chord_error / largest * NEARER, (1,))
+        largest = _largest_sag(outline, grid.phi, grid.points[:2, :, 0])
+    return replace(grid, chord_error=largest)
+
+
+def _largest_sag(outline: Outline, phi: Floats, points: Floats) -> float:
+    """Largest distance, mm, of an outline from its chords between parameters phi (n + 1,), points (2, n + 1) there.
+
+    A chord's sag is s (1 - s) times a parabola but for terms of the fifth order: the worst by that are searched.
+    """
+    low, width = phi[:-1], np.diff(phi)
+    start, way = points[:, :-1], np.diff(points, axis=1)
+    across = np.stack([-way[1], way[0]]) / np.maximum(np.hypot(*way), 1e-300)
+
+    def sag(at: Floats, chord: Index) -> Floats:
+        x = outline.curve(at.ravel()).points.reshape(2, *at.shape)
+        return np.asarray(((x - start[:, chord, None]) * across[:, chord, None]).sum(axis=0))
+
+    quarters = np.array([0.25, 0.5, 0.75])
+    bend = sag(low[:, None] + width[:, None] * quarters, np.arange(len(low))) / (quarters * (1.0 - quarters))
+    s = np.linspace(0.0, 1.0, 33)
+    shares = np.array([[np.prod([(s - b) / (a - b) for b in quarters if b != a], axis=0)] for a in quarters])[:, 0]
+    worst = np.argsort(np.abs(bend @ (shares * s * (1.0 - s))).max(axis=1))[-SEARCHED:]
+    found, _ = bracketed_maximum(lambda at: np.abs(sag(at, worst)), low[worst], low[worst] + width[worst])
+    return float(found.max())

@@ -298,16 +298,22 @@ def _barrel(dice: Dice) -> Data:
 
 
 def _parallel(dice: Dice, plates: int) -> Data:
-    """Two plates in the proportions of a published machine; three and four in those that this file's search found."""
-    stops, count = {2: (4, 8), 3: (4, 12), 4: (4, 16)}[plates]
+    """Two plates in the proportions of a published machine; three and four in those that this file's search found.
+
+    Where the index begins, three plates hold one direction with a roller half a pitch t beside the line of centres:
+    with C the centre distance over the pitch radius its pressure angle a is C sin(t) = cos(a) sqrt(C^2 - 2 C cos(t) +
+    1), 41 to 45 deg at the C here, 57 deg with twelve rollers at 1.75.
+    """
+    stops, count = {2: (4, 8), 3: (5, 15), 4: (4, 16)}[plates]
     pitch = dice.between(70.0, 100.0)
-    center = pitch * dice.between(1.72, 1.78)
-    radius = pitch * dice.between(0.15, 0.17)
+    center = pitch * (dice.between(1.26, 1.29) if plates == 3 else dice.between(1.72, 1.78))
+    radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.15, 0.17))
     segments, _, lift = _index(dice, 360.0 / stops, 200.0, 225.0)
     width = dice.between(12.0, 18.0)
-    cam: Data = {"kind": "parallel-index", "center_distance": center, "diameter": 1.557 * center, "width": width}
+    cam: Data = {"kind": "parallel-index", "center_distance": center, "width": width}
+    cam["diameter"] = (1.68 if plates == 3 else 1.557) * center
     cam |= {"gap": width + dice.between(6.0, 10.0), "plates": plates}
-    bored(dice, cam, center - pitch - radius, 8.0)
+    bored(dice, cam, center - pitch - radius, 4.0 if plates == 3 else 8.0)
     follower: Data = {"kind": "turret", "stops": stops, "rollers": count, "pitch_radius": pitch}
     made = roller(dice, radius, width - 2.0, ("cylinder",))
     data = {"cam": cam, "follower": follower, "roller": made, "motion": segments}

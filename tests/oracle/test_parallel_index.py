@@ -32,7 +32,11 @@ SIZES = {
     (8, 16, 2): (125.0, 80.0, 18.0, 140.0, 150.0),
     (2, 8, 2): (190.0, 80.0, 28.0, 320.0, 240.0),
     (2, 8, 4): (190.0, 80.0, 32.0, 320.0, 300.0),
+    (4, 12, 3): (112.0, 80.0, 20.0, 193.0, 240.0),
+    (6, 18, 3): (98.0, 80.0, 14.0, 160.0, 230.0),
+    (3, 9, 3): (140.0, 80.0, 26.0, 240.0, 260.0),
 }
+THREE = [size for size in SIZES if size[2] == 3]
 
 
 @lru_cache(maxsize=16)
@@ -220,14 +224,83 @@ def test_bad_input_is_refused_with_the_allowed_range(old, new, words):
     assert words in str(refused.value)
 
 
-def test_plates_whose_rollers_retrace_each_other_are_refused():
-    cam, setup = plates(4, 8, 2)
-    follower = TurretFollower(kind="turret", stops=4, rollers=12, pitch_radius=80.0)
-    setup = replace(setup, follower=follower, roller=CylinderRoller(diameter=20.0, length=10.0))
-    cam = cam.model_copy(update={"plates": 3})
-    assert cam.problems(setup) == []
-    with pytest.raises(DesignError, match=r"without crossing|retrace"):
-        cam.mechanism(setup).tracks  # noqa: B018
+@pytest.mark.parametrize("size", THREE)
+def test_the_middle_of_three_plates_rests_on_one_circle_with_two_rollers(size):
+    """In the dwell two rollers of the middle ring stand symmetrically: they sweep one arc, and both bear on it."""
+    cam, setup = plates(*size)
+    rf, c, r = setup.follower.pitch_radius, cam.center_distance, 0.5 * setup.roller.diameter
+    half = 1.5 * 2.0 * pi / setup.follower.count
+    azimuth, still = np.arctan2(rf * np.sin(half), c - rf * np.cos(half)), setup.program.spans[0].end
+    assert azimuth < still
+    outline = cam.mechanism(setup).outlines["plate 2"]
+    u = np.linspace(0.0, 2.0 * pi, 5001)
+    x = outline.curve(u).points
+    seat = np.abs(np.hypot(*x) - (hypot(c - rf * np.cos(half), rf * np.sin(half)) - r)) < 1e-9
+    within = np.abs(np.arctan2(x[1], x[0])) < azimuth + still
+    assert np.all(seat[within])
+    assert np.degrees(azimuth + still) > 80.0
+    # The motion is symmetric about the middle of its index: so is where the outline passes on.
+    joints = outline.curve(outline.knots()).points
+    assert np.abs(joints[1][joints[0] > 0.0]).min() < 1e-4
+    dwell = np.linspace(-0.999 * still, 0.999 * still, 41) % (2.0 * pi)
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, dwell)
+    middle = [k for k, (i, _) in enumerate(e.places) if e.tracks[i].name == "plate 2"]
+    assert np.all(e.on[:, :, middle].any(axis=3).sum(axis=2) == 1)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-12, 1e-7, -1e-7, -1e-3, -0.2])
+def test_two_seats_that_just_meet_just_overlap_or_stand_apart(beyond):
+    """A dwell from -h to h of cam angle leaves seats about +-a: one where h > a, two with a hump between below."""
+    cam, setup = plates(4, 12, 3)
+    half = 1.5 * 2.0 * pi / setup.follower.count
+    still = np.arctan2(80.0 * np.sin(half), cam.center_distance - 80.0 * np.cos(half)) + beyond
+    setup = replace(setup, program=index_program(4, motion=360.0 - 2.0 * degrees(still)))
+    outline = cam.mechanism(setup).outlines["plate 2"]
+    knots = outline.knots()
+    assert np.abs(outline.curve(knots).points[:, 1:] - outline.curve(np.nextafter(knots[1:], 0.0)).points).max() < 1e-9
+    points = outline.curve(np.linspace(0.0, 2.0 * pi, 201)).points.T
+    assert np.abs(ring_distance(cam, setup, 1, points)).max() < 1e-8
+    x = outline.curve(np.linspace(0.0, 2.0 * pi, 8001)).points
+    ahead = np.hypot(*x)[np.abs(np.arctan2(x[1], x[0])) < 0.02].max()
+    seat = hypot(cam.center_distance - 80.0 * np.cos(half), 80.0 * np.sin(half)) - 0.5 * setup.roller.diameter
+    assert (ahead > seat + 1e-3) == (beyond < -0.1)
+
+
+@pytest.mark.parametrize("size", THREE)
+def test_solids_of_three_plates_lie_within_their_error(size):
+    cam, setup = plates(*size, bore=0.0)
+    for plate, part in enumerate(cam.mechanism(setup).parts):
+        solid = part.solid(0.02)
+        assert solid.sound
+        mesh = solid.mesh
+        assert mesh.volume == pytest.approx(12.0 * Measured(part.outer.outline, 24).properties.area, rel=1e-3)
+        walls = mesh.faces[np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1) > 1.0]
+        points = triangle_points(mesh.vertices, walls[:: max(1, len(walls) // 60)], 4)
+        on_rim = np.hypot(points[:, 0], points[:, 1]) > 0.5 * cam.diameter - 0.021
+        assert np.abs(ring_distance(cam, setup, plate, points[~on_rim])).max() <= 1.001 * solid.chord_error
+
+
+def test_rollers_that_reach_the_shaft_leave_no_plate():
+    cam, setup = plates(4, 12, 3)
+    mechanism = cam.mechanism(setup)
+    assert mechanism._sweep(1, 15.0).chain
+    with pytest.raises(DesignError, match="no plate about the shaft: they cut through it"):
+        mechanism._sweep(1, 25.0).chain  # noqa: B018
+
+
+def test_a_small_disc_loses_the_turret_and_says_what_helps():
+    """Three plates on 0.86 of the centre distance hold the turret all the way, on 0.7 of it nobody does for a while."""
+    found = {}
+    for share in (0.86, 0.7):
+        text = STARTER.replace("center_distance = 140", "center_distance = 110.4")
+        text = text.replace("rollers = 8", "rollers = 12")
+        text = text.replace("diameter = 210", f"plates = 3\ndiameter = {2.0 * share * 110.4}")
+        text = text.replace("diameter = 26", "diameter = 24").replace("bore = 30", "bore = 10")
+        text = text.replace("keyway", "#")
+        found[share] = list(compute(Model(parse(text)), ("checks",), ("hand-over",)).findings)
+    assert [f.passed for f in found[0.86]] == [True, True]
+    assert [f.passed for f in found[0.7]] == [False, False]
+    assert "no roller of any plate holds the turret there: a larger cam.diameter" in found[0.7][0].advice
 
 
 def test_turret_stands_clear_of_the_plates():

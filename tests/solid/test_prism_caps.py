@@ -8,8 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from camgeom.errors import DesignError
+from camgeom.model import read
 from camgeom.solid.blank import Bore
-from camgeom.solid.prism import _star_ring, bounded
+from camgeom.solid.prism import _star_ring, bounded, outline_grid
+from tests.places import ROOT
 
 
 def star(count: int, radius: float, ripple: float, waves: int, turn: float) -> np.ndarray:
@@ -81,3 +83,17 @@ def test_a_hole_that_crosses_the_outline_is_refused(radius: float, fits: bool) -
     else:
         with pytest.raises(DesignError, match="crosses itself or a hole"):
             bounded(planes)
+
+
+@pytest.mark.parametrize("tolerance", [0.3, 0.03])
+def test_the_stated_chord_error_is_the_largest_sag_along_any_chord(tolerance):
+    """On a coarse mesh an outline's sag is not largest half way along a chord, and 0.999 of it is too little."""
+    outline = read(ROOT / "profiles" / "parallel_index.toml").mechanism.outlines["plate 1"]
+    grid = outline_grid(outline, tolerance)
+    low, step, p = grid.phi[:-1], np.diff(grid.phi), grid.points[:2, :, 0]
+    way = np.diff(p, axis=1)
+    worst = 0.0
+    for share in np.linspace(0.02, 0.98, 97):
+        off = outline.curve(low + share * step).points - p[:, :-1]
+        worst = max(worst, float(np.abs((way[0] * off[1] - way[1] * off[0]) / np.hypot(*way)).max()))
+    assert 0.999 * grid.chord_error < worst <= grid.chord_error <= tolerance
