@@ -16,6 +16,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore, Wall
 from camgeom.solid.prism import Loop
 from camgeom.track import Joint, Meridian, Slide, Swing, Track, Vector
+from camgeom.track.follower import AnyRoller, CrownedRoller
 from camgeom.track.outline import CircleOutline, Outline
 
 
@@ -74,6 +75,13 @@ def roller_track(
 
 
 SLIDE = Slide((1.0, 0.0, 0.0))
+
+
+def straight_problems(roller: AnyRoller | None) -> list[Problem]:
+    """What is wrong with a crowned roller on a planar cam: its outline is the same at every height."""
+    if not isinstance(roller, CrownedRoller) or roller.flank == "straight":
+        return []
+    return [problem("roller.flank", roller.flank, "straight on this cam, whose wall is the same curve at every height")]
 
 
 def triangle_problem(key: str, centre: float, arm: float, prime: float, what: str) -> Problem | None:

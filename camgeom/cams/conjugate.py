@@ -26,6 +26,7 @@ from camgeom.cams._plate import (
     mark_problems,
     mark_walls,
     roller_track,
+    straight_problems,
     swing_problem,
     triangle_problem,
 )
@@ -101,6 +102,7 @@ class Conjugate(Cam):
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, self.base_radius)
         if setup.roller.shape not in ("cylinder", "crowned"):
             found.append(problem("roller.shape", setup.roller.shape, "cylinder or crowned on conjugate cams"))
+        found += straight_problems(setup.roller)
         mechanism = self.mechanism(setup)
         reach = mechanism.bore.reach if mechanism.bore else 0.0
         found += mark_problems(self.mark_diameter, self.mark_radius, self.base_radius, reach)

@@ -14,7 +14,16 @@ from typing import ClassVar, Literal, final
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
-from camgeom.cams._plate import SLIDE, bore_of, bore_problems, bore_walls, face_idle, lift_range, roller_track
+from camgeom.cams._plate import (
+    SLIDE,
+    bore_of,
+    bore_problems,
+    bore_walls,
+    face_idle,
+    lift_range,
+    roller_track,
+    straight_problems,
+)
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
@@ -73,6 +82,7 @@ class ConstantWidth(Cam):
         roller = setup.roller
         if roller is not None and roller.shape not in ("cylinder", "crowned"):
             found.append(problem("roller.shape", roller.shape, "cylinder or crowned on a constant-width cam"))
+        found += straight_problems(setup.roller)
         low, high = lift_range(setup.program)
         if low < -1e-9 * max(high, 1.0):
             found.append(problem("motion.to", low, "0 or above: the rise half starts from the lowest position"))

@@ -305,7 +305,7 @@ class CylindricalMechanism(Mechanism):
         floor = cam.floor_radius if cam.form == "groove" else cam.floor_radius - 0.1 * cam.groove_depth
         return tuple(
             replace(track.grown(cam.running_clearance), tip=track.tip - cam.running_clearance if ball else floor)
-            for track in self.tracks
+            for track in map(self.cutting, self.tracks)
         )
 
     @cached_property

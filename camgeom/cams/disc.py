@@ -21,6 +21,7 @@ from camgeom.cams._plate import (
     least_distance,
     lift_range,
     roller_track,
+    straight_problems,
     swing_problem,
     triangle_problem,
 )
@@ -100,6 +101,7 @@ class Disc(Cam):
             return [*found, Problem("roller", "face = 'roller' needs a roller", None, "a [roller] table")]
         if face == "roller" and roller is not None and roller.shape not in ("cylinder", "crowned"):
             found.append(problem("roller.shape", roller.shape, "cylinder or crowned on a disc cam"))
+        found += straight_problems(setup.roller)
         if face == "curved" and not follower.face_radius:
             found.append(Problem("follower.face_radius", "is missing", None, "a radius in mm, for face = 'curved'"))
         if self.form == "groove":

@@ -64,8 +64,8 @@ class RollerDuty:
 
     track   the roller's track; `station` its meridian parameter where the classical figures are quoted
     load    what acts on the follower
-    crown   radius of the meridian, mm, of a crowned roller on a straight flank (planar cams); None: the flank is the
-            roller's own envelope
+    crown   radius of the meridian, mm, of a crowned roller on a straight flank, which the track's cylinder cuts: it
+            touches at its crest, the station; None: the flank is the roller's own envelope
     rating  of the roller's bearing, dynamic and static, N; None where it is not known
     inside  which contact points (3, ...) are on the cam, where the roller leaves it on purpose: no wall takes a force
             elsewhere
@@ -113,7 +113,8 @@ class RollerDuty:
     def _held(self, full: FollowerForce) -> FollowerForce:
         """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""
         assert self.inside is not None
-        stations = np.array([self.track.meridian.parameter(float(d)) for d in self._middles])
+        places = self._middles if self.crown is None else [self._middle]
+        stations = np.array([self.track.meridian.parameter(float(d)) for d in places])
         edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
         edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.inside)]
         split = self.load.sampled(full.panels.split(np.concatenate(edges)))
@@ -229,8 +230,36 @@ class RollerDuty:
         """The crown's contact on the panels, (p, n); None without a crown."""
         if self.crown is None:
             return None
+        across, along = self._principal
         pair = pair_compliance(self.roller, self.cam)
-        return crowned_contact(np.abs(self.normal), 1.0 / self.crown, self._loaded_curvature, pair, self.length)
+        return crowned_contact(np.abs(self.normal), along, across, pair, self.length)
+
+    @cached_property
+    def _principal(self) -> tuple[Floats, Floats]:
+        """Principal relative curvatures under the crown, across the roller and along it, 1/mm, (p, n) each.
+
+        The cylinder that cut the flank is curved against it across their line of contact alone, by k; the crown adds
+        its own curvature c along the axis, which stands at the angle psi to that line: they are the roots of
+        x² - (k + c) x + k c cos² psi.
+        """
+        assert self.crown is not None
+        k, c = self._loaded_curvature, 1.0 / self.crown
+        half = 0.5 * (k + c)
+        root = np.sqrt(np.maximum(half * half - k * c * self._alignment, 0.0))
+        return np.where(k >= c, half + root, half - root), np.where(k >= c, half - root, half + root)
+
+    @cached_property
+    def _alignment(self) -> Floats:
+        """cos² of the angle between the roller's axis and its line of contact with the wall that bears, (p, n)."""
+        theta = self.force.panels.theta
+        walls = {}
+        for side in self.track.sides:
+            flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
+            line = flank.tangents[1][:, :, 0]
+            square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
+            walls[float(flank.lever().mean()) < 0.0] = square.reshape(theta.shape)
+        some = next(iter(walls.values()))
+        return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
 
     def _under_crown(self, place: Floats) -> Contact:
         """Contact at places (m,) or () along the roller, mm from the crown's top: p² = p0² (1 - place² / along²).

@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from camgeom.track.planar import Planar
 
 
+RIM = 1e-9
+"""mm beside a plate's rim within which its wall is the rim"""
+
 MEAN = "hot spots of the counted turns"
 HARDEST = "every turn as the hardest counted one"
 
@@ -196,10 +199,8 @@ class Model(Sealed):
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
         foot = self.mechanism.wall_foot
-        pairs = zip(self.tracks, self.cutters)
-        if self.mechanism.touches:
-            # The wall of a disc is straight along the roller: it is not the envelope of a crown.
-            pairs = zip((t.straightened() for t in self.tracks), (t.straightened() for t in self.cutters))
+        cutting = self.mechanism.cutting
+        pairs = zip(map(cutting, self.tracks), map(cutting, self.cutters))
         inside = self.mechanism.inside if self.mechanism.runs_out else None
         return tuple(Survey(track, cutter, foot, inside) for track, cutter in pairs)
 
@@ -216,7 +217,7 @@ class Model(Sealed):
 
         inside, many = self.mechanism.inside, len(self.tracks) > 1
         return {
-            f"{track.name} {name}" if many else name: missing(track, side, inside)
+            f"{track.name} {name}" if many else name: missing(self.mechanism.cutting(track), side, inside)
             for track in self.tracks
             for name, side in FLANKS.items()
             if side in track.sides
@@ -251,10 +252,14 @@ class Model(Sealed):
         return self.clearances_with(0.0)
 
     def clearances_with(self, grow: float) -> tuple[Clearance, ...]:
-        """The same with followers larger by `grow` mm (normal)."""
+        """The same with followers larger by `grow` mm (normal).
+
+        On a straight flank a crowned roller counts as the cylinder of its crest, which touches wherever vertices are.
+        """
         from camgeom.track.clearance import least_beside, least_clearance
 
-        found = [least_clearance(track, *self._surface_points(track), grow) for track in self.passages]
+        passages = map(self.mechanism.cutting, self.passages)
+        found = [least_clearance(track, *self._surface_points(track), grow) for track in passages]
         found += [least_beside(slider, *self._surface_points(None), grow) for slider in self.mechanism.sliders]
         return tuple(found)
 
@@ -262,53 +267,51 @@ class Model(Sealed):
     def backlash(self) -> tuple[Clearance, ...]:
         """The largest distance at which all followers pass a point of the flank of each body, mm: what is cut too deep.
 
-        Less the chord error where a point may stand off the true surface by as much.
-        None of bodies with walls that no roller touches: the plates of parallel indexers, the union of rollers.
+        Less the chord error where a point may stand off the true surface by as much. The rim of a plate between the
+        flanks of its rollers is no flank; the union of rollers has none.
         """
-        from camgeom.maths import distinct
-        from camgeom.track.clearance import largest_gap
+        from camgeom.track.clearance import facet_points, largest_gap
 
-        turret = self.mechanism.turret
-        if turret is not None and not turret.rib_depths:
-            return ()
-        passages = tuple(track for binding in self.bindings for track in binding.passages)
+        turret, outside = self.mechanism.turret, self.mechanism.outside_diameter
+        plates = turret is not None and not turret.rib_depths
+        # A straight flank falls away from the crown beside its crest.
+        passages = tuple(b.mechanism.cutting(track) for b in self.bindings for track in b.passages)
         sliders = tuple(slider for binding in self.bindings for slider in binding.mechanism.sliders)
         gaps = []
         for solid in self.solids:
-            flank = distinct(solid.mesh.faces[solid.mesh.group_faces("flank")])
-            if len(flank) and solid.method != UNION:
+            flank = solid.mesh.group_vertices("flank")
+            if plates and outside is not None:
+                flank &= np.hypot(*solid.mesh.vertices[:, :2].T) < 0.5 * outside - RIM
+            if flank.any() and solid.method != UNION:
                 middle = float(solid.mesh.vertices[:, 2].mean())
-                # Of a pair each disc has its own roller, and a crown touches its straight wall at the crest.
+                # Of a pair each disc has its own roller.
                 beside = min(passages, key=lambda track: abs(0.5 * sum(track.contact) - middle), default=None)
-                vertices, middles = self._points(solid, beside)
+                vertices = self._vertices(solid, beside)
+                middles = facet_points(solid.mesh, vertices, flank)
                 exact = np.where(solid.cut_vertices[flank], solid.chord_error, 0.0)
                 slack = np.concatenate([exact, np.full(len(middles), solid.chord_error)])
                 gaps.append(largest_gap(passages, sliders, np.concatenate([vertices[flank], middles]), slack))
         return tuple(gaps)
 
-    def _points(self, solid: Solid, track: Track | None) -> tuple[Floats, Floats]:
-        """Vertices (v, 3) of a body and middles (e, 3) of edges of its flanks' facets.
+    def _vertices(self, solid: Solid, track: Track | None) -> Floats:
+        """Vertices (v, 3) of a body; of a planar cam's wall, which has them at its ends alone, beside the roller."""
+        from camgeom.track.clearance import wall_points
 
-        The wall of a planar cam has vertices at its ends alone: they are moved beside the roller.
-        """
-        from camgeom.track.clearance import facet_points, wall_points
-
-        vertices = solid.mesh.vertices
-        if self.planar is not None and track is not None:
-            vertices = wall_points(solid.mesh, 0.5 * sum(track.contact))
-        return vertices, facet_points(solid.mesh, vertices)
+        if self.planar is None or track is None:
+            return solid.mesh.vertices
+        return wall_points(solid.mesh, 0.5 * sum(track.contact))
 
     def _surface_points(self, track: Track | None) -> tuple[Floats, Floats]:
         """Points of all bodies, and by how much each may stand inside the true surface, mm.
 
         Vertices lie on it, but for those where a facet was cut; middles of facets and floors by the chord error.
         """
-        from camgeom.track.clearance import floor_points
+        from camgeom.track.clearance import facet_points, floor_points
 
         points, slack = [], []
         for solid in self.solids:
-            vertices, middles = self._points(solid, track)
-            middles = np.concatenate([floor_points(solid.mesh), middles])
+            vertices = self._vertices(solid, track)
+            middles = np.concatenate([floor_points(solid.mesh), facet_points(solid.mesh, vertices)])
             points += [vertices, middles]
             slack += [np.where(solid.cut_vertices, solid.chord_error, 0.0), np.full(len(middles), solid.chord_error)]
         return np.concatenate(points), np.concatenate(slack)

@@ -179,6 +179,6 @@ def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
     if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:
         return planar_pair(mechanism.program, mechanism.touches, clearance, spec.clearance_kind)
     if len(tracks) == 1 and len(tracks[0].sides) == 2 and quoted is not None:
-        return groove_pair(tracks[0], clearance, quoted)
+        return groove_pair(mechanism.cutting(tracks[0]), clearance, quoted)
     allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
     raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", profile.kind, allowed)])

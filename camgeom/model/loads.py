@@ -55,8 +55,7 @@ def load_of(profile: Profile, mechanism: Mechanism) -> Load:
 def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tuple[RollerDuty, ...]:
     """Force, stress and life of every roller: of two that drive a follower to and fro each carries its own direction.
 
-    A planar cam is straight along the roller's axis, not the envelope of a crown: a crowned roller touches it with the
-    crown's own arc.
+    On a flank that is straight along it a crowned roller touches with the crown's own arc, at its crest.
     """
     from camgeom.mechanics.roller_duty import RollerDuty
 
@@ -66,9 +65,9 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
     for track in mechanism.tracks:
         low, high = track.contact
         crown = None
-        if mechanism.touches and isinstance(track.meridian, Arc):
-            crown, track = track.meridian.arc, track.straightened()
-        within = quoted is not None and min(low, high) <= quoted <= max(low, high)
+        if mechanism.crown == "straight" and isinstance(track.meridian, Arc):
+            crown, track = track.meridian.arc, mechanism.cutting(track)
+        within = crown is None and quoted is not None and min(low, high) <= quoted <= max(low, high)
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating, inside)

@@ -19,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.motion.program import Program
 from camgeom.track import Track
-from camgeom.track.follower import AnyFollower, AnyRoller, TurretFollower
+from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.solid import Part
@@ -216,14 +216,12 @@ class Mechanism(ABC):
 
     @property
     def crown(self) -> str:
-        """How the flank meets a crowned roller; empty for other rollers.
+        """How the flank meets a crowned roller: `CrownedRoller.flank`; empty for other rollers."""
+        return self.roller.flank if isinstance(self.roller, CrownedRoller) else ""
 
-        conforming  the envelope of the crown itself, as a tool of the same meridian cuts it: drums and globoids
-        straight    along the roller's axis, as a cylinder cuts it, so that the crown meets it in a point: discs
-        """
-        if self.roller is None or self.roller.shape != "crowned":
-            return ""
-        return "straight" if self.touches else "conforming"
+    def cutting(self, track: Track) -> Track:
+        """The track of a roller with the shape that cuts its flank: a cylinder where a crown runs on a straight one."""
+        return track.straightened() if self.crown == "straight" else track
 
     @property
     def classical(self) -> bool:

@@ -139,12 +139,15 @@ def floor_points(mesh: Mesh) -> Floats:
     return _middles(mesh.vertices, _edges(mesh, "floor"))
 
 
-def facet_points(mesh: Mesh, points: Floats) -> Floats:
+def facet_points(mesh: Mesh, points: Floats, among: npt.NDArray[np.bool_] | None = None) -> Floats:
     """Middles (e, 3) of edges of flank faces, whose vertices stand at `points` (v, 3): where facets stand proud most.
 
     Of many edges the longest, which have the largest sag, and as many others from all over the flanks.
+    among  (v,) both ends of the edges are such vertices
     """
     edges = _edges(mesh, "flank")
+    if among is not None:
+        edges = edges[among[edges].all(axis=1)]
     if len(edges) > 2 * FACETS:
         ends = points[edges]
         longest = np.argsort(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))[-FACETS:]

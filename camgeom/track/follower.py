@@ -58,12 +58,20 @@ class ConeRoller(_Bearing):
 
 
 class CrownedRoller(_Bearing):
-    """A roller whose meridian is an arc, thickest in the middle of the contact length."""
+    """A roller whose meridian is an arc, thickest in the middle of the contact length.
+
+    What it runs on is either the flank of a cylinder as thick as its crest, which it touches in a point, or its own
+    envelope, which it touches in a line: the second bears more, and has to be cut by a tool of the same meridian.
+    """
 
     shape: Literal["crowned"]
     diameter: Length = Field(description="mm, at the crest")
     length: Length = Field(description="mm, contact length with the flank")
     crown_radius: Length = Field(description="mm, radius of the meridian arc, at least half the diameter")
+    flank: Literal["straight", "conforming"] = Field(
+        "straight", description="the cam's flank: cut by the cylinder of the crest's diameter (the crown touches it in "
+        "a point; drums and discs), or by the crown itself (a line; drums and the grooves of turrets)"
+    )
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with its crest at delta = centre."""

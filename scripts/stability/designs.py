@@ -294,7 +294,7 @@ def _roller(dice: Dice, diameter: float, length: float) -> dict[str, Any]:
     if shape == "cone":
         roller["half_angle"] = dice.between(-15.0, 25.0)
     if shape == "crowned":
-        roller["crown_radius"] = max(diameter, length) * dice.log(0.8, 50.0)
+        roller |= {"crown_radius": max(diameter, length) * dice.log(0.8, 50.0), "flank": "conforming"}
     if shape == "sphere":
         roller["length"] = min(length, 0.35 * diameter)
     return roller

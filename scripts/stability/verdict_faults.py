@@ -250,8 +250,11 @@ def jerky(data: Data, dice: Dice) -> None:
 
 
 def larger(data: Data, dice: Dice) -> None:
-    """A roller (of an external disc: a cam) larger by 2 to 10 tolerances than the body was made for."""
-    _resized(data, dice.between(2.0, 10.0))
+    """A roller (of an external disc or a rib: a cam) larger than the body was made for.
+
+    By 2 to 10 tolerances, and the running clearance, which would still let it pass.
+    """
+    _resized(data, dice.between(2.0, 10.0) + data["cam"].get("running_clearance", 0.0) / data["output"]["tolerance"])
 
 
 def smaller(data: Data, dice: Dice) -> None:
@@ -264,6 +267,8 @@ def _resized(data: Data, by: float) -> None:
     cam = data["cam"]
     if cam["kind"] in ("disc", "constant-width", "conjugate") and cam.get("form") != "groove":
         cam["base_radius"] -= by  # what runs on it now comes nearer than what it was made for
+    elif "rib_thickness" in cam:
+        cam["rib_thickness"] -= 2.0 * by  # rollers beside a rib stand as far apart as they are thick
     else:
         data["roller"]["diameter"] += 2.0 * by
 

@@ -238,6 +238,8 @@ def _shape(roller, centre, inward):
     def grown(gap):
         r = 0.5 * roller["diameter"]
         kind = roller.get("shape", "cylinder")
+        if kind == "crowned" and roller.get("flank", "straight") == "straight":
+            return r + gap, None
         if kind == "cone":
             slope = tan(radians(roller["half_angle"])) * (1.0 if inward else -1.0)
             return r + gap * sqrt(1.0 + slope**2), ("cone", slope, centre)
@@ -252,7 +254,7 @@ def _shape(roller, centre, inward):
 
 def _deepest(roller, centre, wanted):
     """How far a roller can be carried on along its axis towards `wanted`: a crowned one ends with its arc."""
-    if roller.get("shape") != "crowned":
+    if roller.get("shape") != "crowned" or roller.get("flank", "straight") == "straight":
         return wanted
     reach = 0.999 * roller["crown_radius"]
     return min(max(wanted, centre - reach), centre + reach)

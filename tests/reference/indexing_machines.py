@@ -31,7 +31,8 @@ def roller_of(shape, diameter, length):
     if shape == "cone":
         return ConeRoller(shape="cone", diameter=diameter, length=length, half_angle=8.0)
     if shape == "crowned":
-        return CrownedRoller(shape="crowned", diameter=diameter, length=length, crown_radius=12.0 * diameter)
+        arc = {"crown_radius": 12.0 * diameter, "flank": "conforming"}
+        return CrownedRoller(shape="crowned", diameter=diameter, length=length, **arc)
     if shape == "sphere":
         return SphereRoller(shape="sphere", diameter=diameter)
     return CylinderRoller(diameter=diameter, length=length)

@@ -168,5 +168,12 @@ def test_relief_and_preload_open_flanks_by_no_more_than_they_allow(name, changes
     assert 0.2 * finding.limit < finding.value
 
 
-def test_walls_that_nothing_touches_have_no_backlash() -> None:
-    assert judge(model("parallel_index"), ["backlash"]).findings == ()
+@pytest.mark.parametrize(("by", "level"), [(0.0, "pass"), (1e-3, "fail")])
+def test_the_rim_between_the_flanks_of_a_plate_is_no_backlash(by, level) -> None:
+    """Plates for rollers larger by `by` mm stand back from those of the profile by as much."""
+    made = model("parallel_index")
+    roller = made.profile.roller.model_copy(update={"diameter": made.profile.roller.diameter + 2.0 * by})
+    made.body.__dict__["solids"] = Model(made.profile.model_copy(update={"roller": roller})).solids
+    found = judge(made, ["backlash"]).findings
+    assert [f.level for f in found] == [level, level]
+    assert [f.value for f in found] == pytest.approx([by, by], abs=2e-6)

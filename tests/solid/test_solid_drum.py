@@ -77,7 +77,12 @@ def test_volume_converges_at_second_order():
 
 SHAPES = {
     "cone": (ConeRoller(shape="cone", diameter=20.0, length=10.0, half_angle=9.0), 11.0),
-    "crowned": (CrownedRoller(shape="crowned", diameter=20.0, length=10.0, crown_radius=150.0), 11.0),
+    "crowned": (
+        CrownedRoller(shape="crowned", diameter=20.0, length=10.0, crown_radius=150.0, flank="conforming"), 11.0
+    ),
+    "crowned, straight flank": (
+        CrownedRoller(shape="crowned", diameter=20.0, length=10.0, crown_radius=150.0, flank="straight"), 11.0
+    ),
     "sphere": (SphereRoller(shape="sphere", diameter=20.0), 9.5),
     "cylinder": (CylinderRoller(diameter=20.0, length=10.0), 11.0),
 }
