@@ -12,7 +12,7 @@ from typing import Protocol, final
 
 import numpy as np
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.track import TURN, Track
 from camgeom.track.outline import FlatFace, RollerOutline
@@ -94,10 +94,14 @@ def passing(slider: Slider, points: Floats) -> tuple[Floats, Floats]:
     step = TURN / SAMPLES
     grid = step * np.arange(SAMPLES, dtype=np.float64)
     # Points above each other are passed at once.
-    plane, which = np.unique(points[:, :2], axis=0, return_inverse=True)
-    x = np.ascontiguousarray(plane.T)
-    phi = np.empty(len(plane))
-    for begin in range(0, len(plane), CHUNK):
+    order = np.lexsort(points[:, :2].T)
+    ranked = points[order, :2]
+    new = np.append(True, (ranked[1:] != ranked[:-1]).any(axis=1))
+    which = np.empty(len(points), dtype=np.int64)
+    which[order] = np.cumsum(new) - 1
+    x = np.ascontiguousarray(ranked[new].T)
+    phi = np.empty(x.shape[1])
+    for begin in range(0, x.shape[1], CHUNK):
         part = slice(begin, begin + CHUNK)
         phi[part] = grid[np.argmin(slider.jet(x[:, part, None], grid)[0], axis=1)]
     first = phi.copy()
@@ -108,9 +112,9 @@ def passing(slider: Slider, points: Floats) -> tuple[Floats, Floats]:
     phi = np.where(slider.jet(x, phi)[0] <= slider.jet(x, first)[0], phi, first)
     distance = slider.distance(x, phi)
     order = np.argsort(distance)
-    ends = np.unique(np.concatenate([order[:EXTREMES], order[-EXTREMES:]]))
+    ends = distinct(np.concatenate([order[:EXTREMES], order[-EXTREMES:]]))
     _, phi[ends] = bracketed_maximum(
         lambda at: -slider.jet(x[:, ends, None], at)[0], first[ends] - step, first[ends] + step
     )
     distance[ends] = slider.distance(x[:, ends], phi[ends])
-    return phi[which.ravel()], distance[which.ravel()]
+    return phi[which], distance[which]
