@@ -301,11 +301,12 @@ def _draw_panel(sheet: Sheet, frame: Frame, slot: _Slot, chart: Chart, *, last: 
     lines = _draw_lines(sheet, frame, slot.panel)
     for limit in slot.panel.limits:
         _draw_limit(sheet, frame, limit.value, limit.label, limit.vertical, lines)
-    for mark in slot.panel.marks:
-        x, y = frame.one(mark.x, mark.y)
-        sheet.add(Dot("dot", (x, y), 3.0))
-    for mark in slot.panel.marks:
-        x, y = frame.one(mark.x, mark.y)
+    # What is unbounded stands at the frame's edge.
+    places = [frame.one(mark.x, mark.y) for mark in slot.panel.marks]
+    places = [(float(np.clip(x, x0, x1)), float(np.clip(y, y0, y1))) for x, y in places]
+    for place in places:
+        sheet.add(Dot("dot", place, 3.0))
+    for (x, y), mark in zip(places, slot.panel.marks):
         place_label(sheet, frame.box, x, y, mark.text, lines)
     if _direct_labels(slot.panel, sheet.width):
         _draw_direct(sheet, frame, slot.panel)

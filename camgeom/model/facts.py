@@ -85,18 +85,24 @@ class fact(Generic[T]):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self
-        kept, refusal = vars(instance), f"refusal of {self._name}"
-        with instance.ledger.turn:
-            if refusal in kept:
-                raise _again(*kept[refusal])
-            if self._name not in kept:
-                try:
-                    kept[self._name] = frozen(instance.ledger.charge(self._name, lambda: self._compute(instance)))
-                except (CamgeomError, MemoryError) as error:
-                    # Not the error itself: its traceback would keep every array of the attempt.
-                    kept[refusal] = (type(error), error.args, dict(vars(error)))
-                    raise
-        return kept[self._name]
+        return once(vars(instance), self._name, instance.ledger, lambda: self._compute(instance))
+
+
+def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], T]) -> T:
+    """What is kept under a name, computed the first time, its arrays read-only; so is a refusal, raised again."""
+    refusal = f"refusal of {name}"
+    with ledger.turn:
+        if refusal in kept:
+            raise _again(*kept[refusal])
+        if name not in kept:
+            try:
+                kept[name] = frozen(ledger.charge(name, compute))
+            except (CamgeomError, MemoryError) as error:
+                # Not the error itself: its traceback would keep every array of the attempt.
+                kept[refusal] = (type(error), error.args, dict(vars(error)))
+                raise
+    found: T = kept[name]
+    return found
 
 
 def _again(kind: type[Exception], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Exception:

@@ -78,8 +78,8 @@ class Products:
         """Note a product."""
         self._products[product.name] = product
 
-    def gather(self, name: str) -> None:
-        """Note a product of parts, as good as the worst of them, with all their files."""
+    def gather(self, name: str, whole: bool = True) -> None:
+        """Note a product of parts, as good as the worst, with all their files; `whole`: there are no other parts."""
         parts = [product for product in self if product.name.startswith(f"{name}.")]
         worst = max(parts, key=lambda part: RANK[part.status])
         files = tuple(file for part in parts for file in part.files)
@@ -88,7 +88,8 @@ class Products:
         for part in parts:
             if part.status != "made":
                 lacking.setdefault(part.reason, []).append(part.name.partition(".")[2])
-        told = [why if len(names) == len(parts) else f"{', '.join(names)}: {why}" for why, names in lacking.items()]
+        every = len(parts) if whole else -1
+        told = (why if len(names) == every else f"{', '.join(names)}: {why}" for why, names in lacking.items())
         reason = "; ".join(told)
         self.note(Product(name, worst.status, reason, status, files))
 

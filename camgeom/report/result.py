@@ -92,7 +92,7 @@ def compute(
         for name, why in verdict.lost:
             noted.unmade(f"checks.{name}", why)
         if verdict.lost:
-            noted.gather("checks")
+            noted.gather("checks", whole=False)
     data |= _sections(model, asked - {"motion", "flank"}, noted)
     if len(model.bindings) > 1:
         data["followers"] = [

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.model.facts import once
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.outline import FaceOutline, FlatFace, RollerOutline
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-KEPT: WeakKeyDictionary[Model, dict[str, object]] = WeakKeyDictionary()
+KEPT: WeakKeyDictionary[Model, dict[str, Any]] = WeakKeyDictionary()
 
 FINENESS = 1e-4
 """chord error of a picture as a share of the part's size: a tenth of a pixel on a screen"""
@@ -33,10 +34,7 @@ THICK = 0.12
 
 def kept(model: Model, name: str, compute: Callable[[], T]) -> T:
     """What several sections share of a model: computed once as long as it lives, its cost booked under `name`."""
-    shared = KEPT.setdefault(model, {})
-    if name not in shared:
-        shared[name] = model.ledger.charge(name, compute)
-    return cast(T, shared[name])
+    return once(KEPT.setdefault(model, {}), name, model.ledger, compute)
 
 
 def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:

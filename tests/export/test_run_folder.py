@@ -1,0 +1,200 @@
+"""The folder of a run is one set: its files appear together, and none of another run stands there as if it were new."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from camgeom.errors import ExportError
+from camgeom.export import folder as rooms
+from camgeom.export.folder import RunFolder, read_manifest
+
+ABOUT = {"name": "cam one", "stem": "cam-one", "command": "run", "version": "1", "tolerance_mm": 0.01}
+
+
+def run(
+    place: Path, files: dict[str, str], *, design: str = "a", asked: frozenset[str] = frozenset(), **about: str
+) -> list[str]:
+    with RunFolder(place) as folder:
+        for name, text in files.items():
+            folder.path(name).write_text(text)
+        made = {name: name.rpartition(".")[2] for name in files}
+        return folder.close({**ABOUT, **about}, design, made, {*made.values(), *asked})
+
+
+def names(place: Path) -> set[str]:
+    return {str(path.relative_to(place)) for path in place.rglob("*") if path.is_file()}
+
+
+def told(place: Path) -> dict[str, Any]:
+    """The files of a complete set, each of which is what its manifest says."""
+    manifest = json.loads((place / "manifest.json").read_text())
+    assert manifest["state"] == "complete"
+    for entry in manifest["files"]:
+        content = (place / entry["file"]).read_bytes()
+        assert (len(content), hashlib.sha256(content).hexdigest()) == (entry["bytes"], entry["sha256"])
+    return {entry["file"]: entry for entry in manifest["files"]}
+
+
+def test_nothing_is_to_be_seen_until_all_of_it_is(tmp_path: Path) -> None:
+    with RunFolder(tmp_path / "o") as folder:
+        folder.path("cam.stl").write_text("stl")
+        assert not any(not path.name.startswith(".") for path in (tmp_path / "o").iterdir())
+        folder.close(ABOUT, "a", {"cam.stl": "stl"}, {"stl"})
+    assert names(tmp_path / "o") == {"cam.stl", "manifest.json"}
+    assert told(tmp_path / "o")["cam.stl"]["product"] == "stl"
+
+
+def stopped(place: Path, error: type[BaseException]) -> None:
+    with RunFolder(place) as folder:
+        folder.path("cam.stl").write_text("half")
+        raise error
+
+
+def test_a_run_that_ends_early_leaves_all_as_it_was(tmp_path: Path) -> None:
+    place = tmp_path / "o"
+    with pytest.raises(KeyboardInterrupt):
+        stopped(place / "deeper", KeyboardInterrupt)
+    assert not place.exists()  # nor is a folder left that was made for it
+    run(place, {"cam.stl": "old", "result.json": "{}"})
+    with pytest.raises(ZeroDivisionError):
+        stopped(place, ZeroDivisionError)
+    assert (place / "cam.stl").read_text() == "old"
+    assert names(place) == {"cam.stl", "result.json", "manifest.json"}
+
+
+@pytest.mark.parametrize(
+    ("design", "asked", "left", "moved"),
+    [
+        ("a", frozenset(), {"cam.stl"}, set()),  # the same design, not asked for again: it is still true
+        ("a", frozenset({"stl"}), set(), {"previous/cam.stl"}),  # asked for and not made
+        ("b", frozenset(), set(), {"previous/cam.stl"}),  # of another state of the profile
+    ],
+)
+def test_a_file_that_a_run_does_not_bring(
+    tmp_path: Path, design: str, asked: frozenset[str], left: set[str], moved: set[str]
+) -> None:
+    run(tmp_path, {"cam.stl": "stl", "result.json": "old"})
+    run(tmp_path, {"result.json": "new", "report.html": "page"}, design=design, asked=asked)
+    assert set(told(tmp_path)) == {"result.json", "report.html"} | left
+    kept = {name for name in names(tmp_path) if not name.endswith("manifest.json")}
+    assert kept == {"result.json", "report.html"} | left | moved
+    for name in moved:
+        entry = told(tmp_path / "previous")[Path(name).name]
+        assert (entry["design"], entry["name"]) == ("a", "cam one")
+
+
+def test_another_profile_gets_the_folder_and_the_first_stays_whole(tmp_path: Path) -> None:
+    run(tmp_path, {"cam.stl": "stl", "result.json": "one", "report.html": "one"})
+    run(tmp_path, {"result.json": "two"}, design="b", name="cam two", stem="cam-two")
+    assert set(told(tmp_path)) == {"result.json"}
+    assert set(told(tmp_path / "previous" / "cam-one")) == {"cam.stl", "result.json", "report.html"}
+    assert (tmp_path / "previous/cam-one/result.json").read_text() == "one"
+
+
+def test_what_the_user_put_there_stays(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "cam.stl").write_text("mine too")
+    (tmp_path / "manifest.json").write_text('{"name": "a web page"}')
+    assert set(run(tmp_path, {"cam.stl": "stl", "result.json": "{}"})) == {"cam.stl", "manifest.json"}
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "previous/cam.stl").read_text() == "mine too"
+    assert "web page" in (tmp_path / "previous/manifest.json").read_text()
+    # A file of a run that was changed since is the user's too.
+    (tmp_path / "cam.stl").write_text("edited")
+    run(tmp_path, {"cam.stl": "again", "result.json": "{}"})
+    assert (tmp_path / "cam.stl").read_text() == "again"
+    assert (tmp_path / "previous/cam.stl").read_text() == "mine too"
+    assert (tmp_path / "previous/cam.stl.1").read_text() == "edited"
+
+
+def test_a_link_is_followed_and_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
+    (tmp_path / "o").mkdir()
+    (tmp_path / "shared.stl").write_text("old")
+    (tmp_path / "o/cam.stl").symlink_to(tmp_path / "shared.stl")
+    run(tmp_path / "o", {"cam.stl": "new"})
+    assert (tmp_path / "o/cam.stl").is_symlink()
+    assert (tmp_path / "shared.stl").read_text() == "new"
+    (tmp_path / "o/cam.ply").mkdir()
+    told = r"cam\.ply: cannot be written: it is a folder"
+    with RunFolder(tmp_path / "o") as folder, pytest.raises(ExportError, match=told):
+        folder.path("cam.ply")
+
+
+MOMENTS = range(12)
+FILES = {f"{word}.txt": f"new {word}" for word in ("result", "one", "two", "three")}
+
+
+class Killed(BaseException):
+    """The process is gone."""
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("other", [False, True], ids=["same profile", "another"])
+def test_stopped_between_the_renames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int, other: bool) -> None:
+    """At every rename: the manifest tells which files belong together, and the next run carries the set through."""
+    run(tmp_path, {"result.txt": "old result", "left.txt": "old left"})
+    (tmp_path / "two.txt").write_text("mine")
+    count, replace = [0], Path.replace
+
+    def dying(self: Path, target: Path) -> Path:
+        if count[0] == moment:
+            raise Killed
+        count[0] += 1
+        return replace(self, target)
+
+    about = {"name": "cam two", "stem": "cam-two"} if other else {}
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "replace", dying)
+        patched.setattr(rooms.RunFolder, "__exit__", lambda self, *rest: os.close(self._lock))
+        try:
+            run(tmp_path, FILES, design="b", **about)
+            dead = False
+        except Killed:
+            dead = True
+    manifest = read_manifest(tmp_path)
+    known = {entry["file"] for entry in (*manifest["files"], *manifest.get("earlier", {}).get("files", []))}
+    if manifest["state"] == "complete":
+        told(tmp_path)
+    present = {path.name for path in tmp_path.iterdir() if path.is_file() and not path.name.startswith(".")}
+    assert present - {"manifest.json", "two.txt"} <= known
+    # The next run.
+    with RunFolder(tmp_path):
+        pass
+    after = told(tmp_path)
+    old = (tmp_path / "result.txt").read_text() == "old result"
+    assert set(after) == ({"result.txt", "left.txt"} if old else set(FILES))
+    assert old <= dead
+    if not old:
+        assert {name: (tmp_path / name).read_text() for name in FILES} == FILES
+        assert (tmp_path / "previous/two.txt").read_text() == "mine"
+        place = tmp_path / "previous/cam-one" if other else tmp_path / "previous"
+        assert (place / "left.txt").read_text() == "old left"
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".camgeom")]
+
+
+@pytest.mark.parametrize(
+    "manifest",
+    [
+        "[]", "{", '{"files": 3, "state": "complete"}', '{"files": [{"file": "../x"}], "state": "complete"}',
+        '{"files": [], "state": "complete", "stem": ".."}', '{"files": ["a"], "state": "complete"}',
+        '{"files": [{"file": "a"}], "state": "being replaced", "staged": "..", "aside": [], "earlier": {}}',
+        '{"files": [], "state": "being replaced", "staged": ".camgeom-0123456789abcdef.part", "earlier": {}, '
+        '"aside": [["../../x", "previous"]]}',
+    ],
+)  # fmt: skip
+def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) -> None:
+    place = tmp_path / "o"
+    place.mkdir()
+    (tmp_path / "x").write_text("outside")
+    (place / "manifest.json").write_text(manifest)
+    assert read_manifest(place) == {}
+    run(place, {"result.json": "{}"})
+    assert (tmp_path / "x").read_text() == "outside"
+    assert (place / "previous/manifest.json").read_text() == manifest
+    assert set(told(place)) == {"result.json"}
