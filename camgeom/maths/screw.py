@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
+from camgeom.maths.surface import cross
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -58,7 +59,7 @@ def swing_jet(vector: Floats, axis: Floats, circle: Complexes) -> Floats:
     vector, axis = np.asarray(vector, dtype=float), np.asarray(axis, dtype=float)
     along = float(vector @ axis) * axis
     across = vector - along
-    third = np.cross(axis, across)
+    third = cross(axis[:, None], across[:, None])[:, 0]
     jet = circle.real[:, None, :] * across[None, :, None] + circle.imag[:, None, :] * third[None, :, None]
     jet[0] += along[:, None]
     return np.asarray(jet)

@@ -1,7 +1,8 @@
 """Bodies that cross themselves: a closed mesh may hold some regions twice or turned inside out, and is then no body.
 
-Grooves or ribs that overlap, or passes of one groove, make such meshes; each triangle is right by itself. A coarse mesh
-of the same body tells it in a part of the time, and where it does the body's own mesh has the last word.
+Grooves or ribs that overlap, or passes of one groove, make such meshes; each triangle is right by itself. The outlines
+of a prism, or a coarse mesh of any other body, tell it in a part of the time; where they do, the body's own mesh has
+the last word.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
-from camgeom.maths.crossing import crossings
+from camgeom.maths.crossing import crossings, outline, outlines_cross
 from camgeom.solid import Part, Solid
 
 COARSE = 1e-3
@@ -22,8 +23,12 @@ def refuse_overlap(part: Part, solid: Solid) -> None:
     """Raise DesignError where a finished body crosses itself by more than its chord errors."""
     if not solid.mesh.watertight:
         return
+    edges = outline(solid.mesh)
     coarse = COARSE * float(np.ptp(solid.mesh.vertices, axis=0).max())
-    if coarse > 2.0 * solid.chord_error:
+    if edges is not None:
+        if not outlines_cross(solid.mesh, edges, MARGIN * solid.chord_error):
+            return
+    elif coarse > 2.0 * solid.chord_error:
         try:
             rough = part.solid(coarse)
         except (DesignError, NotConverged):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from camgeom.checks import judge
 from camgeom.errors import DesignError
-from camgeom.maths.crossing import crossings
+from camgeom.maths.crossing import crossings, outline, outlines_cross
 from camgeom.maths.mesh import Mesh
 from camgeom.model import Model, read
 from camgeom.profile import from_data
@@ -127,3 +129,67 @@ def test_sound_bodies_are_not_refused(name) -> None:
         solid = part.solid(0.05)
         refuse_overlap(part, solid)
         assert not len(crossings(solid.mesh, 2.0 * solid.chord_error))
+
+
+def walls_on(*loops) -> Mesh:
+    """The walls of a prism on closed loops (n, 2), 0 to 2 mm high, each wall two triangles."""
+    points, faces, first = [], [], 0
+    for loop in loops:
+        n = len(loop)
+        i, j = np.arange(n), np.roll(np.arange(n), -1)
+        low, high = first + i, first + n + i
+        faces += [np.stack([low, first + j, high], axis=1), np.stack([first + j, first + n + j, high], axis=1)]
+        points += [np.column_stack([loop, np.zeros(n)]), np.column_stack([loop, np.full(n, 2.0)])]
+        first += 2 * n
+    return Mesh(np.concatenate(points), np.concatenate(faces).astype(np.int32))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_prism_crosses_itself_where_its_outlines_do(seed) -> None:
+    rng = np.random.default_rng(seed)
+    angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, 40))
+    loop = 10.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    loop += rng.normal(0.0, (0.0, 0.4, 1.5)[seed % 3], loop.shape)
+    hole = rng.uniform(3.0, 9.9) * np.column_stack([np.cos(angle), -np.sin(angle)])
+    mesh = walls_on(loop, hole)
+    edges = outline(mesh)
+    assert edges is not None
+    assert len(edges) == 80
+    assert outlines_cross(mesh, edges) == bool(every_pair(mesh))
+
+
+@pytest.mark.parametrize(("depth", "crosses"), [(0.999, True), (1.002, False)])
+def test_outlines_may_run_into_each_other_by_the_chord_errors(depth, crosses) -> None:
+    square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
+    wedge = np.array([[11.0, 4.0], [9.0, 5.0], [11.0, 6.0]])  # its corner 1 mm within the square
+    mesh = walls_on(square, wedge)
+    assert outlines_cross(mesh, outline(mesh), depth) is crosses
+
+
+def test_what_is_no_prism_has_no_outline() -> None:
+    mesh = walls_on(np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]]))
+    assert outline(mesh) is not None
+    lifted = mesh.vertices.copy()
+    lifted[0, 2] = 1e-9
+    assert outline(Mesh(lifted, mesh.faces)) is None
+
+
+@pytest.mark.parametrize(("share", "sound"), [(-0.05, True), (0.5, False)])
+def test_a_disc_whose_bore_runs_through_its_rim_is_refused(share, sound) -> None:
+    """The bore's vertices moved to a share of the way from the rim's least radius to its largest."""
+    model = read(PROFILES / "disc_flat_face.toml")
+    part = model.parts[0]
+    solid = part.solid(model.tolerance)
+    x, rim = solid.mesh.vertices.copy(), solid.mesh.vertices[solid.mesh.faces[solid.mesh.group_faces("flank")]]
+    least, most = (f(np.hypot(rim[..., 0], rim[..., 1])) for f in (np.min, np.max))
+    inner = np.unique(solid.mesh.faces[solid.mesh.group_faces("bore")])
+    x[inner, :2] *= (least + share * (most - least)) / np.hypot(x[inner, 0], x[inner, 1])[:, None]
+    moved = replace(solid, mesh=replace(solid.mesh, vertices=x))
+    edges = outline(moved.mesh)
+    assert edges is not None
+    assert outlines_cross(moved.mesh, edges, 2.0 * solid.chord_error) is not sound
+    if sound:
+        refuse_overlap(part, moved)
+    else:
+        with pytest.raises(DesignError, match="crosses itself"):
+            refuse_overlap(part, moved)
