@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from camgeom.checks import KNIFE, Need, check
+from camgeom.checks import KNIFE, Need, check, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
 
 
@@ -127,24 +128,41 @@ def hardness(model: Model) -> Iterable[Finding | NotJudged]:
         yield judged("hardness", material.rated_limit, "<=", bound, "MPa", advice, slack=1e-9 * bound, where=body)
 
 
-@check("case-depth")
-def case_depth(model: Model) -> Iterable[Finding | NotJudged]:
-    """Depth of the largest shear below the hardest contact against the hardened case; silent of a material without."""
-    if model.carrier is None:
-        return
+def _case(name: str, model: Model, duties: Callable[[], Iterable[Duty]]) -> Iterable[Finding | NotJudged]:
+    """Depth of the largest shear below the hardest contacts against the hardened case; silent of a material without."""
     for body, material in _bodies(model):
         if material.case_depth_mm is None:
             continue
-        beneath = model.carrier.peak_contact
-        if beneath is None:
-            yield NotJudged("case-depth", "no stress can be given below this contact: see the checks of its pressure")
+        beneath = [duty.peak_contact for duty in duties()]
+        depths = [one.shear_depth for one in beneath if one is not None]
+        if not depths or len(depths) < len(beneath):
+            yield NotJudged(name, "no stress can be given below this contact: see the checks of its pressure")
             continue
         limit = CASE_SHARE * material.case_depth_mm
         advice = (
             "the largest shear lies deeper than half the case (camgeom's own rule, not a standard's): harden deeper "
             f"or lower the load on the {body}"
         )
-        yield judged("case-depth", beneath.shear_depth, "<=", limit, "mm", advice, where=body)
+        yield judged(name, max(depths), "<=", limit, "mm", advice, where=body)
+
+
+@check("case-depth")
+def case_depth(model: Model) -> Iterable[Finding | NotJudged]:
+    """Half the case reaches below the largest shear of the rigid contact."""
+    if model.carrier is not None:
+        yield from _case("case-depth", model, lambda: model.carriers)
+
+
+@solved("dynamic-case-depth", "dynamics")
+def dynamic_case_depth(model: Model) -> Iterable[Finding | NotJudged]:
+    """The same with vibration."""
+    yield from _case("dynamic-case-depth", model, lambda: model.dynamic_duties)
+
+
+@solved("impact-case-depth", "impact")
+def impact_case_depth(model: Model) -> Iterable[Finding | NotJudged]:
+    """The same over the turns that [impact] counts."""
+    yield from _case("impact-case-depth", model, lambda: [duty for turn in model.impact_duties for duty in turn])
 
 
 def _bodies(model: Model) -> tuple[tuple[str, Material], ...]:

@@ -439,6 +439,24 @@ def test_impacts_spoil_a_bearing_too(hit):
         assert levels(model, "impact-bearing", "bearing") == {"impact-bearing": level, "bearing": "pass"}
 
 
+def test_the_case_lies_below_the_shear_of_vibration_and_impacts(hit):
+    """A case that is deep enough for the rigid load alone fails by the check of the history."""
+    model = changer(350)
+    impacts = [duty for turn in hit.impact_duties for duty in turn]
+    for kind, text, duties, rigid in (
+        ("dynamic", changed(TOOL_CHANGER, ("speed = 120", "speed = 350")), model.dynamic_duties, model.carriers),
+        ("impact", IMPACTS, impacts, hit.carriers),
+    ):
+        depth = max(duty.peak_contact.shear_depth for duty in duties)
+        assert depth > max(duty.peak_contact.shear_depth for duty in rigid)
+        for share, level in ((1.002, "pass"), (0.999, "fail")):
+            key = f"case_depth_mm = {2.0 * share * depth!r}\n"
+            cased = text.replace("[material.cam]\n", "[material.cam]\n" + key)
+            cased = cased if cased != text else f"{text}\n[material.cam]\n{key}"
+            names = ("case-depth", f"{kind}-case-depth")
+            assert levels(Model(parse(cased)), *names) == {"case-depth": "pass", f"{kind}-case-depth": level}
+
+
 def test_limits_of_a_load_ask_for_what_they_need():
     with pytest.raises(ProfileError, match="bearing_static_safety"):
         parse(limited(ROCKER, "bearing_static_safety = 2"))  # no rating

@@ -100,6 +100,8 @@ GROOVE = {"cam.form": "groove", "cam.diameter": 180.0, "cam.groove_depth": 8.0, 
 ELASTIC = {"dynamics.kind": "follower", "dynamics.linkage_stiffness": 4000.0, "dynamics.linkage_damping": 60.0}
 IMPACT = {"impact.clearance": 0.05, "impact.turns": 2, "impact.tolerance": 1e-6}
 FRICTION = {"impact.static_friction": 0.1, "impact.dynamic_friction": 0.04}
+CREEP = {"impact.roller_inertia": 20.0, "impact.stick_speed": 0.1, "impact.slip_speed": 0.4}
+"""a roller that rolls creeps at a hundredth of the sliding speeds; at the default it sticks and no step is left"""
 MILL = {"cutter.kind": "flat", "cutter.diameter": 12.0, "cutter.tolerance": 0.05}
 BALL = {"cutter.kind": "ball", "cutter.diameter": 8.0, "cutter.scallop": 0.4, "cutter.tolerance": 0.05}
 WHEEL = {"cutter.kind": "wheel", "cutter.diameter": 80.0, "cutter.tolerance": 0.05}
@@ -135,7 +137,7 @@ CASES: dict[str, tuple[str, Data]] = {
     "disc, elastic": (DISC + SLIDING + ROLLER, {**ELASTIC, "dynamics.shaft_inertia": 0.01,
                                                 "dynamics.shaft_stiffness": 9000.0}),
     "indexing drive": (_profile("tool_changer"), {}),
-    "pair, impact": (_starter("conjugate"), {**IMPACT, **FRICTION, "impact.roller_inertia": 20.0}),
+    "pair, impact": (_starter("conjugate"), {**IMPACT, **FRICTION, **CREEP}),
     "drum, impact": (_starter("cylindrical"), {**IMPACT, **FRICTION}),
     "drum, mill": (_starter("cylindrical"), MILL),
     "drum, ball": (_starter("cylindrical"), BALL),
@@ -159,6 +161,7 @@ MILD: Data = {
     "cam.keyway_depth": 2.0, "cam.mark_radius": 20.0, "cam.mark_diameter": 5.0, "cam.return_arm": 95.0,
     "cam.rocker_angle": 90.0, "cam.return_radius": 55.0, "cam.gap": 2.0, "cam.relief": 0.01, "cam.relief_angle": 4.0,
     "cam.preload": 0.004, "cam.hub_diameter": 60.0, "cam.hub_length": 8.0, "cam.tip_clearance": 0.7,
+    "material.cam.hardness": 35.0, "material.roller.hardness": 35.0,
     "roller.dynamic_rating": 9000.0, "roller.static_rating": 8000.0, "roller.half_angle": 5.0, "roller.length": 9.0,
     "operation.guide_friction": 0.05, "operation.load_mass": 0.4, "operation.load_inertia": 0.02,
     "operation.gravity": 9.81, "operation.friction": 25.0, "operation.spring_rate": 2.0,
