@@ -17,7 +17,7 @@ from pydantic import Field
 
 from camgeom.cams import NO_DRUM, ONE_WAY, Cam, keyway_idle, problem, sense_of
 from camgeom.cams._plate import bore_of, bore_problems
-from camgeom.errors import Problem
+from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -178,6 +178,13 @@ class ParallelIndexMechanism(Mechanism):
     @cached_property
     def _cuts(self) -> tuple[RollerSweep, ...]:
         """What the tools sweep from every plate. Raises DesignError where no plate is left."""
+        jumps = sorted({degrees(jump.angle) for jump in self.program.continuity.jumps if jump.order <= 1})
+        if jumps:
+            angles = ", ".join(f"{angle:.6g}" for angle in jumps)
+            raise DesignError(
+                f"the motion's velocity jumps at {angles} deg, so the rollers leave gaps in the plates' walls there: "
+                "take a law that begins and ends with the velocity of its neighbours"
+            )
         found = tuple(self._sweep(plate, self.cam.running_clearance) for plate in range(self.cam.plates))
         for sweep in found:
             sweep.chain  # noqa: B018

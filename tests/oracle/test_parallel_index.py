@@ -280,6 +280,26 @@ def test_solids_of_three_plates_lie_within_their_error(size):
         assert np.abs(ring_distance(cam, setup, plate, points[~on_rim])).max() <= 1.001 * solid.chord_error
 
 
+def test_a_roller_that_almost_stands_still_is_touched_half_round_within_a_moment():
+    """Its path turns back on the spot within a thousandth of a degree: the bottom of that slot is not passed over."""
+    cam, setup = plates(center_distance=168.29690603854365, diameter=286.935)
+    program = index_program(4, "gutman-1-3", 206.03973543549)
+    follower = TurretFollower(kind="turret", stops=4, rollers=8, pitch_radius=100.0)
+    setup = replace(setup, follower=follower, roller=CylinderRoller(diameter=27.417, length=10.0), program=program)
+    outline = cam.mechanism(setup).outlines["plate 1"]
+    x = outline.curve(np.linspace(0.0, 2.0 * pi, 801)).points.T
+    inner = np.hypot(*x.T) < 0.5 * cam.diameter - 1e-9
+    assert np.abs(ring_distance(cam, setup, 0, x[inner])).max() < 1e-8
+    assert np.hypot(*x.T).min() == pytest.approx(68.29690603854365 - 13.7085, abs=0.1)
+
+
+def test_a_jump_of_velocity_is_named():
+    cam, setup = plates(4, 12, 3)
+    setup = replace(setup, program=index_program(4, "constant-velocity", 240.0))
+    with pytest.raises(DesignError, match="velocity jumps at 60, 300 deg"):
+        cam.mechanism(setup).tracks  # noqa: B018
+
+
 def test_rollers_that_reach_the_shaft_leave_no_plate():
     cam, setup = plates(4, 12, 3)
     mechanism = cam.mechanism(setup)
