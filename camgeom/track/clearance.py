@@ -9,6 +9,7 @@ than the chord error besides.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,9 @@ from camgeom.maths.extremum import FAN, ROUNDS, Extreme, bracketed_maximum, narr
 from camgeom.maths.mesh import Mesh
 from camgeom.track import TURN, Arc, Meridian, Straight, Track
 from camgeom.track.section import Column, Level
-from camgeom.track.sliding import Slider, passing
+
+if TYPE_CHECKING:
+    from camgeom.track.sliding import Slider
 
 SAMPLES = 15
 SECANTS = 5
@@ -60,6 +63,8 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
 
 def least_beside(slider: Slider, points: Floats, slack: Floats, grow: float = 0.0) -> Clearance:
     """The same of a follower without a roller."""
+    from camgeom.track.sliding import passing
+
     when, distance = passing(slider, points)
     distance += slack - grow
     i = int(np.argmin(distance))
@@ -439,6 +444,8 @@ def largest_gap(
     points, slack = points[some], slack[some]
     least, when = np.full(len(points), np.inf), np.zeros(len(points))
     for slider in sliders:
+        from camgeom.track.sliding import passing
+
         angles, distance = passing(slider, points)
         better = distance < least
         least[better], when[better] = distance[better], angles[better]

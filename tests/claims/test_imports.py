@@ -47,7 +47,7 @@ def test_check_loads_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     ("profile", "others"),
     [
-        ("pin_insertion", {"checks.planar", "checks.turret", "checks.dynamics", "track.turret", "dynamics"}),
+        ("pin_insertion", {"checks.planar", "checks.turret", "checks.dynamics", "track.turret", "track.sliding"}),
         ("disc_offset_roller", {"checks.turret", "checks.dynamics", "track.turret", "solid.drum", "dynamics"}),
         ("tool_changer", {"checks.planar", "dynamics.follower", "solid.drum", "solid.prism", "track.planar"}),
     ],
