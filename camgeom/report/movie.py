@@ -140,13 +140,13 @@ def find_encoder(kind: str) -> Encoder:
     program = shutil.which("ffmpeg") or _bundled()
     if program is None:
         raise ExportError(
-            f"no {kind} can be made: there is no ffmpeg; pip install imageio-ffmpeg, or install ffmpeg "
+            "there is no ffmpeg; pip install imageio-ffmpeg, or install ffmpeg "
             "from your system; a GIF needs none"
         )
     encoder = Encoder(program, _codecs(program))
     if encoder.choice(kind) is None:
         wanted = " or ".join(name for name, _ in _CODECS[kind])
-        raise ExportError(f"no {kind} can be made: {program} has no {wanted}; pip install imageio-ffmpeg")
+        raise ExportError(f"{program} has no {wanted}; pip install imageio-ffmpeg")
     return encoder
 
 

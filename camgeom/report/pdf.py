@@ -29,9 +29,9 @@ def find_browser() -> str:
         if found := shutil.which(name):
             return found
     if named:
-        raise ExportError(f"no PDF can be made: {CHOICE} names {named!r}, which is no program here")
+        raise ExportError(f"{CHOICE} names {named!r}, which is no program here")
     raise ExportError(
-        "no PDF can be made: there is no Chromium or Chrome; on Debian or Ubuntu, as root: apt-get install chromium; "
+        "there is no Chromium or Chrome; on Debian or Ubuntu, as root: apt-get install chromium; "
         f"or name one in {CHOICE}; or open report.html in any browser and print it"
     )
 

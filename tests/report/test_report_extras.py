@@ -137,7 +137,7 @@ def test_what_cannot_be_made_is_said_and_the_rest_goes_on(
     profile, formats = str(PROFILES / "disc_flat_face.toml"), ",".join(EXTRAS)
     assert main(["report", profile, "--formats", formats, "--out", str(tmp_path)]) == 1
     said = [line.split(":")[1].strip() for line in capsys.readouterr().err.splitlines()]
-    assert said == ["no png or gif", "no mp4", "no webm", "no pdf"]
+    assert said == ["no png or gif", "no mp4 or webm", "no pdf"]
     assert {path.name for path in tmp_path.iterdir()} == {"manifest.json", "report.html", "result.json"}
     products = json.loads((tmp_path / "result.json").read_text())["products"]
     assert {products[name]["status"] for name in EXTRAS} == {"failed"}
