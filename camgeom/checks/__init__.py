@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Literal, final
 
 from camgeom.checks.verdict import Finding, NotJudged, Verdict
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
+from camgeom.maths.range import within_range
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -138,7 +139,8 @@ def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged
         return [NotJudged(entry.name, "; ".join(missing))]
     said: list[Finding | NotJudged]
     try:
-        said = list(entry.judge(model))
+        with within_range(f"check {entry.name}"):
+            said = list(entry.judge(model))
     except DesignError as refusal:
         said = [Finding(entry.name, "fail", None, "", None, "", advice=str(refusal))]
     if not several:

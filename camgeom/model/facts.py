@@ -9,6 +9,7 @@ from typing import Any, Generic, Protocol, TypeVar, overload
 
 from camgeom.errors import CamgeomError
 from camgeom.maths.frozen import frozen
+from camgeom.maths.range import within_range
 
 T = TypeVar("T")
 
@@ -43,7 +44,8 @@ class Ledger:
         self._inner.append(0.0)
         began = perf_counter()
         try:
-            return compute()
+            with within_range(name.replace("_", " ")):
+                return compute()
         finally:
             spent = perf_counter() - began
             inner = self._inner.pop()

@@ -91,6 +91,9 @@ def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -
     moves = [(i, segment.to) for i, segment in enumerate(motion) if segment.to is not None]
     if not moves:
         return [Problem("motion", "a turret needs a segment that turns it on", None, f"`to` = {index:.12g} deg")]
+    if far := [Problem(f"motion[{i}].to", "a turret turns by one whole turn at most", to, "-360 to 360 deg")
+               for i, to in moves if abs(to) > 360.0 + SLIP]:
+        return far
     i, end = moves[-1]
     steps = round(end / index)
     if abs(end) <= SLIP and any(abs(to) > SLIP for _, to in moves):

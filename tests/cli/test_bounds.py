@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from camgeom.cli import main
-from camgeom.errors import Problem, ProfileError, visible
+from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
+from camgeom.maths.range import within_range
+from camgeom.model import Model
 from camgeom.motion.own import load_laws
 from camgeom.profile import parse, read
 from camgeom.reading import MAX_LINE, lines_of, read_bytes
@@ -105,3 +110,49 @@ def test_a_design_on_stdout_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixt
     assert (tmp_path / "cam.toml").read_text() == said.out
     assert main([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["profile"] == said.out
+
+
+def _drive(speed: float, *keys: str) -> Model:
+    text = (PROFILES / "tool_changer.toml").read_text().replace("speed = 120", f"speed = {speed}")
+    return Model(parse(text.replace('kind = "indexing"', "\n".join(('kind = "indexing"', *keys)))))
+
+
+@pytest.mark.parametrize(
+    ("sound", "slow", "keys"),
+    [(3.0, 0.3, ()), (40.0, 0.3, ("exact_contact = true",)), (120.0, 120.0, ("steps = 4_000_000",)),
+     (120.0, 30.0, ("sweep = [20, 30]", "sweep_points = 5000"))],
+)  # fmt: skip
+def test_a_drive_too_slow_for_its_modes_is_refused_before_it_is_solved(sound, slow, keys) -> None:
+    assert _drive(sound, *(key for key in keys if key.startswith("exact"))).indexing.steady.solution.grid.steps > 1000
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    study = _drive(slow, *keys).indexing
+    with pytest.raises(NotConverged, match=r"steps of gauss8 would take about [\d.e+]+ s and .* GB, more than the"):
+        getattr(study, "sweep" if study.sweep_speeds is not None else "steady")
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    assert after.ru_utime - before.ru_utime < 6.0
+    assert after.ru_maxrss < 1_500_000
+
+
+@pytest.mark.parametrize("key", ["exact_contact = false", "exact_contact = true"])
+def test_parts_of_a_solution_are_its_whole(key: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def figures() -> list[float]:
+        drive = _drive(120.0, key).indexing
+        peak = drive.steady.peak("load_acceleration")
+        return [peak.maximum[0], peak.minimum[0], drive.energy.input[0], *drive.steady.at([1, 2], "load_deviation")[0]]
+
+    whole = figures()
+    for module in ("solve", "peaks"):
+        monkeypatch.setattr(f"camgeom.dynamics.linear.{module}.AT_ONCE", 100)
+    assert figures() == pytest.approx(whole, rel=1e-12)
+
+
+def test_numbers_beyond_their_range_are_no_bug() -> None:
+    for wrong in (lambda: np.float64(1e300) * 1e300, lambda: np.linalg.inv(np.zeros((2, 2))), lambda: math.sqrt(-1.0),
+                  lambda: math.exp(1e4), lambda: np.sqrt(np.array([-1.0])), lambda: 1.0 / 0.0):  # fmt: skip
+        with pytest.raises(NotConverged, match=r"^gap: the numbers leave their range \(.*out of proportion"):
+            with within_range("gap"):
+                wrong()
+    with pytest.raises(ValueError, match="another"), within_range("gap"):
+        raise ValueError("another")
+    with within_range("gap"):
+        assert math.sqrt(4.0) == 2.0

@@ -26,6 +26,8 @@ from camgeom.maths import Floats
 
 BISECTIONS = 60
 MAX_EVENTS = 20_000
+MOST_STEPS = 500_000
+"""of a flight; each is taken by itself, in about 20 us"""
 STEPS_PER_RADIAN = 4.0
 """steps per radian of the fastest mode: short against any loss of contact, and FINE errs by less than rounding"""
 FAN = np.linspace(0.0, 1.0, 33)[1:]
@@ -192,8 +194,14 @@ def flight(
     off = replace(on, flight=True)
     knots = np.asarray(motion.knots)
     fastest = float(train.natural_frequency().max()) / speed * (knots[-1] - knots[0])
-    grid = aligned_grid(knots, round(max(float(predicted_steps(on, knots, 1e-9, FINE)[0]), fastest * STEPS_PER_RADIAN)))
-    return _fly(on, off, grid, turns)
+    steps = max(float(predicted_steps(on, knots, 1e-9, FINE)[0]), fastest * STEPS_PER_RADIAN)
+    if steps * turns > MOST_STEPS:
+        raise NotConverged(
+            f"a flight over {turns} turns would take {steps * turns:.3g} steps, more than the {MOST_STEPS:,} that are "
+            f"spent: the fastest mode turns {fastest / (2.0 * np.pi):.3g} times in a turn of the cam; a softer contact "
+            "or linkage, or a higher speed, needs fewer"
+        )
+    return _fly(on, off, aligned_grid(knots, round(steps)), turns)
 
 
 def _fly(on: FollowerSystem, off: FollowerSystem, grid: Grid, turns: int) -> Flight:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, refuse_costly
 from camgeom.dynamics.linear.method import Method, System, find
 from camgeom.dynamics.linear.solve import Growing, Solution
 from camgeom.dynamics.linear.walk import MAX_STEPS, Grid, aligned_grid
@@ -70,10 +71,22 @@ def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch:
     """A solution verified by halving, or one with the given number of steps; one grid for all speeds."""
     method = find(accuracy.method)
     if accuracy.steps is not None:
+        refuse_costly(system, method, accuracy.steps * system.batch, MOST_SWEEP_SECONDS)
         return once(aligned_grid(knots, accuracy.steps), method)
     steps = predicted_steps(system, knots, accuracy.tolerance, method)
     grid = aligned_grid(knots, round(float(steps.max())))
-    return verified(lambda g: once(g, method), grid, accuracy.tolerance, watch)
+    refuse_costly(system, method, 2 * grid.steps * system.batch)
+    return verified(affordable(system, method, once), grid, accuracy.tolerance, watch)
+
+
+def affordable(system: System, method: Method, once: Once) -> Callable[[Grid], Solution]:
+    """Solutions on the grids that are affordable; NotConverged, with the cost, for the others."""
+
+    def solve(grid: Grid) -> Solution:
+        refuse_costly(system, method, grid.steps * system.batch)
+        return once(grid, method)
+
+    return solve
 
 
 def predicted_steps(system: System, knots: Floats, tolerance: float, method: Method) -> Floats:

@@ -137,6 +137,16 @@ def stages_of(method: RungeKutta, system: System, start: Floats, step: Floats, k
     return Stages(method, theta, step, np.asarray(np.linalg.solve(matrix, right)), None)
 
 
+def held_stages(method: RungeKutta, system: System, start: Floats, step: Floats) -> Stages:
+    """The stages of steps (1, n) with their inverses, formed in parts of `WORK_SET`."""
+    part = max(1, 4 * WORK_SET // (len(method.b) * system.batch))
+    cuts = [slice(low, low + part) for low in range(0, start.shape[1], part)]
+    parts = [stages_of(method, system, start[:, cut], step[:, cut], keep_inverse=True) for cut in cuts]
+    inverse = np.concatenate([one.inverse for one in parts if one.inverse is not None], 1)
+    rows = np.concatenate([one.rows for one in parts], 1)
+    return Stages(method, np.concatenate([one.theta for one in parts], 1), step, rows, inverse)
+
+
 def _stage_matrix(a: Floats, damping: Floats, stiffness: Floats, shape: tuple[int, int, int, int, int]) -> Floats:
     """1 + the blocks (i, j): h a_ij D_i + h^2 (a a)_ij S_i, (b, n, s m, s m), from h D and h^2 S broadcast to shape.
 

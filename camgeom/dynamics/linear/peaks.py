@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from camgeom.dynamics.linear.method import Side, System
-from camgeom.dynamics.linear.solve import Solution, advance
+from camgeom.dynamics.linear.solve import AT_ONCE, Solution, acceleration, advance
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
 Output = Callable[[Floats, Floats, Floats, Side], Floats]
 """Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
 
+SIDES: tuple[Side, Side] = ("right", "left")
 CANDIDATES = 3
 TRUST = 0.01
 """share of the range by which interpolated samples may exceed the true extreme"""
@@ -161,10 +162,17 @@ def _ends(solution: Solution, output: Output) -> Floats:
 
 def sampled(solution: Solution, output: Output) -> Floats:
     """The output (b, steps, k) inside and at the ends of every step, by quintic Hermite interpolation."""
-    theta = solution.theta
+    count, part = len(solution.theta) - 1, max(1, AT_ONCE // solution.system.batch)
+    parts = [_sampled(solution, output, low, min(low + part, count)) for low in range(0, count, part)]
+    return np.concatenate(parts, 1)
+
+
+def _sampled(solution: Solution, output: Output, low: int, high: int) -> Floats:
+    """The same of the steps low .. high."""
+    theta = solution.theta[low : high + 1]
     h = np.diff(theta)[None, :, None, None]
-    q, v = solution.position, solution.rate
-    right, left = solution.acceleration("right"), solution.acceleration("left")
+    q, v = solution.position[:, low : high + 1], solution.rate[:, low : high + 1]
+    right, left = (acceleration(solution.system, theta, q, v, side) for side in SIDES)
     x = INSIDE[None, None, :, None]
     q0, v0, a0 = q[:, :-1, None], v[:, :-1, None] * h, right[:, :-1, None] * h * h
     gap = q[:, 1:, None] - q0 - v0 - a0 / 2.0
@@ -180,4 +188,5 @@ def sampled(solution: Solution, output: Output) -> Floats:
     b, n, k, m = place.shape
     angles = (theta[:-1, None] + np.diff(theta)[:, None] * INSIDE).reshape(1, n * k)
     middle = output(angles, place.reshape(b, n * k, m), speed.reshape(b, n * k, m), "right").reshape(b, n, k)
-    return np.concatenate([middle, _ends(solution, output)], -1)
+    ends = output(theta[None], q, v, "right")[:, :-1], output(theta[None], q, v, "left")[:, 1:]
+    return np.concatenate([middle, np.stack(ends, -1)], -1)

@@ -9,7 +9,8 @@ from typing import Generic, Protocol, TypeVar, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.linear.accuracy import Accuracy, Once, predicted_steps, solved, verified
+from camgeom.dynamics.linear.accuracy import Accuracy, Once, affordable, predicted_steps, solved, verified
+from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, refuse_costly
 from camgeom.dynamics.linear.method import Side, System, find
 from camgeom.dynamics.linear.peaks import Output, Peak, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
@@ -153,7 +154,8 @@ class Sweep:
 def swept(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy, outputs: tuple[str, ...]) -> Sweep:
     """Periodic responses over speeds (s,) in rad/s of the system that `at` makes for some of them.
 
-    A speed without a steady state (resonance without damping) is refused by name and does not stop the others.
+    A speed without a steady state (resonance without damping) is refused by name and does not stop the others. Raises
+    NotConverged, with the cost, where the whole would take too long.
     """
     count = len(speeds)
     extremes, radius, error = np.zeros((len(outputs), 4, count)), np.zeros(count), np.zeros(count)
@@ -180,9 +182,11 @@ def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> l
     everywhere = np.arange(len(speeds))
     if accuracy.steps is not None:
         steps = accuracy.steps
+        refuse_costly(at(speeds[:1]), find(accuracy.method), steps * len(speeds), MOST_SWEEP_SECONDS)
         return [answer for part in _parts(everywhere) for answer in _answers(at, speeds, part, steps, accuracy)]
-    whole = at(speeds)
-    predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, find(accuracy.method))
+    whole, method = at(speeds), find(accuracy.method)
+    predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, method)
+    refuse_costly(whole, method, 2.0 * float(predicted.sum()), MOST_SWEEP_SECONDS)
     rungs = np.exp2(np.ceil(np.log2(predicted) * 2.0) / 2.0).round().astype(int)
     out: list[Answer[S]] = []
     for rung in distinct(rungs):
@@ -204,7 +208,8 @@ def _answers(
     try:
         if accuracy.steps is not None:
             return [(index, Response(system, periodic(system, grid, method)))]
-        solution = verified(lambda g: periodic(system, g, method), grid, accuracy.tolerance, watch(system))
+        once = affordable(system, method, lambda g, by: periodic(system, g, by))
+        solution = verified(once, grid, accuracy.tolerance, watch(system))
         return [(index, Response(system, solution))]
     except NotConverged as reason:
         if len(index) == 1:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.linear.maps import Stages, stages_of, step_maps
+from camgeom.dynamics.linear.maps import Stages, held_stages, stages_of, step_maps
 from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
 from camgeom.dynamics.linear.walk import Chain, Grid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
@@ -26,6 +26,8 @@ NEUTRAL = 1e-9
 SINGULAR = 1e-11
 """smallest singular value of I - Phi (scaled) below which the steady state is a resonance"""
 PASSES = 150
+AT_ONCE = 32_768
+"""steps x speeds whose maps or stages are formed together"""
 SETTLED = 2e-15
 """change of the state, as a share of its largest value, at which a pass has converged"""
 LOOSE = 1e-7
@@ -139,7 +141,9 @@ def _turn(system: System, grid: Grid, method: Method) -> Walk | CorrectedWalk:
 
 
 def _growth(total: Floats) -> Floats:
-    """Largest multiplier (b,) of a turn from its map [Phi | p]."""
+    """Largest multiplier (b,) of a turn from its map [Phi | p]; infinite where that has no finite entries."""
+    if not np.isfinite(total).all():
+        return np.full(len(total), np.inf)
     return np.asarray(np.abs(np.linalg.eigvals(total[..., :-1])).max(-1))
 
 
@@ -185,8 +189,16 @@ def _typical_rate(system: System, grid: Grid) -> Floats:
 
 def advance(system: System, start: Floats, step: Floats, state: Floats) -> Floats:
     """State (b, n, 2m) of q and q' one fine step of length (b, n) rad after the states (b, n, 2m) at cam angles
-    start.
+    start, in parts of AT_ONCE steps x speeds so that memory stays bounded.
     """
+    count, part = state.shape[1], max(1, AT_ONCE // system.batch)
+    parts = [slice(low, low + part) for low in range(0, count, part)]
+    if len(parts) > 1:
+        return np.concatenate([_advance(system, start[:, p], step[:, p], state[:, p]) for p in parts], 1)
+    return _advance(system, start, step, state)
+
+
+def _advance(system: System, start: Floats, step: Floats, state: Floats) -> Floats:
     if system.linear:
         maps = step_maps(FINE, system, start, step)
         return np.asarray((maps[..., :-1] @ state[..., None])[..., 0] + maps[..., -1])
@@ -221,7 +233,7 @@ class CorrectedWalk:
             allowed = "auto, gauss1 .. gauss8, radau2, 3, 5"
             text = "the exact contact needs a Gauss method"
             raise ProfileError([Problem("dynamics.method", text, self.method.name, allowed)])
-        held = stages_of(self.method, self.system, self.grid.start[None], self.grid.step[None], keep_inverse=True)
+        held = held_stages(self.method, self.system, self.grid.start[None], self.grid.step[None])
         object.__setattr__(self, "stages", held)
         object.__setattr__(self, "maps", held.maps())
 

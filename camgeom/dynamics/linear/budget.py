@@ -1,0 +1,52 @@
+"""What a solution will cost, known before it starts; one that would cost too much is refused with the number.
+
+Bytes are counted from the arrays that stay. Seconds are those of one core of a machine of 2020, measured once per kind
+of step (docs/benchmarks.md): they decide what is begun, not what is found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camgeom.dynamics.linear.method import Collocated, Method, System
+from camgeom.errors import NotConverged
+
+MOST_BYTES = 1e9
+"""of one solution"""
+MOST_SECONDS = 6.0
+"""of one solution; an elastic drive or follower takes about eight times as long for all of its figures"""
+MOST_SWEEP_SECONDS = 30.0
+"""of a sweep"""
+VERIFIED = 1.5
+"""steps of a solution and of the one with half as many that it is measured by, over its own"""
+PER_STEP = 1.8e-5
+"""s a step, linear, where a contact varies alone or the method is of the Newmark family"""
+PER_ENTRY = 7e-9
+"""s for each entry of the cube of a step's matrix, stages times coordinates wide"""
+
+
+def step_cost(system: System, method: Method) -> tuple[float, float]:
+    """Seconds and bytes for one step at one speed."""
+    m = system.size
+    kept = 8.0 * (3 * method.rows * m + 21)
+    if isinstance(method, Collocated):
+        return PER_STEP, kept
+    wide = m * len(method.b)
+    apart = system.linear and system.coefficients(np.zeros((1, 1))).contact is not None and method.c[-1] < 1.0
+    seconds = PER_STEP if apart else PER_STEP + PER_ENTRY * wide**3
+    return seconds, kept if system.linear else kept + 8.0 * (wide * wide + wide * (2 * m + 1) + 4 * m * (m + 1))
+
+
+def refuse_costly(system: System, method: Method, steps: float, most: float = MOST_SECONDS) -> None:
+    """Raise NotConverged where so many steps, over all speeds together, would take too long or too much memory."""
+    each, kept = step_cost(system, method)
+    seconds, size = VERIFIED * each * steps, VERIFIED * kept * steps
+    if seconds <= most and (size <= MOST_BYTES or most > MOST_SECONDS):
+        return
+    less = "" if system.linear else "exact_contact = false, "
+    raise NotConverged(
+        f"{steps:.3g} steps of {method.name} would take about {seconds:.3g} s and {size / 1e9:.2g} GB, more than the "
+        f"{most:g} s and {MOST_BYTES / 1e9:g} GB that are spent: {less}a larger dynamics.tolerance, a higher speed or "
+        "fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
+        "one does, and needs no [dynamics]"
+    )
