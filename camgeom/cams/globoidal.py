@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import asin, cos, hypot, pi, sin, sqrt, tan
+from math import asin, cos, degrees, hypot, pi, sin, sqrt, tan
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -23,6 +23,9 @@ from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
 from camgeom.track.turret import turret_tracks
+
+MOST_PRELOAD = 0.01
+"""of the roller's diameter; steel on steel approaches elastically by less before it yields"""
 
 
 @final
@@ -70,7 +73,10 @@ class Globoidal(TurretKeys):
         if setup.roller is None:
             return [Problem("roller", "a globoidal cam needs rollers", None, "a [roller] table")]
         mechanism = self.mechanism(setup)
-        return [*self.key_problems(setup), *self._size_problems(mechanism), *self._turret_problems(mechanism)]
+        return [
+            *self.key_problems(setup), *self._size_problems(mechanism), *self._turret_problems(mechanism),
+            *self._preload_problems(mechanism),
+        ]  # fmt: skip
 
     def _size_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         found = []
@@ -94,6 +100,18 @@ class Globoidal(TurretKeys):
             limit = f"{low:g} .. {high:g} mm, within the roller's contact length"
             found.append(problem("cam.globoid_radius", self.globoid_radius, limit))
         return [*found, *self.globoid.hub_problems(mechanism.floor_radius)]
+
+    def _preload_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
+        """A closer turret presses the rollers that stand beside the cam in a dwell, off the line of centres."""
+        away, reach = degrees(mechanism.preload_angle), degrees(mechanism.reach)
+        if self.preload and away >= reach:
+            limit = f"0: in a dwell the next rollers stand {away:.6g} deg from the line of centres and the cam ends at "
+            limit += f"{reach:.6g}: nothing is pressed; more rollers, a wider cam, or form = 'rib'"
+            return [problem("cam.preload", self.preload, limit)]
+        most = MOST_PRELOAD * mechanism.roller.diameter
+        if self.preload > most:
+            return [problem("cam.preload", self.preload, f"at most {most:g} mm, a hundredth of the roller's diameter")]
+        return []
 
     def _turret_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         found = []
@@ -133,8 +151,12 @@ class GloboidalMechanism(Mechanism):
         In the dwell a flank's normal lies at the roller's angle tau from the line across the centres, so that a shift
         presses the roller in by shift * sin(tau): tau is half the roller pitch for a rib, the pitch for a groove.
         """
-        share = 0.5 if self.cam.form == "rib" else 1.0
-        return self.cam.preload / sin(share * self.cam.roller_pitch(self.follower))
+        return self.cam.preload / sin(self.preload_angle) if self.cam.preload else 0.0
+
+    @property
+    def preload_angle(self) -> float:
+        """Angle from the line of centres, rad, of the rollers that a preload presses in a dwell."""
+        return (0.5 if self.cam.form == "rib" else 1.0) * self.cam.roller_pitch(self.follower)
 
     @property
     def allowed_interference(self) -> float:
@@ -206,8 +228,12 @@ class GloboidalMechanism(Mechanism):
     @cached_property
     def tracks(self) -> tuple[Track, ...]:
         """One track for each start: a roller followed through all its turns while its middle is beside the cam."""
-        reach = asin(min(1.0, 0.5 * self.cam.width / self.quoted_radius))
-        return self._grooves(reach, self.cam.center_distance - self.centre_shift)
+        return self._grooves(self.reach, self.cam.center_distance - self.centre_shift)
+
+    @property
+    def reach(self) -> float:
+        """Angle from the line of centres, rad, within which a roller's middle is beside the cam."""
+        return asin(min(1.0, 0.5 * self.cam.width / self.quoted_radius))
 
     @cached_property
     def passages(self) -> tuple[Track, ...]:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import radians
-from typing import Annotated, ClassVar, Literal
+from math import atan2, degrees, radians, sqrt
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from camgeom.keys import Degrees, Gap, Length, Section, SignedLength
 from camgeom.motion.program import Program
@@ -52,6 +52,16 @@ class ConeRoller(_Bearing):
         description="deg, half the cone angle; positive narrows towards the free end"
     )
 
+    @model_validator(mode="after")
+    def _has_no_point(self) -> Self:
+        most = degrees(atan2(self.diameter, self.length))
+        if abs(self.half_angle) >= most:
+            raise ValueError(
+                f"half_angle = {self.half_angle:g}: the cone comes to its point within the contact length of "
+                f"{self.length:g} mm; allowed: less than {most:.6g} deg either way, or a shorter length"
+            )
+        return self
+
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with its middle at delta = centre."""
         return Straight(0.5 * self.diameter, centre, cone_slope(radians(self.half_angle), tip_sign))
@@ -73,6 +83,20 @@ class CrownedRoller(_Bearing):
         "a point; drums and discs), or by the crown itself (a line; drums and the grooves of turrets)"
     )
 
+    @model_validator(mode="after")
+    def _has_no_point(self) -> Self:
+        radius = 0.5 * self.diameter
+        if self.crown_radius < radius:
+            text = f"crown_radius = {self.crown_radius:g}: allowed: at least half the diameter, {radius:g} mm"
+            raise ValueError(text)
+        most = 2.0 * sqrt(radius * (2.0 * self.crown_radius - radius))
+        if self.length >= most:
+            raise ValueError(
+                f"length = {self.length:g}: the crown brings the roller to a point within it; allowed: less than "
+                f"{most:.6g} mm for a crown_radius of {self.crown_radius:g}, or a larger crown_radius"
+            )
+        return self
+
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with its crest at delta = centre."""
         del tip_sign
@@ -85,6 +109,12 @@ class SphereRoller(_Bearing):
     shape: Literal["sphere"]
     diameter: Length = Field(description="mm")
     length: Length | None = Field(None, description="mm, contact height below the equator; default 0.35 diameters")
+
+    @model_validator(mode="after")
+    def _ends_on_the_ball(self) -> Self:
+        if (self.length or 0.0) >= 0.5 * self.diameter:
+            raise ValueError(f"length = {self.length:g}: allowed: below the ball's radius, {0.5 * self.diameter:g} mm")
+        return self
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with the ball's centre at delta = centre."""

@@ -195,12 +195,20 @@ class Column:
         """delta (n, 1) where the wall of a radial cylinder meets a cylinder of `radius`, in closed form.
 
         The contact point lies at the tangential distance r |s'| / sqrt(delta² + s'²) from the axis plane, so that
-        delta² = x solves x² + (s'² - R²) x + s'² (r² - R²) = 0.
+        delta² = x solves x² + (s'² - R²) x + s'² (r² - R²) = 0. Raises DesignError where it has no positive root.
         """
         assert isinstance(self.track.meridian, Straight)
-        slope2, square = self.pose.a[1][2] ** 2, radius * radius
+        slope2, square, roller = self.pose.a[1][2] ** 2, radius * radius, self.track.meridian.radius
         b = square - slope2
-        x = 0.5 * (b + np.sqrt(b * b + 4.0 * slope2 * (square - self.track.meridian.radius**2)))
+        inside = b * b + 4.0 * slope2 * (square - roller**2)
+        x = 0.5 * (b + np.sqrt(np.maximum(inside, 0.0)))
+        if float(min(inside.min(), x.min())) <= 0.0:
+            worst = int(np.argmin(np.minimum(inside / square, x)))
+            raise DesignError(
+                f"at cam angle {np.degrees(self.phi[worst]):.6g} deg the roller of track {self.track.name!r}, "
+                f"{roller:.6g} mm in radius, touches its flank beside the cylinder of {radius:.6g} mm in radius, where "
+                "the flank should end: a smaller roller, less groove_depth, a larger diameter or a gentler motion"
+            )
         return np.asarray(np.sqrt(x)[:, None])
 
     @cached_property
