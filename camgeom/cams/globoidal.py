@@ -103,10 +103,11 @@ class Globoidal(TurretKeys):
 
     def _preload_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         """A closer turret presses the rollers that stand beside the cam in a dwell, off the line of centres."""
-        away, reach = degrees(mechanism.preload_angle), degrees(mechanism.reach)
+        roller = asin(min(1.0, 0.5 * mechanism.roller.diameter / mechanism.quoted_radius))
+        away, reach = degrees(mechanism.preload_angle), degrees(mechanism.reach + roller)
         if self.preload and away >= reach:
-            limit = f"0: in a dwell the next rollers stand {away:.6g} deg from the line of centres and the cam ends at "
-            limit += f"{reach:.6g}: nothing is pressed; more rollers, a wider cam, or form = 'rib'"
+            limit = f"0: in a dwell the next rollers stand {away:.6g} deg from the line of centres and come beside the "
+            limit += f"cam at {reach:.6g}: nothing is pressed; more rollers, a wider cam, or form = 'rib'"
             return [problem("cam.preload", self.preload, limit)]
         most = MOST_PRELOAD * mechanism.roller.diameter
         if self.preload > most:

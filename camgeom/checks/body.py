@@ -65,12 +65,17 @@ def backlash(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
+def _thinnest(model: Model) -> float:
+    """Thinnest wall that passes, mm: that of the profile, and what the chord errors of both its faces leave standing."""
+    return max(model.profile.limits.min_wall_mm, 2.0 * model.tolerance)
+
+
 @check("wall", "body")
 def wall(model: Model) -> Iterable[Finding]:
     """Thinnest walls of the body."""
     for place in model.walls:
         yield judged(
-            "wall", place.thickness, ">=", model.profile.limits.min_wall_mm, "mm", place.advice,
+            "wall", place.thickness, ">=", _thinnest(model), "mm", place.advice,
             cam_angle=place.cam_angle, where=place.name,
         )  # fmt: skip
 
@@ -82,7 +87,7 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
     warn = None if mechanism.rib_asked is None else (1.0 - limits.warn_rib_share) * mechanism.rib_asked
     for rib in mechanism.ribs:
         yield judged(
-            "rib-thickness", rib.value, ">=", limits.min_wall_mm, "mm",
+            "rib-thickness", rib.value, ">=", _thinnest(model), "mm",
             f"steep places thin the rib to less than the {mechanism.rib_asked:.6g} mm of a level dwell: give the "
             "motion more cam angle, enlarge the drum, or ask for a thicker rib",
             warn=warn, cam_angle=rib.cam_angle, where=f"rib {rib.where}",
@@ -99,6 +104,6 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
             continue
         advice = "use smaller or fewer rollers or a larger pitch radius, or reduce the width"
         yield judged(
-            "rib-thickness", worst.thickness, ">=", limits.min_wall_mm, "mm", advice,
+            "rib-thickness", worst.thickness, ">=", _thinnest(model), "mm", advice,
             cam_angle=worst.cam_angle, where=f"rib {name}",
         )  # fmt: skip

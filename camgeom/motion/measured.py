@@ -163,6 +163,8 @@ def _roughness(knots: Floats, degree: int, order: int) -> Floats:
 
 def _weight(data: Floats, target: Floats, rough: Floats, bent: Floats, count: int, deviation: float) -> float:
     """The weight of |rough c - bent|² against |data c - target|², `count` rows being behind the data."""
+    if not rough.any():
+        return 0.0  # no knots: what is left free, the table's zero, bends nothing
     # One factorisation serves all weights: in this basis both forms are diagonal (Demmler and Reinsch). The hint of
     # roughness keeps it regular where a span holds no row.
     scale = 1e-9 / np.linalg.norm(rough)

@@ -158,7 +158,7 @@ class Limits(Section):
     pressure_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = Field(
         None, description="deg, largest pressure angle; default 30 translating, 45 swinging and frame, 50 turret"
     )
-    min_wall_mm: Gap = Field(1.0, description="mm, thinnest wall of the cam body")
+    min_wall_mm: Gap = Field(1.0, description="mm, thinnest wall of the cam body; twice the tolerance at least")
     warn_pressure_angle_deg: Annotated[float, Field(gt=0.0, lt=90.0)] | None = Field(
         None, description="deg, pressure angle above which to warn; default the customary one, as the limit's"
     )

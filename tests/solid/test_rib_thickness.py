@@ -80,3 +80,12 @@ def test_flanks_that_cross_bound_no_body() -> None:
     assert judged(crossed)["rib foot"].value < 0.0
     with pytest.raises(DesignError, match="flanks cross at its foot"):
         crossed.solid  # noqa: B018
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.998, "fail")])
+def test_a_rib_thinner_than_the_chord_errors_of_its_flanks_is_none(share, level) -> None:
+    # Level rollers leave the thickness asked for; 0.05 mm on either side may be missing.
+    model = rib(1e-4, thickness=share * 0.1, min_wall_mm=0.0, warn_rib_share=1.0)
+    model = Model(model.profile, tolerance=0.05)
+    for finding in judged(model).values():
+        assert (finding.level, finding.limit) == (level, 0.1)

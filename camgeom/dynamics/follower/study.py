@@ -11,6 +11,7 @@ from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
 from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
 from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerSystem, FollowerTrain, Load
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.linear.budget import sought
 from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import Sweep, swept
 from camgeom.dynamics.spec import DynamicsSpec
@@ -36,17 +37,17 @@ class FollowerStudy:
     sweep_speeds: Floats | None = None
     polydyne: bool = False
 
-    @cached_property
+    @sought
     def steady(self) -> FollowerResponse:
         """Periodic steady state, contact held."""
         return steady_state(self.train, self.motion, self.speed, self.accuracy, self.scale, self.shaft, self.load)
 
-    @cached_property
+    @sought
     def start(self) -> FollowerResponse:
         """First turn from static equilibrium."""
         return from_rest(self.train, self.motion, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)
 
-    @cached_property
+    @sought
     def sweep(self) -> Sweep:
         """Steady states over the sweep; ProfileError when no sweep was asked for."""
         if self.sweep_speeds is None:
@@ -68,7 +69,7 @@ class FollowerStudy:
         """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
         return jump(self.steady) if self.train.closure == "force" else None
 
-    @cached_property
+    @sought
     def flight(self) -> Flight:
         """Motion with loss of contact over three turns."""
         return flight(self.train, self.motion, self.speed, 3, self.scale, self.load)
@@ -83,7 +84,7 @@ class FollowerStudy:
             raise ProfileError([Problem("motion", "only a motion program knows how smooth it is")])
         return polydyne_motion(self.motion, self.motion.continuity.order, self.train, self.speed)
 
-    @cached_property
+    @sought
     def corrected_start(self) -> FollowerResponse:
         """First turn on the corrected cam from static equilibrium."""
         return from_rest(self.train, self.corrected, self.speed, 1, self.accuracy, self.scale, self.shaft, self.load)

@@ -19,6 +19,7 @@ from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds
 from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
+from camgeom.dynamics.linear.budget import sought
 from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import Sweep
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
@@ -62,21 +63,21 @@ class IndexingStudy:
         """First critical speed and speed classes, r/min."""
         return speed_classes(self.modes.lowest_hz()[0])
 
-    @cached_property
+    @sought
     def steady(self) -> DriveResponse:
         """Periodic steady state."""
         return steady_state(
             self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, self.torque, self.exact
         )
 
-    @cached_property
+    @sought
     def start(self) -> DriveResponse:
         """First turn from rest."""
         return from_rest(
             self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, self.torque, exact=self.exact
         )
 
-    @cached_property
+    @sought
     def sweep(self) -> Sweep:
         """Steady states over the sweep; ProfileError when no sweep was asked for."""
         if self.sweep_speeds is None:
@@ -96,7 +97,7 @@ class IndexingStudy:
         except ProfileError:
             return False
 
-    @cached_property
+    @sought
     def residual(self) -> Residual:
         """Vibration left in the dwell of the steady state."""
         return residual_vibration(self.steady, self.band)
@@ -116,7 +117,7 @@ class IndexingStudy:
         dwell, last = (left.end_rad - left.begin_rad) / self.speed, float(left.settling_s[0])
         return last if left.settled[0] and (last == 0.0 or last <= dwell - self.half_swing) else None
 
-    @cached_property
+    @sought
     def energy(self) -> EnergyBalance:
         """Mean powers of the steady state."""
         return energy_balance(self.steady)

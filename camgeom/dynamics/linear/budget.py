@@ -6,10 +6,15 @@ of step (docs/benchmarks.md): they decide what is begun, not what is found.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar, final
+
 import numpy as np
 
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import NotConverged
+
+T = TypeVar("T")
 
 MOST_BYTES = 1e9
 """of one solution"""
@@ -50,3 +55,34 @@ def refuse_costly(system: System, method: Method, steps: float, most: float = MO
         "fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
         "one does, and needs no [dynamics]"
     )
+
+
+@final
+class sought(Generic[T]):
+    """A cached property that keeps its refusal too: an answer that was not found is not sought again."""
+
+    def __init__(self, compute: Callable[[Any], T]) -> None:
+        self._compute = compute
+        self._name = compute.__name__
+        self.__doc__ = compute.__doc__
+
+    def __get__(self, instance: object, owner: type | None = None) -> T:
+        """The answer; NotConverged as the first time."""
+        refusal = f"refusal of {self._name}"
+        if refusal in vars(instance):
+            kind, text, said = vars(instance)[refusal]
+            raise _again(kind, text, said)
+        try:
+            answer = self._compute(instance)
+        except NotConverged as error:
+            vars(instance)[refusal] = (type(error), str(error), dict(vars(error)))
+            raise
+        vars(instance)[self._name] = answer
+        return answer
+
+
+def _again(kind: type[NotConverged], text: str, said: dict[str, Any]) -> NotConverged:
+    """A refusal as it was, without the arrays that its traceback would keep."""
+    error = kind.__new__(kind, text)
+    vars(error).update(said)
+    return error
