@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal, final
 
 from camgeom.checks.verdict import Finding, NotJudged, Verdict
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
-from camgeom.maths.range import within_range
+from camgeom.maths.overflow import within_range
 
 if TYPE_CHECKING:
     from camgeom.model import Model

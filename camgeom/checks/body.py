@@ -66,7 +66,7 @@ def backlash(model: Model) -> Iterable[Finding]:
 
 
 def _thinnest(model: Model) -> float:
-    """Thinnest wall that passes, mm: that of the profile, and what the chord errors of both its faces leave standing."""
+    """Thinnest wall that passes, mm: that of the profile, or what the chord errors of both faces leave standing."""
     return max(model.profile.limits.min_wall_mm, 2.0 * model.tolerance)
 
 

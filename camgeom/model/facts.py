@@ -9,7 +9,7 @@ from typing import Any, Generic, Protocol, TypeVar, overload
 
 from camgeom.errors import CamgeomError
 from camgeom.maths.frozen import frozen
-from camgeom.maths.range import within_range
+from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
 

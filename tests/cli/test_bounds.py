@@ -13,10 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camgeom.cams import starter
+from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
-from camgeom.maths.range import within_range
+from camgeom.maths.overflow import within_range
 from camgeom.model import Model
 from camgeom.motion.own import load_laws
 from camgeom.profile import parse, read
@@ -155,3 +157,34 @@ def test_numbers_beyond_their_range_are_no_bug() -> None:
         raise ValueError("another")
     with within_range("gap"):
         assert math.sqrt(4.0) == 2.0
+
+
+def test_what_was_not_found_is_not_sought_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = _drive(0.3).indexing
+    with pytest.raises(NotConverged, match="would take about") as first:
+        study.steady  # noqa: B018
+    monkeypatch.setattr("camgeom.dynamics.indexing.study.steady_state", None)
+    with pytest.raises(NotConverged) as second:
+        study.steady  # noqa: B018
+    assert str(second.value) == str(first.value)
+    assert type(second.value) is type(first.value)
+
+
+def test_a_lift_table_without_knots_is_fitted() -> None:
+    rows = ", ".join(f"[{i}, {30 * (i / 10) ** 2 * (3 - 2 * i / 10)}]" for i in range(11))
+    text = starter("cylindrical").replace('law = "modified-sine"', f'law = "table"\nrows = [{rows}]\nknots = COUNT\n#')
+    lifts = [parse(text.replace("COUNT", str(n))).setup().program.jet(np.radians([30.0, 60.0]), 0)[0] for n in (0, 1)]
+    assert lifts[0] == pytest.approx(lifts[1], abs=2.0)
+    assert lifts[0][1] == pytest.approx(15.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("diameter", "level"), [(19, "pass"), (110, "fail")])
+def test_a_rib_whose_rollers_pass_beside_its_foot_fails(diameter: int, level: str) -> None:
+    text = starter("cylindrical").replace('form = "groove"', 'form = "rib"\nrib_thickness = 10')
+    text = text.replace("diameter = 19", f"diameter = {diameter}").replace("bore = 35", "")
+    model = Model(parse(text.replace("groove_depth = 12", "groove_depth = 30")))
+    found = judge(model, ["watertight", "interference"])
+    assert {finding.level for finding in found.findings} == {level}
+    assert not found.not_judged
+    if level == "fail":
+        assert all("a smaller roller, less groove_depth" in finding.advice for finding in found.findings)

@@ -13,6 +13,7 @@ import numpy as np
 
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import NotConverged
+from camgeom.maths.frozen import frozen
 
 T = TypeVar("T")
 
@@ -73,7 +74,7 @@ class sought(Generic[T]):
             kind, text, said = vars(instance)[refusal]
             raise _again(kind, text, said)
         try:
-            answer = self._compute(instance)
+            answer = frozen(self._compute(instance))
         except NotConverged as error:
             vars(instance)[refusal] = (type(error), str(error), dict(vars(error)))
             raise
