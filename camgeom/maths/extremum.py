@@ -14,6 +14,8 @@ from camgeom.maths import Floats
 
 FAN = 17
 _SHARES = np.linspace(0.0, 1.0, FAN)
+BESIDE = 2.0**-46
+"""64 units in the last place: on its own side of a knot also after whole turns are taken off"""
 ROUNDS = 9
 """rounds of FAN samples: a bracket shrinks to 1e-8 of its width, and the value at a peak to its square"""
 TRUST = 1.0 / 64.0
@@ -51,7 +53,7 @@ def piece_grid(knots: Floats, per_turn: int, least: int = 9) -> tuple[Floats, np
     points, owner = [], []
     for i, (low, high) in enumerate(zip(knots[:-1], knots[1:])):
         count = max(least, int(np.ceil(per_turn * (high - low) / (2.0 * np.pi))) + 1)
-        nudge = 1e-9 * (high - low)
+        nudge = min(BESIDE * max(abs(low), abs(high)), 1e-9 * (high - low))
         points.append(np.linspace(low + nudge, high - nudge, count))
         owner.append(np.full(count, i))
     return np.concatenate(points), np.concatenate(owner)

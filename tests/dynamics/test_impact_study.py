@@ -233,3 +233,21 @@ def test_statistics_need_a_turn() -> None:
     with pytest.raises(ProfileError, match="no whole turn"):
         statistics(run)
     assert isinstance(run.problem, ImpactProblem)
+
+
+def test_a_run_and_a_study_have_a_budget_of_steps_and_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    from camgeom.dynamics.impact import solver
+
+    problem = b1_problem(1e-4)
+    spent = len(solve(problem, turns=2).recorded.steps)
+    monkeypatch.setattr(solver, "ORDINARY", 1)
+    monkeypatch.setattr(solver, "MOST_OF_A_RUN", spent)
+    assert len(solve(problem, turns=2).recorded.steps) == spent
+    monkeypatch.setattr(solver, "MOST_OF_A_RUN", spent - 1)
+    with pytest.raises(NotConverged, match=f"{spent} steps by"):
+        solve(problem, turns=2)
+    monkeypatch.setattr(impact_study, "_row", lambda job: job[0])
+    names = {str(i): problem for i in range(15)}
+    assert len(study(names, turns=200, workers=1)) == 15
+    with pytest.raises(NotConverged, match="16 runs of 200 turns would take about 640 s"):
+        study({**names, "one more": problem}, turns=200, workers=1)

@@ -10,6 +10,7 @@ import pytest
 from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
+from camgeom.profile import parse
 from camgeom.track.outline import Measured
 from tests.oracle.envelope import roller_distance, swept_distance
 from tests.reference.planar_machines import HARMONIC, REFERENCE, disc, flat
@@ -177,3 +178,17 @@ def test_a_groove_must_stay_inside_its_plate(name: str) -> None:
     outer = disc(f"{groove}diameter = {least + 0.01}", follower, motion=motion).planar.outlines["outer flank"]
     reach = np.hypot(*outer.curve(np.linspace(0.0, 2.0 * pi, 7201)).points).max()
     assert 2.0 * reach == pytest.approx(least, rel=1e-3)
+
+
+def test_a_peak_at_a_joint_is_exact_to_rounding() -> None:
+    # The parabolic law's velocity has its corner, and the pressure angle its peak, half way of the rise.
+    model = Model(
+        parse(
+            '[cam]\nkind = "disc"\nbase_radius = 40\nwidth = 12\n[follower]\nkind = "translating"\noffset = 7\n'
+            '[roller]\ndiameter = 20\nlength = 9\n[[motion]]\nuntil = 100\nto = 12\nlaw = "parabolic"\n'
+            '[[motion]]\nuntil = 150\n[[motion]]\nuntil = 290\nto = 0\nlaw = "parabolic"\n[[motion]]\nuntil = 360\n'
+        )
+    )
+    slope, height = 24.0 / np.radians(100.0), 6.0 + np.sqrt(50.0**2 - 7.0**2)
+    assert model.pressure_angle.value == pytest.approx(np.arctan((slope + 7.0) / height), rel=2e-14)
+    assert model.pressure_angle.cam_angle == pytest.approx(np.radians(50.0), abs=1e-13)

@@ -247,6 +247,10 @@ LONGEST_STEP = math.radians(1.0)
 _MOST_EVENTS = 20_000
 _MOST_STEPS = 30_000
 """a turn; an ordinary one takes a thousand, so that this is a stiffness no explicit step should follow"""
+MOST_OF_A_RUN = 60_000
+"""of a run, or twice an ordinary one's where that has many turns: some ten seconds, 100 MB"""
+ORDINARY = 1000
+"""steps of an ordinary turn"""
 
 
 @final
@@ -271,7 +275,8 @@ class _Walk:
         self.regimes: list[Regime] = []
         self.events: list[Event] = []
         self.calls = 0
-        self.most = int(_MOST_STEPS * max(1.0, self.end / machine.problem.period))
+        turns = max(1.0, self.end / machine.problem.period)
+        self.most = int(min(_MOST_STEPS * turns, max(MOST_OF_A_RUN, 2 * ORDINARY * turns)))
         self.next = 0.0
         t, y = 0.0, start
         while t < self.end:

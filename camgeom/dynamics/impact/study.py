@@ -19,11 +19,13 @@ import numpy as np
 
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.motion.own import begin_worker, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
 """what a turn is compared by"""
+MOST_TURNS = 3000
+"""of all runs of a study together; a turn takes about 0.2 s"""
 WORTH_SPAWNING = 1.0
 """s of work left that pays for starting processes, which takes about half of that"""
 Job = tuple[str, ImpactProblem, int, int, float, bool]
@@ -177,6 +179,11 @@ def study(
     Python and threads would take turns. They are spawned where the first run says that it pays, so a script must guard
     its entry by `if __name__ == "__main__"`. Raises what the runs raise.
     """
+    if len(problems) * turns > MOST_TURNS:
+        raise NotConverged(
+            f"{len(problems)} runs of {turns} turns would take about {0.2 * len(problems) * turns:.3g} s of one core, "
+            f"more than the {0.2 * MOST_TURNS:g} s that are spent: fewer of impact.study or impact.laws, or fewer turns"
+        )
     jobs = [(label, problem, turns, skip, rtol, tighter) for label, problem in problems.items()]
     # Long runs first: the work grows with the clearance, and one long run must not be the last to start.
     order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
