@@ -42,7 +42,8 @@ PASSES = 12
 PROBED_CELLS = 60_000
 SPARSE = 0.995
 """share of the tolerance that counts as met where only a part of the cells was measured"""
-MAX_CELLS = 40_000_000
+MAX_CELLS = 4_000_000
+"""of one surface: some ten seconds and, as the triangles of a body, 2 GB"""
 FEWEST = 16
 """steps a piece of a curve is measured in first"""
 EVEN = 0.98
