@@ -55,6 +55,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("formats", "the file formats with what each is for", "camgeom.cli.tables:formats", ("json",)),
     Command("inspect", "form deviation of measured points after their best fit to the flanks",
             "camgeom.cli.inspect:run", ("profile", "laws", "inspect")),
+    Command("validate", "every printed result of the sources beside ours, with a verdict",
+            "camgeom.cli.validate:run", ("validate",)),
     Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("laws", "schema")),
 )
 """Every subcommand; one line adds one."""
@@ -216,6 +218,12 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
     _add_json(sub)
 
 
+def _add_validate(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("name", metavar="NAME", nargs="?", help="one source: S1 to S5, or its name; default all")
+    sub.add_argument("--out", metavar="DIR", help="write validation.html, validation.md and validation.json there")
+    _add_json(sub)
+
+
 _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "profile": _add_profile,
     "laws": _add_laws,
@@ -226,6 +234,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "schema": _add_schema,
     "design": _add_design,
     "inspect": _add_inspect,
+    "validate": _add_validate,
 }
 
 

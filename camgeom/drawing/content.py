@@ -413,3 +413,5 @@ class Page:
     details: tuple[tuple[str, str], ...] = field(default=())
     omitted: tuple[tuple[str, str], ...] = ()
     """checks that apply and were not judged, each with the reason"""
+    headline: str = ""
+    """what stands at the head of a page that judges no design"""

@@ -125,6 +125,7 @@ def _verdict(page: Page) -> str:
     if page.level is Level.PASS and checked == 1:
         heads[Level.PASS] = "Passes the one check made"
     head = heads[page.level] + (f"; {len(page.omitted)} not judged" if page.omitted and page.level else "")
+    head = page.headline or head
     style = "" if page.level is None else f" {page.level.value}"
     summary = f"<p>{escape(page.summary)}</p>" if page.summary else ""
     omitted = [Remark(check, Level.WARN, advice=f"Not judged: {reason}.") for check, reason in page.omitted]

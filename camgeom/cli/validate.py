@@ -1,0 +1,86 @@
+"""`camgeom validate`: what the sources print beside what comes out, with a verdict for each result."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from camgeom import __version__
+from camgeom.cli import Console, UsageError
+from camgeom.cli.model import refuse_nameless, refuse_unwritable
+from camgeom.cli.tables import aligned
+
+if TYPE_CHECKING:
+    from camgeom.validation import Row, Source
+
+
+def run(arguments: argparse.Namespace, console: Console) -> int:
+    """Compute and judge, print the rows, write the pages where a folder is named; returns the exit status, 0.
+
+    A misprint of a source is no failure of the design or of the command.
+    """
+    from camgeom.errors import ProfileError
+    from camgeom.validation import SOURCES, source_named, validate
+
+    try:
+        sources = SOURCES if arguments.name is None else (source_named(arguments.name),)
+    except ProfileError as error:
+        raise UsageError(f"validate: {error}") from None
+    refuse_nameless(arguments.out)
+    folder = None if arguments.out is None else Path(arguments.out)
+    if folder is not None:
+        refuse_unwritable(folder)
+    rows = validate(sources, watch=lambda source, entry: console.progress(f"{source.short} {entry.item}"))
+    console.progress("")
+    files = [] if folder is None else _written(folder, sources, rows)
+    if arguments.json:
+        console.out(_json(rows))
+        return 0
+    for line in _lines(sources, rows):
+        console.out(line)
+    for file in files:
+        console.out(f"wrote {file}")
+    return 0
+
+
+def _lines(sources: Sequence[Source], rows: Sequence[Row]) -> list[str]:
+    """A table a source, with the reasons of what is not confirmed below it."""
+    from camgeom.validation.page import counted, number, printed
+
+    lines = []
+    for source in sources:
+        own = [row for row in rows if row.source == source.short]
+        lines += [f"{source.short} {source.title}: {counted(own)}", f"  {source.reference}"]
+        table = [("item", "where", "printed", "ours", "unit", "difference", "verdict")]
+        table += [
+            (r.item, r.place, printed(r), number(r.computed), r.unit, number(r.difference, r.printed), r.verdict)
+            for r in own
+        ]
+        lines += [f"  {line}" for line in aligned(table, right=(2, 3, 5))]
+        lines += [f"  {r.item}, {r.says}: {r.reason}" for r in own if r.verdict != "confirmed"]
+        lines.append("")
+    return [*lines, f"{len(rows)} results: {counted(rows)}"]
+
+
+def _json(rows: Sequence[Row]) -> str:
+    return json.dumps({"rows": [row.as_dict() for row in rows]}, indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def _written(folder: Path, sources: Sequence[Source], rows: Sequence[Row]) -> list[Path]:
+    """The page as HTML and Markdown and the data, each whole or not at all."""
+    from camgeom.export.files import atomic_write
+    from camgeom.report.page import render
+    from camgeom.validation.page import markdown, page
+
+    texts = {
+        "validation.html": render(page(sources, rows, __version__)),
+        "validation.md": markdown(sources, rows),
+        "validation.json": _json(rows) + "\n",
+    }
+    for name, text in texts.items():
+        with atomic_write(folder / name) as stream:
+            stream.write(text.encode())
+    return [folder / name for name in texts]

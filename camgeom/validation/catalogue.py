@@ -1,0 +1,37 @@
+"""The sources by name, and their entries judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from camgeom.errors import Problem, ProfileError, did_you_mean
+from camgeom.validation import indexing, pin_insertion, pressing
+from camgeom.validation.entry import Entry, Row, Source, judge
+
+SOURCES: tuple[Source, ...] = (pin_insertion.SOURCE, pressing.SOURCE, indexing.SOURCE)
+"""In the order of their numbers."""
+
+
+def source_named(name: str) -> Source:
+    """The source with a name: `S1`, `1` or `pin-insertion`. Raises ProfileError with the names there are."""
+    wanted = name.strip().lower().replace("_", "-")
+    for source in SOURCES:
+        if wanted in (source.short.lower(), source.short[1:], source.key):
+            return source
+    known = [key for source in SOURCES for key in (source.short, source.key)]
+    hint = did_you_mean(wanted, known)
+    raise ProfileError([Problem("NAME", "no such source", name[:60], ", ".join(known), hint)])
+
+
+def validate(
+    sources: Iterable[Source] = SOURCES, slow: bool = True, watch: Callable[[Source, Entry], None] | None = None
+) -> list[Row]:
+    """Every entry judged, in order; without `slow` only those that take less than a second or so."""
+    rows = []
+    for source in sources:
+        for entry in source.entries:
+            if slow or not entry.slow:
+                if watch is not None:
+                    watch(source, entry)
+                rows.append(judge(source.short, entry))
+    return rows

@@ -1,0 +1,83 @@
+"""The validation as pages: Markdown for the documentation, sections of an HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camgeom.drawing.content import Chapter, Column, Page, Table, Text
+from camgeom.validation.entry import Row, Source
+
+VERDICTS = ("confirmed", "misprint", "not reproducible")
+HEAD = """# What the sources print, and what comes out
+
+Every printed result of the five sources, computed from its own data by the package: our number, the printed one, the
+difference and the verdict. The page is written by `python scripts/validation_page.py` from `camgeom validate`; a test
+keeps it. A verdict follows from the numbers alone:
+
+- **confirmed**: ours agrees within half a unit of the last printed digit (a bound: it holds; an equation: its printed
+  form gives what the exact computation does, where they differ most),
+- **misprint**: it does not, but one changed term explains it; the reason names the term and what it then gives,
+- **not reproducible**: neither; the reason tells what was tried.
+"""
+
+
+def number(value: float, like: float | None = None) -> str:
+    """A number with seven significant digits; a deviation (`like` is the value it is of) only to what that shows."""
+    if (like is not None and abs(value) <= 1e-9 * abs(like)) or abs(value) < 1e-11:
+        return "0"
+    return f"{value:.7g}" if like is None else f"{value:.6g}"
+
+
+def counted(rows: Sequence[Row]) -> str:
+    """How many rows have which verdict, as words."""
+    counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in VERDICTS]
+    return ", ".join(f"{count} {verdict}" for verdict, count in counts)
+
+
+def printed(row: Row) -> str:
+    """The printed number with its comparison sign."""
+    return number(row.printed) if row.comparison == "=" else f"{row.comparison} {number(row.printed)}"
+
+
+def markdown(sources: Sequence[Source], rows: Sequence[Row]) -> str:
+    """The page for the documentation."""
+    lines = [HEAD, f"{len(rows)} results: {counted(rows)}.", ""]
+    for source in sources:
+        own = [row for row in rows if row.source == source.short]
+        lines += [f"## {source.short}: {source.title}", "", f"{source.reference}. `camgeom validate {source.key}`: "
+                  f"{counted(own)}.", "", "| item | where | what | printed | ours | unit | difference | verdict | "
+                  "reason |", "|---|---|---|---|---|---|---|---|---|"]
+        for row in own:
+            cells = (cell.replace("|", "\\|") for cell in (*_facts(row), row.reason))
+            lines.append(f"| {' | '.join(cells)} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _facts(row: Row) -> tuple[str, ...]:
+    return (
+        row.item, row.place, row.says, printed(row), number(row.computed), row.unit,
+        number(row.difference, row.printed), row.verdict,
+    )  # fmt: skip
+
+
+def page(sources: Sequence[Source], rows: Sequence[Row], version: str) -> Page:
+    """The HTML page: a section for each source, its results and the reasons to read beside them."""
+    heads = ("Item", "Where", "What", "Printed", "Ours", "Unit", "Difference", "Verdict")
+    chapters = []
+    for source in sources:
+        own = [row for row in rows if row.source == source.short]
+        told = tuple((row.item, row.verdict, row.reason) for row in own if row.reason)
+        caption = f"{source.reference}: {counted(own)}"
+        results = Table(caption, tuple(map(Column, heads)), tuple(map(_facts, own)))
+        reasons = Table("Reasons", tuple(map(Column, ("Item", "Verdict", "Why"))), told)
+        chapters.append(Chapter(source.key, f"{source.short}: {source.title}", (results, reasons)))
+    intro = Text((
+        "Every printed result of the sources, computed from its own data by the package. Confirmed: within half a unit "
+        "of the last printed digit. Misprint: one changed term explains the difference. Not reproducible: neither; the "
+        "reason tells what was tried.",
+    ))
+    return Page(
+        title="What the sources print", kind="validation", level=None, headline=f"{len(rows)} results: {counted(rows)}",
+        sections=(Chapter("rules", "What a verdict means", (intro,)), *chapters), details=(("camgeom", version),),
+    )  # fmt: skip
