@@ -178,6 +178,9 @@ def mark_walls(
     return tuple(walls)
 
 
+SQUARE = idle("the pressure angle of a flat face that slides is always 0", "limits.warn_pressure_angle_deg")
+
+
 def face_idle(face: str) -> dict[str, str]:
     """The keys that mean nothing for what touches a planar cam: "roller", "flat", "curved" or "knife"."""
     found = {} if face == "roller" else idle(f"the follower's {face} face touches the cam, no roller", "roller")

@@ -16,6 +16,7 @@ from pydantic import Field
 from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
+    SQUARE,
     bore_of,
     bore_problems,
     bore_walls,
@@ -73,7 +74,7 @@ class ConstantWidth(Cam):
         found = NO_DRUM | keyway_idle(self.bore) | ({} if self.bore else NO_WALL)
         faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
         if setup.roller is None:
-            return found | faces | idle("a frame has no rollers", "impact.roller_inertia")
+            return found | faces | SQUARE | idle("a frame has no rollers", "impact.roller_inertia")
         return found | idle("a yoke's rollers touch the cam, no faces", "follower.face_width")
 
     def problems(self, setup: Setup) -> list[Problem]:

@@ -12,6 +12,7 @@ from pydantic import Field
 from camgeom.cams import NO_DRUM, NO_WALL, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
+    SQUARE,
     Arm,
     arm_angle,
     bore_of,
@@ -89,6 +90,7 @@ class Disc(Cam):
             keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | ({} if self.bore else NO_WALL)
         if not follower.rotating:
+            found |= SQUARE if follower.face == "flat" else {}
             return found | idle("only a swinging follower has a pivot", "cam.center_distance")
         return found | idle("belongs to a drum's follower", "follower.pivot_distance", "follower.start_angle")
 

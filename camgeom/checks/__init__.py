@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "face load", "turret load",
+Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "crowned load", "face load", "turret load",
                "dynamics", "impact"]
 KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
@@ -35,6 +35,10 @@ def _load(model: Model, applies: object) -> bool | str:
     return bool(applies) and (model.profile.operation is not None or NO_OPERATION)
 
 
+def _crowned(model: Model) -> bool:
+    return model.profile.roller is not None and model.profile.roller.shape in ("crowned", "sphere")
+
+
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "body": lambda model: True,
     "solid": lambda model: True,
@@ -42,6 +46,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
+    "crowned load": lambda model: _load(model, _crowned(model)),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),
     "turret load": lambda model: _load(model, model.mechanism.turret),
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
@@ -105,6 +110,11 @@ def checks(model: Model | None = None) -> dict[str, Check]:
         if not (needs and bindings) or any(NEEDS[need](binding) for need in needs for binding in bindings):
             import_module(f"{__name__}.{module.name}")
     return dict(sorted(_REGISTRY.items()))
+
+
+def applies(entry: Check, model: Model) -> bool:
+    """Whether a check has something to say of a model, also where it could only say what is missing."""
+    return any(all(NEEDS[need](binding) is not False for need in entry.needs) for binding in model.bindings)
 
 
 def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.track.follower import SwingingFollower
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -50,10 +51,14 @@ def self_crossing(model: Model) -> Iterable[Finding]:
 
 @check("face-width", "planar")
 def face_width(model: Model) -> Iterable[Finding | NotJudged]:
-    """Width of a flat face against what the wandering contact needs."""
-    width, needed = model.setup.follower.face_width, model.planar.face_needed if model.planar else None
+    """Width of a flat face, from the pivot on its length, against what the wandering contact needs."""
+    follower, needed = model.setup.follower, model.planar.face_needed if model.planar else None
     if needed is None:
         return
+    # The face of an arm ends with the arm where nothing else is said.
+    width = follower.face_width
+    if width is None and isinstance(follower, SwingingFollower):
+        width = follower.arm
     if width is None:
         yield NotJudged("face-width", f"no follower.face_width: the contact needs {needed.value:.6g} mm")
         return

@@ -62,7 +62,7 @@ for _name, _need, _judge, _remedy in JUDGEMENTS:
     check(_name, _need)(partial(_judge, _name, _remedy))
 
 
-@check("crown-length", "roller load")
+@check("crown-length", "roller load", "crowned load")
 def crown_length(model: Model) -> Iterable[Finding]:
     """Whether the contact ellipse of a crowned roller ends within its length; beyond it the ends press too."""
     for duty in model.duties:

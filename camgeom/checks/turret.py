@@ -37,10 +37,10 @@ def stops(model: Model) -> Iterable[Finding]:
     low, high = USUAL_STOPS
     if value < low:
         advice = f"fewer than {low} stops: expect a large pressure angle; more motion angle or a smaller rf / C helps"
-        yield judged("stops", float(value), ">=", float(low), "1", advice, worst="warn")
+        yield judged("stops", float(value), ">=", float(low), "stops", advice, worst="warn")
     else:
         advice = f"more than {high} stops: preload tends to jam; take the groove form and little preload"
-        yield judged("stops", float(value), "<=", float(high), "1", advice, worst="warn")
+        yield judged("stops", float(value), "<=", float(high), "stops", advice, worst="warn")
 
 
 @check("turret-gap", "turret")

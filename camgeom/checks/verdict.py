@@ -12,10 +12,10 @@ from camgeom.errors import Unmade
 Level = Literal["pass", "warn", "fail"]
 Comparison = Literal["<=", ">=", "<", ">", "=", ""]
 RANK: dict[Level, int] = {"pass": 0, "warn": 1, "fail": 2}
-COUNTS = ("order", "rollers", "crossings", "jumps", "")
+COUNTS = ("order", "rollers", "stops", "crossings", "jumps", "")
 """units of what is counted: a whole number is met, not approached"""
-BY_CHOICE = ("chord-error",)
-"""checks of what camgeom itself brings as near its limit as it may"""
+BY_CHOICE = ("chord-error", "hardness")
+"""checks of what is brought as near its limit as it may be by choice: the mesh, the limit that a material is given"""
 _HOLDS: dict[Comparison, Callable[[float, float], bool]] = {
     "<=": lambda value, limit: value <= limit,
     ">=": lambda value, limit: value >= limit,

@@ -27,6 +27,7 @@ from camgeom.report.delivery import finite
 from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
+    from camgeom.checks.verdict import Verdict
     from camgeom.model import Model
 
 STUDIED = ("motion", "flank", "checks", "contact", "fatigue")
@@ -61,7 +62,7 @@ FIGURES = (
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
-    """Carry out a study; returns 0 once every variant is a row."""
+    """Carry out a study; returns 0 where a variant passes what was judged, else 1."""
     from camgeom.profile import read_data
 
     refuse_nameless(arguments.out)
@@ -88,16 +89,17 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     console.progress("")
     table = as_table(study, rows)
     files = [write_csv(table, folder / "study.csv"), write_page(study, rows, name, folder / "study.html")]
+    status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
         result = {"name": name, "varied": varied, "rows": table, "files": [str(file) for file in files]}
         console.out(json.dumps(finite(result), indent=2, allow_nan=False))
-        return 0
+        return status
     for line in summary(study, rows, table):
         console.out(line)
     for file in files:
         console.out(f"  wrote {file}")
-    return 0 if any(row.figures for row in rows) else 1
+    return status
 
 
 def refuse_unsolved(data: dict[str, Any], axes: Sequence[Varied]) -> None:
@@ -130,7 +132,18 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     failed = [finding.check for finding in result.findings if not finding.passed]
     unmade = [product.reason for product in result.products if product.exit_status]
     words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
+    figures["not_judged"] = _not_judged(model, result.verdict, checks)
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
+
+
+def _not_judged(model: Model, verdict: Verdict, checks: tuple[str, ...] | None) -> str:
+    """Names of the checks that a variant's verdict leaves out: told by the verdict, or not asked for by the study."""
+    from camgeom.checks import applies
+    from camgeom.checks import checks as registered
+
+    asked = registered(model).items() if checks is not None else ()
+    left = [name for name, entry in asked if name not in (checks or ()) and applies(entry, model)]
+    return " ".join(dict.fromkeys([*(omitted.check for omitted in verdict.not_judged), *left]))
 
 
 def _flat(data: dict[str, Any], name: str) -> Figures:
@@ -184,12 +197,25 @@ def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
 def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[str]:
     """How many variants there are of each verdict, and the first of them."""
     counts = Counter(row.verdict for row in rows)
-    lines = [f"{len(rows)} variants: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())]
+    told = ", ".join(f"{count} {_word(verdict, rows)}" for verdict, count in counts.items())
+    lines = [f"{len(rows)} variants: {told}"]
+    if open_ := _left_open(rows):
+        lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
     columns = [one.key for one in study.axes] + ["verdict"]
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
     cells = [[number(record[key])[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the CSV file"]
+
+
+def _left_open(rows: Sequence[Row]) -> list[str]:
+    """Names of the checks that were not made of some variant."""
+    return sorted({name for row in rows for name in str(row.figures.get("not_judged") or "").split()})
+
+
+def _word(verdict: str, rows: Sequence[Row]) -> str:
+    """A verdict in words; "pass" alone is said only where everything that applies was judged."""
+    return "pass of what was judged" if verdict == "pass" and _left_open(rows) else verdict
 
 
 PLOTTED = (
@@ -213,6 +239,8 @@ def page(study: Study, rows: Sequence[Row], name: str) -> Page:
     if plotted is not None:
         blocks.append(plotted)
     blocks.append(_table(study, rows))
+    if open_ := _left_open(rows):
+        blocks.append(Text((f"Not judged in this study: {', '.join(open_)}. camgeom check judges a variant whole.",)))
     if len(rows) > MOST_ROWS:
         note = f"The table shows the first {MOST_ROWS} of {len(rows)} variants; study.csv has them all."
         blocks.append(Text((note,)))
@@ -220,7 +248,7 @@ def page(study: Study, rows: Sequence[Row], name: str) -> Page:
         title=name,
         kind=f"study of {', '.join(one.key for one in study.axes)}",
         level=None,
-        figures=tuple(Figure(f"variants: {verdict}", count) for verdict, count in counts.items()),
+        figures=tuple(Figure(f"variants: {_word(verdict, rows)}", count) for verdict, count in counts.items()),
         sections=(Chapter("study", "Variants", tuple(blocks)),),
     )
 

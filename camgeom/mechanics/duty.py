@@ -21,6 +21,8 @@ from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
 
 MILLI = 1e-3
+MEAN_OF_NOTHING = 1e-12
+"""share of the largest torque below which a mean over the turn is the rounding of its sum"""
 
 
 class Duty(Protocol):
@@ -113,11 +115,14 @@ def finite(value: ArrayLike) -> float | None:
 
 
 def torque_data(peak: Extreme, work: float) -> dict[str, Any]:
-    """Torque of the camshaft, and its mean from the work of a turn, N mm."""
+    """Torque of the camshaft, and its mean from the work of a turn, N mm; 0 where that is rounding of the largest."""
+    mean = work / (2.0 * pi)
+    if abs(mean) < MEAN_OF_NOTHING * abs(peak.value):
+        mean = 0.0
     return {
         "peak_torque_n_m": peak.value * MILLI,
         "peak_torque_at_deg": degrees(peak.cam_angle),
-        "mean_torque_n_m": work / (2.0 * pi) * MILLI,
+        "mean_torque_n_m": mean * MILLI,
     }
 
 

@@ -172,10 +172,26 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     except ProfileError as error:
         return error.problems
     idle = idle_problems(profile, setup)
+    idle += _warnings_beyond(profile.limits)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     if not found and profile.cutter_spec is not None:
         found += profile.cutter_spec.problems(profile.cam.mechanism(setup))
+    return found
+
+
+def _warnings_beyond(limits: Limits) -> list[Problem]:
+    """Thresholds of warnings beyond the limit they stand before: the design fails there already."""
+    found = []
+    angle, warn = limits.pressure_angle_deg, limits.warn_pressure_angle_deg
+    if angle is not None and warn is not None and warn > angle:
+        allowed = f"at most limits.pressure_angle_deg, {angle:g} deg"
+        found.append(Problem("limits.warn_pressure_angle_deg", "the limit fails before it warns", warn, allowed))
+    stated = "warn_undercut_margin" in limits.model_fields_set
+    if stated and 0.0 < limits.warn_undercut_margin < limits.undercut_margin:
+        allowed = f"at least limits.undercut_margin, {limits.undercut_margin:g}, or 0 for no warning"
+        value = limits.warn_undercut_margin
+        found.append(Problem("limits.warn_undercut_margin", "the limit fails before it warns", value, allowed))
     return found
 
 

@@ -211,7 +211,7 @@ def _key_hint(word: str, parent: Path_, owner: Model | None, sections: Sections)
     keys = [(name, key) for name, models in sections.items() for model in models for key in keys_of(model)]
     places = list(dict.fromkeys(_place(name) + word for name, key in keys if key == word and name != dotted(parent)))
     guesses = ([repr(here)] if here and here != word else []) + places[:3]
-    if not guesses and (near := nearest(word, sorted({key for _, key in keys}))):
+    if not guesses and owner is None and (near := nearest(word, sorted({key for _, key in keys}))):
         guesses = [_place(next(name for name, key in keys if key == near)) + near]
     if guesses:
         return f"did you mean {' or '.join(guesses)}?"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi, radians
@@ -121,10 +122,20 @@ def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: flo
         segments = _on_whole_indexes(segments, 2.0 * pi / follower.stops)  # type: ignore[union-attr]
     try:
         return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
+    except ProfileError as refused:
+        raise ProfileError([_as_written(problem, motion) for problem in refused.problems], refused.file) from None
     except ArithmeticError as error:
         # Parameters within their ranges can still be too extreme together (a share of 1e-300).
         message = f"the parameters of the law give no finite motion ({error})"
         raise ProfileError([Problem(at, message) for at in _extreme(segments)]) from None
+
+
+def _as_written(problem: Problem, motion: Sequence[MotionSegment]) -> Problem:
+    """The problem with the rate that the profile gives, per degree, in place of that per radian."""
+    named = re.fullmatch(rf"motion\[(\d+)\]\.({'|'.join(RATES)})", problem.key)
+    if named is None or int(named[1]) >= len(motion):
+        return problem
+    return replace(problem, value=getattr(motion[int(named[1])], named[2]))
 
 
 def _extreme(segments: Sequence[Segment]) -> list[str]:

@@ -68,6 +68,11 @@ class Force(Section):
 
         if (self.expression is None) == (self.table is None):
             raise ValueError("a force needs either an expression or a table")
+        stated = self.model_fields_set
+        if self.table is not None and {"begin", "until"} & stated:
+            raise ValueError("`from` and `until` are of an expression: a table acts from its first to its last row")
+        if self.expression is not None and "interpolation" in stated:
+            raise ValueError("`interpolation` is of a table: an expression has no rows")
         if self.expression is not None:
             if self.begin == self.until:
                 raise ValueError("`from` and `until` are equal: the force has no range of cam angle")
@@ -184,5 +189,7 @@ class Limits(Section):
     def for_follower(self, follower: AnyFollower) -> Limits:
         """The limits with the defaults that depend on the follower filled in."""
         usual = follower.pressure_angle_limit
-        limit, warn = self.pressure_angle_deg or usual, self.warn_pressure_angle_deg or usual
-        return self.model_copy(update={"pressure_angle_deg": limit, "warn_pressure_angle_deg": warn})
+        limit = self.pressure_angle_deg or usual
+        warn = self.warn_pressure_angle_deg or min(usual, limit)
+        filled = {**dict(self), "pressure_angle_deg": limit, "warn_pressure_angle_deg": warn}
+        return Limits.model_construct(self.model_fields_set, **filled)

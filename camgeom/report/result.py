@@ -140,7 +140,7 @@ def _planar(planar: Planar) -> dict[str, Any]:
     low, high = planar.pressure_angle_range
     convex, hollow = planar.radii
     data: dict[str, Any] = {
-        "max_pressure_angle_deg": degrees(planar.pressure_angle.value),
+        "max_pressure_angle_deg": round(degrees(planar.pressure_angle.value), 12),
         "max_pressure_angle_at_deg": degrees(planar.pressure_angle.cam_angle) % 360.0,
         "pressure_angle_range_deg": [degrees(low.value), degrees(high.value)],
         "min_convex_radius_mm": convex.value if convex else None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -110,3 +111,9 @@ def test_the_public_names_are_those_that_are_exported() -> None:
 def test_unknown_name_says_what_there_is() -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'raed'.*read"):
         camgeom.raed  # noqa: B018
+
+
+def test_no_test_imports_a_test() -> None:
+    tests = Path(__file__).parents[1]
+    found = re.compile(r"^\s*(?:from|import) tests\.[\w.]*test_", re.MULTILINE)
+    assert [file.name for file in tests.rglob("*.py") if found.search(file.read_text(encoding="utf-8"))] == []

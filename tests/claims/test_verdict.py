@@ -102,3 +102,12 @@ def test_a_pressure_angle_beyond_the_customary_warns_though_the_limit_holds() ->
     assert isinstance(finding, Finding)
     assert (finding.level, finding.limit, finding.comparison) == ("warn", 70.0, "<=")
     assert finding.margin == pytest.approx(100.0 * (70.0 - 65.580914) / 70.0, abs=1e-4)
+
+
+def test_what_is_brought_near_its_limit_by_choice_is_not_the_closest() -> None:
+    angle = judged("pressure-angle", 29.9, "<=", 30.0, "deg", "")
+    hardness = judged("hardness", 2450.0, "<=", 2450.0, "MPa", "")
+    stops = judged("stops", 4.0, ">=", 4.0, "stops", "")
+    wall = judged("wall", 2.0, ">=", 1.0, "mm", "")
+    assert Verdict((hardness, stops, wall, angle)).closest is angle
+    assert Verdict((hardness, stops)).closest is None

@@ -190,7 +190,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert "cam.diameter" in page
     assert [Path(file).name for file in result["files"]] == ["study.csv", "study.html"]
     assert main(words[:-1]) == 0
-    assert "2 variants: 1 pass, 1 bad input" in capsys.readouterr().out
+    assert "2 variants: 1 pass of what was judged, 1 bad input" in capsys.readouterr().out
     assert main(["study", "small.toml", "--vary", "cam.diamter=1,2"]) == 2
     assert "did you mean 'diameter'?" in capsys.readouterr().err
     assert main(["study", "small.toml", "--vary", "cam.diameter=1,2", "--jobs", "none"]) == 2
@@ -218,3 +218,22 @@ def test_a_study_of_clearances_from_the_command_line(tmp_path: Path, capsys: pyt
     assert peaks == pytest.approx([6444.0, 15409.0], rel=0.02)
     assert main([*command, "--json", "--only", "motion"]) == 0
     assert not any(key.startswith("dynamics") for key in json.loads(capsys.readouterr().out)["rows"][0])
+
+
+def test_a_study_says_what_it_did_not_judge_and_fails_where_nothing_passes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    disc = str(PROFILES / "disc_flat_face.toml")
+    common = ["--out", str(tmp_path), "--jobs", "1"]
+    assert main(["study", disc, "--vary", "cam.width=10,12", *common]) == 0
+    told = capsys.readouterr().out
+    assert "2 pass of what was judged" in told
+    assert "not judged here: " in told
+    assert "interference" in told.partition("not judged here")[2]
+    with (tmp_path / "study.csv").open(newline="") as stream:
+        assert all("watertight" in row["not_judged"].split() for row in csv.DictReader(stream))
+    assert "Not judged in this study" in (tmp_path / "study.html").read_text()
+    failing = ["study", disc, "--vary", "limits.contact_pressure_mpa=1,2", *common]
+    assert main(failing) == 1
+    assert "2 variants: 2 fail" in capsys.readouterr().out
+    assert main([*failing, "--json"]) == 1

@@ -8,10 +8,12 @@ from typing import Any
 import pytest
 
 from camgeom.cams import kinds, starter
+from camgeom.checks import judge
 from camgeom.errors import ProfileError
+from camgeom.model import Model
 from camgeom.profile import from_data, parse, read
 from tests.places import PROFILES
-from tests.profile.test_every_key import CASES, frozen, made, put
+from tests.profile.cases import CASES, frozen, made, put
 
 
 def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
@@ -52,6 +54,11 @@ def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
         ("disc, roller", "impact.clearance", 0.02, "both ways"),
         ("disc, flat face", "roller", {"diameter": 20.0, "length": 10.0}, "flat face touches"),
         ("disc, flat face", "limits.undercut_margin", 0.1, "face-curvature"),
+        ("disc, flat face", "limits.warn_pressure_angle_deg", 20.0, "always 0"),
+        ("frame", "limits.warn_pressure_angle_deg", 20.0, "always 0"),
+        ("disc, roller", "limits.warn_pressure_angle_deg", 20.0, ""),
+        ("disc, roller", "limits.warn_pressure_angle_deg", 30.0, ""),
+        ("disc, roller", "limits.warn_pressure_angle_deg", 31.0, "the limit fails before it warns"),
         ("disc, flat face", "limits.clearance_mm", 0.1, ""),
         ("disc, flat face", "limits.life_h", 1e9, ""),
         ("disc, roller", "limits.life_h", 1e9, ""),
@@ -160,3 +167,45 @@ def test_shipped_profiles_give_no_idle_key(file: Any) -> None:
 def test_starters_give_no_idle_key(kind: str) -> None:
     assert parse(starter(kind))
     assert tomllib.loads(starter(kind))["cam"]["kind"] == kind
+
+
+@pytest.mark.parametrize(("limit", "warn", "told"), [(0.1, 0.05, True), (0.1, 0.1, False), (0.1, 0.0, False)])
+def test_a_warning_below_the_undercut_limit_is_refused(limit: float, warn: float, told: bool) -> None:
+    found = refusals("disc, roller", {"limits.undercut_margin": limit, "limits.warn_undercut_margin": warn})
+    assert ("limits.warn_undercut_margin" in found) == told
+
+
+TABLE = [[0, 0], [90, 3000], [360, 0]]
+
+
+@pytest.mark.parametrize(
+    ("force", "word"),
+    [
+        ({"table": TABLE}, ""),
+        ({"table": TABLE, "interpolation": "smooth"}, ""),
+        ({"table": TABLE, "from": 40.0}, "from its first to its last row"),
+        ({"table": TABLE, "until": 60.0}, "from its first to its last row"),
+        ({"expression": "100", "from": 40.0, "until": 60.0}, ""),
+        ({"expression": "100", "interpolation": "smooth"}, "an expression has no rows"),
+    ],
+)
+def test_a_force_is_a_table_or_an_expression_with_its_own_keys(force: dict[str, Any], word: str) -> None:
+    found = refusals("disc, roller", {"operation.force": [force]})
+    assert (word in " ".join(found.values())) if word else not found
+
+
+def test_a_rate_is_told_as_it_is_written() -> None:
+    text = (PROFILES / "disc_flat_face.toml").read_text().replace('law = "', 'velocity = 0.3\nlaw = "', 1)
+    with pytest.raises(ProfileError, match=r"motion\[0\].velocity: .*\(found 0.3\)"):
+        parse(text)
+
+
+def test_the_face_of_an_arm_ends_with_the_arm() -> None:
+    levels = {}
+    for arm in (40.0, 900.0):
+        data = made("disc, arm with flat face")
+        put(data, "follower.arm", arm)
+        data["follower"].pop("face_width", None)
+        found = judge(Model(from_data(frozen(data), "")), ["face-width"]).findings
+        levels[arm] = [(finding.level, finding.value) for finding in found]
+    assert levels == {40.0: [("fail", 40.0)], 900.0: [("pass", 900.0)]}

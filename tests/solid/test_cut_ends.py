@@ -12,7 +12,7 @@ from camgeom.model import Model, read
 from camgeom.solid import ENDS_CUT
 from camgeom.track.clearance import largest_gap, least_distances
 from tests.places import PROFILES
-from tests.solid.test_right_advice import barrel
+from tests.reference.barrels import barrel
 
 TURRETS = ("barrel_indexer", "conical_indexer", "tool_changer", "two_start")
 WIDTHS = (80.0, 84.0, 86.0, 88.0)

@@ -14,6 +14,7 @@ from camgeom.profile import from_data
 from camgeom.profile.text import load
 from camgeom.track.section import Column, cylinder_level
 from tests.places import PROFILES
+from tests.reference.barrels import barrel
 
 RADIUS = 67.0
 
@@ -66,14 +67,6 @@ def test_a_flank_that_leaves_the_drum_sideways_says_so() -> None:
                 said.append(str(refusal))
     assert said
     assert all("sideways" in text for text in said)
-
-
-def barrel(width: float, shape: str) -> Model:
-    data, _, _ = load((PROFILES / "barrel_indexer.toml").read_text(encoding="utf-8"), "")
-    data["cam"] = data["cam"] | {"width": width}
-    if shape == "sphere":
-        data["roller"] = {"shape": "sphere", "diameter": 30.0}
-    return Model(from_data({k: v for k, v in data.items() if k != "operation"}, ""))
 
 
 @pytest.mark.parametrize("width", [60.0, 70.0, 78.0])

@@ -124,7 +124,7 @@ class FollowerStudy:
             "frequencies_hz": [float(w) / (2.0 * pi) for w in self.train.natural_frequency()],
             f"peak_acceleration_{length}_s2": float(acceleration.magnitude[0]),
             f"peak_deviation_{length}": float(steady.peak("deviation").magnitude[0]),
-            f"peak_contact_force_{force}": float(contact.maximum[0]),
+            f"peak_contact_force_{force}": float(contact.magnitude[0]),
             f"least_contact_force_{force}": float(contact.minimum[0]),
             "least_contact_force_cam_angle_deg": degrees(float(contact.minimum_at[0])),
             "peak_cam_torque_n_m": float(steady.peak("cam_torque").magnitude[0]),
@@ -149,7 +149,7 @@ class FollowerStudy:
         columns = {
             f"peak_acceleration_{length}_s2": acceleration.magnitude,
             f"least_contact_force_{force}": contact.minimum,
-            f"peak_contact_force_{force}": contact.maximum,
+            f"peak_contact_force_{force}": contact.magnitude,
         }
         return self.sweep.figures(columns)
 

@@ -171,7 +171,7 @@ def _rows(section: Section, prefix: str) -> Iterator[tuple[Cell, ...]]:
         if isinstance(value, Section):
             yield from _rows(value, f"{key}.")
         elif isinstance(value, tuple) and value and all(isinstance(item, Section) for item in value):
-            for i, item in enumerate(value, start=1):
+            for i, item in enumerate(value):
                 yield from _rows(item, f"{key}[{i}].")
         elif name == "parameters":
             yield from ((f"{prefix}{word}", _text(given), "parameter of the law") for word, given in value)
