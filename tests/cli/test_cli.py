@@ -18,35 +18,6 @@ from camgeom.profile import read
 from camgeom.track import Arc, Straight
 from tests.places import ROOT
 
-GOOD = """
-name = "small groove cam"
-[cam]
-kind = "cylindrical"
-diameter = 80
-length = 60
-start = 20
-groove_depth = 9
-[follower]
-kind = "translating"
-mass = 1
-[roller]
-diameter = 12
-length = 8
-[[motion]]
-until = 180
-to = 15
-law = "cycloidal"
-[[motion]]
-until = 360
-to = 0
-law = "modified-sine"
-[operation]
-speed = 300
-[output]
-tolerance = 0.05
-formats = ["stl"]
-"""
-
 
 @pytest.fixture
 def profile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

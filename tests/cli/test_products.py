@@ -15,7 +15,7 @@ from camgeom.errors import DesignError, ExportError, GeometryEngineError, NotCon
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.result import compute
-from tests.cli.test_cli import GOOD
+from tests.cli.small import GOOD
 from tests.places import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
