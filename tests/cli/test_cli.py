@@ -16,6 +16,7 @@ from camgeom.cli.model import USUAL, slug
 from camgeom.model import Model
 from camgeom.profile import read
 from camgeom.track import Arc, Straight
+from tests.cli.small import GOOD
 from tests.places import ROOT
 
 
@@ -319,12 +320,21 @@ def test_an_stl_says_what_its_coordinates_cost(
     assert ("3mf, ply" in err) == bool(word)
 
 
-@pytest.mark.parametrize(("name", "crown"), [("disc_offset_roller", "straight"), ("feeder_runout", "conforming")])
+@pytest.mark.parametrize(
+    ("name", "flank", "crown"),
+    [
+        ("disc_offset_roller", "", "straight"),
+        ("feeder_runout", "", "straight"),
+        ("feeder_runout", "conforming", "conforming"),
+    ],
+)
 def test_how_a_flank_meets_a_crowned_roller_is_said(
-    capsys: pytest.CaptureFixture[str], name: str, crown: str
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, flank: str, crown: str
 ) -> None:
     """What is said is what is built: the meridian that the flank is surveyed with is an arc, or a line."""
-    profile = ROOT / "profiles" / f"{name}.toml"
+    text = (ROOT / "profiles" / f"{name}.toml").read_text()
+    profile = tmp_path / f"{name}.toml"
+    profile.write_text(text.replace("[roller]", f'[roller]\nflank = "{flank}"') if flank else text)
     model = Model(read(str(profile)))
     assert isinstance(model.flanks[0].cutter.meridian, Arc if crown == "conforming" else Straight)
     assert f"flank under the crowned roller: {crown}" in run(capsys, "check", profile)[1]
