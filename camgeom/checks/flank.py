@@ -124,5 +124,5 @@ def run_out(model: Model) -> Iterable[Finding]:
             "run-out", force.value, "<=", 0.0, "N mm" if model.setup.follower.rotating else "N",
             "the follower is pressed where it has no wall, and leaves its motion there: hold it by a stop, or turn the "
             "spring, the weight or the run-out round",
-            worst="warn", cam_angle=force.cam_angle, where="force that no wall takes",
+            cam_angle=force.cam_angle, where="force that no wall takes",
         )  # fmt: skip
