@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
-from camgeom.validation import indexing, pin_insertion, pressing
+from camgeom.validation import conjugate, indexing, pin_insertion, pressing
 from camgeom.validation.entry import Entry, Row, Source, judge
 
-SOURCES: tuple[Source, ...] = (pin_insertion.SOURCE, pressing.SOURCE, indexing.SOURCE)
+SOURCES: tuple[Source, ...] = (pin_insertion.SOURCE, pressing.SOURCE, indexing.SOURCE, conjugate.SOURCE)
 """In the order of their numbers."""
 
 

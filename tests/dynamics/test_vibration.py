@@ -28,12 +28,17 @@ contact_damping = 3.9
 """
 
 
-def solved(profile, extra):
+def plain(profile):
+    """A shipped profile without its own tables of dynamics."""
     text = (PROFILES / f"{profile}.toml").read_text()
     for table in ("[dynamics]", "[impact]"):
         head, _, rest = text.partition(table)
         text = head + rest.partition("\n\n")[2]
-    model = Model(parse(text + extra))
+    return text
+
+
+def solved(profile, extra):
+    model = Model(parse(plain(profile) + extra))
     return compute(model, ("dynamics",)).data["dynamics"]
 
 
@@ -171,7 +176,7 @@ def test_a_slide_between_two_discs_and_its_mirror_image():
 
 
 def test_rockers_on_either_side_and_their_mirror_images():
-    text = (PROFILES / "conjugate_rocker.toml").read_text() + "\n[impact]\nturns = 2\n"
+    text = plain("conjugate_rocker") + "\n[impact]\nturns = 2\n"
 
     def impact(side, direction):
         changed = text.replace("arm = 90", f'arm = 90\nside = "{side}"')

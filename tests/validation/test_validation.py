@@ -121,6 +121,18 @@ def test_the_drive_of_eleven_degrees_of_freedom(quick: list[Row]) -> None:
     assert rows["plate-655 possible"].computed == pytest.approx(540.2, abs=0.1)
 
 
+def test_the_conjugate_cams_equations(quick: list[Row]) -> None:
+    """Computed independently for this project beforehand, theory of the conjugate clearance, B.1 and B.2."""
+    rows = {row.item: row for row in quick if row.source == "S5"}
+    assert rows["geometry"].computed == pytest.approx(95.0, abs=1e-3)
+    assert rows["clearance"].computed == pytest.approx(0.08382, abs=1e-5)
+    assert rows["restitution"].computed == pytest.approx(0.895918, abs=1e-6)
+    assert rows["(9)"].printed == pytest.approx(72474.94789 / 1e-4, rel=1e-6)
+    assert rows["(9)"].computed == pytest.approx(9656.888460 / 1e-4, rel=1e-6)
+    for item in ("(5)", "(7)", "(8) n", "(9)", "(24)", "(26)"):
+        assert rows[item].verdict == "misprint", item
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "camgeom" / "validation").glob("*.toml")))
 def test_a_machine_of_a_source_is_that_of_its_shipped_profile(name: str) -> None:
     """One set of printed data: what the validation and the profile of the same name both give is the same."""
