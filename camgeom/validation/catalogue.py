@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
-from camgeom.validation import conjugate, indexing, pin_insertion, pressing
+from camgeom.validation import conjugate, globoidal_design, indexing, pin_insertion, pressing
 from camgeom.validation.entry import Entry, Row, Source, judge
 
-SOURCES: tuple[Source, ...] = (pin_insertion.SOURCE, pressing.SOURCE, indexing.SOURCE, conjugate.SOURCE)
+SOURCES: tuple[Source, ...] = tuple(
+    room.SOURCE for room in (pin_insertion, pressing, globoidal_design, indexing, conjugate)
+)
 """In the order of their numbers."""
 
 

@@ -92,6 +92,18 @@ def test_the_page_is_current() -> None:
     assert done.returncode == 0, f"run `python scripts/validation_page.py` {done.stderr}"
 
 
+def test_the_audit_of_the_sources_is_whole() -> None:
+    """Every item of the validation stands in the audit, every row of it has an item or a reason and a command."""
+    lines = (ROOT / "docs" / "sources.tsv").read_text(encoding="utf-8").splitlines()[1:]
+    rows = [line.split("\t") for line in lines]
+    assert all(len(row) == 5 and row[0] and row[1] and row[2] and row[4].strip("! ") for row in rows)
+    named = {(row[0], item.strip()) for row in rows if not row[4].startswith("!") for item in row[4].split(", ")}
+    assert named == {(source.short, entry.item) for source in SOURCES for entry in source.entries}
+    shown = {word for row in rows for word in row[3].split() if word.startswith("profiles/")}
+    assert all((ROOT / name).is_file() for name in shown)
+    assert len(rows) >= 120
+
+
 def test_the_papers_trends_and_figures_of_the_groove_cam(quick: list[Row]) -> None:
     """Computed independently for this project beforehand, theory of the groove cam's fatigue."""
     rows = {row.item: row for row in quick if row.source == "S1"}
