@@ -102,8 +102,6 @@ NO_PRESSURE = idle(
     *(f"material.roller.{key}" for key in ("elastic_modulus", "poisson", "contact_limit")),
 )
 
-NO_WALL = idle("a disc without a hole has no wall", "limits.min_wall_mm")
-
 
 def keyway_idle(bore: float) -> dict[str, str]:
     """The keys of a keyway, which mean nothing without a bore."""

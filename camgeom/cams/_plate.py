@@ -159,6 +159,11 @@ def bore_walls(name: str, outline: Outline, bore: Bore | None) -> tuple[Wall, ..
     return (Wall(f"{name} to bore", thickness, angle, "a smaller bore or keyway, or a larger base_radius"),)
 
 
+def disc_wall(name: str, width: float) -> Wall:
+    """A disc or plate from face to face."""
+    return Wall(f"{name} from face to face", width, None, "a larger width")
+
+
 def mark_walls(
     name: str, outline: Outline, bore: Bore | None, diameter: float, radius: float, sense: float
 ) -> tuple[Wall, ...]:

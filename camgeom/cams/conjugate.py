@@ -12,7 +12,7 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     Arm,
@@ -20,6 +20,7 @@ from camgeom.cams._plate import (
     bore_of,
     bore_problems,
     bore_walls,
+    disc_wall,
     face_idle,
     lift_range,
     mark_loops,
@@ -88,7 +89,6 @@ class Conjugate(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other follower, and of followers of other cams."""
         found = NO_DRUM | keyway_idle(self.bore) | face_idle("roller")
-        found |= {} if self.bore or self.mark_diameter else NO_WALL
         if not setup.follower.rotating:
             rocker = ("cam.center_distance", "cam.return_arm", "cam.rocker_angle")
             return found | idle("belongs to a rocker, none for a slide", *rocker)
@@ -257,11 +257,12 @@ class ConjugateMechanism(Mechanism):
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
-        """Of both discs: profile to bore, phase mark to profile and to bore."""
+        """Of both discs: the disc itself, profile to bore, phase mark to profile and to bore."""
         cam = self.cam
         found: list[Wall] = []
         for name in ("main", "return"):
             outline = self.outlines[name]
+            found.append(disc_wall(f"{name} disc", self.width))
             found += bore_walls(name, outline, self.bore)
             found += mark_walls(name, outline, self.bore, cam.mark_diameter, cam.mark_radius or 0.0, self.sense)
         return tuple(found)

@@ -13,13 +13,14 @@ from typing import ClassVar, Literal, final
 
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_WALL, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     SQUARE,
     bore_of,
     bore_problems,
     bore_walls,
+    disc_wall,
     face_idle,
     lift_range,
     roller_track,
@@ -71,7 +72,7 @@ class ConstantWidth(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other of frame (flat faces) and yoke (rollers)."""
-        found = NO_DRUM | keyway_idle(self.bore) | ({} if self.bore else NO_WALL)
+        found = NO_DRUM | keyway_idle(self.bore)
         faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
         if setup.roller is None:
             return found | faces | SQUARE | idle("a frame has no rollers", "impact.roller_inertia")
@@ -171,8 +172,8 @@ class ConstantWidthMechanism(Mechanism):
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
-        """Profile to bore."""
-        return bore_walls("profile", self.outlines["profile"], self.bore)
+        """The disc itself, and profile to bore."""
+        return (disc_wall("cam", self.width), *bore_walls("profile", self.outlines["profile"], self.bore))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

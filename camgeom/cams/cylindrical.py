@@ -355,6 +355,11 @@ class CylindricalMechanism(Mechanism):
         return tuple(answers)
 
     @property
+    def floor_gap(self) -> float | None:
+        """From the roller's end to the floor, square to both, mm; a ball touches its groove at the bottom too."""
+        return None if isinstance(self.roller, SphereRoller) else self.contact[0] - self.cam.floor_radius
+
+    @property
     def rib_asked(self) -> float | None:
         """The rib's thickness in a dwell less both running clearances, mm."""
         thickness = self.cam.rib_thickness

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_WALL, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     SQUARE,
@@ -18,6 +18,7 @@ from camgeom.cams._plate import (
     bore_of,
     bore_problems,
     bore_walls,
+    disc_wall,
     face_idle,
     least_distance,
     lift_range,
@@ -88,7 +89,7 @@ class Disc(Cam):
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
             keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")
-            found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | ({} if self.bore else NO_WALL)
+            found |= idle("only form = 'groove' has one", *keys) | ONE_WAY
         if not follower.rotating:
             found |= SQUARE if follower.face == "flat" else {}
             return found | idle("only a swinging follower has a pivot", "cam.center_distance")
@@ -195,6 +196,13 @@ class DiscMechanism(Mechanism):
             return cam.width - length, cam.width
         return 0.5 * (cam.width - length), 0.5 * (cam.width + length)
 
+    @property
+    def floor_gap(self) -> float | None:
+        """From the roller's end to the floor of a face groove, mm; a longer roller stands out of the plate."""
+        if self.cam.form == "external" or self.cam.groove_depth is None:
+            return None
+        return self.contact[0] - (self.cam.width - self.cam.groove_depth)
+
     @cached_property
     def pitch(self) -> Track:
         """The motion of the roller (or of the centre of a curved face, or of a knife edge)."""
@@ -282,10 +290,10 @@ class DiscMechanism(Mechanism):
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
-        """Profile to bore; of a face groove also its outer flank to the rim, and what is left under its floor."""
+        """The disc and its profile to the bore; of a face groove the outer flank to the rim, the web below."""
         cam = self.cam
         if cam.form == "external":
-            return bore_walls("profile", self.profile, self.bore)
+            return (disc_wall("cam", cam.width), *bore_walls("profile", self.profile, self.bore))
         assert cam.diameter is not None
         assert cam.groove_depth is not None
         rim = 0.5 * cam.diameter

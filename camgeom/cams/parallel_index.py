@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, ONE_WAY, Cam, keyway_idle, problem, sense_of
-from camgeom.cams._plate import bore_of, bore_problems
+from camgeom.cams._plate import bore_of, bore_problems, disc_wall
 from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
@@ -216,8 +216,8 @@ class ParallelIndexMechanism(Mechanism):
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
-        """Widths of the horns at their tips, and what the deepest roller leaves about the bore."""
-        found = []
+        """The plates themselves, their horns' tips, and what the deepest roller leaves about the bore."""
+        found = [disc_wall(name, self.width) for name in self.outlines]
         reach = self.bore.reach if self.bore else 0.0
         for name, sweep in zip(self.outlines, self._cuts):
             for part in sweep.chain:

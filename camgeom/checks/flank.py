@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import check
-from camgeom.checks.verdict import Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
@@ -87,6 +87,17 @@ def _lengths(track: Track, phi: Floats, top: Level, near: float) -> Floats:
     column = Column(track, phi)
     ends = [column.reach(side, top, near)[:, 0] for side in track.sides]
     return np.asarray(np.min([np.minimum(track.meridian.jet(end)[0], high) - low for end in ends], axis=0))
+
+
+@check("floor-gap", "tracks")
+def floor_gap(model: Model) -> Iterable[Finding]:
+    """From a roller's flat end to the floor of its groove: an end that rubs wears, and takes the flanks' load."""
+    gap = model.mechanism.floor_gap
+    if gap is not None:
+        yield judged(
+            "floor-gap", gap, ">", model.profile.limits.clearance_mm, "mm",
+            "the roller's end rubs on the floor: a shorter roller or a deeper groove", slack=-NO_GAP,
+        )  # fmt: skip
 
 
 @check("run-out", "tracks")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import check
-from camgeom.checks.verdict import Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -48,7 +48,7 @@ def turret_gap(model: Model) -> Iterable[Finding]:
     """Free distances of the turret: between rollers, body to blank, roller ends to floor."""
     limit = model.profile.limits.clearance_mm
     for name, value, remedy in _turret(model).gaps:
-        yield judged("turret-gap", value, ">", limit, "mm", remedy, where=name)
+        yield judged("turret-gap", value, ">", limit, "mm", remedy, slack=-NO_GAP, where=name)
 
 
 @check("hand-over", "turret")

@@ -30,6 +30,8 @@ ENDLESS_H = 1e7
 """h, 1 141 years; a life that is longer is told as unlimited (result.json keeps the figure)"""
 ROUNDING = {"mm": 1e-9, "deg": 1e-9, "N": 1e-9, "N mm": 1e-9, "1": 1e-12}
 """values below are rounding of what is zero"""
+NO_GAP = ROUNDING["mm"]
+"""mm; a gap of rounding is none"""
 
 
 @final

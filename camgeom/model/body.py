@@ -92,7 +92,7 @@ class Body(Sealed):
     @fact
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the bodies."""
-        return tuple(wall for binding in self.bindings for wall in binding.mechanism.walls)
+        return tuple(dict.fromkeys(wall for binding in self.bindings for wall in binding.mechanism.walls))
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

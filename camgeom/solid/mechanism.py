@@ -195,6 +195,14 @@ class Mechanism(ABC):
         return None
 
     @property
+    def floor_gap(self) -> float | None:
+        """From the flat end of a roller to the floor of its groove (rib: the drum beside it), mm; None without one.
+
+        A turret's stands among its gaps.
+        """
+        return None
+
+    @property
     def span_between(self) -> float | None:
         """Constant width of the cam between parallel faces."""
         return None

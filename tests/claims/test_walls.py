@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.maths import Floats
 from camgeom.model import Model
@@ -16,11 +17,12 @@ from tests.places import PROFILES
 FINE = 2e-5
 """mm, chord error of the meshes that walls are measured on"""
 PLATES = {
-    "disc_offset_roller": ("profile to bore",),
-    "disc_flat_face": ("profile to bore",),
+    "disc_offset_roller": ("cam from face to face", "profile to bore"),
+    "disc_flat_face": ("cam from face to face", "profile to bore"),
     "disc_face_groove": ("inner flank to bore", "outer flank to rim", "under the groove floor"),
-    "constant_width_press": ("profile to bore",),
+    "constant_width_press": ("cam from face to face", "profile to bore"),
     "conjugate_rocker": (
+        "main disc from face to face", "return disc from face to face",
         "main to bore", "main to phase mark", "main phase mark to bore",
         "return to bore", "return to phase mark", "return phase mark to bore",
     ),
@@ -54,6 +56,8 @@ def measured(model: Model, wall: str) -> float:
         floor = mesh.vertices[mesh.faces[mesh.group == mesh.groups.index("floor")]][..., 2]
         return float(floor.min() - mesh.vertices[:, 2].min())
     body = 1 if wall.startswith("return") else 0
+    if wall.endswith("from face to face"):
+        return float(np.ptp(model.parts[body].solid(FINE).mesh.vertices[:, 2]))
     flank, bore = rings(model, body, "flank"), dense(rings(model, body, "bore", "keyway"))
     if wall == "outer flank to rim":
         return apart(rings(model, 0, "rim"), flank)
@@ -94,9 +98,20 @@ def test_walls_of_plates_are_those_of_the_mesh_and_judged_on_both_sides(name: st
 def test_a_bore_or_keyway_close_under_the_base_circle_fails(cam: dict[str, float], thickness: float | None) -> None:
     data = {"base_radius": 30, **cam}
     model = profile("disc_offset_roller", cam=data)
-    finding = next(iter(judge(model, ["wall"]).findings))
+    finding = next(one for one in judge(model, ["wall"]).findings if one.where == "profile to bore")
     assert finding.level == "fail"
     assert finding.value == pytest.approx(thickness or measured(model, "profile to bore"), rel=2e-3)
+
+
+@pytest.mark.parametrize(("width", "level"), [(0.02, "fail"), (0.999, "fail"), (1.002, "pass")])
+@pytest.mark.parametrize("name", ["disc", "conjugate", "parallel-index"])
+def test_a_disc_or_plate_as_thin_as_foil_fails(name: str, width: float, level: str) -> None:
+    data = load(starter(name), name)[0]
+    data["cam"] = {**data["cam"], "width": width, "bore": 0.0, "keyway_width": 0.0, "keyway_depth": 0.0}
+    found = {f.where: f.level for f in judge(Model(from_data(data, name)), ["wall"]).findings}
+    faces = [where for where in found if where.endswith("from face to face")]
+    assert len(faces) == (1 if name == "disc" else 2)
+    assert {found[where] for where in faces} == {level}
 
 
 @pytest.mark.parametrize("name", ["tool_changer", "conical_indexer", "fine_indexer", "barrel_indexer"])

@@ -9,9 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.model import Model, read
-from camgeom.profile import Profile, parse
+from camgeom.profile import Profile, from_data, parse
+from camgeom.profile.text import load
+from camgeom.report.sections.record import solid_rows
 from camgeom.solid import Solid
 from camgeom.track.sliding import passing
 from tests.places import PROFILES
@@ -166,6 +169,52 @@ def test_relief_and_preload_open_flanks_by_no_more_than_they_allow(name, changes
     finding = told(made, "backlash")
     assert finding.level == "pass"
     assert 0.2 * finding.limit < finding.value
+
+
+def test_a_preload_alone_is_no_backlash() -> None:
+    """The starter with a preload: what the closer turret opens on the far flanks is asked for, and no more."""
+    made = Model(parse(starter("globoidal").replace("[cam]\n", "[cam]\npreload = 0.01\n")))
+    assert made.mechanism.running_clearance == 0.0
+    finding = told(made, "backlash")
+    assert finding.level == "pass"
+    assert finding.value > 0.005
+    rows = [row for row in solid_rows(made) if "mesh" in str(row[0])]
+    assert rows
+    assert all(row[-1] for row in rows)
+    deep = made.mechanism.allowed_backlash + 0.001
+    (part,) = made.parts
+    tracks = tuple(track.grown(deep) for track in part.tracks)
+    worse = Model(made.profile)
+    worse.body.__dict__["solids"] = (replace(part, tracks=tracks).solid(made.tolerance),)
+    assert told(worse, "backlash").level == "fail"
+
+
+END = {"drum": "cylindrical", "rib": "cylindrical", "face groove": "disc_face_groove", "barrel": "cylindrical-index"}
+
+
+@pytest.mark.parametrize(("gap", "level"), [(1.0, "pass"), (1e-3, "pass"), (0.0, "fail")])
+@pytest.mark.parametrize("kind", END)
+def test_a_roller_that_stands_on_the_floor_of_its_groove_fails(kind: str, gap: float, level: str) -> None:
+    text = (PROFILES / f"{END[kind]}.toml").read_text() if "_" in END[kind] else starter(END[kind])
+    data = load(text, kind)[0]
+    if kind == "barrel":
+        data["cam"] = data["cam"] | {"tip_clearance": gap}
+    else:
+        data["roller"] = data["roller"] | {"length": data["cam"]["groove_depth"] - gap}
+    if kind == "rib":
+        data["cam"] = data["cam"] | {"form": "rib", "rib_thickness": 12.0}
+    check = "turret-gap" if kind == "barrel" else "floor-gap"
+    found = [f for f in judge(Model(from_data(data, kind)), [check]).findings if "rollers" not in f.where]
+    assert [f.level for f in found] == [level]
+    assert found[0].value == pytest.approx(gap, abs=1e-9)
+
+
+@pytest.mark.parametrize(("gap", "level"), [(1.0, "pass"), (0.01, "pass"), (0.0, "fail")])
+def test_a_tip_clearance_of_nothing_fails_a_globoid(gap: float, level: str) -> None:
+    data = load(starter("globoidal"), "")[0]
+    data["cam"] = data["cam"] | {"tip_clearance": gap}
+    (found,) = [f for f in judge(Model(from_data(data, "")), ["turret-gap"]).findings if f.where.endswith("floor")]
+    assert found.level == level
 
 
 @pytest.mark.parametrize(("by", "level"), [(0.0, "pass"), (1e-3, "fail")])

@@ -104,7 +104,9 @@ def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
     for found in model.clearances:
         name = f"{'Face' if model.mechanism.sliders else 'Roller'} of {found.where} against the mesh"
         if np.isfinite(found.value):
-            rows.append(_row(name, "deepest penetration over the turn", max(0.0, -found.value), 1e-6, "mm"))
+            meant = model.mechanism.allowed_interference
+            way = "deepest penetration over the turn" + (", beyond the preload" if meant else "")
+            rows.append(_row(name, way, max(0.0, -found.value - meant), 1e-6, "mm"))
     return rows
 
 
