@@ -298,9 +298,10 @@ class RollerSweep:
             azimuth = np.arctan2(self._starts[:, 1], self._starts[:, 0]) - np.arctan2(end[1], end[0])
             ahead = np.where(np.abs(np.hypot(*self._starts.T) - self.radius) < near, azimuth % TURN, np.inf)
             j = int(np.argmin(ahead))
+            if not np.isfinite(ahead[j]):
+                return None  # no edge begins on the rim
             low = float(np.arctan2(end[1], end[0]))
-            rim = RimArc(self.radius, low, low + float(ahead[j]))
-            return _Joint(j, edge.last, self.edges[j].first, rim) if np.isfinite(ahead[j]) else None
+            return _Joint(j, edge.last, self.edges[j].first, RimArc(self.radius, low, low + float(ahead[j])))
         gap = np.hypot(*(self._starts - end).T)
         j = int(np.argmin(gap))
         return _Joint(j, edge.last, self.edges[j].first) if gap[j] <= near else self._shared(i)

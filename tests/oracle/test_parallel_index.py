@@ -352,3 +352,15 @@ def test_edges_are_parallel_to_their_path():
         gap = x - (centre[0] + 1j * centre[1])
         assert np.abs(gap) == pytest.approx(13.0)
         assert np.abs((np.conj(step) * gap).real).max() < 1e-9
+
+
+def test_an_edge_that_ends_on_the_rim_where_no_other_begins_leaves_no_joint_and_no_warning():
+    cam, setup = plates(4, 12, 3)
+    sweep = cam.mechanism(setup)._sweep(1, 15.0)
+    ends = [i for i, edge in enumerate(sweep.edges) if abs(hypot(*edge.curve(np.array([edge.last])).points[:, 0])
+                                                           - sweep.radius) < 1e-6]  # fmt: skip
+    assert all(sweep._next(i) is not None for i in ends)
+    lonely = replace(sweep)
+    lonely.__dict__["_starts"] = np.zeros_like(sweep._starts)
+    assert [lonely._next(i) for i in ends] == [None] * len(ends)
+    assert ends
