@@ -19,10 +19,9 @@ from camgeom.dynamics.impact.study import (
 )
 from camgeom.errors import NotConverged, ProfileError
 from tests.reference.impact_fixed import solve_fixed
-from tests.reference.impact_paper import answer_the_paper, printed_geometry
 from tests.reference.impact_press import SPEED as FRAME_SPEED
 from tests.reference.impact_press import pressing_problem
-from tests.reference.impact_reference import b1_problem, free_flight
+from tests.reference.impact_reference import b1_pair, b1_problem, free_flight
 
 
 def test_study_in_spawned_processes_equals_the_study_here() -> None:
@@ -110,21 +109,16 @@ def test_a_roller_that_sticks_names_the_speed_that_would_help(monkeypatch: pytes
 
 
 @pytest.mark.slow
-def test_the_statements_of_the_paper() -> None:
-    answer = answer_the_paper((1e-5, 1e-4), ("hertz", "printed"), turns=2)
-    rows = answer.rows
-    assert rows["3-4-5", "printed", 1e-5].acceleration.mean == pytest.approx(6439.0, abs=2.0)
-    assert rows["3-4-5", "printed", 1e-4].acceleration.mean == pytest.approx(15125.0, rel=2e-3)
-    assert rows["modified-trapezoid", "hertz", 1e-5].acceleration.mean == pytest.approx(6311.0, abs=2.0)
-    assert rows["modified-trapezoid", "hertz", 1e-4].acceleration.mean == pytest.approx(19254.0, rel=2e-3)
-    assert rows["modified-trapezoid", "printed", 1e-5].force_main.mean == pytest.approx(12370.0, abs=3.0)
-    assert "hertz: 6310 against 6444" in answer.profiles
-    assert "does not hold" in answer.profiles.split("printed")[0]
-    assert "2.05 times" in answer.profiles
-    assert "hertz: 2.39" in answer.growth
-    assert len(answer.table) == 8
-    for law in ("3-4-5", "modified-trapezoid"):
-        assert rows[law, "hertz", 1e-4].amplification > 2.0
+def test_steady_peaks_under_both_laws_and_contacts() -> None:
+    """Those that the paper's statements hang on; the statements themselves are judged by `camgeom validate S5`."""
+    keys = [("3-4-5", "printed", 1e-5), ("3-4-5", "printed", 1e-4), ("modified-trapezoid", "hertz", 1e-5),
+            ("modified-trapezoid", "hertz", 1e-4), ("modified-trapezoid", "printed", 1e-5)]  # fmt: skip
+    problems = {f"{law} {contact} {c:g}": b1_problem(c, law, contact) for law, contact, c in keys}
+    rows = dict(zip(keys, study(problems, turns=2, tighter=False), strict=True))
+    peaks = [rows[key].acceleration.mean for key in keys[:4]]
+    assert peaks == pytest.approx([6439.0, 15125.0, 6311.0, 19254.0], rel=2e-3)
+    assert rows[keys[4]].force_main.mean == pytest.approx(12370.0, abs=3.0)
+    assert rows[keys[3]].amplification > 2.0
 
 
 def test_profiles_compared_in_one_call() -> None:
@@ -143,7 +137,8 @@ def test_profiles_compared_in_one_call() -> None:
 def test_ideal_peaks_and_printed_geometry() -> None:
     run = solve(b1_problem(1e-4), turns=1.0, rtol=1e-6)
     assert run.machine.lift.peaks[2] * run.problem.speed**2 == pytest.approx(6396.418337, rel=1e-3)
-    assert "prime radius 99.5 mm must lie between 115 and 295 mm" in printed_geometry()
+    with pytest.raises(ProfileError, match=r"prime radius 99\.5 mm must lie between 115 and 295 mm"):
+        b1_pair(1e-4, base_radius=79.5)
 
 
 def test_free_flight_estimates() -> None:
