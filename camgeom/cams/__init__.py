@@ -98,8 +98,11 @@ NO_LIFE = idle(
 NO_PRESSURE = idle(
     "a knife edge has no contact pressure",
     "limits.contact_pressure_mpa",
-    *(f"material.cam.{key}" for key in ("elastic_modulus", "poisson", "contact_limit")),
-    *(f"material.roller.{key}" for key in ("elastic_modulus", "poisson", "contact_limit")),
+    *(
+        f"material.{body}.{key}"
+        for body in ("cam", "roller")
+        for key in ("elastic_modulus", "poisson", "contact_limit", "hardness", "case_depth_mm")
+    ),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal, final
@@ -219,6 +220,11 @@ class CylindricalMechanism(Mechanism):
         if not self.runs_out:
             return super().inside(x)
         return np.asarray((x[2] >= 0.0) & (x[2] <= self.cam.length))
+
+    @property
+    def beside(self) -> Callable[[Floats], Mask]:
+        """Which contact points have a wall: where it is steep, the roller's outer end stands beyond the land's edge."""
+        return self.drum.inside if self.runs_out else self.drum.under
 
     @property
     def blank(self) -> Blank:

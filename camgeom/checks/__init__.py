@@ -8,14 +8,14 @@ wanted, the verdict tells that it was not judged, and what to give.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, final
 
-from camgeom.checks.verdict import Finding, NotJudged, Verdict
+from camgeom.checks.verdict import Finding, NotJudged, Verdict, judged, life_shown
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.maths.overflow import within_range
 
@@ -37,6 +37,27 @@ def _load(model: Model, applies: object) -> bool | str:
 
 def _crowned(model: Model) -> bool:
     return model.profile.roller is not None and model.profile.roller.shape in ("crowned", "sphere")
+
+
+def judged_lives(
+    name: str, model: Model, lives: Mapping[str, float], remedy: str, basis: str = ""
+) -> Iterable[Finding | NotJudged]:
+    """The lives, h, of bodies against the profile's; without one they are told, and what to give. None of a knife edge.
+
+    basis: what the lives rest on, beside the body's name
+    """
+    limit = model.profile.limits.life_h
+    if limit is None:
+        told = ((body, life_shown(hours)) for body, hours in lives.items())
+        each = ", ".join(f"{body} {life if isinstance(life, str) else f'{life:.4g} h'}" for body, life in told)
+        if lives:
+            yield NotJudged(name, f"give limits.life_h, the hours that these lives have to reach: {each}")
+        return
+    if not lives:
+        yield NotJudged(name, KNIFE)
+    for body, least in lives.items():
+        where = f"{body}, {basis}" if basis else body
+        yield judged(name, least, ">=", limit, "h", remedy, where=where, unlimited=True)
 
 
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import KNIFE, LIFTED, solved
+from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.mechanics.duty import least_lives
 
@@ -36,33 +36,19 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     if peak is None:
         yield NotJudged("dynamic-pressure", KNIFE)
         return
-    beside = f"rigid: {rigid.value:.6g} MPa" if rigid is not None else ""
     yield judged(
-        "dynamic-pressure", peak.value, "<=", _pressure_limit(model), "MPa", LESS, cam_angle=peak.cam_angle,
-        where=beside,
+        "dynamic-pressure", peak.value, "<=", model.pressure_limit, "MPa", LESS, cam_angle=peak.cam_angle,
+        where=model.dynamic_duty.spot(peak), rigid=rigid.value if rigid is not None else None,
     )  # fmt: skip
-
-
-def _pressure_limit(model: Model) -> float:
-    """Largest contact pressure allowed, MPa."""
-    material = model.profile.material
-    return model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
 
 
 @solved("dynamic-life", "dynamics")
 def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives of roller, cam and bearing under the periodic contact force."""
-    limit = model.profile.limits.life_h
-    if limit is None:
-        return
-    if not model.dynamic_duties:
+    if model.dynamic_duties:
+        yield from judged_lives("dynamic-life", model, least_lives(model.dynamic_duties), LESS)
+    elif model.profile.limits.life_h is not None:
         yield NotJudged("dynamic-life", LIFTED)
-        return
-    lives = least_lives(model.dynamic_duties)
-    if not lives:
-        yield NotJudged("dynamic-life", KNIFE)
-    for body, value in lives.items():
-        yield judged("dynamic-life", value, ">=", limit, "h", LESS, where=body, unlimited=True)
 
 
 @solved("lift-off", "dynamics")
@@ -169,22 +155,14 @@ def impact_pressure(model: Model) -> Iterable[Finding]:
     """Largest pressure of the contacts with free play, over the counted turns."""
     peak = model.impact_pressure
     rigid = model.carrier.peak_pressure if model.carrier is not None else None
-    beside = f"{peak.where}; rigid: {rigid.value:.6g} MPa" if rigid is not None else peak.where
-    yield judged("impact-pressure", peak.value, "<=", _pressure_limit(model), "MPa", IMPACTS,
-                 cam_angle=peak.cam_angle, where=beside)  # fmt: skip
+    yield judged("impact-pressure", peak.value, "<=", model.pressure_limit, "MPa", IMPACTS, cam_angle=peak.cam_angle,
+                 where=peak.where, rigid=rigid.value if rigid is not None else None)  # fmt: skip
 
 
 @solved("impact-life", "impact")
 def impact_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives under the forces of the counted turns; of turns that cannot be reproduced, of the hardest one."""
-    limit = model.profile.limits.life_h
-    if limit is None:
-        return
-    if not model.impact_lives:
-        yield NotJudged("impact-life", KNIFE)
-    for body, value in model.impact_lives.items():
-        yield judged("impact-life", value, ">=", limit, "h", IMPACTS, where=f"{body}, {model.impact_basis}",
-                     unlimited=True)  # fmt: skip
+    yield from judged_lives("impact-life", model, model.impact_lives, IMPACTS, model.impact_basis)
 
 
 @solved("impact-reproducible", "impact")

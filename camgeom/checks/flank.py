@@ -39,22 +39,25 @@ def pressure_angle(model: Model) -> Iterable[Finding]:
 @check("undercut", "tracks")
 def undercut(model: Model) -> Iterable[Finding]:
     """Smallest undercut margin 1 - r k over the cut wall; it must be positive (and above the profile's limit)."""
-    worst, limits = min((survey.margin for survey in model.flanks), key=lambda e: e.value), model.profile.limits
+    survey = min(model.flanks, key=lambda survey: survey.margin.value)
+    worst, limits = survey.margin, model.profile.limits
     limit = limits.undercut_margin
     yield judged(
         "undercut", worst.value, ">=" if limit else ">", limit, "1",
         "use a smaller roller, a larger cam or a gentler motion: the flank folds on itself",
         warn=limits.warn_undercut_margin, cam_angle=worst.cam_angle,
-        where=f"at {worst.place:.6g} mm along the roller axis",
+        where=f"{survey.track.name}, at {worst.place:.6g} mm along the roller axis",
     )  # fmt: skip
 
 
 @check("relative-curvature", "tracks")
 def relative_curvature(model: Model) -> Iterable[Finding]:
     """Smallest relative curvature of cam against roller; positive everywhere (equation 33 of T/WLJC 15-2018)."""
-    worst = min((survey.relative_curvature for survey in model.flanks), key=lambda e: e.value)
+    survey = min(model.flanks, key=lambda survey: survey.relative_curvature.value)
+    worst = survey.relative_curvature
     advice = "the roller would cut into the flank beside its contact line: see undercut"
-    yield judged("relative-curvature", worst.value, ">", 0.0, "1/mm", advice, cam_angle=worst.cam_angle)
+    where = f"{survey.track.name}, at {worst.place:.6g} mm along the roller axis"
+    yield judged("relative-curvature", worst.value, ">", 0.0, "1/mm", advice, cam_angle=worst.cam_angle, where=where)
 
 
 @check("contact-length", "tracks")

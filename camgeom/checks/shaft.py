@@ -25,16 +25,21 @@ def _torque(name: str, model: Model, peak: Extreme) -> Iterable[Finding]:
 
 
 def _bearing(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]:
-    """The least safety of all rollers against the limit, where the profile gives one."""
-    limit = model.profile.limits.bearing_static_safety
-    if limit is None:
-        return
-    from camgeom.mechanics.duty import least_safety
+    """The least static safety of all rollers that have a rating."""
+    rated = [(duty.bearing.static_safety, duty) for duty in duties if duty.bearing is not None]
+    each = [(float(safety), duty) for safety, duty in rated if safety is not None]
+    if each:
+        limits, (safety, duty) = model.profile.limits, min(each, key=lambda pair: pair[0])
+        where = f"static rating over the largest load, {duty.peak_force.value:.6g} N"
+        yield judged(name, safety, ">=", limits.bearing_static_safety, "1", BEARING,
+                     warn=limits.warn_bearing_static_safety, cam_angle=duty.peak_force.cam_angle, where=where,
+                     unlimited=True)  # fmt: skip
 
-    safety = least_safety(duties)
-    if safety is not None:
-        where = "static rating over the largest load"
-        yield judged(name, safety, ">=", limit, "1", BEARING, where=where, unlimited=True)
+
+def _rated(model: Model) -> bool:
+    """Whether the roller's bearing has a static rating."""
+    roller = model.setup.roller
+    return roller is not None and roller.static_rating is not None
 
 
 @check("torque")
@@ -51,7 +56,7 @@ def torque(model: Model) -> Iterable[Finding | NotJudged]:
 @check("bearing")
 def bearing(model: Model) -> Iterable[Finding | NotJudged]:
     """Static safety of the rollers' bearings of a rigid follower."""
-    if model.profile.limits.bearing_static_safety is None:
+    if not _rated(model):
         return
     if model.carriers:
         yield from _bearing("bearing", model, model.carriers)
@@ -73,7 +78,7 @@ def dynamic_torque(model: Model) -> Iterable[Finding | NotJudged]:
 @solved("dynamic-bearing", "dynamics")
 def dynamic_bearing(model: Model) -> Iterable[Finding | NotJudged]:
     """The same with vibration."""
-    if model.profile.limits.bearing_static_safety is None:
+    if not _rated(model):
         return
     if model.dynamic_duties:
         yield from _bearing("dynamic-bearing", model, model.dynamic_duties)
@@ -91,5 +96,5 @@ def impact_torque(model: Model) -> Iterable[Finding]:
 @solved("impact-bearing", "impact")
 def impact_bearing(model: Model) -> Iterable[Finding]:
     """The same over the turns that [impact] counts."""
-    if model.profile.limits.bearing_static_safety is not None:
+    if _rated(model):
         yield from _bearing("impact-bearing", model, [duty for turn in model.impact_duties for duty in turn])

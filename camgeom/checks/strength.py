@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from camgeom.checks import KNIFE, Need, check, solved
+from camgeom.checks import KNIFE, LIFTED, Need, check, judged_lives, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
 
@@ -27,24 +27,15 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudg
     if peak is None:
         yield NotJudged(name, KNIFE)
         return
-    material = model.profile.material
-    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
-    where = peak.where or f"slice at {peak.place:.4g} mm along the roller axis"
-    yield judged(name, peak.value, "<=", limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where)
+    yield judged(name, peak.value, "<=", model.pressure_limit, "MPa", remedy, cam_angle=peak.cam_angle,
+                 where=model.carrier.spot(peak))  # fmt: skip
 
 
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue life at the hardest place of roller or face and cam, and of the bearing of a roller that is rated."""
-    limit = model.profile.limits.life_h
-    if limit is None:
-        return
     from camgeom.mechanics.duty import least_lives
 
-    lives = least_lives(model.carriers)
-    if not lives:
-        yield NotJudged(name, KNIFE)
-    for body, least in lives.items():
-        yield judged(name, least, ">=", limit, "h", remedy, where=body, unlimited=True)
+    yield from judged_lives(name, model, least_lives(model.carriers), remedy)
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding | NotJudged]], str], ...] = (
@@ -68,15 +59,16 @@ def crown_length(model: Model) -> Iterable[Finding]:
     for duty in model.duties:
         if duty.ellipse is None:
             continue
-        at = int(duty.ellipse.along.argmax())
+        along, room = duty.ellipse.along, duty.crown_room
+        at = int((along / room).argmax())
         # Above a whole length the ends bear more than the middle (see `hertz.crowned_contact`).
-        low = float(duty.ellipse.along.flat[at]) > duty.length
+        low = float(along.flat[at]) > 2.0 * float(room.flat[at])
         shown = "what is shown for them is up to 9 % low over a ninth of the length" if low else "the middle bears most"
         yield judged(
             "crown-length",
-            float(duty.ellipse.along.flat[at]),
+            float(along.flat[at]),
             "<=",
-            0.5 * duty.length,
+            float(room.flat[at]),
             "mm",
             f"the roller's ends bear ({shown}; a sharp edge has no bound): use a stronger crown (a smaller "
             "crown_radius) or a longer roller",
@@ -111,58 +103,80 @@ def moving_mass(model: Model) -> Iterable[Finding]:
 
 @check("hardness")
 def hardness(model: Model) -> Iterable[Finding | NotJudged]:
-    """Contact limit of cam and roller against what steel of their surface hardness bears."""
-    if model.carrier is None:
+    """The pressure that the verdict lets cam and roller bear against what steel of their surface hardness bears.
+
+    That is the limit of their pressure or that of their lives, whichever is higher. A knife edge has no pressure.
+    """
+    if model.carrier is None or model.carrier.peak_pressure is None:
         return
     for body, material in _bodies(model):
         if material.hardness is None:
             yield NotJudged("hardness", f"give material.{body}.hardness, HRC: the contact limit of "
                             f"{material.contact_limit:.6g} MPa is taken as it stands")  # fmt: skip
             continue
-        bound = hardness_bound(material.hardness)
+        bound, allowed = hardness_bound(material.hardness), max(model.pressure_limit, material.rated_limit)
+        key = f"material.{body}.contact_limit" if allowed == material.rated_limit else "limits.contact_pressure_mpa"
         source = "endurance of steel at 60 HRC" if bound == CONTACT_LIMIT else "load classes of T/WLJC 15-2018"
         advice = (
             f"a surface of {material.hardness:.6g} HRC is taken to bear {bound:.6g} MPa at {CONTACT_CYCLES:.0e} cycles "
-            f"({source}): lower material.{body}.contact_limit or harden the surface"
+            f"({source}): lower {key} or harden the surface"
         )
-        yield judged("hardness", material.rated_limit, "<=", bound, "MPa", advice, slack=1e-9 * bound, where=body)
+        yield judged("hardness", allowed, "<=", bound, "MPa", advice, slack=1e-9 * bound, where=f"{body}, {key}")
 
 
-def _case(name: str, model: Model, duties: Callable[[], Iterable[Duty]]) -> Iterable[Finding | NotJudged]:
-    """Depth of the largest shear below the hardest contacts against the hardened case; silent of a material without."""
-    for body, material in _bodies(model):
-        if material.case_depth_mm is None:
-            continue
-        beneath = [duty.peak_contact for duty in duties()]
-        depths = [one.shear_depth for one in beneath if one is not None]
-        if not depths or len(depths) < len(beneath):
-            yield NotJudged(name, "no stress can be given below this contact: see the checks of its pressure")
-            continue
+def _cased(
+    name: str, model: Model, duties: Iterable[Duty], rigid: bool = False
+) -> Iterable[Finding | NotJudged]:
+    """The largest shear, where over the turn it lies deepest, against every case; silent of a material without one.
+
+    rigid: whether the depth under the rigid load is told beside
+    """
+    cases = [(body, material) for body, material in _bodies(model) if material.case_depth_mm is not None]
+    each = [(duty, duty.deepest_shear) for duty in duties] if cases else []
+    known = [(duty, deepest) for duty, deepest in each if deepest is not None]
+    if len(known) < len(each):
+        yield NotJudged(name, "no stress can be given below this contact: see the checks of its pressure")
+    if not known or len(known) < len(each):
+        return
+    duty, deepest = max(known, key=lambda pair: pair[1].value)
+    beside = [one.value for one in (duty.deepest_shear for duty in model.carriers) if one is not None] if rigid else []
+    for body, material in cases:
+        assert material.case_depth_mm is not None
         limit = CASE_SHARE * material.case_depth_mm
         advice = (
             "the largest shear lies deeper than half the case (camgeom's own rule, not a standard's): harden deeper "
             f"or lower the load on the {body}"
         )
-        yield judged(name, max(depths), "<=", limit, "mm", advice, where=body)
+        yield judged(name, deepest.value, "<=", limit, "mm", advice, cam_angle=deepest.cam_angle,
+                     where=f"{body}, {duty.spot(deepest)}", rigid=max(beside, default=None))  # fmt: skip
 
 
 @check("case-depth")
 def case_depth(model: Model) -> Iterable[Finding | NotJudged]:
-    """Half the case reaches below the largest shear of the rigid contact."""
-    if model.carrier is not None:
-        yield from _case("case-depth", model, lambda: model.carriers)
+    """Half the case reaches below the largest shear of the rigid contact, all round."""
+    yield from _cased("case-depth", model, model.carriers)
 
 
 @solved("dynamic-case-depth", "dynamics")
 def dynamic_case_depth(model: Model) -> Iterable[Finding | NotJudged]:
     """The same with vibration."""
-    yield from _case("dynamic-case-depth", model, lambda: model.dynamic_duties)
+    if not _has_case(model):
+        return
+    if not model.dynamic_duties:
+        yield NotJudged("dynamic-case-depth", LIFTED)
+    yield from _cased("dynamic-case-depth", model, model.dynamic_duties, rigid=True)
 
 
 @solved("impact-case-depth", "impact")
 def impact_case_depth(model: Model) -> Iterable[Finding | NotJudged]:
     """The same over the turns that [impact] counts."""
-    yield from _case("impact-case-depth", model, lambda: [duty for turn in model.impact_duties for duty in turn])
+    if _has_case(model):
+        every = [duty for turn in model.impact_duties for duty in turn]
+        yield from _cased("impact-case-depth", model, every, rigid=True)
+
+
+def _has_case(model: Model) -> bool:
+    return any(material.case_depth_mm is not None for _, material in _bodies(model))
 
 
 def _bodies(model: Model) -> tuple[tuple[str, Material], ...]:

@@ -28,6 +28,13 @@ _HOLDS: dict[Comparison, Callable[[float, float], bool]] = {
 
 ENDLESS_H = 1e7
 """h, 1 141 years; a life that is longer is told as unlimited (result.json keeps the figure)"""
+
+
+def life_shown(hours: float | None) -> float | str:
+    """A life, h, to be read: "unlimited" where it is endless (None, of the result too) or longer than ENDLESS_H."""
+    return "unlimited" if hours is None or hours >= ENDLESS_H else hours
+
+
 ROUNDING = {"mm": 1e-9, "deg": 1e-9, "N": 1e-9, "N mm": 1e-9, "1": 1e-12}
 """values below are rounding of what is zero"""
 NO_GAP = ROUNDING["mm"]
@@ -40,6 +47,7 @@ class Finding:
     """One fact judged: its value, which has to stand in the comparison with the limit, where, and what to do.
 
     value       None where it could not be computed (a failure), or is endless (a life without load)
+    rigid       the figure of the rigid cam and follower, of findings that [dynamics] or [impact] make
     advice      what would mend it; given where the level is not "pass"
     """
 
@@ -52,6 +60,13 @@ class Finding:
     cam_angle_deg: float | None = None
     where: str = ""
     advice: str = ""
+    rigid: float | None = None
+
+    @property
+    def place(self) -> str:
+        """Where, in words, and the rigid figure beside."""
+        beside = "" if self.rigid is None else f"rigid: {self.rigid:.6g} {self.unit}".rstrip()
+        return "; ".join(words for words in (self.where, beside) if words)
 
     @property
     def passed(self) -> bool:
@@ -63,8 +78,8 @@ class Finding:
         """The value to be read: 0 below rounding, "unlimited" for an endless life; a dash where there is none."""
         if self.value is None:
             return "unlimited" if self.level == "pass" else "-"
-        if self.unit == "h" and self.passed and self.value >= ENDLESS_H:
-            return "unlimited"
+        if self.unit == "h" and self.passed:
+            return life_shown(self.value)
         return 0.0 if abs(self.value) < ROUNDING.get(self.unit, 0.0) else self.value
 
     @property
@@ -98,6 +113,7 @@ class Finding:
             "cam_angle_deg": self.cam_angle_deg,
             "where": self.where,
             "advice": self.advice,
+            "rigid": self.rigid,
         }
 
 
@@ -128,6 +144,7 @@ def judged(
     where: str = "",
     worst: Level = "fail",
     unlimited: bool = False,
+    rigid: float | None = None,
 ) -> Finding:
     """The finding of a value against its limit.
 
@@ -160,6 +177,7 @@ def judged(
         None if cam_angle is None or not isfinite(cam_angle) else degrees(cam_angle) % 360.0,
         where,
         "" if level == "pass" else advice,
+        rigid if rigid is not None and isfinite(rigid) else None,
     )
 
 

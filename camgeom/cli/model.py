@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from camgeom.checks.verdict import ENDLESS_H, RANK
+from camgeom.checks.verdict import RANK, life_shown
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import ExportError, Problem, ProfileError
@@ -44,6 +44,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "contact": (
         ("peak_pressure_mpa", "peak contact pressure", "MPa"),
         ("peak_slice_pressure_mpa", "peak at the hardest place", "MPa"),
+        ("contact_length_mm", "length that touches there", "mm"),
         ("peak_force_n", "peak contact force", "N"),
         ("least_force_n", "least contact force", "N"),
         ("peak_torque_n_m", "peak camshaft torque", "N m"),
@@ -334,7 +335,8 @@ def _at(data: Any, path: str) -> Any:
 
 def _figure(value: float, unit: str) -> str:
     """A figure with its unit; a life that no machine lives to see is unlimited."""
-    return "unlimited" if unit == "h" and value >= ENDLESS_H else f"{number(value)} {unit}".rstrip()
+    shown = life_shown(value) if unit == "h" else value
+    return shown if isinstance(shown, str) else f"{number(shown)} {unit}".rstrip()
 
 
 def _verdict(result: Result) -> str:
@@ -355,7 +357,7 @@ def _findings(findings: Iterable[Finding]) -> list[str]:
             "" if finding.limit is None else f"{finding.comparison} {number(finding.limit)}",
             finding.room,
             "" if finding.cam_angle_deg is None else f"at {finding.cam_angle_deg:.2f} deg",
-            finding.where,
+            finding.place,
         )
         for finding in ordered
     ]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from camgeom.checks.verdict import life_shown
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned, number
@@ -43,6 +44,7 @@ FIGURES = (
     "flank.undercut_margin",
     "contact.peak_pressure_mpa",
     "contact.peak_slice_pressure_mpa",
+    "contact.contact_length_mm",
     "fatigue.roller_life_h",
     "fatigue.roller_slice_life_h",
     "fatigue.face_life_h",
@@ -203,7 +205,7 @@ def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[
         lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
     columns = [one.key for one in study.axes] + ["verdict"]
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
-    cells = [[number(record[key])[:60] for key in columns] for record in table[:SHOWN]]
+    cells = [[number(_cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the CSV file"]
 
@@ -289,6 +291,11 @@ def _lines(axes: Sequence[Varied], rows: Sequence[Row], across: int, key: str, l
     return tuple(lines)
 
 
+def _cell(key: str, value: Any) -> Any:
+    """A value of a column as it is shown."""
+    return life_shown(value) if key.endswith("_life_h") and value is not None else value
+
+
 def _shown(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
@@ -297,7 +304,7 @@ def _table(study: Study, rows: Sequence[Row]) -> Table:
     measured = [(key, label, unit) for key, label, unit in PLOTTED if any(key in row.figures for row in rows)]
     heads = [*(Column(one.key) for one in study.axes), Column("Status"), *(Column(l, u) for _, l, u in measured)]
     cells = tuple(
-        (*row.values, row.verdict, *(row.figures.get(key) for key, _, _ in measured), row.reason[:200])
+        (*row.values, row.verdict, *(_cell(key, row.figures.get(key)) for key, _, _ in measured), row.reason[:200])
         for row in rows[:MOST_ROWS]
     )
     return Table("Variants", (*heads, Column("Reason")), cells)

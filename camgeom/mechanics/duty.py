@@ -57,6 +57,13 @@ class Duty(Protocol):
         """Half-width and subsurface shear of that contact; None where no stress can be given."""
 
     @property
+    def deepest_shear(self) -> Extreme | None:
+        """Largest depth, mm, over the turn and along the contact, of the largest shear below it; None likewise."""
+
+    def spot(self, at: Extreme) -> str:
+        """A place on what presses the cam, in words: which contact, where along a roller, how much of it touches."""
+
+    @property
     def work(self) -> float:
         """Work of the cam over a turn, N mm: what all friction and applied forces consume."""
 
@@ -135,14 +142,28 @@ def slice_data(peak: Extreme) -> dict[str, Any]:
     }
 
 
-def hertz_data(hardest: Beneath | None) -> dict[str, Any]:
-    """Width and subsurface shear of the hardest contact; nothing where no stress can be given."""
-    if hardest is None:
+def length_data(length: float, least: Extreme) -> dict[str, Any]:
+    """Length that touches at the largest pressure, and the least under load over the turn, mm."""
+    return {
+        "contact_length_mm": length,
+        "least_contact_length_mm": least.value,
+        "least_contact_length_at_deg": degrees(least.cam_angle) % 360.0,
+    }
+
+
+def hertz_data(hardest: Beneath | None, deepest: Extreme | None) -> dict[str, Any]:
+    """Width and subsurface shear of the hardest contact, and where that shear lies deepest over the turn.
+
+    Nothing where no stress can be given.
+    """
+    if hardest is None or deepest is None:
         return {}
     return {
         "half_width_mm": finite(hardest.half_width),
         "peak_shear_mpa": finite(hardest.shear),
         "shear_depth_mm": finite(hardest.shear_depth),
+        "deepest_shear_mm": finite(deepest.value),
+        "deepest_shear_at_deg": degrees(deepest.cam_angle) % 360.0,
     }
 
 

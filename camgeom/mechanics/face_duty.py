@@ -14,12 +14,12 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme
+from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import highest, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
-from camgeom.mechanics.hertz import Beneath, beneath_line
+from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth
 from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
@@ -127,6 +127,16 @@ class FaceDuty:
         return tuple(ranges)
 
     @cached_property
+    def _relative(self) -> dict[str, Floats]:
+        """Relative curvature at every touch, 1/mm, (p, n); a knife edge has none."""
+        theta = self.force.panels.theta
+        return {
+            touch.name: np.clip(touch.at(theta.ravel()).relative, -1e12, 1e12).reshape(theta.shape)
+            for touch in self.touches
+            if touch.kind != "knife"
+        }
+
+    @cached_property
     def contacts(self) -> dict[str, Contact]:
         """Hertz line contact of every touch; a knife edge has none."""
         pair = pair_compliance(self.follower, self.cam)
@@ -135,7 +145,7 @@ class FaceDuty:
             if touch.kind == "knife":
                 continue
             at = touch.at(theta.ravel())
-            k = np.clip(at.relative, -1e12, 1e12).reshape(theta.shape)
+            k = self._relative[touch.name]
             zero = np.zeros(theta.shape)
             normal = self.normals[touch.name]
             slip = at.sliding.reshape(theta.shape)
@@ -180,6 +190,23 @@ class FaceDuty:
         touch = next(one for one in self.touches if one.name == peak.where)
         k = float(touch.at(np.array([peak.cam_angle])).relative[0])
         return beneath_line(peak.value, k, pair_compliance(self.follower, self.cam)) if k > 0.0 else None
+
+    @cached_property
+    def deepest_shear(self) -> Extreme | None:
+        """Where the largest shear lies deepest over the turn, mm; None of a knife edge and of a wall undercut."""
+        if not self.contacts or not all(np.all(contact.sound) for contact in self.contacts.values()):
+            return None
+        pair, found = pair_compliance(self.follower, self.cam), []
+        for name, contact in self.contacts.items():
+            k = self._relative[name]
+            depths = line_depth(contact.pressure, np.where(k > 0.0, k, 1.0), pair)
+            found.append(replace(peak_of(self.force.panels, depths), where=name))
+        return hardest(found)
+
+    def spot(self, at: Extreme) -> str:
+        """The touch, and its length."""
+        length = next((touch.length for touch in self.touches if touch.name == at.where), self.touches[0].length)
+        return f"{at.where}, {length:.4g} mm touch"
 
     @cached_property
     def lives(self) -> dict[str, float]:
@@ -281,7 +308,8 @@ class FaceDuty:
         peak, least = self.peak_pressure, self.least_force
         if peak is not None:
             place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
-            data |= {"peak_pressure_mpa": finite(peak.value), **place, **hertz_data(self.peak_contact)}
+            data |= {"peak_pressure_mpa": finite(peak.value), **place}
+            data |= hertz_data(self.peak_contact, self.deepest_shear)
         if least is None:
             return data
         return data | {

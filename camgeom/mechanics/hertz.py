@@ -206,8 +206,10 @@ class CrownedContact:
 
 
 def crowned_contact(load: ArrayLike, crown_curvature: ArrayLike, curvature: ArrayLike, compliance: ArrayLike,
-                    length: ArrayLike) -> CrownedContact:
+                    length: ArrayLike, other: ArrayLike | None = None) -> CrownedContact:
     """Contact of a crowned roller, load N, curvature of the crown and relative curvature around, 1/mm, length mm.
+
+    other: length, mm, on the other side of the crest, where `length` is that on one side; else the crest is its middle.
 
     Where the ellipse ends within the length it is exact. A longer one is the ellipse of that larger load whose part
     within the length carries the given one: with u = length / (2 along) < 1 that part is (3 u - u³)/2, and all lengths
@@ -223,11 +225,25 @@ def crowned_contact(load: ArrayLike, crown_curvature: ArrayLike, curvature: Arra
     lengthwise = np.broadcast_to(axial <= around, each.long.shape)
     along = np.where(lengthwise, each.long, each.short)
     across = np.where(lengthwise, each.short, each.long)
-    half = 0.5 * np.asarray(length, dtype=np.float64)
-    truncated = along > half
-    u = np.divide(half, along, out=np.ones_like(along), where=truncated)
-    grown = np.sqrt((2.0 + u**3) / (3.0 * u))
-    return CrownedContact(grown * each.pressure, grown * along, grown * across, np.asarray(truncated))
+    one = np.asarray(length, dtype=np.float64) * (0.5 if other is None else 1.0)
+    two = one if other is None else np.asarray(other, dtype=np.float64)
+    grown = _grown(*(np.divide(side, along, out=np.full_like(along, 2.0), where=along > 0.0) for side in (one, two)))
+    truncated = np.asarray(along > np.minimum(one, two))
+    return CrownedContact(grown * each.pressure, grown * along, grown * across, truncated)
+
+
+def _grown(first: Floats, second: Floats) -> Floats:
+    """By how much an ellipse grows that ends at these shares u, v of its half-length on either side, each above 0.
+
+    Both sides cut: q² = (4 + u³ + v³) / (3 (u + v)); one: q³/2 + 3 q² u/4 - u³/4 = 1.
+    """
+    u, v = np.minimum(np.minimum(first, second), 1.0), np.maximum(first, second)
+    q = np.full_like(u, 2.0 ** (1.0 / 3.0))
+    for _ in range(8):
+        # From above the root, and convex: every step comes nearer, the last to rounding.
+        q = q - (0.5 * q**3 + 0.75 * q * q * u - 0.25 * u**3 - 1.0) / (1.5 * q * (q + u))
+    # Where it would grow beyond the farther end too, both cut it.
+    return np.asarray(np.where(q > v, np.sqrt((4.0 + u**3 + v**3) / (3.0 * (u + v))), q))
 
 
 @final
@@ -244,6 +260,21 @@ def beneath_line(pressure: float, curvature: float, compliance: float) -> Beneat
     """Below a line contact of this peak pressure, MPa: its half-width is 2 p0 compliance / curvature."""
     half = 2.0 * pressure * compliance / curvature
     return Beneath(half, pressure * SHEAR_SHARE, half * SHEAR_DEPTH)
+
+
+def line_depth(pressure: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Floats:
+    """Depth of the largest shear below a line contact, mm, from its peak pressure, MPa."""
+    half = 2.0 * np.asarray(pressure, dtype=np.float64) * np.asarray(compliance, dtype=np.float64)
+    return np.asarray(half / _positive(curvature) * SHEAR_DEPTH)
+
+
+def point_depths(ratio: Floats, body: Material) -> Floats:
+    """Depth of the largest shear below elliptic contacts over their short semi-axis, by `point_shear`.
+
+    ratio: short over long semi-axis, (...). Between 65 ratios it is linear: exact to a ten thousandth.
+    """
+    known = np.linspace(float(ratio.min(initial=1.0)), 1.0, 65)
+    return np.interp(ratio, known, [point_shear(float(one), body.poisson)[1] for one in known])
 
 
 def beneath_point(pressure: float, long: float, short: float, poisson: float) -> Beneath:

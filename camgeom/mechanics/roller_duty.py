@@ -17,23 +17,32 @@ import numpy.typing as npt
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import roots
+from camgeom.maths.panels import highest, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
 from camgeom.mechanics.contact import Contact, Peak, line_contacts, share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, peak_of, slice_data, torque_data
-from camgeom.mechanics.hertz import Beneath, CrownedContact, beneath_line, beneath_point, crowned_contact
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, peak_of, slice_data, torque_data
+from camgeom.mechanics.hertz import (
+    Beneath,
+    CrownedContact,
+    beneath_line,
+    beneath_point,
+    crowned_contact,
+    line_depth,
+    point_depths,
+)
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Track
 from camgeom.track.flank import Flank
-from camgeom.track.runout import wall_ends
+from camgeom.track.runout import touching, wall_ends
 
 SLICES = 9
-NOWHERE = 1e3
-"""mm; gap beside a slice of the roller that has no wall: more than any load closes"""
+"""equal shares of the length that touches"""
+NEXT_TO_NONE = 1e-6
+"""share of its length with which a crown is taken to touch where its crest stands beyond the wall"""
 Mask = npt.NDArray[np.bool_]
 
 
@@ -67,8 +76,8 @@ class RollerDuty:
     crown   radius of the meridian, mm, of a crowned roller on a straight flank, which the track's cylinder cuts: it
             touches at its crest, the station; None: the flank is the roller's own envelope
     rating  of the roller's bearing, dynamic and static, N; None where it is not known
-    inside  which contact points (3, ...) are on the cam, where the roller leaves it on purpose: no wall takes a force
-            elsewhere
+    beside  which contact points (3, ...) have a wall; None where the whole contact stretch always has one
+    runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
     """
 
     track: Track
@@ -80,7 +89,8 @@ class RollerDuty:
     crown: float | None = None
     rating: float | None = None
     static_rating: float | None = None
-    inside: Callable[[Floats], Mask] | None = None
+    beside: Callable[[Floats], Mask] | None = None
+    runs_out: bool = False
 
     @property
     def speed(self) -> float:
@@ -96,7 +106,7 @@ class RollerDuty:
         is steep there.
         """
         full = self.load.sampled()
-        if self.inside is not None:
+        if self.runs_out:
             return self._held(full)
         both = len(self.track.sides) > 1
         if both and self.crown is None:
@@ -112,25 +122,25 @@ class RollerDuty:
 
     def _held(self, full: FollowerForce) -> FollowerForce:
         """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""
-        assert self.inside is not None
-        places = self._middles if self.crown is None else [self._middle]
-        stations = np.array([self.track.meridian.parameter(float(d)) for d in places])
+        assert self.beside is not None
+        places = self._middles if self.crown is None else np.array([self._middle])
+        stations = self.track.meridian.parameters(places)
         edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
-        edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.inside)]
+        edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.beside)]
         split = self.load.sampled(full.panels.split(np.concatenate(edges)))
         theta = split.panels.theta
         held = np.zeros(theta.shape, dtype=bool)
         for side in self.track.sides:
             flank = Flank(self.track, theta.ravel(), stations, side)
             behind = float(flank.lever().mean()) < 0.0
-            there = self.inside(flank.x).any(axis=1).reshape(theta.shape)
+            there = self.beside(flank.x).any(axis=1).reshape(theta.shape)
             held |= there & ((split.force >= 0.0) if behind else (split.force < 0.0))
         return replace(split, force=np.where(held, split.force, 0.0))
 
     @cached_property
     def unheld(self) -> Extreme | None:
         """Largest force on the follower, N (N mm), that presses where no wall is; None where a wall is all round."""
-        if self.inside is None:
+        if not self.runs_out:
             return None
         full = np.abs(self.load.sampled(self.force.panels).force)
         lost = np.where(self.force.force == 0.0, full, 0.0)
@@ -139,27 +149,27 @@ class RollerDuty:
 
     @property
     def _middles(self) -> Floats:
-        """Middles of the slices along the roller, mm."""
+        """Middles of SLICES equal slices of the whole contact stretch, mm."""
         edges = np.linspace(min(self.track.contact), max(self.track.contact), SLICES + 1)
         return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
-    def walls(self, t: float) -> Walls:
-        """The flank at one meridian parameter t."""
+    def walls(self, t: Floats) -> Walls:
+        """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
         shape = self.force.panels.theta.shape
         theta = self.force.panels.theta.ravel()
-        flanks = {side: Flank(self.track, theta, np.array([t]), side) for side in self.track.sides}
+        flanks = {side: Flank(self.track, theta, t, side) for side in self.track.sides}
         behind = next((s for s, f in flanks.items() if float(f.lever().mean()) < 0.0), None)
         ahead = next((s for s in flanks if s != behind), None)
         some = next(iter(flanks.values()))
         zero = np.zeros(shape)
         pose = some.pose
-        delta = float(self.track.meridian.jet(np.array([t]))[0][0])
+        delta = self.track.meridian.jet(t)[0].T[0]
         v, u = pose.a[1] + delta * pose.u[1], pose.u[0]
         across = v - dot(v, u) * u
         here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
         curvature = {
             # A fold in free air is nobody's stress: a plane stands for it.
-            side: flank.k_rel.reshape(shape) if self.inside is None else
+            side: flank.k_rel.reshape(shape) if self.beside is None else
             np.where(here[side] | (flank.k_rel.reshape(shape) > 0.0), flank.k_rel.reshape(shape), 1.0 / self.radius)
             for side, flank in flanks.items()
         }
@@ -175,12 +185,12 @@ class RollerDuty:
 
     def _here(self, flank: Flank) -> Mask:
         """Where a flank's points are on the cam, (n, m)."""
-        return np.ones(flank.x.shape[1:], dtype=bool) if self.inside is None else self.inside(flank.x)
+        return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x)
 
     @cached_property
     def reference(self) -> Walls:
         """The flank at the quoted station."""
-        return self.walls(self.station)
+        return self.walls(np.array([self.station]))
 
     @cached_property
     def radius(self) -> float:
@@ -205,7 +215,7 @@ class RollerDuty:
         if self.crown is None:
             return self.as_line
         delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
-        return self._under_crown(np.array(delta - self._middle))
+        return self._under_crown(np.full((1, 1), delta - self._middle))
 
     @cached_property
     def as_line(self) -> Contact:
@@ -232,7 +242,19 @@ class RollerDuty:
             return None
         across, along = self._principal
         pair = pair_compliance(self.roller, self.cam)
-        return crowned_contact(np.abs(self.normal), along, across, pair, self.length)
+        return crowned_contact(np.abs(self.normal), along, across, pair, *self._crown_sides)
+
+    @property
+    def _crown_sides(self) -> tuple[Floats, Floats]:
+        """Lengths of wall on either side of the crown's crest, mm, (p, n); hardly any where the crest has none."""
+        low, high = self._stretch
+        least = NEXT_TO_NONE * self.length
+        return np.maximum(self._middle - low, least), np.maximum(high - self._middle, least)
+
+    @property
+    def crown_room(self) -> Floats:
+        """The shorter of them, mm, (p, n)."""
+        return np.minimum(*self._crown_sides)
 
     @cached_property
     def _principal(self) -> tuple[Floats, Floats]:
@@ -262,14 +284,14 @@ class RollerDuty:
         return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
 
     def _under_crown(self, place: Floats) -> Contact:
-        """Contact at places (m,) or () along the roller, mm from the crown's top: p² = p0² (1 - place² / along²).
+        """Contact at places (..., p, n) along the roller, mm from the crown's top: p² = p0² (1 - place² / along²).
 
         p0 / along does not hang on the load, so that p² is smooth across the edge of the ellipse, negative outside.
         """
         ellipse, line = self.ellipse, self.as_line
         assert ellipse is not None
         slope = np.divide(ellipse.pressure, ellipse.along, out=np.zeros_like(ellipse.along), where=ellipse.along > 0.0)
-        square = ellipse.pressure**2 - (slope * place[..., None, None]) ** 2
+        square = ellipse.pressure**2 - (slope * place) ** 2
         square = np.where(line.sound, square, 0.0)
         off = -np.abs(square)
         behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
@@ -295,33 +317,32 @@ class RollerDuty:
 
     @cached_property
     def slices(self) -> Contact:
-        """Contact of SLICES equal slices along the roller; a leading axis (m,).
+        """Contact of SLICES equal slices of the length that touches; a leading axis (m,).
 
         Lines that approach alike where the flank is the roller's own envelope, slices of the ellipse under a crown.
+        A slice is a share of that length: where the length changes it wanders along the roller, a little.
         """
-        stations, widths, walls = self._slices
         if self.crown is not None:
-            return self._under_crown(stations - self._middle)
-        force = self.pushed
+            return self._under_crown(self.slice_places - self._middle)
+        walls, force = self._slices, self.pushed
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
-        gaps = np.zeros_like(stations)
-        if self.inside is not None:
-            near, far = (np.stack([w.here[i] for w in walls], axis=-1) for i in (0, 1))
-            gaps = np.where(np.where(force[..., None] >= 0.0, near, far), gaps, NOWHERE)
+        bare = (self.touching <= 0.0)[..., None]
         shared = share_load(
             np.abs(force),
-            stations - stations.mean(),
-            widths,
+            self._middles - self._middle,
+            np.repeat(np.where(bare, self.length, self.touching[..., None]) / SLICES, SLICES, axis=-1),
             np.where(k > 0.0, k, 1.0 / self.radius),
             self.roller,
             self.cam,
             self.radius,
             2.0 * self.radius,
-            gaps,
             cosines=lever,
         )
+        # No pressure can be given of a force that presses where no wall is.
+        lost = bare & (force != 0.0)[..., None]
+        behind, ahead = np.where(lost, -1.0, behind), np.where(lost, -1.0, ahead)
         line = np.moveaxis(shared.line_load, -1, 0) * np.sign(force)
         pair = pair_compliance(self.roller, self.cam)
         return line_contacts(
@@ -335,15 +356,76 @@ class RollerDuty:
         )
 
     @cached_property
-    def slice_stations(self) -> Floats:
-        """Place of each slice's middle along the roller axis (delta), mm."""
-        return self._slices[0]
+    def _stretch(self) -> tuple[Floats, Floats]:
+        """The ends (delta, mm), (p, n) each, of what touches the wall that the roller presses."""
+        theta, meridian = self.force.panels.theta, self.track.meridian
+        low, high = (np.full(theta.size, end) for end in sorted(self.track.contact))
+        for side in self.track.sides if self.beside is not None else ():
+            behind = float(Flank(self.track, theta[0], np.array([self.station]), side).lever().mean()) < 0.0
+            mine = np.flatnonzero((self.force.force.ravel() >= 0.0) == behind)
+            if len(self.track.sides) == 1:
+                mine = np.arange(theta.size)
+            if self.beside is not None and len(mine):
+                ends = touching(self.track, side, theta.ravel()[mine], self.beside)
+                low[mine], high[mine] = (meridian.jet(end)[0] for end in ends)
+        return low.reshape(theta.shape), high.reshape(theta.shape)
 
     @cached_property
-    def _slices(self) -> tuple[Floats, Floats, list[Walls]]:
-        low, high = sorted(self.track.contact)
-        walls = [self.walls(self.track.meridian.parameter(float(d))) for d in self._middles]
-        return self._middles, np.diff(np.linspace(low, high, SLICES + 1)), walls
+    def touching(self) -> Floats:
+        """Length of the roller that touches the wall it presses, mm, (p, n); 0 where it has none."""
+        return self._stretch[1] - self._stretch[0]
+
+    @cached_property
+    def least_touching(self) -> Extreme:
+        """Least of that length where a force presses, mm; the whole length without any force."""
+        pressed = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
+        length = np.where(pressed, self.touching, np.inf)
+        at = np.unravel_index(int(np.argmin(length)), length.shape)
+        return Extreme(min(float(length[at]), self.length), float(self.force.panels.theta[at]))
+
+    @property
+    def _sliced(self) -> tuple[Floats, Floats]:
+        """Between which places there are slices: along what touches; under a crown, which spans less, along it all."""
+        if self.crown is None:
+            return self._stretch
+        low, high = (np.full(self.force.panels.theta.shape, end) for end in sorted(self.track.contact))
+        return low, high
+
+    @cached_property
+    def slice_places(self) -> Floats:
+        """Place of each slice's middle along the roller axis (delta), mm, (m, p, n)."""
+        low, high = self._sliced
+        share = (np.arange(SLICES) + 0.5)[:, None, None] / SLICES
+        return np.asarray(low + share * (high - low))
+
+    @cached_property
+    def slice_stations(self) -> Floats:
+        """The same at the cam angle of the largest pressure, (m,)."""
+        angle = self.peak_pressure.cam_angle
+        return np.array([self._at(place, angle) for place in self.slice_places])
+
+    def spread(self, values: Floats, theta: Floats, delta: Floats) -> Floats:
+        """Values of the slices (m, p, n) at cam angles (k,), rad, and places along the roller, (k, j) or (j,), mm.
+
+        Linear between the slices' middles, 0 beyond what touches; (k, j).
+        """
+        at = self.force.panels.theta.ravel()
+        low, high = (np.interp(theta, at, end.ravel())[:, None] for end in self._sliced)
+        rows = np.stack([np.interp(theta, at, row.ravel()) for row in values], axis=-1)
+        share = (delta - low) / np.where(high > low, high - low, 1.0)
+        x = np.clip(share * SLICES - 0.5, 0.0, SLICES - 1.0)
+        i = np.minimum(x.astype(np.intp), SLICES - 2)
+        one, two = (np.take_along_axis(rows, index, axis=1) for index in (i, i + 1))
+        within = (share >= -1e-9) & (share <= 1.0 + 1e-9) & (high > low)
+        return np.where(within, one + (x - i) * (two - one), 0.0)
+
+    @cached_property
+    def _slices(self) -> list[Walls]:
+        """The walls at the middle of every slice."""
+        if self.beside is None:
+            return [self.walls(t[None]) for t in self.track.meridian.parameters(self._middles)]
+        stations = self.track.meridian.parameters(self.slice_places.reshape(SLICES, -1, 1))
+        return [self.walls(t) for t in stations]
 
     @cached_property
     def peak_contact(self) -> Beneath | None:
@@ -356,9 +438,34 @@ class RollerDuty:
         if self.ellipse is not None:
             axes = float(self.ellipse.along[i, j]), float(self.ellipse.around[i, j])
             return beneath_point(float(self.ellipse.pressure[i, j]), max(axes), min(axes), self.cam.poisson)
-        walls = self._slices[2][m]
+        walls = self._slices[m]
         k = float((walls.behind if self.pushed[i, j] >= 0.0 else walls.ahead)[i, j])
         return beneath_line(float(pressure[m, i, j]), k, pair_compliance(self.roller, self.cam))
+
+    @cached_property
+    def deepest_shear(self) -> Extreme | None:
+        """Where the largest shear lies deepest over the turn and along the roller, mm; None where a wall undercuts."""
+        if not np.all(self.slices.sound):
+            return None
+        if self.ellipse is not None:
+            long = np.maximum(self.ellipse.along, self.ellipse.around)
+            short = np.minimum(self.ellipse.along, self.ellipse.around)
+            depth = short * point_depths(np.divide(short, long, out=np.ones_like(short), where=long > 0.0), self.cam)
+            return replace(peak_of(self.force.panels, depth), place=self._middle)
+        pair = pair_compliance(self.roller, self.cam)
+        walls, pressed = self._slices, self.slices.pressure
+        k = np.stack([np.where(self.pushed >= 0.0, wall.behind, wall.ahead) for wall in walls])
+        # Nothing presses a wall that is undercut, or the slices would not be sound.
+        depths = line_depth(pressed, np.where(k > 0.0, k, 1.0 / self.radius), pair)
+        value, angle = highest(self.force.panels, depths)
+        m = int(np.argmax(value))
+        return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m])))
+
+    def spot(self, at: Extreme) -> str:
+        """A place on the roller in words, and how much of it touches there where that is not all."""
+        touching = self._at(self.touching, at.cam_angle)
+        share = f", {touching:.4g} of {self.length:.4g} mm touch" if touching < (1.0 - 1e-4) * self.length else ""
+        return f"{self.track.name}, at {at.place:.4g} mm along the roller axis{share}"
 
     @cached_property
     def roller_life(self) -> RollerLife:
@@ -429,10 +536,20 @@ class RollerDuty:
         that it loads."""
         peak, quoted = self.slices.peak(), self.contact.peak()
         worst = int(np.argmax(peak.pressure))
+        angle = float(peak.theta[worst])
         if float(quoted.pressure) > float(peak.pressure[worst]):
             delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
             return Extreme(float(quoted.pressure), float(quoted.theta), delta)
-        return Extreme(float(peak.pressure[worst]), float(peak.theta[worst]), float(self.slice_stations[worst]))
+        return Extreme(float(peak.pressure[worst]), angle, self._at(self.slice_places[worst], angle))
+
+    def _at(self, values: Floats, cam_angle: float) -> float:
+        """A quantity (p, n) at a cam angle, rad."""
+        return float(self.force.panels.at(values, np.array([cam_angle]))[0])
+
+    @cached_property
+    def contact_length(self) -> float:
+        """Length that touches where the pressure is largest, mm."""
+        return self._at(self.touching, self.peak_pressure.cam_angle)
 
     @property
     def least_force(self) -> None:
@@ -447,7 +564,8 @@ class RollerDuty:
             **self._crown_data(),
             "peak_force_n": self.peak_force.value,
             **slice_data(self.peak_pressure),
-            **hertz_data(self.peak_contact),
+            **length_data(self.contact_length, self.least_touching),
+            **hertz_data(self.peak_contact, self.deepest_shear),
             **torque_data(self.peak_torque, self.work),
             "wall_reversals_deg": [degrees(r.taken) for r in self.force.reversals()[0]],
         }

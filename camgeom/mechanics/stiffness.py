@@ -55,14 +55,14 @@ class Slices:
 
     lever    mm, with the sign of the torque that the wall gives the turret, (n, e)
     preload  approach at psi = 0, mm, below zero where there is a gap, (n, e)
-    width    of a slice, radius of the rollers in their middle, mm
+    width    of a slice that has a wall, mm, (n, e); radius of the rollers in their middle, mm
     """
 
     on: npt.NDArray[np.bool_]
     lever: Floats
     curvature: Floats
     preload: Floats
-    width: float
+    width: Floats
     radius: float
     roller: Material
     cam: Material
@@ -77,14 +77,14 @@ class Slices:
             return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
 
         radius = float(beside.tracks[0].meridian.jet(beside.stations)[3][len(beside.stations) // 2])
-        k = flat(beside.curvature)
+        k, on = flat(beside.curvature), beside.cover > 0.0
         return cls(
-            np.moveaxis(beside.on, 0, 1).reshape(n, -1),
-            flat(np.where(beside.on, side * beside.lever, side)),
+            np.moveaxis(on, 0, 1).reshape(n, -1),
+            flat(np.where(on, side * beside.lever, side)),
             # An undercut wall, which has no such contact, counts as a plane; its pressure is infinite (`TurretDuty`).
             np.where(k > 0.0, k, 1.0 / radius),
             flat(_pressed_in(beside, preload)),
-            beside.width,
+            flat(beside.cover),
             radius,
             roller,
             cam,
@@ -104,7 +104,7 @@ class Slices:
         touch = np.where(helping, -self.preload / np.where(helping, lever, 1.0), np.inf).min(axis=1)
         # a first guess beyond the first touch; no load is below a millionth of the mean one
         angle = np.maximum(touch, 0.0)
-        mean = wanted / (np.where(helping, lever, 0.0).sum(axis=1) * self.width)
+        mean = wanted / np.where(helping, lever * self.width, 0.0).sum(axis=1)
         least = np.maximum(1e-6 * mean, 1e-9)[:, None]
         load = np.broadcast_to(np.maximum(mean[:, None], least), lever.shape)
         for turn in range(PASSES):
@@ -167,7 +167,7 @@ def _pressed_in(beside: Engagement, preload: float) -> Floats:
     turn = beside.tracks[0].sense * beside.theta[:, None, None]
     inward = np.sin(turn) * beside.normal[..., 1] - np.cos(turn) * beside.normal[..., 0]
     first = int(np.argmin(np.abs(beside.theta)))
-    steepest = float(np.where(beside.on[:, first], inward[:, first], 0.0).max())
+    steepest = float(np.where(beside.cover[:, first] > 0.0, inward[:, first], 0.0).max())
     if steepest <= 0.0:
         return np.zeros(beside.on.shape)
     return np.asarray(preload / steepest * inward)

@@ -28,8 +28,8 @@ from camgeom.mechanics.bearing import (
     stud_stress,
 )
 from camgeom.mechanics.contact import share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, slice_data, torque_data
-from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_flexibility, line_pressure
+from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, slice_data, torque_data
+from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_depth, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
@@ -119,7 +119,7 @@ class TurretDuty:
         out = np.zeros(e.on.shape[1:])
         if not len(self.loaded):
             return out
-        on = self._picked(e.on)
+        on = self._picked(e.cover > 0.0)
         flat = on.reshape(len(self.loaded), -1)
         if not flat.any(axis=1).all():
             at = degrees(float(self.theta[self.loaded[int(np.argmin(flat.any(axis=1)))]]))
@@ -130,7 +130,7 @@ class TurretDuty:
         shared = share_load(
             np.abs(self.turret_torque[self.loaded]),
             np.zeros(flat.shape[1]),
-            np.where(flat, e.width, 0.0),
+            self._picked(e.cover).reshape(flat.shape),
             np.where(k > 0.0, np.where(flat, k, 1.0), 1.0 / radius),
             self.roller,
             self.cam,
@@ -172,13 +172,18 @@ class TurretDuty:
     @cached_property
     def roller_load(self) -> Floats:
         """Normal force on every roller, N, (n, k)."""
-        return np.asarray(self.line_load.sum(axis=2) * self.engagement.width)
+        return np.asarray((self.line_load * self._cover).sum(axis=2))
+
+    @cached_property
+    def _cover(self) -> Floats:
+        """Length of every slice that has the wall it presses, mm, (n, k, m)."""
+        return self._walls(self.engagement.cover)
 
     @cached_property
     def shaft_force(self) -> Floats:
         """Resultant of the rollers on the cam across its axis, N, (n,)."""
         normal = self._walls(self.engagement.normal)
-        total = (normal * self.line_load[..., None]).sum(axis=(1, 2)) * self.engagement.width
+        total = (normal * (self.line_load * self._cover)[..., None]).sum(axis=(1, 2))
         return np.asarray(np.hypot(total[:, 0], total[:, 1]))
 
     @cached_property
@@ -237,7 +242,7 @@ class TurretDuty:
     @cached_property
     def _path(self) -> Floats:
         """Path rolled by a roller in one passage while it touches a wall, mm, one for each track."""
-        return self._passage(self.engagement.on.any(axis=(0, 3)).astype(float))
+        return self._passage((self.engagement.cover > 0.0).any(axis=(0, 3)).astype(float))
 
     @cached_property
     def bearing(self) -> BearingLife | None:
@@ -320,9 +325,28 @@ class TurretDuty:
     @cached_property
     def peak_pressure(self) -> Extreme:
         """Largest contact pressure of all slices of all rollers, MPa."""
-        n, _, m = self._hardest
-        delta = float(self.tracks[0].meridian.jet(self.engagement.stations)[0][m])
+        n, k, m = self._hardest
+        delta = float(self._walls(self.engagement.place)[n, k, m])
         return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)
+
+    @cached_property
+    def contact_length(self) -> float:
+        """Length of the hardest pressed roller that touches where the pressure is largest, mm."""
+        n, k, _ = self._hardest
+        return float(self._cover[n, k].sum())
+
+    @cached_property
+    def least_touching(self) -> Extreme:
+        """Least length of a roller that touches while it is pressed, mm; the whole length without any force."""
+        pressed = self.roller_load > QUIET * self.roller_load.max(initial=0.0)
+        length = np.where(pressed, self._cover.sum(axis=2), np.inf)
+        n, k = np.unravel_index(int(np.argmin(length)), length.shape)
+        return Extreme(min(float(length[n, k]), self._length), float(self.theta[n]))
+
+    @property
+    def _length(self) -> float:
+        """Contact length of a roller, mm."""
+        return self.engagement.width * len(self.engagement.stations)
 
     @cached_property
     def peak_contact(self) -> Beneath | None:
@@ -332,6 +356,24 @@ class TurretDuty:
             return None
         k = float(self._walls(self.engagement.curvature)[self._hardest])
         return beneath_line(pressure, k if k > 0.0 else 1.0, pair_compliance(self.roller, self.cam))
+
+    @cached_property
+    def deepest_shear(self) -> Extreme | None:
+        """Where the largest shear lies deepest over the turn, all rollers and slices, mm; None where one undercuts."""
+        if np.isinf(self.pressure).any():
+            return None
+        k = self._walls(self.engagement.curvature)
+        depth = line_depth(self.pressure, np.where(k > 0.0, k, 1.0), pair_compliance(self.roller, self.cam))
+        n, *at = np.unravel_index(int(np.argmax(depth)), depth.shape)
+        place = float(self._walls(self.engagement.place)[(n, *at)])
+        return Extreme(float(depth.max(initial=0.0)), float(self.theta[n]), place)
+
+    def spot(self, at: Extreme) -> str:
+        """A place on the rollers, in words, and how much of the hardest pressed one touches."""
+        n = int(np.argmin(np.abs(self.theta - at.cam_angle)))
+        touching = float(self._cover[n, int(np.argmax(self.pressure[n].max(axis=1)))].sum())
+        share = f", {touching:.4g} of {self._length:.4g} mm touch" if touching < (1.0 - 1e-4) * self._length else ""
+        return f"at {at.place:.4g} mm along the roller axis{share}"
 
     @property
     def least_force(self) -> None:
@@ -343,7 +385,7 @@ class TurretDuty:
         if self.preload <= 0.0:
             return 0.0
         e = self.engagement
-        k = float(e.curvature[:, 0][e.on[:, 0]].max())
+        k = float(e.curvature[:, 0][e.cover[:, 0] > 0.0].max())
         load = 1.0
         for _ in range(60):
             soft = float(line_flexibility(load, k, self.roller, self.cam, self._radius, 2.0 * self._radius))
@@ -354,17 +396,17 @@ class TurretDuty:
         """Pressure, force, torque, and what shaft and studs see, as plain data for result.json."""
         middle = self.pressure[:, :, self.pressure.shape[2] // 2].max(axis=1)
         k_rel = float(self._walls(self.engagement.curvature)[self._hardest])
-        length = self.engagement.width * self.pressure.shape[2]
         carrying = (self.roller_load[self.loaded] > 0.0).sum(axis=1)
-        limit = min(self.roller.contact_limit, self.cam.contact_limit)
+        limit = min(self.roller.rated_limit, self.cam.rated_limit)
         return {
             "peak_pressure_mpa": finite(middle.max()),
             "cam_angle_deg": degrees(float(self.theta[int(np.argmax(middle))])),
             "peak_force_n": self.peak_force.value,
             **slice_data(self.peak_pressure),
-            **hertz_data(self.peak_contact),
+            **length_data(self.contact_length, self.least_touching),
+            **hertz_data(self.peak_contact, self.deepest_shear),
             "allowable_force_n": (
-                float(allowable_load(limit, k_rel, length, pair_compliance(self.roller, self.cam)))
+                float(allowable_load(limit, k_rel, self.contact_length, pair_compliance(self.roller, self.cam)))
                 if k_rel > 0.0 else 0.0
             ),
             "preload_pressure_mpa": self.preload_pressure,
@@ -372,7 +414,7 @@ class TurretDuty:
             "rollers_sharing_most": int(carrying.max()) if len(carrying) else 0,
             "peak_turret_torque_n_m": float(np.abs(self.turret_torque).max()) * MILLI,
             **torque_data(self.peak_torque, self.work),
-            **self._supports(length),
+            **self._supports(self._length),
         }
 
     def _supports(self, length: float) -> dict[str, Any]:

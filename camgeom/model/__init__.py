@@ -525,6 +525,12 @@ class Model(Sealed):
         return self.duties or ((self.carrier,) if self.carrier is not None else ())
 
     @property
+    def pressure_limit(self) -> float:
+        """Largest contact pressure allowed, MPa: the profile's, else what the weaker material's fatigue line bears."""
+        material = self.profile.material
+        return self.profile.limits.contact_pressure_mpa or min(material.cam.rated_limit, material.roller.rated_limit)
+
+    @property
     def shaft(self) -> Duty | None:
         """The duty whose torque is the camshaft's: of all that touches a planar cam together, else the carrier's."""
         return self.drive or self.carrier

@@ -63,14 +63,16 @@ def hardest_impact(run: ImpactRun, settle: int, turns: tuple[Duties, ...]) -> Ex
     a contact_length of its own.
     """
     since = run.turn_times()[settle][0]
-    sides: tuple[tuple[str, Quantity], ...] = (("main side", "pressure_main"), ("return side", "pressure_return"))
-    peaks = [(name, run.peak(quantity, since)) for name, quantity in sides]
-    found = [Extreme(1e-6 * peak.value, peak.angle % TURN, where=name) for name, peak in peaks]
+    sides: tuple[tuple[str, Quantity], ...] = (("main", "pressure_main"), ("return", "pressure_return"))
+    found = []
+    for name, quantity in sides:
+        top = run.peak(quantity, since)
+        found.append(Extreme(1e-6 * top.value, top.angle % TURN, where=f"{name} side, as a line along all of it"))
     for number, duties in enumerate(turns, settle + 1):
-        for peak in (duty.peak_pressure for duty in duties):
+        for duty in duties:
+            peak = duty.peak_pressure
             if peak is not None:
-                beside = peak.where or f"slice at {peak.place:.4g} mm"
-                found.append(replace(peak, where=f"turn {number}, {beside}"))
+                found.append(replace(peak, where=f"turn {number}, {duty.spot(peak)}"))
     return hardest(found)
 
 

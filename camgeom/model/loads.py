@@ -60,7 +60,6 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
     from camgeom.mechanics.roller_duty import RollerDuty
 
     quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
-    inside = mechanism.inside if mechanism.runs_out else None
     duties = []
     for track in mechanism.tracks:
         low, high = track.contact
@@ -70,8 +69,9 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
         within = crown is None and quoted is not None and min(low, high) <= quoted <= max(low, high)
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
-            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating, inside)
-        )
+            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating,
+                       mechanism.beside, mechanism.runs_out)
+        )  # fmt: skip
     return tuple(duties)
 
 

@@ -36,7 +36,7 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     if roller is not None and roller.dynamic_rating is None:
         found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
     if roller is None or roller.static_rating is None:
-        found["limits.bearing_static_safety"] = (
+        found["limits.bearing_static_safety"] = found["limits.warn_bearing_static_safety"] = (
             "a follower without a roller has no bearing" if roller is None else
             "give roller.static_rating (and dynamic_rating): the safety is that rating over the largest load"
         )  # fmt: skip

@@ -174,7 +174,8 @@ class Limits(Section):
     )
     clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
     contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
-        None, description="MPa, largest peak contact pressure; default the smaller contact limit of the two materials"
+        None, description="MPa, largest peak contact pressure; default what the weaker material's "
+        "fatigue line bears at 1e7 cycles, its contact_limit where contact_cycles are as many"
     )
     life_h: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="h, life that roller, bearing and cam surface must reach"
@@ -182,8 +183,11 @@ class Limits(Section):
     torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="N m, largest torque of the camshaft, rigid, with vibration and with impacts"
     )
-    bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
-        None, description="1, least static safety of the roller's bearing: static_rating over its largest load"
+    bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
+        1.0, description="1, least static safety of the roller's bearing: static_rating over its largest load (ISO 76)"
+    )
+    warn_bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
+        1.5, description="1, static safety below which to warn: makers of needle rollers ask for it in ordinary running"
     )
 
     def for_follower(self, follower: AnyFollower) -> Limits:

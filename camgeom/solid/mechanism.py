@@ -7,7 +7,7 @@ nobody asks whether a cam *has* an answer. A cam type answers what is abstract, 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -56,10 +56,13 @@ class Drum:
     high: float
     depth: float | None = None
 
+    def under(self, x: Floats) -> Mask:
+        """Whether points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach."""
+        return np.asarray(np.hypot(x[0], x[1]) <= self.radius + 1e-9)
+
     def inside(self, x: Floats) -> Mask:
         """Whether points (3, ...) of the cam frame lie within the drum."""
-        within = np.hypot(x[0], x[1]) <= self.radius + 1e-9
-        return np.asarray(within & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
+        return np.asarray(self.under(x) & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +243,11 @@ class Mechanism(ABC):
     def runs_out(self) -> bool:
         """True where a roller leaves the cam on purpose: its contacts count where they are `inside` alone."""
         return False
+
+    @property
+    def beside(self) -> Callable[[Floats], Mask] | None:
+        """Which contact points (3, ...) of a roller have a wall; None where its whole stretch always has one."""
+        return None
 
     def inside(self, x: Floats) -> Mask:
         """Which contact points (3, ...) lie on the cam's own material: tracks may run beyond it."""

@@ -39,6 +39,10 @@ class Straight:
         """The t at the axial coordinate delta."""
         return delta
 
+    def parameters(self, delta: Floats) -> Floats:
+        """The t at axial coordinates delta, (...)."""
+        return delta
+
     def grown(self, gap: float) -> Straight:
         """The parallel meridian at the normal distance gap, mm."""
         return replace(self, radius=self.radius + gap * sqrt(1.0 + self.slope**2))
@@ -64,6 +68,10 @@ class Arc:
     def parameter(self, delta: float) -> float:
         """The t at the axial coordinate delta; beyond the arc its end (a quarter turn)."""
         return asin(min(1.0, max(-1.0, (delta - self.centre) / self.arc)))
+
+    def parameters(self, delta: Floats) -> Floats:
+        """The t at axial coordinates delta, (...), likewise."""
+        return np.asarray(np.arcsin(np.clip((delta - self.centre) / self.arc, -1.0, 1.0)))
 
     def grown(self, gap: float) -> Arc:
         """The parallel meridian at the normal distance gap, mm."""

@@ -1,4 +1,4 @@
-"""Where a roller leaves its cam: cam angles at which a flank begins, ends, or is missing beside the roller."""
+"""Where a roller touches its cam: the stretch of it that has a wall, and the cam angles at which it comes and goes."""
 
 from __future__ import annotations
 
@@ -10,14 +10,46 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Pose, Track
 from camgeom.track.flank import Flank
 
 PER_TURN = 1440
 HALVINGS = 40
-"""halvings of a step of the cam angle: down to rounding"""
+"""halvings of a step of the cam angle, or along the roller: down to rounding"""
+PLACES = 28
+"""places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
+roller comes or goes, counts for nothing"""
 Mask = npt.NDArray[np.bool_]
 Inside = Callable[[Floats], Mask]
+
+
+def touching(
+    track: Track, side: float, phi: Floats, inside: Inside, halvings: int = HALVINGS
+) -> tuple[Floats, Floats]:
+    """Meridian parameters (n,) between which a roller at cam angles (n,) has a wall beside it; equal where none.
+
+    Its contact line leaves the blank where it runs out through the land or an end face: what has a wall is one piece.
+    """
+    low, high = sorted(track.meridian.parameter(d) for d in track.contact)
+    stations = np.linspace(low, high, PLACES)
+    pose = track.eased(side).pose(phi, 1)
+    there = inside(Flank(track, phi, stations, side, given_pose=pose).x)
+    first, last = there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)
+    some = there.any(axis=1)
+    ends = []
+    for at, step in ((first, -1), (last, 1)):
+        end = stations[np.where(some, at, 0)]
+        rows = np.flatnonzero(some & (at + step >= 0) & (at + step < PLACES))
+        if len(rows):
+            part = Pose(pose.a[:, :, rows], pose.u[:, :, rows], pose.turn[rows])
+            on, off = end[rows], stations[at[rows] + step]
+            for _ in range(halvings):
+                middle = 0.5 * (on + off)
+                held = inside(Flank(track, phi[rows], middle[:, None], side, given_pose=part).x)[:, 0]
+                on, off = np.where(held, middle, on), np.where(held, off, middle)
+            end[rows] = on
+        ends.append(end)
+    return ends[0], ends[1]
 
 
 def wall_ends(track: Track, side: float, stations: Floats, inside: Inside) -> list[Floats]:

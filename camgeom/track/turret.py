@@ -26,12 +26,15 @@ from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
 from camgeom.track.flank import Flank
+from camgeom.track.runout import touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
 Inside = Callable[[Floats], Bools]
 """Points (3, ...) in the cam frame -> whether they lie within the blank."""
 SLICES = 7
+FINE = 20
+"""halvings of the distance of two places along a roller between which its wall ends: down to micrometres"""
 NEARBY = 0.04
 """rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
@@ -115,7 +118,7 @@ class Engagement:
 
     @cached_property
     def width(self) -> float:
-        """Length of a slice along the roller axis, mm."""
+        """Length of a whole slice along the roller axis, mm."""
         low, high = sorted(self.tracks[0].contact)
         return (high - low) / SLICES
 
@@ -126,6 +129,8 @@ class Engagement:
             "lever": np.ones((2, n, k, m)),
             "curvature": np.ones((2, n, k, m)),
             "on": np.zeros((2, n, k, m)),
+            "cover": np.zeros((2, n, k, m)),
+            "place": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
             "rate": np.zeros((n, k)),
             "angle": np.full((2, n, k, m), np.pi / 2.0),
@@ -139,13 +144,23 @@ class Engagement:
         return out
 
     def _fill(self, out: dict[str, Floats], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+        first, last = sorted(track.meridian.parameter(d) for d in track.contact)
+        edges = np.linspace(first, last, SLICES + 1)
         for side in track.sides:
-            flank = Flank(track, phi, self.stations, side)
+            begin, stop = touching(track, side, phi, self.inside, FINE)
+            low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
+            some = high > low
+            # Of a slice that stands out of the cam with one end, the rest is looked at.
+            t = np.where(some, 0.5 * (low + high), self.stations)
+            flank = Flank(track, phi, t, side)
             lever = flank.lever()
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
             out["lever"][way, rows, place] = np.abs(lever)
             out["curvature"][way, rows, place] = flank.k_rel
-            out["on"][way, rows, place] = self.inside(flank.x)
+            out["on"][way, rows, place] = some & (high - low >= 0.5 * (edges[1] - edges[0]))
+            delta = track.meridian.jet
+            out["cover"][way, rows, place] = np.where(some, np.abs(delta(high)[0] - delta(low)[0]), 0.0)
+            out["place"][way, rows, place] = delta(t)[0]
             out["normal"][way, rows, place] = flank.normals
             out["angle"][way, rows, place] = flank.pressure_angle("axis")
         pose, middle = flank.pose, float(track.meridian.jet(self.stations)[0].mean())
@@ -165,8 +180,18 @@ class Engagement:
 
     @cached_property
     def on(self) -> Bools:
-        """Whether a slice has a wall to bear on, (2, n, k, m)."""
+        """Whether at least half of a slice has a wall to bear on, (2, n, k, m)."""
         return self._walls["on"] > 0.5
+
+    @cached_property
+    def cover(self) -> Floats:
+        """Length of every slice that has a wall to bear on, mm, (2, n, k, m)."""
+        return self._walls["cover"]
+
+    @cached_property
+    def place(self) -> Floats:
+        """Middle of that length along the roller axis (delta), mm, (2, n, k, m)."""
+        return self._walls["place"]
 
     @cached_property
     def normal(self) -> Floats:

@@ -106,7 +106,7 @@ def test_torque_is_carried_exactly():
     model = Model(parse(STARTER.replace("speed = 100", "speed = 300\nfriction = 2000")), 0.05)
     duty = model.turret_duty
     lever = duty._walls(duty.engagement.lever)
-    carried = (duty.line_load * lever).sum(axis=(1, 2)) * duty.engagement.width
+    carried = (duty.line_load * duty._cover * lever).sum(axis=(1, 2))
     assert carried == pytest.approx(np.abs(duty.turret_torque), rel=1e-9, abs=1e-3)
     # Two rollers never bear more than their sum would alone; work over a turn is what friction takes.
     assert duty.contact_data()["mean_torque_n_m"] == pytest.approx(2.0 * (pi / 4.0) / (2.0 * pi), rel=1e-9)
@@ -275,7 +275,7 @@ def test_preload_adds_to_the_load_it_shares():
     assert loose.pressure[rest].max() == 0.0
     assert duty.pressure[rest].max() == pytest.approx(duty.preload_pressure, rel=1e-9)
     sign = np.where(duty._preloaded[0] > 0.0, 1.0, -1.0)
-    carried = (sign * duty.line_load * duty._walls(duty.engagement.lever)).sum(axis=(1, 2)) * duty.engagement.width
+    carried = (sign * duty.line_load * duty._cover * duty._walls(duty.engagement.lever)).sum(axis=(1, 2))
     assert carried == pytest.approx(duty.turret_torque, rel=1e-9, abs=1e-6 * np.abs(duty.turret_torque).max())
     assert duty.peak_pressure.value > max(loose.peak_pressure.value, duty.preload_pressure)
     assert duty.cam_life < loose.cam_life

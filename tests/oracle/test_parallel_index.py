@@ -161,7 +161,7 @@ def test_starter_passes_its_checks_and_carries_its_load():
     assert result.data["contact"]["rollers_sharing_least"] >= 1
     assert result.data["fatigue"]["cam_life_h"] > 0.0
     duty = model.turret_duty
-    carried = (duty.line_load * duty._walls(duty.engagement.lever)).sum(axis=(1, 2)) * duty.engagement.width
+    carried = (duty.line_load * duty._cover * duty._walls(duty.engagement.lever)).sum(axis=(1, 2))
     assert carried == pytest.approx(np.abs(duty.turret_torque), rel=1e-9, abs=1e-3)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 
+from camgeom.checks.verdict import life_shown
 from camgeom.drawing.content import (
     CAM_ANGLE,
     Axis,
@@ -84,7 +85,7 @@ def duties(what: str, head: str, data: Mapping[str, Any]) -> Table:
     """Force, torque, pressure, safety and lives under the solved contact force, and what the rigid motion gives."""
     solved, rigid = data["duty"], data["rigid_duty"]
     rows: list[tuple[Cell, ...]] = [
-        (words, *("unlimited" if each[key] is None else each[key] for each in (solved, rigid)), unit)
+        (words, *(life_shown(each[key]) if unit == "h" else each[key] for each in (solved, rigid)), unit)
         for words, key, unit in CARRIED
         if key in solved and key in rigid
     ]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from math import degrees, isfinite, pi
+from math import degrees, pi
 from typing import TYPE_CHECKING
 
-from camgeom.checks.verdict import RANK, Verdict
+from camgeom.checks.verdict import RANK, Verdict, life_shown
 from camgeom.drawing.content import Block, Chapter, Column, Figure, Level, Page, Remark, Table
 from camgeom.drawing.sheet import number
 from camgeom.report.sections.bodies import kept
@@ -39,7 +39,7 @@ def _shown(finding: Finding) -> Remark:
         sign = SIGNS.get(finding.comparison, finding.comparison)
         limit = f"{sign} {number(finding.limit)}{'' if unit == '°' or not unit else ' '}{unit}".strip()
     angle = "" if finding.cam_angle_deg is None else f"cam angle {number(finding.cam_angle_deg)}°"
-    where = ", ".join(part for part in (angle, finding.where) if part)
+    where = ", ".join(part for part in (angle, finding.place) if part)
     level = Level(finding.level)
     return Remark(_words(finding.check), level, value, limit, unit, where, _sentence(finding.advice))
 
@@ -219,8 +219,8 @@ def _life(model: Model) -> Iterator[Figure]:
     lives = model.carrier.lives if model.carrier is not None else {}
     for body in ("roller", "face", "cam"):
         if body in lives:
-            endless = not isfinite(lives[body])
-            value, unit = ("unlimited", "") if endless else (lives[body], "h")
+            value = life_shown(lives[body])
+            unit = "" if isinstance(value, str) else "h"
             yield Figure(f"{body.capitalize()} life", value, unit, "contact fatigue, hardest place")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks.verdict import ENDLESS_H
+from camgeom.checks.verdict import ENDLESS_H, life_shown
 from camgeom.drawing.content import (
     CAM_ANGLE,
     Axis,
@@ -39,15 +39,20 @@ if TYPE_CHECKING:
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
+PLACES = 41
+"""places along the roller on the map of its pressure"""
 FEW = 4
 """rollers that get a line style and a name of their own"""
 _FIGURES = (
     ("peak_pressure_mpa", "Peak contact pressure, middle of the roller", "MPa", "cam_angle_deg"),
     ("peak_slice_pressure_mpa", "Peak contact pressure, worst slice", "MPa", "peak_slice_cam_angle_deg"),
     ("peak_slice_delta_mm", "Place of the worst slice along the roller axis", "mm", ""),
+    ("contact_length_mm", "Length that touches there", "mm", ""),
+    ("least_contact_length_mm", "Least length that touches under load", "mm", "least_contact_length_at_deg"),
     ("half_width_mm", "Half width of the contact", "mm", ""),
     ("peak_shear_mpa", "Largest shear stress under the surface", "MPa", ""),
     ("shear_depth_mm", "Depth of the largest shear stress", "mm", ""),
+    ("deepest_shear_mm", "The same where it lies deepest", "mm", "deepest_shear_at_deg"),
     ("preload_pressure_mpa", "Contact pressure of the preload in the dwell", "MPa", ""),
     ("peak_force_n", "Largest force on a roller", "N", ""),
     ("allowable_force_n", "Force that the contact limit allows there", "N", ""),
@@ -121,17 +126,15 @@ def pressure_map(model: Model) -> tuple[Map, ...]:
     duty = model.duty
     if duty.peak_pressure.value == 0.0:
         return ()
-    slices = duty.slices
-    angle = np.linspace(0.0, 360.0, 361)
-    theta = slices.panels.theta.ravel()
-    values = np.stack([np.interp(np.radians(angle), theta, row.ravel()) for row in slices.pressure])
+    angle, places = np.linspace(0.0, 360.0, 361), np.linspace(min(duty.track.contact), max(duty.track.contact), PLACES)
+    values = duty.spread(duty.slices.pressure, np.radians(angle), places).T
     blank = np.where(values > 1e-3 * duty.peak_pressure.value, values, np.nan)
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
     caption = f"Contact pressure over the turn and along the roller{which}"
     return (Map(
         caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
-        angle, duty.slice_stations, blank, marks=_hardest_place(duty.peak_pressure),
+        angle, places, blank, marks=_hardest_place(duty.peak_pressure),
     ),)  # fmt: skip
 
 
@@ -145,12 +148,14 @@ def hardest(model: Model) -> Table:
     duty = model.duty
     beneath = duty.peak_contact
     force, torque = duty.peak_force, duty.peak_torque
-    peak, slices = duty.contact.peak(), duty.peak_pressure
+    peak, slices, shortest = duty.contact.peak(), duty.peak_pressure, duty.least_touching
     rows: list[tuple[Cell, ...]] = [
         ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
         ("Peak contact pressure, worst slice", slices.value, "MPa", degrees(slices.cam_angle)),
+        ("Length that touches there", duty.contact_length, "mm", degrees(slices.cam_angle)),
+        ("Least length that touches under load", shortest.value, "mm", degrees(shortest.cam_angle)),
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
-        *_beneath(beneath),
+        *_beneath(beneath, duty.deepest_shear),
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
         ("Mean drive torque", 1e-3 * _unless_rounding(duty.work / (2.0 * pi), torque.value), "N m", None),
     ]
@@ -164,14 +169,15 @@ def hardest(model: Model) -> Table:
     return quantities(name, rows)
 
 
-def _beneath(beneath: Beneath | None) -> list[tuple[Cell, ...]]:
-    """Width and subsurface shear of the hardest contact in numbers."""
-    if beneath is None:
+def _beneath(beneath: Beneath | None, deepest: Extreme | None) -> list[tuple[Cell, ...]]:
+    """Width and subsurface shear of the hardest contact, and where that shear lies deepest, in numbers."""
+    if beneath is None or deepest is None:
         return []
     return [
         ("Half width of the hardest contact", beneath.half_width, "mm", None),
         ("Largest shear stress under it", beneath.shear, "MPa", None),
         ("Depth of the largest shear stress", beneath.shear_depth, "mm", None),
+        ("The same where it lies deepest", deepest.value, "mm", degrees(deepest.cam_angle) % 360.0),
     ]
 
 
@@ -236,11 +242,11 @@ def hot_spot(model: Model) -> Polar | None:
 
 
 def along_roller(x: Floats, lives: Floats, height: float = 1.0, width: Width = "full") -> Chart | None:
-    """Roller life, h, over the place x along its axis; None where a slice lives for ever."""
-    if not np.all(np.isfinite(lives)):
+    """Roller life, h, over the place x along its axis; None where all are unlimited, or one has no end."""
+    if not np.all(np.isfinite(lives)) or float(lives.min()) >= ENDLESS_H:
         return None
     worst, order = int(np.argmin(lives)), np.argsort(x)
-    marks = (Mark(float(x[worst]), float(lives[worst]), f"{number(float(lives[worst]))} h"),)
+    marks = (Mark(float(x[worst]), float(lives[worst]), hours(lives[worst])),)
     panel = Panel(
         Axis("Roller life", "h", zero=True), (Series("life", x[order], lives[order]),), marks=marks, height=height
     )
@@ -333,7 +339,7 @@ def touch_figures(drive: FaceDuty) -> Table:
         where = f", {peak.where}" if len(drive.touches) > 1 else ""
         rows.append((f"Peak contact pressure{where}", peak.value, "MPa", degrees(peak.cam_angle) % 360.0))
     rows += [
-        *_beneath(drive.peak_contact),
+        *_beneath(drive.peak_contact, drive.deepest_shear),
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
         ("Mean drive torque", 1e-3 * _unless_rounding(drive.work / (2.0 * pi), torque.value), "N m", None),
     ]
@@ -467,4 +473,5 @@ def turret_life(duty: TurretDuty) -> tuple[Block, ...]:
 
 def hours(value: float | Floats) -> str:
     """A life in words."""
-    return f"{number(float(value))} h" if float(value) < ENDLESS_H else "unlimited"
+    shown = life_shown(float(value))
+    return shown if isinstance(shown, str) else f"{number(shown)} h"

@@ -161,14 +161,8 @@ def _sampled(model: Model) -> _Samples:
 def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
     """Peak pressure (n, m) that a flank bears as the roller passes; zero where the other wall is loaded."""
     duty = model.duty
-    slices = duty.slices
-    square = slices.behind if float(flank.lever().mean()) < 0.0 else slices.ahead
-    theta = slices.panels.theta.ravel()
-    rows = np.stack([np.interp(phi % TURN, theta, np.sqrt(np.maximum(row, 0.0)).ravel()) for row in square])
-    delta = flank.track.meridian.jet(t)[0]
-    order = np.argsort(duty.slice_stations)
-    stations = duty.slice_stations[order]
-    return np.stack([np.interp(delta, stations, column) for column in rows[order].T])
+    square = duty.slices.behind if float(flank.lever().mean()) < 0.0 else duty.slices.ahead
+    return duty.spread(np.sqrt(np.maximum(square, 0.0)), phi % TURN, flank.track.meridian.jet(t)[0])
 
 
 def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDArray[np.intp]) -> Floats:

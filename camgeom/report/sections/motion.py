@@ -74,8 +74,7 @@ def at_speed(rpm: float) -> tuple[Limit, ...]:
 
 def pressure_limit(model: Model, top: float) -> tuple[Limit, ...]:
     """The contact limit, MPa, as a line where the largest pressure comes near it; else nothing."""
-    material = model.profile.material
-    limit = model.profile.limits.contact_pressure_mpa or min(material.cam.contact_limit, material.roller.contact_limit)
+    limit = model.pressure_limit
     return (Limit(limit, f"limit {number(limit)} MPa"),) if top > 0.5 * limit else ()
 
 
