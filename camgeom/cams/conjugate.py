@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import asin, radians, sqrt
-from typing import ClassVar, Literal, final
+from typing import TYPE_CHECKING, ClassVar, Literal, final
 
 from pydantic import Field
 
@@ -42,6 +42,9 @@ from camgeom.track import Joint, Track, Vector
 from camgeom.track.follower import AnyRoller, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, RollerOutline
 from camgeom.track.touch import Touch
+
+if TYPE_CHECKING:
+    from camgeom.track.beside import Neighbour
 
 
 @final
@@ -167,6 +170,22 @@ class ConjugateMechanism(Mechanism):
         middles = 0.5 * width, 1.5 * width + self.cam.gap
         low, high = ((m - 0.5 * length, m + 0.5 * length) for m in middles)
         return low, high
+
+    @property
+    def neighbours(self) -> tuple[Neighbour, ...]:
+        """Each roller, as long as it is, beside the disc of the other one."""
+        from camgeom.track.beside import Neighbour
+
+        above, radius = self.width + self.cam.gap, 0.5 * self.roller.diameter
+        half = 0.5 * (self.roller.length or self.width)
+        discs = {"main": (0.0, self.width), "return": (above, above + self.width)}
+        found = []
+        for track, other in zip(self.tracks, ("return", "main")):
+            middle = 0.5 * sum(discs[track.name])
+            ends = middle - half, middle + half
+            name = f"{track.name} roller to {other} disc"
+            found.append(Neighbour(name, track, ends, radius, self.outlines[other], discs[other]))
+        return tuple(found)
 
     @property
     def prime_radius(self) -> float:

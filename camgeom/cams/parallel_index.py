@@ -31,6 +31,9 @@ from camgeom.track.outline import Outline
 from camgeom.track.sweep import BandEdge, RimArc, RollerSweep
 from camgeom.track.turret import turret_tracks
 
+DIAL_PLAY = 0.05
+"""share of the gap between plates that stays free on either side of a dial"""
+
 
 @final
 class ParallelIndex(Cam):
@@ -117,6 +120,10 @@ class ParallelIndex(Cam):
         if room <= roller.diameter:
             limit = f"below {room:g} mm, the distance of neighbouring rollers of a ring"
             found.append(problem("roller.diameter", roller.diameter, limit))
+        room = self.width + (1.0 - 2.0 * DIAL_PLAY) * self.gap
+        if roller.length >= room:
+            limit = f"below {room:g} mm, so that a dial stands between the ends of rollers of neighbouring plates"
+            found.append(problem("roller.length", roller.length, limit))
         if radius >= low:
             limit = f"below {2.0 * (low - self.running_clearance):g} mm, where rollers reach the cam's axis"
             found.append(problem("roller.diameter", roller.diameter, limit))
@@ -218,6 +225,8 @@ class ParallelIndexMechanism(Mechanism):
     def walls(self) -> tuple[Wall, ...]:
         """The plates themselves, their horns' tips, and what the deepest roller leaves about the bore."""
         found = [disc_wall(name, self.width) for name in self.outlines]
+        dial = min(high - low for _, low, high in self._dials)
+        found.append(Wall("dial between rollers", dial, None, "shorter rollers, or a larger gap between the plates"))
         reach = self.bore.reach if self.bore else 0.0
         for name, sweep in zip(self.outlines, self._cuts):
             for part in sweep.chain:
@@ -264,7 +273,9 @@ class ParallelIndexMechanism(Mechanism):
     def _dials(self) -> tuple[tuple[float, float, float], ...]:
         """The turret's discs between the plates, each with its radius and its faces' heights z, mm."""
         cam = self.cam
-        radius, play = self.follower.pitch_radius + 0.5 * self.roller.diameter, 0.05 * cam.gap
+        radius = self.follower.pitch_radius + 0.5 * self.roller.diameter
+        # A roller longer than its plate is wide stands out of it on both sides alike.
+        play = DIAL_PLAY * cam.gap + max(0.0, 0.5 * (self.roller.length - cam.width))
         places = sorted({self._dial(plate) for plate in range(cam.plates)})
         lows = [place * cam.pitch + cam.width + play for place in places]
         return tuple((radius, low, low + cam.gap - 2.0 * play) for low in lows)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from camgeom.checks import check
-from camgeom.checks.verdict import Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, judged
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -68,6 +68,19 @@ def backlash(model: Model) -> Iterable[Finding]:
 def _thinnest(model: Model) -> float:
     """Thinnest wall that passes, mm: that of the profile, or what the chord errors of both faces leave standing."""
     return max(model.profile.limits.min_wall_mm, 2.0 * model.tolerance)
+
+
+@check("neighbour", "tracks")
+def neighbour(model: Model) -> Iterable[Finding]:
+    """Least distance of every roller, as long as it is, from the discs that it must not touch, over the turn."""
+    limit = model.profile.limits.clearance_mm
+    for beside in model.mechanism.neighbours:
+        least = beside.gap(limit)
+        advice = "the roller runs into the other disc: a shorter roller, or a larger gap between the discs"
+        yield judged(
+            "neighbour", least.value, ">", limit, "mm", advice,
+            slack=-NO_GAP, cam_angle=least.cam_angle, where=f"{beside.name}, {least.where}",
+        )  # fmt: skip
 
 
 @check("wall", "body")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from camgeom.solid import Part
     from camgeom.solid.blank import Blank, Bore, Wall
     from camgeom.solid.turret import StackedTurret, TurretBody
+    from camgeom.track.beside import Neighbour
     from camgeom.track.outline import Outline
     from camgeom.track.section import Level
     from camgeom.track.sliding import Slider
@@ -196,6 +197,11 @@ class Mechanism(ABC):
     def rib_asked(self) -> float | None:
         """Normal thickness that the profile gives such a rib, mm."""
         return None
+
+    @property
+    def neighbours(self) -> tuple[Neighbour, ...]:
+        """Discs that a roller passes without touching, each with the whole roller."""
+        return ()
 
     @property
     def floor_gap(self) -> float | None:

@@ -79,6 +79,11 @@ class Planar:
         return smallest(self.touches, curvature), largest(self.touches, curvature)
 
     @cached_property
+    def largest_radius(self) -> Extreme:
+        """Largest distance of a profile from the cam axis, mm: the circle that it sweeps."""
+        return largest(self.touches, lambda at: np.hypot(*at.curve.points))
+
+    @cached_property
     def radii(self) -> tuple[Extreme | None, Extreme | None]:
         """Smallest convex and smallest hollow radius of curvature of the profile, mm; None where there is none.
 

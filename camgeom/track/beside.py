@@ -1,0 +1,106 @@
+"""Rollers beside bodies that they must not touch: the whole roller against another disc, over the turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme, piece_grid
+from camgeom.track import Track
+from camgeom.track.outline import Outline
+
+PER_TURN = 1440
+"""places of a roller in a turn, and points of an outline, before the nearest ones are looked at closer"""
+CLOSER, ROUNDS, AROUND = 129, 3, 2.0
+"""samples, rounds and steps on either side of the second look"""
+BLOCK = 256
+"""places that are measured against a whole outline at once"""
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """A roller and a disc that it passes without touching; heights z in mm.
+
+    track    the roller's, axis parallel to the cam's; roller: z of its two ends; radius: mm, its largest
+    outline  of the disc; disc: z of its two faces
+    """
+
+    name: str
+    track: Track
+    roller: tuple[float, float]
+    radius: float
+    outline: Outline
+    disc: tuple[float, float]
+
+    @property
+    def along(self) -> float:
+        """Gap along the axis, mm; negative: by so much the roller stands beside the disc."""
+        return max(self.disc[0] - self.roller[1], self.roller[0] - self.disc[1])
+
+    def gap(self, wanted: float) -> Extreme:
+        """Distance that roller and disc keep at least, mm, and the cam angle of the nearest place; negative: they meet.
+
+        wanted  mm; where the gap along the axis is larger nothing else is looked at (and the angle is 0)
+        """
+        if self.along > wanted:
+            return Extreme(self.along, 0.0, where="along the axis")
+        across = least_across(self.track, self.outline, self.radius)
+        if across.value >= self.along:
+            return across
+        return Extreme(self.along, across.cam_angle, where="along the axis")
+
+
+def least_across(track: Track, outline: Outline, radius: float) -> Extreme:
+    """Least distance of a roller's circle from the region within a closed outline, over the motion, mm, in XY.
+
+    Negative where the circle reaches into it: by how far, to the sagitta of a step where its centre does.
+    """
+    phi, _ = piece_grid(track.knots(), PER_TURN)
+    psi, _ = piece_grid(outline.knots(), PER_TURN)
+    signed, near = _signed(_centres(track, phi), outline.curve(psi).points)
+    i = int(np.argmin(signed))
+    best, at, foot = float(signed[i]), float(phi[i]), float(psi[near[i]])
+    step, wide = float(np.diff(phi).max()), float(np.diff(psi).max())
+    for _ in range(ROUNDS if best > 0.0 else 0):
+        phi = np.clip(at + AROUND * step * np.linspace(-1.0, 1.0, CLOSER), *track.span)
+        psi = foot + AROUND * wide * np.linspace(-1.0, 1.0, CLOSER)
+        distance, feet = _nearest(_centres(track, phi), outline.curve(np.mod(psi, 2.0 * np.pi)).points)
+        i = int(np.argmin(distance))
+        best, at, foot = float(distance[i]), float(phi[i]), float(psi[feet[i]])
+        step, wide = 2.0 * AROUND * step / (CLOSER - 1), 2.0 * AROUND * wide / (CLOSER - 1)
+    return Extreme(best - radius, at, where="beside each other")
+
+
+def _centres(track: Track, phi: Floats) -> Floats:
+    """Centres of the roller (2, n) in the cam frame."""
+    return np.asarray(track.pose(phi, 0).a[0][:2])
+
+
+def _signed(x: Floats, corners: Floats) -> tuple[Floats, np.ndarray]:
+    """Distances (n,) of points (2, n) from a closed polygon (2, m), negative inside, and the nearest corners (n,)."""
+    distance, near = _nearest(x, np.concatenate([corners, corners[:, :1]], axis=1))
+    p, q = corners, np.roll(corners, -1, axis=1)
+    inside = np.zeros(x.shape[1], dtype=bool)
+    for k in range(0, x.shape[1], BLOCK):
+        part = x[:, k : k + BLOCK, None]
+        spans = (p[1] > part[1]) != (q[1] > part[1])
+        rise = np.where(q[1] != p[1], q[1] - p[1], 1.0)
+        right = part[0] < p[0] + (part[1] - p[1]) * (q[0] - p[0]) / rise
+        inside[k : k + BLOCK] = (spans & right).sum(axis=1) % 2 == 1
+    return np.where(inside, -distance, distance), near % corners.shape[1]
+
+
+def _nearest(x: Floats, corners: Floats) -> tuple[Floats, np.ndarray]:
+    """Distances (n,) of points (2, n) from a polyline (2, m), and the beginnings of the nearest edges (n,)."""
+    p, along = corners[:, :-1], np.diff(corners, axis=1)
+    square = np.maximum((along**2).sum(axis=0), 1e-300)
+    distance, near = np.empty(x.shape[1]), np.empty(x.shape[1], dtype=np.int64)
+    for k in range(0, x.shape[1], BLOCK):
+        off = x[:, k : k + BLOCK, None] - p[:, None, :]
+        share = np.clip((off * along[:, None, :]).sum(axis=0) / square, 0.0, 1.0)
+        apart = np.hypot(*(off - share * along[:, None, :]))
+        near[k : k + BLOCK] = apart.argmin(axis=1)
+        distance[k : k + BLOCK] = apart.min(axis=1)
+    return distance, near
