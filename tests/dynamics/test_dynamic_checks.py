@@ -65,11 +65,11 @@ def test_the_preload_that_lift_off_advises_just_holds():
 
 
 def test_a_drive_is_judged_by_the_torque_that_its_vibration_makes():
-    """350 r/min: 1 167 MPa rigid, 1 309 MPa elastic; the profile's limit of 1 300 stands between them."""
+    """350 r/min: 1 168 MPa rigid, 1 314 MPa elastic; the profile's limit of 1 300 stands between them."""
     model = changer(350)
     dynamic, rigid = model.dynamic_duty.peak_pressure.value, model.carrier.peak_pressure.value
     assert rigid == pytest.approx(1168.0, abs=0.1)
-    assert dynamic == pytest.approx(1309.0, rel=1e-3)
+    assert dynamic == pytest.approx(1314.1, rel=1e-3)
     assert levels(model, "turret-pressure", "dynamic-pressure") == {
         "turret-pressure": "pass", "dynamic-pressure": "fail"}
     for share, level in ((1.001, "pass"), (0.998, "fail")):
@@ -453,8 +453,9 @@ def test_the_case_lies_below_the_shear_of_vibration_and_impacts(hit):
         assert depth > max(duty.deepest_shear.value for duty in rigid)
         for share, level in ((1.002, "pass"), (0.999, "fail")):
             key = f"case_depth_mm = {2.0 * share * depth!r}\n"
-            cased = text.replace("[material.cam]\n", "[material.cam]\n" + key)
-            cased = cased if cased != text else f"{text}\n[material.cam]\n{key}"
+            head, table, rest = text.partition("[material.cam]")
+            comment, _, keys = rest.partition("\n")
+            cased = f"{head}{table}{comment}\n{key}{keys}" if table else f"{text}\n[material.cam]\n{key}"
             names = ("case-depth", f"{kind}-case-depth")
             assert levels(Model(parse(cased)), *names) == {"case-depth": "pass", f"{kind}-case-depth": level}
 
