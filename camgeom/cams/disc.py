@@ -90,6 +90,7 @@ class Disc(Cam):
         if self.form == "external":
             keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY
+            found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
         if not follower.rotating:
             found |= SQUARE if follower.face == "flat" else {}
             return found | idle("only a swinging follower has a pivot", "cam.center_distance")

@@ -173,6 +173,10 @@ class Limits(Section):
         0.2, description="1, share by which a drum's rib may be thinner than in a level dwell before a warning"
     )
     clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
+    play_mm: Gap | None = Field(
+        None, description="mm, largest play of a follower that is driven both ways; default: beyond the loosest "
+        "running fit of ISO 286, H11/c11 of the roller's diameter (frame, yoke: of the cam's width), a warning"
+    )
     contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
         None, description="MPa, largest peak contact pressure; default what the weaker material's "
         "fatigue line bears at 1e7 cycles, its contact_limit where contact_cycles are as many"

@@ -232,6 +232,16 @@ class Mechanism(ABC):
         return self.running_clearance + (self.turret.relief if self.turret is not None else 0.0)
 
     @property
+    def free_play(self) -> float:
+        """Play of a follower that is driven both ways, from wall to wall, mm."""
+        return 2.0 * self.running_clearance
+
+    @property
+    def fit_size(self) -> float:
+        """Nominal size of the fit that has this play, mm: of the roller, or of the cam between two faces."""
+        return self.roller.diameter if self.roller is not None else self.span_between or 0.0
+
+    @property
     def crown(self) -> str:
         """How the flank meets a crowned roller: `CrownedRoller.flank`; empty for other rollers."""
         return self.roller.flank if isinstance(self.roller, CrownedRoller) else ""

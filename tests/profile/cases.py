@@ -105,7 +105,7 @@ MILD: Data = {
     "operation.spring_preload": 60.0, "operation.force": ({"from": 60.0, "until": 110.0, "expression": "30"},),
     "limits.min_wall_mm": 2.5, "limits.undercut_margin": 0.02, "limits.clearance_mm": 0.001, "limits.life_h": 1e8,
     "limits.warn_undercut_margin": 0.99, "limits.warn_pressure_angle_deg": 3.0, "limits.pressure_angle_deg": 41.0,
-    "limits.contact_pressure_mpa": 333.0, "limits.warn_rib_share": 0.99,
+    "limits.contact_pressure_mpa": 333.0, "limits.warn_rib_share": 0.99, "limits.play_mm": 0.3,
     "dynamics.method": "gauss2", "dynamics.steps": 64, "dynamics.sweep": (100.0, 200.0), "dynamics.mass": 0.7,
     "dynamics.return_stiffness": 5.0, "dynamics.preload": 70.0, "dynamics.tappet_mass": 0.1,
     "dynamics.tappet_stiffness": 9000.0, "dynamics.shaft_inertia": 0.02, "dynamics.shaft_stiffness": 8000.0,

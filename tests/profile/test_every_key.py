@@ -54,8 +54,6 @@ EXEMPT_OF = {
     },
     ("globoid, mill", "cutter.max_feed"): "the tool's centre is nowhere that much faster than the contact",
     ("drum, mill", "cutter.lead"): "there is less room beside the flank than either radius takes",
-    ("frame", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
-    ("yoke", "follower.clearance"): "the play of the assembly, which acts where [impact] is solved",
 }
 """The same for keys of one case."""
 

@@ -1,0 +1,85 @@
+"""Play of followers that are driven both ways: bounded by a running fit or a key, and told where nothing solves it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from camgeom.cams import starter
+from camgeom.checks import judge
+from camgeom.checks.play import loose_fit
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from tests.places import PROFILES
+
+YOKE = {"roller": {"diameter": 16.0, "length": 10.0}}
+CASES: dict[str, tuple[str, str, float, float]] = {
+    "frame": ("constant-width", "follower.clearance", 1.0, 110.0),
+    "yoke": ("constant-width", "follower.clearance", 1.0, 110.0),
+    "pair": ("conjugate", "follower.clearance", 1.0, 40.0),
+    "drum": ("cylindrical", "cam.running_clearance", 2.0, 19.0),
+    "face groove": ("disc_face_groove", "cam.running_clearance", 2.0, 25.0),
+    "globoid": ("globoidal", "cam.running_clearance", 2.0, 30.0),
+    "barrel": ("cylindrical-index", "cam.running_clearance", 2.0, 26.0),
+    "plates": ("parallel-index", "cam.running_clearance", 2.0, 26.0),
+}
+"""starter or profile, the key of its play, plays from wall to wall in one of the key, and the size of the fit, mm"""
+
+
+def made(case: str, gap: float, **changed: dict[str, Any]) -> Model:
+    name, key, _, _ = CASES[case]
+    text = (PROFILES / f"{name}.toml").read_text() if "_" in name else starter(name)
+    data = load(text, name)[0]
+    if case == "yoke":
+        data |= YOKE
+        del data["follower"]["face_width"]
+    section, field = key.split(".")
+    for part, keys in {section: {field: gap}, **changed}.items():
+        data[part] = {**data.get(part, {}), **keys}
+    return Model(from_data(data, name))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_play_beyond_a_loose_running_fit_is_told(case: str) -> None:
+    _, _, share, size = CASES[case]
+    limit = loose_fit(size)
+    for by, level in ((0.999, "pass"), (1.002, "warn")):
+        verdict = judge(made(case, by * limit / share), ["play"])
+        (found,) = verdict.findings
+        assert (found.level, found.limit) == (level, pytest.approx(limit))
+        assert found.value == pytest.approx(by * limit)
+        assert len(verdict.not_judged) == (level == "warn")
+        assert all("impact" in word.reason for word in verdict.not_judged)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_key_bounds_it_and_says_what_is_meant(case: str) -> None:
+    share = CASES[case][2]
+    for by, level in ((0.999, "pass"), (1.002, "fail")):
+        for limit in (0.05, 2.0):
+            model = made(case, by * limit / share, limits={"play_mm": limit})
+            (found,) = judge(model, ["play"]).findings
+            assert (found.level, found.limit) == (level, limit)
+
+
+def test_where_impacts_are_solved_nothing_is_left_unjudged() -> None:
+    verdict = judge(made("pair", 8.0, impact={"turns": 2}), ["play"])
+    assert [f.level for f in verdict.findings] == ["warn"]
+    assert verdict.not_judged == ()
+
+
+def test_what_a_spring_holds_on_its_cam_has_no_play() -> None:
+    data = load(starter("disc"), "")[0]
+    assert judge(Model(from_data(data, "")), ["play"]).findings == ()
+    with pytest.raises(ProfileError, match=r"limits\.play_mm.*no play"):
+        from_data(data | {"limits": {"play_mm": 0.1}}, "")
+
+
+@pytest.mark.parametrize(("size", "table"), [(4.0, 220), (35.0, 440), (72.0, 530), (110.0, 620), (150.0, 710)])
+def test_the_fit_is_that_of_the_tables(size: float, table: float) -> None:
+    """ISO 286-2, H11/c11, um: twice IT11 and the shaft's deviation, rounded and by steps of sizes."""
+    assert loose_fit(size) == pytest.approx(1e-3 * table, rel=0.08)
+    assert loose_fit(2000.0) == loose_fit(500.0)
