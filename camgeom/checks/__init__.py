@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from importlib import import_module
+from math import isfinite
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, final
 
@@ -27,6 +28,8 @@ Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "cr
                "dynamics", "impact"]
 KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
+COARSEST = 0.01
+"""largest error, as a share of the peak, of a vibration that is judged"""
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -108,13 +111,33 @@ def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
         @wraps(judge)
         def answered(model: Model) -> list[Finding | NotJudged]:
             try:
-                return list(judge(model))
+                said = list(judge(model))
+                if said and "dynamics" in needs:
+                    _refuse_coarse(model)
+                return said
             except NotConverged as lost:
                 return [NotJudged(name, str(lost))]
 
         return check(name, *needs)(answered)
 
     return register
+
+
+def _refuse_coarse(model: Model) -> None:
+    """NotConverged where the periodic state of [dynamics] is too coarse to be judged, or nobody knows how coarse."""
+    from camgeom.dynamics.linear.solve import Growing
+
+    study = model.indexing or model.elastic_follower
+    assert study is not None, "the registry asks for it"
+    try:
+        error = float(study.steady.solution.error[0])
+    except Growing:
+        # What grows is no matter of accuracy: `stability` judges it, the others say so.
+        return
+    if not error <= COARSEST:
+        known = f"is {error:.3g} of the peak by halving" if isfinite(error) else "is not known"
+        raise NotConverged(f"the error of the solution {known}, more than {COARSEST:g}: leave dynamics.steps out, or "
+                           "give more of them, or a smaller dynamics.tolerance")  # fmt: skip
 
 
 OF_SOME: dict[str, tuple[Need, ...]] = {

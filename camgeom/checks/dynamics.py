@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 LESS = "stiffen what is elastic, damp it, take a smoother law or less speed; the rigid figure leaves vibration out"
 IMPACTS = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
+SURE = 0.1
+"""share of the settling band to which the deviation must be known"""
 SENSITIVE = 1.25
 """change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
 BAND = (0.95, 0.975, 1.025, 1.05)
@@ -65,7 +67,7 @@ def lift_off(model: Model) -> Iterable[Finding]:
 
 
 @solved("settling", "dynamics")
-def settling(model: Model) -> Iterable[Finding]:
+def settling(model: Model) -> Iterable[Finding | NotJudged]:
     """Time until an indexing drive's load stays within the settling band, against its dwell.
 
     A failure where the profile gives `dynamics.settling_band`; with the band that is taken for granted a warning.
@@ -73,7 +75,12 @@ def settling(model: Model) -> Iterable[Finding]:
     drive, spec = model.indexing, model.profile.dynamics_spec
     if drive is None or spec is None or not drive.dwells:
         return
-    left = drive.residual
+    left, steady = drive.residual, drive.steady
+    unsure = float(steady.solution.error[0] * steady.peak("load_deviation").magnitude[0])
+    if unsure > SURE * drive.band:
+        yield NotJudged("settling", f"the load's deviation is known to {np.degrees(unsure):.3g} deg, the band is "
+                        f"{spec.settling_band:g} deg: more dynamics.steps, or a smaller tolerance")  # fmt: skip
+        return
     dwell = 1e3 * (left.end_rad - left.begin_rad) / drive.speed
     value = dwell if drive.settling_time is None else 1e3 * drive.settling_time
     # What comes into the band for less than half a swing has not settled: it only passes through.

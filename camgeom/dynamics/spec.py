@@ -62,7 +62,8 @@ class DynamicsSpec(Section):
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=0.1)] = Field(1e-6, description="share of the peak, by halving")
     steps: Annotated[int, Field(ge=1, le=4_000_000)] | None = Field(
-        None, description="steps a turn, fixed and unchecked; default: what the tolerance needs"
+        None, description="steps a turn; nothing is judged by them where their error is above 1 % of the peak; "
+        "default: what the tolerance needs"
     )
     wilson_theta: Annotated[float, Field(ge=1.0, le=10.0)] = Field(1.40, description="of the wilson method")
     spectral_radius: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.8, description="of generalized-alpha")

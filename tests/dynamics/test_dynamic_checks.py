@@ -98,6 +98,32 @@ def test_a_drive_that_does_not_settle_fails_the_band_it_was_given():
         assert levels(model, "settling") == {"settling": level}
 
 
+FIXED = "output_damping = 25\nsettling_band = 0.005\nmethod = \"{}\"\nsteps = {}"
+
+
+def test_a_solution_too_coarse_to_be_judged_is_not():
+    """16 steps of the wilson method made the same swing settle; its error is measured now, and said."""
+    coarse = changer(350, ("output_damping = 25", FIXED.format("wilson", 16)))
+    words = {word.check: word.reason for word in judge(coarse, OWN).not_judged}
+    assert set(words) == {"dynamic-pressure", "dynamic-life", "settling", "resonance", "stability"}
+    assert all("dynamics.steps" in reason for reason in words.values())
+    assert not judge(coarse, OWN).findings
+    assert coarse.indexing.summary()["error"] > 0.1
+    # steps that are enough are judged as the solution with a tolerance is
+    fine = changer(350, ("output_damping = 25", FIXED.format("gauss8", 64)))
+    assert levels(fine, "settling", "stability") == {"settling": "fail", "stability": "pass"}
+    assert fine.indexing.steady.solution.error[0] < 0.01
+
+
+def test_a_deviation_known_less_than_its_band_settles_nothing():
+    """Below 1 % of the peak, yet more than a tenth of the band."""
+    model = changer(350, ("output_damping = 25", FIXED.format("wilson", 2000)))
+    assert 1e-4 < model.indexing.steady.solution.error[0] < 0.01
+    (word,) = judge(model, ("settling",)).not_judged
+    assert "the band is 0.005 deg" in word.reason
+    assert levels(model, "stability") == {"stability": "pass"}
+
+
 def test_a_speed_near_a_critical_one_warns():
     """Harmonic 12 meets the first mode near 400 r/min, where the amplification is 1.72; at 120 r/min it is flat."""
     assert finding(changer(120), "resonance").value < 1.05

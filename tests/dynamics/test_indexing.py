@@ -525,7 +525,7 @@ class TestHardCases:
         coarse = steady_state(DRIVE, mt, 1000.0 * RPM, Accuracy(steps=1, method="gauss4"))
         assert coarse.solution.grid.steps == len(mt.knots) - 1
         assert np.isfinite(coarse.solution.state).all()
-        assert not np.isfinite(coarse.solution.error).any()
+        assert (coarse.solution.error > 0.1).all()
 
     @pytest.mark.slow
     def test_a_million_steps(self, mt: Program) -> None:

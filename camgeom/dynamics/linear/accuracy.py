@@ -40,7 +40,7 @@ Watch = Callable[[Solution], Floats]
 class Accuracy:
     """Tolerance as a share of the peak, checked by halving the step; method by name, "auto" for gauss8.
 
-    `steps` fixes the steps a turn instead: then nothing is checked and the error is unknown.
+    `steps` fixes the steps a turn instead: then the error is measured by halving, whatever it is.
     """
 
     tolerance: float = 1e-6
@@ -68,11 +68,11 @@ def watch_position(solution: Solution) -> Floats:
 
 
 def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch: Watch = watch_position) -> Solution:
-    """A solution verified by halving, or one with the given number of steps; one grid for all speeds."""
+    """A solution verified by halving, or one of the given steps with its error; one grid for all speeds."""
     method = find(accuracy.method)
     if accuracy.steps is not None:
         refuse_costly(system, method, accuracy.steps * system.batch, MOST_SWEEP_SECONDS)
-        return once(aligned_grid(knots, accuracy.steps), method)
+        return measured(lambda g: once(g, method), aligned_grid(knots, accuracy.steps), watch)
     steps = predicted_steps(system, knots, accuracy.tolerance, method)
     grid = aligned_grid(knots, round(float(steps.max())))
     refuse_costly(system, method, 2 * grid.steps * system.batch)
@@ -197,6 +197,19 @@ def verified(
         f"tolerance {tolerance:g} not met with {max_steps} steps a turn (error {reached:.1e} of the peak); "
         "use auto, or a larger tolerance"
     )
+
+
+def measured(solve: Callable[[Grid], Solution], grid: Grid, watch: Watch = watch_position) -> Solution:
+    """The solution on a grid as it is, with what half the step changes in it; infinity where that has no answer."""
+    found = solve(grid)
+    if 2 * grid.steps > MAX_STEPS:
+        return found
+    try:
+        error = _difference(found, solve(grid.halved()), watch)
+    except NotConverged:
+        return found
+    text = f"{found.method.name}, {grid.steps} steps a turn as given, error {error.max():.1e} of the peak by halving"
+    return replace(found, error=error, choice=text)
 
 
 def _difference(coarse: Solution, fine: Solution, watch: Watch) -> Floats:

@@ -42,9 +42,9 @@ class Solution:
     """States over one or more turns: theta (n + 1) rad, state (b, n + 1, r) with q, q' (and q'' for the Newmark
     family).
 
-    error (b,) is the difference to the solution with half as many steps, over the peak of what was watched (so it
-    bounds the error of the coarser of the two), infinity where no halving was asked for. spectral_radius (b,) is the
-    largest multiplier of a turn; attracting (b,) is whether disturbances die out.
+    error (b,) is the difference to the solution with half as many steps (of given steps: with twice as many), over the
+    peak of what was watched, so that it bounds the error of the coarser of the two; infinity where none was made.
+    spectral_radius (b,) is the largest multiplier of a turn; attracting (b,) is whether disturbances die out.
     """
 
     system: System
