@@ -115,6 +115,10 @@ def _span(text: str, problem: Problem) -> tuple[Value, ...]:
     return tuple(int(value) for value in values) if whole else tuple(values)
 
 
+PLAY = {"follower.clearance": 1.0, "cam.running_clearance": 0.5}
+"""keys of the play that a body is cut with, as shares of the play between two contacts"""
+
+
 def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> Any:
     """The data with the value at a path replaced, or added to a table. Raises ProfileError where the path breaks."""
     if not path:
@@ -156,10 +160,15 @@ class Study:
         return math.prod(len(one.values) for one in self.axes)
 
     def variant(self, values: Sequence[Value]) -> Data:
-        """The profile's data with one value for each axis."""
+        """The profile's data with one value for each axis; a body that states its play has that of [impact]."""
         data = self.data
         for one, value in zip(self.axes, values, strict=True):
             data = replaced(data, one.path, value, one.key)
+            if one.key == "impact.clearance" and isinstance(value, int | float):
+                for key, share in PLAY.items():
+                    table, _, name = key.partition(".")
+                    if data.get(table, {}).get(name) and key not in [other.key for other in self.axes]:
+                        data = replaced(data, (table, name), share * value, key)
         return data
 
     def _refuse_unknown(self, data: Data) -> None:

@@ -74,7 +74,8 @@ class DynamicsSpec(Section):
         None, description="kg m2, cam with its share of the input shaft; default: the cam's body"
     )
     turret_inertia: Positive | None = Field(
-        None, description="kg m2, turret; default: follower.inertia beside a load_inertia, else its body"
+        None, description="kg m2, turret; default: follower.inertia beside operation.load_inertia, what is left beside "
+        "load_inertia, else its body"
     )
     load_inertia: Positive | None = Field(None, description="kg m2, load plate; default: the rest of what turns")
     input_stiffness: Positive | None = Field(None, description="N m/rad, input shaft in torsion")

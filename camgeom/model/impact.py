@@ -107,7 +107,6 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
         raise ProfileError([Problem("operation.guide_friction", text, load.guide_friction, "0", hint)])
     roller, drum = mechanism.roller, mechanism.drum
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
-    length = mechanism.touches[0].length if mechanism.touches else (roller and roller.length) or 1.0
     base = mechanism.base_radius or (drum.radius if drum else radius)
     pair, acting = impact_pair(profile, mechanism), impact_load(load, mechanism.program)
     if acting.applied is not None and acting.applied.jumps:
@@ -117,7 +116,7 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
         inertia=load.si.mass,
         speed_rpm=profile.operation.speed,
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
-        length_mm=length,
+        length_mm=mechanism.contact_length,
         roller_radius_mm=radius,
         cam_radius_mm=base,
         load=acting,
@@ -175,7 +174,7 @@ def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
 
     spec, tracks, quoted = profile.impact_spec, mechanism.tracks, mechanism.quoted_radius
     assert spec is not None
-    clearance = MILLI * (spec.clearance or mechanism.follower.clearance or 2.0 * mechanism.running_clearance)
+    clearance = MILLI * (spec.clearance or mechanism.contact_play)
     if clearance <= 0.0:
         raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
     if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:

@@ -190,9 +190,13 @@ def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str,
         sources["cam_inertia"] = "the cam's body"
     turret = spec.turret_inertia
     if turret is None:
-        turret = own if moved > own else _turret_inertia(model)
-        found["turret_inertia"] = turret
-        sources["turret_inertia"] = "follower.inertia" if moved > own else "the turret's body"
+        if spec.load_inertia is not None and moved > spec.load_inertia:
+            turret, source = moved - spec.load_inertia, "follower.inertia and operation.load_inertia without the load"
+        elif moved > own:
+            turret, source = own, "follower.inertia"
+        else:
+            turret, source = _turret_inertia(model), "the turret's body"
+        found["turret_inertia"], sources["turret_inertia"] = turret, source
     if spec.load_inertia is None:
         rest = moved - turret
         if rest <= 0.0 or turret <= 0.0:

@@ -19,6 +19,7 @@ from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.text import MAX_BYTES, Path_, load
+from camgeom.profile.twice import contradictions
 from camgeom.reading import decode, read_bytes
 from camgeom.track.follower import AnyFollower, AnyRoller, Setup
 
@@ -175,8 +176,11 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     idle += _warnings_beyond(profile.limits)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
-    if not found and profile.cutter_spec is not None:
-        found += profile.cutter_spec.problems(profile.cam.mechanism(setup))
+    if not found and (profile.cutter_spec or profile.dynamics_spec or profile.impact_spec):
+        mechanism = profile.cam.mechanism(setup)
+        found += contradictions(profile, mechanism)
+        if profile.cutter_spec is not None:
+            found += profile.cutter_spec.problems(mechanism)
     return found
 
 

@@ -242,6 +242,16 @@ class Mechanism(ABC):
         return self.roller.diameter if self.roller is not None else self.span_between or 0.0
 
     @property
+    def contact_play(self) -> float:
+        """Free play, mm, of a follower between the two flanks that drive it to and fro."""
+        return self.follower.clearance or 2.0 * self.running_clearance
+
+    @property
+    def contact_length(self) -> float:
+        """Length, mm, over which a roller or face touches; 1 where neither has one."""
+        return self.touches[0].length if self.touches else (self.roller and self.roller.length) or 1.0
+
+    @property
     def crown(self) -> str:
         """How the flank meets a crowned roller: `CrownedRoller.flank`; empty for other rollers."""
         return self.roller.flank if isinstance(self.roller, CrownedRoller) else ""
