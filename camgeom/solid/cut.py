@@ -96,10 +96,17 @@ class IndexingCut:
         except (NotOneSurface, NotConverged):
             return self.cut(tolerance)
 
-    def direct(self, tolerance: float) -> Solid:
+    def rough(self, tolerance: float) -> Solid:
+        """The same with facets at the cam's ends cut as they are, whose error is not measured: to look for crossings."""
+        try:
+            return self.direct(tolerance, straight=True)
+        except (NotOneSurface, NotConverged):
+            return self.cut(tolerance)
+
+    def direct(self, tolerance: float, straight: bool = False) -> Solid:
         """Grooves, lands and ends as one surface. Raises NotOneSurface where they are not."""
         sections = self.sections(self.land)
-        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance)
+        return groove_solid(self.name, self.blank, self._edge, sections, self.expected_genus, tolerance, straight)
 
     @property
     def _edge(self) -> int:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.mesh import open_loops
+from camgeom.maths.mesh import clip, open_loops
 from camgeom.maths.sampling import (
     TURN,
     Cells,
@@ -208,16 +208,23 @@ def _alike(a: Track, b: Track) -> bool:
 
 
 def groove_solid(
-    name: str, blank: Blank, edge: int, sections: tuple[CrossSection, ...], expected_genus: int, tolerance: float
+    name: str,
+    blank: Blank,
+    edge: int,
+    sections: tuple[CrossSection, ...],
+    expected_genus: int,
+    tolerance: float,
+    straight: bool = False,
 ) -> Solid:
     """A blank whose outline edge `edge` is cut by grooves; sections end on that edge's surface.
 
+    straight  cut the facets at the cam's ends as they are, which is quicker and leaves the error there unmeasured
     Raises NotOneSurface where the topology is not that of separate grooves, NotConverged as `sample_surface` does.
     """
     aim = tolerance
     for _ in range(TRIES):
-        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim)
-        if solid.chord_error <= tolerance:
+        solid = _groove_solid(name, blank, edge, sections, expected_genus, aim, straight)
+        if straight or solid.chord_error <= tolerance:
             break
         # Facets at the cam's ends, whose cells were not measured as a whole.
         aim *= 0.95 * tolerance / solid.chord_error
@@ -225,7 +232,13 @@ def groove_solid(
 
 
 def _groove_solid(
-    name: str, blank: Blank, edge: int, sections: tuple[CrossSection, ...], expected_genus: int, tolerance: float
+    name: str,
+    blank: Blank,
+    edge: int,
+    sections: tuple[CrossSection, ...],
+    expected_genus: int,
+    tolerance: float,
+    straight: bool,
 ) -> Solid:
     land = land_of(blank, edge)
     if land is None:
@@ -242,12 +255,18 @@ def _groove_solid(
     at = Addresses.of(grooves, len(points))
     fresh = np.zeros(len(points), dtype=bool)
     for height, sign in ((high, 1.0), (low, -1.0)):
+        if straight:
+            points[np.abs(points[:, 2] - height) < ON_PLANE * tolerance, 2] = height
+            points, faces, label = clip(points, faces, label, height, sign)
+            continue
         points, at, moved = ends.laid(points, at, height, ON_PLANE * tolerance)
         fresh[moved] = True
         points, at, faces, label = ends.clipped(points, at, faces, label, height, sign)
         fresh = np.append(fresh, np.ones(len(points) - len(fresh), dtype=bool))
-    beside = fresh[faces].any(axis=1)
-    cut_sag = ends.sag(points, at, faces[beside], label[beside] == whole.names.index("land"))
+    cut_sag = 0.0
+    if not straight:
+        beside = fresh[faces].any(axis=1)
+        cut_sag = ends.sag(points, at, faces[beside], label[beside] == whole.names.index("land"))
     builder = Builder()
     builder.add(points)
     for k, group in enumerate(whole.names):
