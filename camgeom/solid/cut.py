@@ -97,7 +97,7 @@ class IndexingCut:
             return self.cut(tolerance)
 
     def rough(self, tolerance: float) -> Solid:
-        """The same with facets at the cam's ends cut as they are, whose error is not measured: to look for crossings."""
+        """The same with facets cut as they are at the cam's ends, where no error is measured: to look for crossings."""
         try:
             return self.direct(tolerance, straight=True)
         except (NotOneSurface, NotConverged):
