@@ -68,30 +68,32 @@ def lift_off(model: Model) -> Iterable[Finding]:
 
 @solved("settling", "dynamics")
 def settling(model: Model) -> Iterable[Finding | NotJudged]:
-    """Time until an indexing drive's load stays within the settling band, against its dwell.
+    """Time until the load of an indexing drive, or an elastic follower, stays in the settling band, against its dwell.
 
     A failure where the profile gives `dynamics.settling_band`; with the band that is taken for granted a warning.
     """
-    drive, spec = model.indexing, model.profile.dynamics_spec
-    if drive is None or spec is None or not drive.dwells:
+    study, spec = model.indexing or model.elastic_follower, model.profile.dynamics_spec
+    if study is None or spec is None or not study.dwells:
         return
-    left, steady = drive.residual, drive.steady
-    unsure = float(steady.solution.error[0] * steady.peak("load_deviation").magnitude[0])
-    if unsure > SURE * drive.band:
-        yield NotJudged("settling", f"the load's deviation is known to {np.degrees(unsure):.3g} deg, the band is "
-                        f"{spec.settling_band:g} deg: more dynamics.steps, or a smaller tolerance")  # fmt: skip
+    what, name = ("load", "load_deviation") if model.indexing is not None else ("follower", "deviation")
+    unit, per = ("deg", 180.0 / np.pi) if model.profile.rotating else ("mm", 1e3)
+    left, steady, band = study.residual, study.steady, f"{per * study.band:.6g} {unit}"
+    unsure = float(steady.solution.error[0] * steady.peak(name).magnitude[0])
+    if unsure > SURE * study.band:
+        yield NotJudged("settling", f"the {what}'s deviation is known to {per * unsure:.3g} {unit}, the band is "
+                        f"{band}: more dynamics.steps, or a smaller tolerance")  # fmt: skip
         return
-    dwell = 1e3 * (left.end_rad - left.begin_rad) / drive.speed
-    value = dwell if drive.settling_time is None else 1e3 * drive.settling_time
+    dwell = 1e3 * (left.end_rad - left.begin_rad) / study.speed
+    value = dwell if study.settling_time is None else 1e3 * study.settling_time
     # What comes into the band for less than half a swing has not settled: it only passes through.
-    limit = max(0.0, dwell - 1e3 * drive.half_swing)
+    limit = max(0.0, dwell - 1e3 * study.half_swing)
     advice = (
-        f"the load swings by {np.degrees(left.deviation[0]):.4g} deg in its dwell and is not within "
-        f"{spec.settling_band:g} deg when it ends: more damping, a stiffer shaft, a smoother law or less speed"
+        f"the {what} swings by {per * left.deviation[0]:.4g} {unit} in its dwell and is not within "
+        f"{band} when it ends: more damping, a stiffer shaft or linkage, a smoother law or less speed"
     )
     worst: Level = "fail" if "settling_band" in spec.model_fields_set else "warn"
     yield judged("settling", value, "<=", limit, "ms", advice, cam_angle=left.begin_rad, worst=worst,
-                 where=f"into {spec.settling_band:g} deg, before the longest dwell ends")  # fmt: skip
+                 where=f"into {band}, before the longest dwell ends")  # fmt: skip
 
 
 @solved("resonance", "dynamics")

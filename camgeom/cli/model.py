@@ -78,6 +78,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("required_preload_n", "preload that just keeps contact", "N"),
         ("required_preload_n_m", "preload that just keeps contact", "N m"),
         ("residual_deviation_deg", "largest deviation in the dwell", "deg"),
+        ("residual_vibration_m", "largest vibration in the dwell", "m"),
+        ("residual_vibration_rad", "largest vibration in the dwell", "rad"),
         ("settling_time_s", "settled in the dwell after", "s"),
         ("duty.peak_pressure_mpa", "peak contact pressure, elastic", "MPa"),
         ("duty.roller_life_h", "roller life, elastic", "h"),

@@ -98,6 +98,30 @@ def test_a_drive_that_does_not_settle_fails_the_band_it_was_given():
         assert levels(model, "settling") == {"settling": level}
 
 
+def ringing(damping, band=None):
+    """An elastic follower without polydyne at 600 r/min, preloaded so that it stays on its cam."""
+    more = "" if band is None else f"\nsettling_band = {band!r}"
+    pairs = (("polydyne = true", ""), ("spring_preload = 400", "spring_preload = 4000"), ("speed = 900", "speed = 600"))
+    rings = f"linkage_stiffness = 400\nlinkage_damping = {damping}{more}"
+    return Model(parse(changed(ELASTIC.format(law="modified-sine"), *pairs, ("linkage_stiffness = 400", rings))))
+
+
+def test_an_elastic_follower_that_rings_in_its_dwell_does_not_settle():
+    """Within 1 % of its stroke of where the load rests, by default a warning; against a band that is given it fails."""
+    free, damped = ringing(50), ringing(500)
+    assert levels(damped, "settling") == {"settling": "pass"}
+    told = finding(free, "settling")
+    assert (told.level, told.where) == ("warn", "into 0.12 mm, before the longest dwell ends")
+    data = compute(free, ("dynamics",)).data["dynamics"]
+    swing = data["residual_vibration_m"]
+    assert swing > 1.2e-4
+    assert data["settling_time_s"] is None
+    # the spring's static push on the linkage is no vibration
+    assert free.elastic_follower.steady.peak("deviation").magnitude[0] > 4000 / 420e3
+    for share, level in ((1.002, "pass"), (0.5, "fail")):
+        assert levels(ringing(50, 1e3 * share * swing), "settling") == {"settling": level}
+
+
 FIXED = "output_damping = 25\nsettling_band = 0.005\nmethod = \"{}\"\nsteps = {}"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
 from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
 from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerSystem, FollowerTrain, Load
+from camgeom.dynamics.indexing.measures import Residual, residual_vibration, settled_after
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
 from camgeom.dynamics.linear.method import Motion
@@ -21,11 +22,18 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 
 RPM = pi / 30.0
+SETTLED = 0.01
+"""share of the stroke within which a follower counts as settled where the profile gives no band"""
+STATIONS = 721
+"""cam angles at which the stroke is looked for"""
 
 
 @dataclass(frozen=True, eq=False)
 class FollowerStudy:
-    """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles)."""
+    """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles).
+
+    band, m (rad): within it of where its load would rest, the follower counts as settled in a dwell.
+    """
 
     train: FollowerTrain
     motion: Motion
@@ -36,6 +44,7 @@ class FollowerStudy:
     load: Load | None = None
     sweep_speeds: Floats | None = None
     polydyne: bool = False
+    band: float = 1e-4
 
     @sought
     def steady(self) -> FollowerResponse:
@@ -68,6 +77,29 @@ class FollowerStudy:
     def jump(self) -> Jump | None:
         """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
         return jump(self.steady) if self.train.closure == "force" else None
+
+    @property
+    def dwells(self) -> bool:
+        """Whether the motion has a dwell to settle in."""
+        try:
+            return bool(self.residual.end_rad > self.residual.begin_rad)
+        except ProfileError:
+            return False
+
+    @cached_property
+    def residual(self) -> Residual:
+        """Vibration left in the longest dwell of the steady state, m (rad). Raises ProfileError where there is none."""
+        return residual_vibration(self.steady, self.band, "vibration", "acceleration")
+
+    @property
+    def half_swing(self) -> float:
+        """Half a period of the lowest mode, s: what a vibration needs to show its size."""
+        return pi / float(self.train.natural_frequency()[0])
+
+    @property
+    def settling_time(self) -> float | None:
+        """Time, s, from that dwell's begin after which the follower has settled; None where it does not."""
+        return settled_after(self.residual, self.speed, self.half_swing)
 
     @sought
     def flight(self) -> Flight:
@@ -134,6 +166,9 @@ class FollowerStudy:
         if self.jump is not None:
             out["contact_lost"] = bool(self.jump.lost[0])
             out[f"required_preload_{force}"] = float(self.jump.required_preload[0])
+        if self.dwells:
+            out[f"residual_vibration_{length}"] = float(self.residual.deviation[0])
+            out["settling_time_s"] = self.settling_time
         if self.shaft is not None:
             out["peak_windup_deg"] = degrees(float(steady.peak("windup").magnitude[0]))
             out["peak_shaft_torque_n_m"] = float(steady.peak("shaft_torque").magnitude[0])
@@ -173,4 +208,11 @@ def follower_study(
     train = spec.train(rotating, closure, mass, return_stiffness, preload)
     scale = 1.0 if rotating else 1e-3
     speed, accuracy = speed_rpm * RPM, spec.accuracy()
-    return FollowerStudy(train, motion, speed, scale, accuracy, spec.shaft(), load, spec.speeds(), spec.polydyne)
+    if "settling_band" in spec.model_fields_set:
+        band = np.radians(spec.settling_band) if rotating else scale * spec.settling_band
+    else:
+        stations = np.concatenate([np.asarray(motion.knots), np.linspace(motion.knots[0], motion.knots[-1], STATIONS)])
+        band = SETTLED * scale * np.ptp(motion.jet(stations, 0)[0])
+    return FollowerStudy(
+        train, motion, speed, scale, accuracy, spec.shaft(), load, spec.speeds(), spec.polydyne, float(band)
+    )

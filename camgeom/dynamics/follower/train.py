@@ -33,6 +33,7 @@ JUMP = 1e-9
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
         "deviation": "m, follower mass from its rigid position",
+        "vibration": "m, follower mass from where the load at that cam angle would rest, in a dwell",
         "position": "m, follower mass",
         "velocity": "m/s of the follower mass",
         "acceleration": "m/s2 of the follower mass",
@@ -178,6 +179,9 @@ class FollowerSystem:
         q, u = position, rate
         if name == "deviation":
             return q[..., -1]
+        if name == "vibration":
+            here = self.coefficients(theta, side)
+            return np.asarray(q[..., -1] - np.linalg.solve(here.stiffness, here.force[..., None])[..., -1, 0])
         if name in ORDERS:
             order = ORDERS[name]
             own = (q, u)[order] if order < 2 else acceleration(self, theta, q, u, side)

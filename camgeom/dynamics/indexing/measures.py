@@ -5,6 +5,7 @@ time.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from camgeom.dynamics.linear.solve import Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.follower.train import FollowerResponse
 
 TURN = 2.0 * np.pi
 QUADRATURE = 5
@@ -133,8 +137,22 @@ class Residual:
     settled: npt.NDArray[np.bool_]
 
 
-def residual_vibration(response: DriveResponse, band: float = 1e-4) -> Residual:
-    """Residual vibration in the longest dwell; band in rad of load-plate deviation defines settling.
+def settled_after(left: Residual, speed: float, half_swing: float) -> float | None:
+    """Time, s, from the dwell's begin after which the band is kept for half a swing, s, at least; None where it is not.
+
+    What comes into the band for less than that has not settled: it only passes through. speed in rad/s.
+    """
+    dwell, last = (left.end_rad - left.begin_rad) / speed, float(left.settling_s[0])
+    return last if left.settled[0] and (last == 0.0 or last <= dwell - half_swing) else None
+
+
+def residual_vibration(
+    response: DriveResponse | FollowerResponse,
+    band: float = 1e-4,
+    deviation_of: str = "load_deviation",
+    acceleration_of: str = "load_acceleration",
+) -> Residual:
+    """Residual vibration in the longest dwell; band of the deviation, rad (a slide's: m), defines settling.
 
     A dwell goes on over the turn's end where the response is periodic; of a transient the last turn counts. Peaks are
     as exact as the solution. Raises ProfileError when the motion has no dwell.
@@ -145,9 +163,9 @@ def residual_vibration(response: DriveResponse, band: float = 1e-4) -> Residual:
     parts = [_between(response.solution, *ends) for ends in _pieces(low, high)]
     deviation, acceleration = (
         np.max([peak(part, output(response.system, name)).magnitude for part in parts], axis=0)
-        for name in ("load_deviation", "load_acceleration")
+        for name in (deviation_of, acceleration_of)
     )
-    time, settled = _settling(response, parts, band)
+    time, settled = _settling(response, parts, band, deviation_of)
     return Residual(low, high, deviation, acceleration, time, settled)
 
 
@@ -163,11 +181,13 @@ def _between(solution: Solution, low: float, high: float) -> Solution:
     return replace(solution, theta=solution.theta[i : j + 1], state=solution.state[:, i : j + 1])
 
 
-def _settling(response: DriveResponse, parts: list[Solution], band: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _settling(
+    response: DriveResponse | FollowerResponse, parts: list[Solution], band: float, name: str
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Time (b,) in s from the dwell's begin to the last exit from the band, and whether there is none up to its end."""
     angles, values, begun = [], [], 0.0
     for part in parts:
-        found = np.abs(sampled(part, output(response.system, "load_deviation")))
+        found = np.abs(sampled(part, output(response.system, name)))
         # sampled() gives the inside of each step first, then its two ends
         values.append(found[..., [5, 0, 1, 2, 3, 4, 6]].reshape(len(found), -1))
         share = np.concatenate([[0.0], INSIDE, [1.0]])
@@ -186,7 +206,7 @@ def _settling(response: DriveResponse, parts: list[Solution], band: float) -> tu
     return np.where(outside.any(-1), place, 0.0) / response.speed, last < count - 1
 
 
-def longest_dwell(response: DriveResponse) -> tuple[float, float]:
+def longest_dwell(response: DriveResponse | FollowerResponse) -> tuple[float, float]:
     """Cam angles in rad between which the turret rests longest; beyond 2 pi where a periodic state rests over the end.
     """
     motion = response.system.motion

@@ -14,7 +14,13 @@ from types import MappingProxyType
 import numpy as np
 
 from camgeom.dynamics.indexing.drive import IndexingDrive
-from camgeom.dynamics.indexing.measures import EnergyBalance, Residual, energy_balance, residual_vibration
+from camgeom.dynamics.indexing.measures import (
+    EnergyBalance,
+    Residual,
+    energy_balance,
+    residual_vibration,
+    settled_after,
+)
 from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
 from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque
@@ -113,9 +119,7 @@ class IndexingStudy:
 
         None where it does not before the dwell ends. Raises ProfileError where the motion has no dwell.
         """
-        left = self.residual
-        dwell, last = (left.end_rad - left.begin_rad) / self.speed, float(left.settling_s[0])
-        return last if left.settled[0] and (last == 0.0 or last <= dwell - self.half_swing) else None
+        return settled_after(self.residual, self.speed, self.half_swing)
 
     @sought
     def energy(self) -> EnergyBalance:
