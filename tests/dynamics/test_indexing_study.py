@@ -155,7 +155,8 @@ def test_every_key_belongs_to_one_kind() -> None:
     assert set(DRIVE_KEYS) | set(INERTIA_KEYS) <= set(INDEXING_KEYS)
     common = names - set(INDEXING_KEYS) - set(FOLLOWER_KEYS)
     assert common == {
-        *("kind", "method", "tolerance", "steps", "wilson_theta", "spectral_radius", "sweep", "sweep_points")
+        *("kind", "method", "tolerance", "steps", "wilson_theta", "spectral_radius", "sweep", "sweep_points"),
+        "settling_band",
     }
     assert all(field.description for field in DynamicsSpec.model_fields.values())
 
