@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from camgeom.errors import CamgeomError, visible
 
@@ -78,8 +78,10 @@ class Console:
         """A message for the user, nothing unseen in it; lost where nobody hears: that changes no exit status."""
         if sys.stderr is None:
             return
-        with suppress(OSError, ValueError):
+        try:
             print(visible(text), file=sys.stderr, flush=True)
+        except (OSError, ValueError):
+            _discard(sys.stderr)
 
     def progress(self, text: str) -> None:
         """A passing line on the terminal that the next one replaces; an empty text clears it."""
@@ -258,12 +260,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _failed(console, "camgeom: interrupted", 130)
     except BrokenPipeError:
-        _discard_output()
+        _discard(sys.stdout)
         return 0
     except MemoryError:
         return _failed(console, "camgeom: out of memory; a larger --tolerance needs less", 3)
     except OSError as error:
-        _discard_output()
+        _discard(sys.stdout)
         where = f"{error.filename}: " if error.filename else ""
         return _failed(console, f"camgeom: {where}{error.strerror or error}", 3)
     except Exception as error:
@@ -274,10 +276,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _failed(console, f"camgeom: {type(error).__name__}: {reason}; this is a bug ({hint})", 3)
 
 
-def _discard_output() -> None:
-    """Point stdout, which nobody reads or which cannot be written, elsewhere: the interpreter flushes it once more."""
-    if sys.stdout is not None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _discard(stream: TextIO | None) -> None:
+    """Point a stream that nobody reads or that cannot be written elsewhere: the interpreter flushes it once more."""
+    if stream is not None:
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _failed(console: Console, text: str, status: int) -> int:

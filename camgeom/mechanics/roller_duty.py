@@ -251,7 +251,7 @@ class RollerDuty:
         least = NEXT_TO_NONE * self.length
         return np.maximum(self._middle - low, least), np.maximum(high - self._middle, least)
 
-    @property
+    @cached_property
     def crown_room(self) -> Floats:
         """The shorter of them, mm, (p, n)."""
         return np.minimum(*self._crown_sides)

@@ -336,7 +336,7 @@ def soft_drive(data: Data, periods: float) -> Data:
     damping = 0.002 * 2.0 * sqrt(soft * data["follower"]["inertia"])
     return {
         "kind": "indexing", "input_stiffness": 30.0 * soft, "output_stiffness": soft, "output_damping": damping,
-        "input_damping": 10.0 * damping, "contact_damping": 10.0 * damping, "steps": 1500, "settling_band": 0.005,
+        "input_damping": 10.0 * damping, "contact_damping": 10.0 * damping, "settling_band": 0.005,
     }  # fmt: skip
 
 
