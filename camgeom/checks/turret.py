@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import check
-from camgeom.checks.verdict import NO_GAP, Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -130,3 +130,10 @@ def dwell_accuracy(model: Model) -> Iterable[Finding]:
     wanted = np.radians(DWELL_SECONDS / 3600.0) * radius
     advice = f"parts made from the mesh need a tolerance of {wanted:.3g} mm or less"
     yield judged("dwell-accuracy", value, "<=", DWELL_SECONDS, "arcsec", advice, worst="warn")
+
+
+@check("vibration", "turret", "turret load")
+def vibration(model: Model) -> Iterable[NotJudged]:
+    """Tells that a loaded turret was judged rigid where the profile says nothing of its shafts."""
+    if model.profile.dynamics_spec is None:
+        yield NotJudged("vibration", "no [dynamics]: pressure, life, dwell are of a rigid drive; give its shafts")

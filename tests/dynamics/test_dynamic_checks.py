@@ -549,3 +549,14 @@ def test_a_study_of_a_table_that_the_profile_has_not_is_refused(tmp_path, capsys
         words = ["study", str(PROFILES / "pin_insertion.toml"), "--vary", key, "--out", str(tmp_path)]
         assert main(words) == 2
         assert f"has no [{table}] table" in capsys.readouterr().err
+
+
+def test_a_turret_without_dynamics_is_told_to_be_judged_rigid() -> None:
+    text = (PROFILES / "tool_changer.toml").read_text(encoding="utf-8")
+    assert list(judge(Model(parse(text)), ["vibration"]).not_judged) == []
+    before, _, after = text.partition("[dynamics]")
+    rigid = before + after[after.index("\n[") :] if "\n[" in after else before
+    (told,) = judge(Model(parse(rigid)), ["vibration"]).not_judged
+    assert told.reason.startswith("no [dynamics]")
+    drum = Model(parse((PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")))
+    assert judge(drum, ["vibration"]).not_judged == ()
