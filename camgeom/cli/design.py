@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 PLANAR = ("disc", "conjugate", "constant-width")
 """kinds whose smallest base radius is sought, for the motion and follower of a profile"""
 KINDS = ("globoidal", *PLANAR)
+OPTIONS: dict[str, tuple[str, ...]] = {
+    "globoidal": (
+        "stops", "motion_angle", "ratio", "center_distance", "envelope", "speed", "inertia", "torque", "life", "name",
+        "pressure_angle", "contact_pressure",
+    ),
+    **dict.fromkeys(PLANAR, ("profile", "pressure_angle", "convex_radius", "contact_pressure", "best_offset")),
+}  # fmt: skip
+"""the options that a kind's design asks; the others are refused"""
 MOST_BYTES = 4_000_000
 
 
@@ -26,6 +34,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
     if arguments.kind not in KINDS:
         raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {', '.join(KINDS)}")
+    _refuse_idle(arguments)
     made = _planar(arguments) if arguments.kind in PLANAR else _globoidal(arguments)
     if arguments.file:
         with atomic_write(Path(arguments.file)) as file:
@@ -48,6 +57,21 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     tell(f"{len(made.findings) - len(failed)} checks pass{doubts}")
     console.out(f"wrote {arguments.file}" if arguments.file else made.text.rstrip("\n"))
     return 0
+
+
+def _refuse_idle(arguments: argparse.Namespace) -> None:
+    """UsageError for every option given that this kind's design does not ask."""
+    known = dict.fromkeys(key for keys in OPTIONS.values() for key in keys)
+    given = [key for key in known if getattr(arguments, key) not in (None, False)]
+    idle = [_flag(key) for key in given if key not in OPTIONS[arguments.kind]]
+    if idle:
+        has = ", ".join(_flag(key) for key in OPTIONS[arguments.kind])
+        raise UsageError(f"{', '.join(idle)}: nothing in the design of a {arguments.kind} cam hangs on it; it has "
+                         f"{has}")
+
+
+def _flag(key: str) -> str:
+    return f"--{key.replace('_', '-')}"
 
 
 def _planar(arguments: argparse.Namespace) -> Design:
@@ -84,11 +108,13 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
         _number(arguments, "center_distance"),
         _number(arguments, "envelope"),
         arguments.name or f"globoidal indexer {int(stops)} stops",
+        _number(arguments, "pressure_angle", 50.0) or 0.0,
+        _number(arguments, "contact_pressure"),
     )
     return design(wanted)
 
 
 def _number(arguments: argparse.Namespace, key: str, default: float | None = None) -> float | None:
     """The number given for an option. Raises UsageError where it is none."""
-    value = number_in(getattr(arguments, key), f"--{key.replace('_', '-')}")
+    value = number_in(getattr(arguments, key), _flag(key))
     return default if value is None else value

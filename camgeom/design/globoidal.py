@@ -90,9 +90,10 @@ SEAT = 2.0
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the drive has to do: angles deg, lengths mm, speed r/min, inertia kg m², torque N m, life h.
+    """What the drive has to do: angles deg, lengths mm, speed r/min, inertia kg m², torque N m, life h, pressure MPa.
 
-    Either the centre distance or the envelope (the largest length of cam and turret together) is given.
+    Pressure angle and contact pressure are the largest allowed, the latter by default what the material bears. Either
+    the centre distance or the envelope (the largest length of cam and turret together) is given.
     """
 
     stops: int
@@ -104,6 +105,8 @@ class Wanted:
     center_distance: float | None = None
     envelope: float | None = None
     name: str = "globoidal indexer"
+    pressure_angle: float = 50.0
+    contact_pressure: float | None = None
 
     def problems(self) -> list[Problem]:
         """What is out of range."""
@@ -111,6 +114,7 @@ class Wanted:
         for key, low, high in (
             ("stops", 2, 48), ("motion_angle", 30.0, 330.0), ("speed", 0.1, 3000.0), ("inertia", 0.0, 1e4),
             ("torque", 0.0, 1e6), ("life", 1.0, 1e7), ("center_distance", 40.0, 1500.0), ("envelope", 80.0, 5000.0),
+            ("pressure_angle", 15.0, 75.0), ("contact_pressure", 1.0, 1e5),
         ):
             value = getattr(self, key)
             if value is not None and not low <= value <= high:
@@ -144,6 +148,7 @@ def profile_text(wanted: Wanted, trial: Candidate, material: tuple[str, float, f
     """The profile."""
     start = 0.5 * (360.0 - wanted.motion_angle)
     name, pressure, hardness = material or ("hardened steel", 1300.0, 60.0)
+    most = "" if wanted.contact_pressure is None else f"contact_pressure_mpa = {wanted.contact_pressure:g}\n"
     return f"""# Designed by `camgeom design globoidal` from: {wanted.stops} stops, moving {wanted.motion_angle:g} deg,
 # {wanted.speed:g} r/min, inertia {wanted.inertia:g} kg m2, load {wanted.torque:g} N m, life {wanted.life:g} h.
 
@@ -196,7 +201,8 @@ contact_cycles = 1e7
 
 [limits]
 life_h = {wanted.life:g}
-min_wall_mm = {max(1.0, round(0.1 * trial.roller.diameter, 1)):g}
+pressure_angle_deg = {wanted.pressure_angle:g}
+{most}min_wall_mm = {max(1.0, round(0.1 * trial.roller.diameter, 1)):g}
 
 [output]
 tolerance = 0.01
@@ -208,8 +214,8 @@ def _quoted(text: str) -> str:
     return '"' + "".join(c for c in text if c.isprintable() and c not in '"\\') + '"'
 
 
-AIM = radians(40.0)
-"""pressure angle aimed at on the pitch radius; along the roller it grows, and 50 degrees is the limit"""
+AIM = 0.8
+"""share of the largest pressure angle aimed at on the pitch radius: 40 of 50 degrees; along the roller it grows"""
 LEAST_RATIO, MOST_RATIO = 0.30, 0.66
 """rf / C below which ribs get weak, above which the cam gets thin"""
 JUDGED = (
@@ -294,17 +300,18 @@ def _arrangement(wanted: Wanted) -> tuple[int, str, Choice]:
 def _ratio(wanted: Wanted, law: str) -> tuple[float, Choice]:
     """Ratio rf / C under the pressure-angle limit (equation 9); DesignError where the angle cannot be reached."""
     slope = 360.0 / wanted.stops / wanted.motion_angle * LAWS[law].claims.vm
-    ratio = 1.0 / (1.0 + slope / tan(AIM))
+    aim = radians(AIM * wanted.pressure_angle)
+    ratio = 1.0 / (1.0 + slope / tan(aim))
     if ratio < LEAST_RATIO:
         reached = degrees(atan(slope * LEAST_RATIO / (1.0 - LEAST_RATIO)))
-        least = 360.0 / wanted.stops * LAWS[law].claims.vm * LEAST_RATIO / (1.0 - LEAST_RATIO) / tan(AIM)
+        least = 360.0 / wanted.stops * LAWS[law].claims.vm * LEAST_RATIO / (1.0 - LEAST_RATIO) / tan(aim)
         allowed = f"a motion angle of at least {least:.4g} deg" if least <= 330.0 else "more stops"
         raise DesignError(
             f"the pressure angle is out of reach: with rf/C = {LEAST_RATIO:g} it is {reached:.4g} deg and "
-            f"{degrees(AIM):g} deg is the aim; allowed: {allowed}"
+            f"{degrees(aim):g} deg is the aim; allowed: {allowed}"
         )
     chosen = min(ratio, MOST_RATIO)
-    why = f"pressure angle {degrees(AIM):g} deg on the pitch radius at Vm {LAWS[law].claims.vm:.4g} (equation 9)"
+    why = f"pressure angle {degrees(aim):g} deg on the pitch radius at Vm {LAWS[law].claims.vm:.4g} (equation 9)"
     if chosen < ratio:
         why = f"equation 9 allows {ratio:.3g}; {MOST_RATIO:g} leaves the cam its body"
     return chosen, Choice("ratio rf/C", f"{chosen:.3f}", why)

@@ -278,11 +278,22 @@ def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
     if bad:
         raise ProfileError(bad)
     own = profile.limits.for_follower(profile.follower)
+    if limits["pressure_angle"] is not None and _square(profile):
+        text = "a flat face pushes square to itself: its pressure angle is 0 on a cam of any size"
+        raise ProfileError([Problem("--pressure-angle", text, limits["pressure_angle"], "", "leave it out")])
     angle, pressure = limits["pressure_angle"], limits["contact_pressure"]
     pressure = own.contact_pressure_mpa if pressure is None else pressure
     if pressure is not None and profile.operation is None:
         raise ProfileError([Problem("--contact-pressure", "the profile has no [operation] to compute it from")])
     return Wanted(own.pressure_angle_deg if angle is None else angle, limits["convex_radius"] or 0.0, pressure)
+
+
+def _square(profile: Profile) -> bool:
+    """Whether what slides on the cam is flat and moves square to itself."""
+    follower = profile.follower
+    if profile.roller is not None or follower.face != "flat":
+        return False
+    return not isinstance(follower, SwingingFollower) or follower.face_offset == 0.0
 
 
 def _offset(profile: Profile, wanted: Wanted) -> float:

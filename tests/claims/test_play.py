@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from math import cbrt, sqrt
 from typing import Any
 
 import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import judge
-from camgeom.checks.play import loose_fit
+from camgeom.checks.play import GRADE_11, SHAFT_C, SIZES, loose_fit
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
@@ -78,8 +79,30 @@ def test_what_a_spring_holds_on_its_cam_has_no_play() -> None:
         from_data(data | {"limits": {"play_mm": 0.1}}, "")
 
 
-@pytest.mark.parametrize(("size", "table"), [(4.0, 220), (35.0, 440), (72.0, 530), (110.0, 620), (150.0, 710)])
+@pytest.mark.parametrize(
+    ("size", "table"),
+    [(3.0, 180), (3.01, 220), (30.0, 370), (30.01, 440), (40.0, 440), (40.01, 450), (50.0, 450), (72.0, 530),
+     (110.0, 620), (150.0, 710), (225.0, 840), (225.01, 860), (300.0, 970), (380.0, 1120), (500.0, 1280)],
+)  # fmt: skip
 def test_the_fit_is_that_of_the_tables(size: float, table: float) -> None:
-    """ISO 286-2, H11/c11, um: twice IT11 and the shaft's deviation, rounded and by steps of sizes."""
-    assert loose_fit(size) == pytest.approx(1e-3 * table, rel=0.08)
+    """ISO 286-2, H11/c11, um: the largest clearances of the preferred fits, by steps of sizes."""
+    assert loose_fit(size) == pytest.approx(1e-3 * table, rel=1e-12)
+
+
+def test_the_table_follows_the_formulas_it_was_made_by() -> None:
+    """ISO 286-1, annex: IT11 is 100 (0.45 D^(1/3) + 0.001 D) um, c above 40 mm is 95 + 0.8 D um.
+
+    D is the geometric mean of a step, of IT11's wider one where two share it; both are rounded.
+    """
+    wide = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
+    ends = dict(zip(wide[1:], wide))
+    for low, high, grade, below in list(zip(SIZES, SIZES[1:], GRADE_11[1:], SHAFT_C[1:]))[3:]:
+        top = min(end for end in wide if end >= high)
+        mean, own = sqrt(ends[top] * top), sqrt(low * high)
+        assert grade == pytest.approx(100.0 * (0.45 * cbrt(mean) + 0.001 * mean), rel=0.03)
+        assert high <= 40.0 or below == pytest.approx(95.0 + 0.8 * own, rel=0.03)
+
+
+def test_beyond_the_table_the_fit_grows_no_more() -> None:
     assert loose_fit(2000.0) == loose_fit(500.0)
+    assert all(loose_fit(high + 1e-9) >= loose_fit(high) for high in SIZES)

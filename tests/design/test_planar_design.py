@@ -229,7 +229,7 @@ def test_rockers_and_arms_have_a_smallest_radius_inside_their_triangle(kind, tmp
 
 def test_a_frames_cam_is_as_large_as_its_bore_needs_and_that_is_said(tmp_path, capsys) -> None:
     path = tmp_path / "new.toml"
-    assert main(["design", "constant-width", "--pressure-angle", "30", str(path)]) == 0
+    assert main(["design", "constant-width", str(path)]) == 0
     out = capsys.readouterr().out
     assert "wall, profile to bore, decides" in out
     assert "look at" not in out

@@ -1,0 +1,93 @@
+"""Every option of `camgeom design`, for every kind: it changes the profile that is designed, or is refused by name."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tomllib
+
+import pytest
+
+from camgeom.cli import _add_design, main
+from camgeom.cli.design import KINDS, OPTIONS
+from tests.places import PROFILES
+
+DRIVE = {"stops": "6", "ratio": "0.8", "center-distance": "180"}
+OFFSET, FLAT = (["--profile", str(PROFILES / f"disc_{name}.toml")] for name in ("offset_roller", "flat_face"))
+OTHER = {
+    "stops": "8", "motion-angle": "150", "ratio": "1.1", "center-distance": "160", "envelope": "400", "speed": "90",
+    "inertia": "0.5", "torque": "20", "life": "9000", "name": "another", "pressure-angle": "22", "convex-radius": "60",
+    "contact-pressure": "250", "profile": str(PROFILES / "disc_flat_face.toml"), "best-offset": "",
+}  # fmt: skip
+"""another value of every option, so sharp that it decides"""
+OF_KIND = {
+    ("globoidal", "pressure-angle"): "42", ("globoidal", "contact-pressure"): "500",
+    ("disc", "pressure-angle"): "20", ("disc", "contact-pressure"): "230",
+    ("conjugate", "pressure-angle"): "30", ("conjugate", "contact-pressure"): "350",
+    ("conjugate", "convex-radius"): "115",
+    ("conjugate", "profile"): str(PROFILES / "conjugate_rocker.toml"),
+    ("constant-width", "contact-pressure"): "40", ("constant-width", "convex-radius"): "40",
+    ("constant-width", "profile"): str(PROFILES / "constant_width_press.toml"),
+}  # fmt: skip
+"""the same where what decides differs"""
+INSTEAD = {"motion-angle": "ratio", "envelope": "center-distance"}
+"""options that take the place of another"""
+BESIDE = {("disc", "best-offset"): OFFSET}
+"""what an option needs beside it to mean something"""
+
+
+def options() -> list[str]:
+    """All options but --json, as the parser has them."""
+    parser = argparse.ArgumentParser(add_help=False)
+    _add_design(parser)
+    words = [action.option_strings[0].removeprefix("--") for action in parser._actions if action.option_strings]
+    return [word for word in words if word != "json"]
+
+
+def designed(kind: str, given: dict[str, str], more: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Exit status, and the profile as data or what refuses it."""
+    words = [part for key, value in given.items() for part in (f"--{key}", value) if part]
+    status = main(["design", kind, *words, *more, "--json"])
+    shown = capsys.readouterr()
+    return status, str(tomllib.loads(json.loads(shown.out)["profile"])) if status == 0 else shown.err
+
+
+@pytest.mark.parametrize("option", options())
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_option_acts_or_is_refused_by_name(
+    kind: str, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    value = OF_KIND.get((kind, option), OTHER[option])
+    base = DRIVE if kind == "globoidal" else {}
+    given = {key: text for key, text in base.items() if key != INSTEAD.get(option)} | {option: value}
+    more = BESIDE.get((kind, option), [])
+    status, said = designed(kind, given, more, capsys)
+    if option.replace("-", "_") not in OPTIONS[kind]:
+        assert status == 2
+        assert f"--{option}: nothing in the design of a {kind} cam hangs on it" in said
+    elif status == 2:
+        assert f"--{option}" in said
+        assert (kind, option) in (("constant-width", "pressure-angle"), ("constant-width", "best-offset"),
+                                  ("conjugate", "best-offset"))  # fmt: skip
+    else:
+        assert status == 0, said
+        assert said != designed(kind, base, more, capsys)[1]
+
+
+def test_a_flat_face_has_no_pressure_angle_to_keep(capsys: pytest.CaptureFixture[str]) -> None:
+    status, said = designed("disc", {"pressure-angle": "20"}, FLAT, capsys)
+    assert status == 2
+    assert "pushes square" in said
+    assert designed("disc", {"pressure-angle": "20"}, OFFSET, capsys)[0] == 0
+
+
+def test_the_contact_pressure_bounds_a_drive(capsys: pytest.CaptureFixture[str]) -> None:
+    status, said = designed("globoidal", DRIVE | {"contact-pressure": "30"}, [], capsys)
+    assert status == 1
+    assert "turret-pressure" in said
+    assert designed("globoidal", DRIVE | {"contact-pressure": "60"}, [], capsys)[0] == 0
+
+
+def test_all_idle_options_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "disc", "--stops", "6", "--speed", "60"]) == 2
+    assert "--stops, --speed: nothing" in capsys.readouterr().err
