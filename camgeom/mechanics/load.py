@@ -123,10 +123,8 @@ class Load:
         """The force over one turn, on the given panels or on ones that resolve it."""
         on = self.panels() if where is None else where
         jet = _jet(self.motion, on.theta)
-        omega, mass = column(self.speed), column(self.mass)
-        unit = KILO if self.rotating else MILLI
         side = direction(on, jet[1])
-        inertia = unit * mass * omega * omega * jet[2]
+        inertia = inertia_force(column(self.mass), column(self.speed), jet[2], self.rotating)
         force = (column(self.friction) * side + inertia + column(self.preload) + column(self.rate) * jet[0]
                  + column(self.weight))
         force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
@@ -180,6 +178,12 @@ class FollowerForce:
         return reversals(self.panels, self.force)
 
 
+def inertia_force(mass: Floats, speed: Floats, dds: Floats, rotating: bool) -> Floats:
+    """Force, N, that moves a mass, kg, by its lift's second derivative, mm/rad²; rotating: torque, N mm, of an inertia,
+    kg m². Speed of the cam in rad/s; all broadcast."""
+    return np.asarray((KILO if rotating else MILLI) * mass * speed * speed * dds)
+
+
 def direction(where: Panels, ds: Floats) -> Floats:
     """Sign of the motion (-1, 0, 1) in every panel, (p, 1); the panels' breaks hold every reversal of s'."""
     total = (where.half[:, None] * ds).sum(axis=-1)
@@ -201,14 +205,19 @@ def normal_force(force: ArrayLike, cos_alpha: ArrayLike, lever: ArrayLike = 1.0,
     motion. Raises DesignError where the follower jams (denominator not positive).
     """
     demand, cosine = np.asarray(force, dtype=np.float64), np.asarray(cos_alpha, dtype=np.float64)
-    sine = np.sqrt(np.maximum((1.0 - cosine) * (1.0 + cosine), 0.0))
     friction = np.asarray(guide_friction, dtype=np.float64)
-    share = cosine - np.sign(demand) * np.asarray(side, dtype=np.float64) * friction * sine
+    share = thrust_share(demand, cosine, friction, np.asarray(side, dtype=np.float64))
     if np.any(share <= 0.0):
         angle = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).max()))
         raise DesignError(f"the follower jams in its guides: pressure angle up to {angle:.4g} deg with guide friction "
                           f"{float(np.max(friction)):.4g}; lower the pressure angle or the friction")
     return np.asarray(demand / (np.asarray(lever, dtype=np.float64) * share))
+
+
+def thrust_share(force: Floats, cosine: Floats, friction: Floats, side: Floats) -> Floats:
+    """cos(alpha) - sign(F) side mu sin(alpha) of `normal_force`; a follower jams where it is not positive."""
+    sine = np.sqrt(np.maximum((1.0 - cosine) * (1.0 + cosine), 0.0))
+    return np.asarray(cosine - np.sign(force) * side * friction * sine)
 
 
 def guided_force(force: Floats, cos_alpha: ArrayLike, guide_friction: float, side: ArrayLike) -> Floats:

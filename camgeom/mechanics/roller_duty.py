@@ -432,15 +432,26 @@ class RollerDuty:
         """Half-width and subsurface shear of the hardest contact, of all slices; None where a wall is undercut."""
         if not np.all(self.slices.sound):
             return None
-        pressure = self.slices.pressure
-        m, *at = (int(i) for i in np.unravel_index(int(np.argmax(pressure)), pressure.shape))
-        i, j = at
+        peaks = self.slices.peak()
+        m = int(np.argmax(peaks.pressure))
+        pressure, angle = float(peaks.pressure[m]), float(peaks.theta[m])
         if self.ellipse is not None:
-            axes = float(self.ellipse.along[i, j]), float(self.ellipse.around[i, j])
-            return beneath_point(float(self.ellipse.pressure[i, j]), max(axes), min(axes), self.cam.poisson)
+            one = self.ellipse
+            top, *axes = (
+                self._limit(each, self.slices.pressure[m], angle) for each in (one.pressure, one.along, one.around)
+            )
+            return beneath_point(top, max(axes), min(axes), self.cam.poisson)
         walls = self._slices[m]
-        k = float((walls.behind if self.pushed[i, j] >= 0.0 else walls.ahead)[i, j])
-        return beneath_line(float(pressure[m, i, j]), k, pair_compliance(self.roller, self.cam))
+        k = np.where(self.pushed >= 0.0, walls.behind, walls.ahead)
+        return beneath_line(
+            pressure, self._limit(k, self.slices.pressure[m], angle), pair_compliance(self.roller, self.cam)
+        )
+
+    def _limit(self, values: Floats, pressed: Floats, angle: float) -> float:
+        """A quantity (p, n) at a cam angle, rad, at which a jump may be: on its side where the pressure is larger."""
+        sides = np.array([np.nextafter(angle, -1.0), angle])
+        panels = self.force.panels
+        return float(panels.at(values, sides)[int(np.argmax(panels.at(pressed, sides)))])
 
     @cached_property
     def deepest_shear(self) -> Extreme | None:

@@ -8,7 +8,6 @@ the outline is convex.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +18,9 @@ from camgeom.maths.extremum import piece_grid
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Track
+
+Number = float | Floats
+"""one for all, or one each"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +73,25 @@ class RollerOutline:
         pace = np.sqrt(d[0] ** 2 + d[1] ** 2)
         if np.any(pace <= 1e-12 * np.abs(c).max()):
             raise DesignError("the roller centre stands still in the cam frame: the pitch curve has no direction there")
-        # The follower travels round the cam against its turning, which says on which hand the outside lies.
-        sense = -self.track.sense
-        tangent = d / pace
-        outward = -sense * _left(tangent)
-        bend = (d[0] * dd[1] - d[1] * dd[0]) / pace**3 * sense
+        sense = self.track.sense
+        outward, bend = outward_normal(d, pace, sense), pitch_curvature(d, dd, pace, sense)
         growth = 1.0 + self.distance * bend
         safe = np.where(np.abs(growth) > 1e-300, growth, 1e-300)
-        return Curve(c + self.distance * outward, outward, bend / safe, sense * pace * growth)
+        return Curve(c + self.distance * outward, outward, bend / safe, -sense * pace * growth)
+
+
+def outward_normal(d: Floats, pace: Floats, sense: float) -> Floats:
+    """Unit outward normals (2, ...) of a pitch curve from its derivative (2, ...) by the cam angle, of length `pace`.
+
+    The follower travels round the cam against its turning (`sense`), which says on which hand the outside lies.
+    """
+    return np.stack([-sense * d[1], sense * d[0]]) / pace
+
+
+def pitch_curvature(d: Floats, dd: Floats, pace: Floats, sense: float) -> Floats:
+    """Curvature of a pitch curve, 1/mm, convex positive, from its derivatives (2, ...) in any frame, by the cam angle.
+    """
+    return np.asarray((d[1] * dd[0] - d[0] * dd[1]) * sense / pace**3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,12 +114,24 @@ class FaceOutline:
         if np.any(psi[1] == 0.0):
             raise DesignError("the flat face turns with the cam: it envelops no profile there")
         n = np.stack([np.cos(psi[0]), np.sin(psi[0])])
-        left = _left(n)
-        along = h[1] / psi[1]
-        points = h[0] * n + along * left
-        radius = h[0] + (h[2] - h[1] * psi[2] / psi[1]) / psi[1] ** 2
+        along, radius = face_contact(psi, h)
+        points = h[0] * n + along * _left(n)
         safe = np.where(np.abs(radius) > 1e-300, radius, 1e-300)
         return Curve(points, n, 1.0 / safe, radius * psi[1])
+
+
+def face_contact(psi: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """Where a face with normal azimuth and support (3, ...) touches its envelope, mm along it; radius of that, mm."""
+    return np.asarray(h[1] / psi[1]), np.asarray(h[0] + (h[2] - h[1] * psi[2] / psi[1]) / psi[1] ** 2)
+
+
+def swung_face(s: Floats, base: Number, pivot: Number, offset: Number) -> tuple[Floats, Floats]:
+    """Jets (3, ...) of an arm's face at lifts s (3, ...): the angle of its normal from the line of centres, support."""
+    beta = -s
+    beta[0] += np.arccos((base + offset) / pivot)
+    c, sn = np.cos(beta[0]), np.sin(beta[0])
+    support = (pivot * c - offset, -pivot * sn * beta[1], -pivot * (c * beta[1] ** 2 + sn * beta[2]))
+    return beta, np.stack(support)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,12 +168,7 @@ class FlatFace:
         if self.pivot is None:
             h[0] += self.base
             return psi, h
-        beta = -s
-        beta[0] += acos((self.base + self.offset) / self.pivot)
-        c, sn = np.cos(beta[0]), np.sin(beta[0])
-        h[0] = self.pivot * c - self.offset
-        h[1] = -self.pivot * sn * beta[1]
-        h[2] = -self.pivot * (c * beta[1] ** 2 + sn * beta[2])
+        beta, h = swung_face(s, self.base, self.pivot, self.offset)
         return psi + self.way * beta, h
 
 

@@ -1,0 +1,115 @@
+"""The figures of the exact model for many variants of one profile at once, by the same names.
+
+    batch = evaluate(profile, {"cam.base_radius": radii, "roller.diameter": diameters})
+    batch.figures["flank.max_pressure_angle_deg"][batch.reason == 0]
+
+Arrays run over variants and cam angles, in chunks that stay in the cache. Each family of cams is one file with a
+kernel; the samples, the refined extremes and the vocabulary of reasons are common (`common`). Where a kernel cannot
+carry a key or a profile `supports` says why, and the exact model is the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol, cast, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camgeom.maths import Floats
+
+if TYPE_CHECKING:
+    from camgeom.profile import Profile
+
+KERNELS = {"disc": "planar"}
+"""The file that carries a kind of cam."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """What n variants came to.
+
+    figures  by the names of a study's columns, (n,) each; infinite where there is no end (an unloaded contact lives
+             for ever) or no such place (a profile that is nowhere hollow), never NaN
+    reason   (n,) 0 where the variant exists, else a place in `reasons`: its figures are 0 and mean nothing
+    reasons  the exact model's own words: "key: what is wrong with it", or the name of the check that it fails
+    """
+
+    figures: dict[str, Floats]
+    reason: NDArray[np.int16]
+    reasons: tuple[str, ...]
+
+    @property
+    def words(self) -> list[str]:
+        """The reason of every variant in words, empty where it exists."""
+        return [self.reasons[code] for code in self.reason]
+
+
+class Kernel(Protocol):
+    """One family of cams.
+
+    CHUNK  variants that are evaluated at once
+    """
+
+    CHUNK: int
+
+    def supports(self, profile: Profile, varied: Sequence[str]) -> str | None:
+        """None where the kernel carries these keys of this profile, else why not."""
+
+    def offered(self, profile: Profile) -> tuple[str, ...]:
+        """Names of the figures that it gives for this profile."""
+
+    def kernel(self, profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str]) -> Batch:
+        """The figures of one chunk of variants."""
+
+
+def _kernel(profile: Profile) -> Kernel | None:
+    name = KERNELS.get(profile.kind)
+    return cast(Kernel, import_module(f"{__name__}.{name}")) if name else None
+
+
+def supports(profile: Profile, varied: Sequence[str]) -> str | None:
+    """None where the batch carries this profile with these keys varied; else, in words, why the exact model must."""
+    from camgeom.design.batch.common import refused_keys
+
+    found = _kernel(profile)
+    if found is None:
+        return f"the batch has no kernel for kind = {profile.kind!r}"
+    return refused_keys(profile, varied) or found.supports(profile, varied)
+
+
+def offered(profile: Profile) -> tuple[str, ...]:
+    """Names of the figures that the batch gives for this profile; none where it has no kernel."""
+    found = _kernel(profile)
+    return found.offered(profile) if found is not None else ()
+
+
+def evaluate(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str] | None = None) -> Batch:
+    """The figures (default: all that are offered) of n variants, which `supports` has nothing against.
+
+    columns  values (n,) by profile key as a study spells it: "cam.diameter", "motion[0].to"
+    """
+    found = _kernel(profile)
+    if found is None:
+        raise ValueError(f"the batch has no kernel for kind = {profile.kind!r}")
+    wanted = tuple(figures) if figures is not None else found.offered(profile)
+    if unknown := [name for name in wanted if name not in found.offered(profile)]:
+        raise ValueError(f"no such figures of this profile: {', '.join(unknown)}")
+    arrays = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
+    size = len(next(iter(arrays.values())))
+    parts = [
+        found.kernel(profile, {key: values[k : k + found.CHUNK] for key, values in arrays.items()}, wanted)
+        for k in range(0, size, found.CHUNK)
+    ]
+    return _joined(parts, wanted)
+
+
+def _joined(parts: Sequence[Batch], names: Sequence[str]) -> Batch:
+    """The parts one after the other, with one vocabulary."""
+    known = tuple(dict.fromkeys(word for part in parts for word in part.reasons))
+    codes = [np.array([known.index(word) for word in part.reasons], dtype=np.int16)[part.reason] for part in parts]
+    figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
+    return Batch(figures, np.concatenate(codes), known)

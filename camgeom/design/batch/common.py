@@ -1,0 +1,540 @@
+"""What the kernels of the batch share: variants of a profile, their motion on pieces, refined extremes, reasons.
+
+Arrays are (P, n): P samples of the cam angle, n variants, so that a number of a variant meets all its samples and a
+number of a law all the variants.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import radians
+from typing import TYPE_CHECKING, Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camgeom.design.batch import Batch
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.motion.law import LAWS, Law
+from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT
+from camgeom.motion.segment import TURN
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+
+    from camgeom.profile import Profile
+    from camgeom.profile.sections import MotionSegment
+
+Mask = NDArray[np.bool_]
+Ints = NDArray[np.intp]
+
+SOLVED = ("dynamics", "impact", "cutter")
+"""tables of a profile that a solver of their own answers"""
+KEY = re.compile(r"([\w-]+)(?:\[(\d+)\])?")
+
+
+def path_of(key: str) -> tuple[str | int, ...]:
+    """The path of a key through tables and arrays: "motion[0].to" is ("motion", 0, "to")."""
+    path: list[str | int] = []
+    for part in key.split("."):
+        found = KEY.fullmatch(part)
+        if found is None:
+            raise ValueError(f"{key!r} is no key of a profile")
+        path += [found[1]] if found[2] is None else [found[1], int(found[2])]
+    return tuple(path)
+
+
+def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
+    """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
+    from camgeom.profile.idle import idle_keys
+
+    idle = idle_keys(profile, profile.setup())
+    for key in varied:
+        table = path_of(key)[0]
+        if table in SOLVED:
+            return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
+        if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
+            return f"{key}: the profile's [dynamics] or [impact] is solved again for every variant"
+        if key in idle:
+            return f"{key}: means nothing here ({idle[key]})"
+        if not isinstance(_value(profile, key), int | float | None) or isinstance(_value(profile, key), bool):
+            return f"{key}: is no number"
+        if _field(profile, key) is None:
+            return f"{key}: is not known to the batch"
+    return None
+
+
+def _value(profile: Profile, key: str) -> Any:
+    """What the profile has at a key; None where it leaves it out."""
+    here: Any = profile
+    for part in path_of(key):
+        if here is None:
+            return None
+        if isinstance(part, int):
+            here = here[part] if part < len(here) else None
+        else:
+            here = getattr(here, {"from": "begin"}.get(part, part), None)
+    return here
+
+
+def _field(profile: Profile, key: str) -> FieldInfo | None:
+    """The field of the section that a key is in; None where it is in none (a law's own key)."""
+    *parents, last = path_of(key)
+    owner: Any = profile
+    for part in parents:
+        owner = owner[part] if isinstance(part, int) else getattr(owner, part, None)
+    fields = getattr(type(owner), "model_fields", {})
+    found: FieldInfo | None = fields.get({"from": "begin"}.get(str(last), str(last)))
+    return found
+
+
+class Variants:
+    """A profile with some of its keys varied: a number (1,) where a key is not varied, (n,) where it is."""
+
+    def __init__(self, profile: Profile, columns: Mapping[str, Floats]) -> None:
+        self.profile = profile
+        self.columns = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
+        self.size = len(next(iter(self.columns.values())))
+        self.refusals = Refusals(self.size)
+        for key, values in self.columns.items():
+            self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
+
+    def number(self, key: str) -> Floats:
+        """The value of a key, (n,) or (1,); a key that the profile leaves out must have a default."""
+        found = self.optional(key)
+        if found is None:
+            raise ValueError(f"the profile has no {key}")
+        return found
+
+    def optional(self, key: str) -> Floats | None:
+        """The same; None where the profile leaves it out and it is not varied."""
+        if key in self.columns:
+            return self.columns[key]
+        value = _value(self.profile, key)
+        return None if value is None else np.array([float(value)])
+
+    def varied(self, *prefixes: str) -> bool:
+        """Whether a key is varied that begins with one of these."""
+        return any(key.startswith(prefix) for key in self.columns for prefix in prefixes)
+
+    def full(self, values: Floats | float) -> Floats:
+        """One number for every variant, (n,)."""
+        return np.array(np.broadcast_to(values, (self.size,)), dtype=np.float64)
+
+
+def _beyond(profile: Profile, key: str, values: Floats) -> Mask:
+    """Where values of a key are outside the range that its section allows."""
+    from camgeom.profile.errors import _constraints
+
+    info = _field(profile, key)
+    bad = ~np.isfinite(values)
+    for one in [*info.metadata, *_constraints(info.annotation)] if info is not None else ():
+        for name, within in (("gt", np.greater), ("ge", np.greater_equal), ("lt", np.less), ("le", np.less_equal)):
+            bound = getattr(one, name, None)
+            if bound is not None:
+                bad |= ~within(values, bound)
+    return bad
+
+
+class Refusals:
+    """Why variants cannot exist: the first reason given to each."""
+
+    def __init__(self, size: int) -> None:
+        self.code = np.zeros(size, dtype=np.int16)
+        self.words = [""]
+
+    def add(self, bad: Mask | bool, word: str) -> None:
+        """Give a reason where `bad` is true, broadcastable to (n,), and none was given yet."""
+        bad = np.asarray(bad)
+        if not bad.any():
+            return
+        if word not in self.words:
+            self.words.append(word)
+        self.code[bad & (self.code == 0)] = self.words.index(word)
+
+    @property
+    def none(self) -> Mask:
+        """The variants without a reason."""
+        return np.asarray(self.code == 0)
+
+    def batch(self, figures: Mapping[str, Floats]) -> Batch:
+        """The figures with 0 for those that do not exist; a bug where one of a variant that does is NaN."""
+        exists, found = self.none, {}
+        for name, values in figures.items():
+            kept = np.where(exists, values, 0.0)
+            if np.isnan(kept).any():
+                raise ArithmeticError(f"{name} has no value for a variant that exists; this is a bug")
+            found[name] = kept
+        return Batch(found, self.code, tuple(self.words))
+
+
+SAMPLES = 17
+"""a piece of a law, both ends included"""
+WIDEST = 0.5
+"""of a law's travel that one piece spans at most"""
+FINE = 1024
+"""steps of a piece to which a refined extreme is placed"""
+REACH = 8
+"""fine steps on both sides of it, where the parabola that gives its value is laid"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A segment's motion over unit travel and unit lift: knots in 0..1 and jets (4, m) at places (m,)."""
+
+    knots: tuple[float, ...]
+    jet: Callable[[Floats], Floats]
+    dwells: bool = False
+    _tables: dict[tuple[float, float], Floats] = field(default_factory=dict)
+
+    @cached_property
+    def pieces(self) -> tuple[tuple[float, float], ...]:
+        """Pieces between knots and places where the motion turns, none wider than WIDEST."""
+        ends = sorted({*self.knots, *self._turns()})
+        found = []
+        for low, high in zip(ends, ends[1:]):
+            parts = int(np.ceil((high - low) / WIDEST - 1e-9))
+            found += [(low + (high - low) * i / parts, low + (high - low) * (i + 1) / parts) for i in range(parts)]
+        return tuple(found)
+
+    def _turns(self) -> list[float]:
+        """Places inside where the velocity changes sign: friction does so there."""
+        from camgeom.maths.extremum import bracketed_root
+
+        x = np.concatenate([np.linspace(low, high, 65)[1:-1] for low, high in zip(self.knots, self.knots[1:])])
+        v = self.jet(x)[1]
+        at = np.flatnonzero(v[:-1] * v[1:] < 0.0)
+        if not at.size:
+            return []
+        return [float(one) for one in bracketed_root(lambda y: self.jet(y)[1], x[at], x[at + 1])]
+
+    def table(self, low: float, high: float) -> Floats:
+        """Jets at FINE steps of a stretch without a knot inside, (4, FINE + 1), one-sided at its ends."""
+        if (low, high) not in self._tables:
+            share = np.linspace(0.0, 1.0, FINE + 1)
+            share[0], share[-1] = 1e-12, 1.0 - 1e-12
+            self._tables[low, high] = self.jet(low + (high - low) * share)
+        return self._tables[low, high]
+
+    @cached_property
+    def peaks(self) -> tuple[float, float, float]:
+        """Largest magnitude of the first three derivatives."""
+        if self.dwells:
+            return 0.0, 0.0, 0.0
+        from camgeom.maths.extremum import refined_maximum
+
+        found = []
+        for order in (1, 2, 3):
+            x = np.concatenate([np.linspace(low + 1e-12, high - 1e-12, 65) for low, high in self.pieces])
+            owner = np.repeat(np.arange(len(self.pieces)), 65)
+
+            def size(at: Floats, order: int = order) -> Floats:
+                return np.asarray(np.abs(self.jet(at)[order]))
+
+            found.append(refined_maximum(size, x, owner, size(x))[0])
+        return found[0], found[1], found[2]
+
+
+DWELL = Shape((0.0, 1.0), lambda x: np.zeros((4, *x.shape)), dwells=True)
+
+
+@lru_cache(maxsize=256)
+def law_shape(law: Law) -> Shape:
+    """The shape of a law that stands alone."""
+    return Shape(law.knots, lambda x: law.jet(x, 3))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """One segment of the motion of all variants: cam angles (rad) and lifts (mm or rad), each (n,) or (1,).
+
+    lift  by which the shape is multiplied: the travel of a law that stands alone
+    """
+
+    shape: Shape
+    start: Floats
+    end: Floats
+    before: Floats
+    after: Floats
+    lift: Floats
+
+    @property
+    def width(self) -> Floats:
+        """rad."""
+        return self.end - self.start
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Points:
+    """The motion at samples: cam angle, rad, lift and derivatives per rad, each (P, n) or (P, 1).
+
+    side  sign of the motion there, 0 in a dwell
+    """
+
+    theta: Floats
+    s: Floats
+    ds: Floats
+    dds: Floats
+    side: Floats
+
+
+Row = tuple[int, float, float]
+"""A piece: the leg it is of, and its ends in the leg's own travel."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The motion of n variants on pieces: first those that are sampled, then dwells in which nothing changes.
+
+    legs  segments in the order of the cam angle
+    cuts  cam angles, rad, of further breaks (ends of forces); legs then do not vary in cam angle
+    busy  whether dwells are sampled too, since something changes while the follower rests
+    """
+
+    legs: tuple[Leg, ...]
+    size: int
+    cuts: tuple[float, ...] = ()
+    busy: bool = False
+
+    @cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """All pieces, those that rest last."""
+        every = [(k, low, high) for k, leg in enumerate(self.legs) for low, high in self._stretches(leg)]
+        return tuple(sorted(every, key=lambda row: self._rests(row[0])))
+
+    def _rests(self, leg: int) -> bool:
+        return self.legs[leg].shape.dwells and not self.busy
+
+    def _stretches(self, leg: Leg) -> list[tuple[float, float]]:
+        """Pieces of a leg's travel, cut at the ends of forces within."""
+        found = []
+        start, width = float(leg.start[0]), float(leg.width[0])
+        cuts = [(angle - start) / width for angle in self.cuts]
+        for low, high in leg.shape.pieces:
+            if leg.shape.dwells and not self.busy:
+                return [(0.0, 1.0)]
+            ends = [low, *sorted(x for x in cuts if low + 1e-9 < x < high - 1e-9), high]
+            found += list(zip(ends, ends[1:]))
+        return found
+
+    @cached_property
+    def moving(self) -> int:
+        """Number of the pieces that are sampled."""
+        return sum(not self._rests(k) for k, _, _ in self.rows)
+
+    @cached_property
+    def _columns(self) -> tuple[Floats, ...]:
+        """Of every piece: beginning and width in cam angle, lift before, lift, width of its leg, (K, 1, n or 1)."""
+
+        def stacked(values: Iterable[Floats]) -> Floats:
+            return np.stack(np.broadcast_arrays(*values))[:, None, :]
+
+        legs = [self.legs[k] for k, _, _ in self.rows]
+        begin = stacked(leg.start + low * leg.width for leg, (_, low, _) in zip(legs, self.rows))
+        long = stacked((high - low) * leg.width for leg, (_, low, high) in zip(legs, self.rows))
+        before, lift, width = (stacked(getattr(leg, name) for leg in legs) for name in ("before", "lift", "width"))
+        return begin, long, before, lift, width
+
+    @cached_property
+    def _table(self) -> Floats:
+        """Jets of all pieces, (4, K, FINE + 1)."""
+        return np.stack([self.legs[k].shape.table(low, high) for k, low, high in self.rows], axis=1)
+
+    @cached_property
+    def samples(self) -> Points:
+        """SAMPLES points of every piece that moves, one of every other, (P, n)."""
+        step = FINE // (SAMPLES - 1)
+        f = self._table[:, :, ::step][..., None]
+        begin, long, before, lift, width = self._columns
+        share = np.linspace(0.0, 1.0, SAMPLES)[None, :, None]
+        side = np.sign(lift * f[1][:, SAMPLES // 2, None]) + 0.0 * f[1]
+        jets = (begin + long * share, before + lift * f[0], (lift / width) * f[1], (lift / width**2) * f[2], side)
+        return Points(*(self._laid(x) for x in jets))
+
+    def _laid(self, values: Floats) -> Floats:
+        """(K, SAMPLES, n) as samples (P, n): one of a piece that rests."""
+        moving = values[: self.moving].reshape(-1, values.shape[2])
+        return np.concatenate([moving, values[self.moving :, SAMPLES // 2]]) if self.moving < len(values) else moving
+
+    def peak(self, values: Floats) -> tuple[Ints, Ints]:
+        """Where the largest of samples (P, n) lies: piece (n,) and fine step (n,), by parabolas through the best
+        sample of every piece and its neighbours."""
+        values = np.broadcast_to(values, (values.shape[0], self.size))
+        v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
+        top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
+        low, mid, high = (np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
+        at, best = vertex(low, mid, high)
+        rest = values[self.moving * SAMPLES :]
+        piece = np.concatenate([best, rest]).argmax(axis=0)
+        one = np.arange(self.size)
+        place = np.concatenate([(top + at) * (FINE // (SAMPLES - 1)), np.full(rest.shape, 0.5 * FINE)])[piece, one]
+        return piece, np.clip(np.rint(place).astype(np.intp), REACH, FINE - REACH)
+
+    def around(self, piece: Ints, step: Ints) -> Points:
+        """The motion at three fine steps about places, (3, n)."""
+        j = step + np.array([[-REACH], [0], [REACH]])
+        f = self._table[:3, piece, j]
+        begin, long, before, lift, width = (
+            np.broadcast_to(x[:, 0], (len(self.rows), self.size))[piece, np.arange(self.size)] for x in self._columns
+        )
+        side = np.sign(lift * self._table[1, piece, FINE // 2])
+        return Points(
+            begin + long * (j / FINE),
+            before + lift * f[0],
+            (lift / width) * f[1],
+            (lift / width**2) * f[2],
+            np.broadcast_to(side, j.shape),
+        )
+
+    def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
+        """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
+        piece, step = self.peak(again(self.samples) if values is None else values)
+        return vertex(*again(self.around(piece, step)))[1]
+
+    def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
+        """The smallest, likewise."""
+        return -self.largest(lambda points: -again(points), None if values is None else -values)
+
+    @cached_property
+    def weights(self) -> Floats:
+        """Weights (P, n) with which samples sum to the integral over the turn (Simpson's rule in every piece)."""
+        rule = np.full(SAMPLES, 2.0)
+        rule[1::2], rule[0], rule[-1] = 4.0, 1.0, 1.0
+        moving = self._columns[1] * (rule / (3.0 * (SAMPLES - 1)))[None, :, None]
+        return np.concatenate([self._laid(moving)[: self.moving * SAMPLES], self._columns[1][self.moving :, 0]])
+
+    def integral(self, values: Floats) -> Floats:
+        """The integral over the turn of samples (P, n)."""
+        return np.asarray((self.weights * values).sum(axis=0))
+
+    def peaks(self) -> tuple[Floats, Floats, Floats]:
+        """Largest magnitude of velocity, acceleration and jerk per rad, rad², rad³, (n,) or (1,) each."""
+        first, second, third = (
+            np.max(np.broadcast_arrays(*(np.abs(leg.lift) * leg.shape.peaks[k] / leg.width ** (k + 1)
+                                         for leg in self.legs)), axis=0)
+            for k in range(3)
+        )  # fmt: skip
+        return first, second, third
+
+    @cached_property
+    def lift_range(self) -> tuple[Floats, Floats]:
+        """Least and largest lift, mm or rad; inside a law that overshoots at the turning point that its pieces have."""
+        s = self.samples.s
+        return s.min(axis=0), s.max(axis=0)
+
+    @property
+    def top_share(self) -> Floats:
+        """Share of the turn in which the follower rests at its largest lift."""
+        top = np.max(np.broadcast_arrays(*(one for leg in self.legs for one in (leg.before, leg.after))), axis=0)
+        rest = [((leg.before == top) & (leg.after == top)) * leg.width for leg in self.legs]
+        return np.asarray(np.sum(np.broadcast_arrays(*rest), axis=0) / TURN)
+
+    @property
+    def stroke(self) -> Floats:
+        """Between the ends of segments, mm or rad."""
+        ends = np.broadcast_arrays(*(one for leg in self.legs for one in (leg.before, leg.after)))
+        return np.asarray(np.max(ends, axis=0) - np.min(ends, axis=0))
+
+
+def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Place (-1 to 1) and value of the largest of a parabola through three even samples, ends included."""
+    slope, bend = 0.5 * (high - low), low - 2.0 * mid + high
+    inner = bend < 0.0
+    at = np.clip(np.divide(-slope, bend, out=np.zeros_like(slope), where=inner), -1.0, 1.0)
+    at = np.where(inner, at, np.where(high > low, 1.0, -1.0))
+    return at, mid + at * (slope + 0.5 * at * bend)
+
+
+def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = False) -> Motion:
+    """The motion of the variants; what is wrong with one goes to its refusals."""
+    profile = variants.profile
+    unit = radians(1.0) if profile.rotating else 1.0
+    if _joined(profile.motion):
+        return Motion(_fixed_legs(profile), variants.size, cuts, busy)
+    found, refusals = [], variants.refusals
+    angle, position = np.zeros(1), np.zeros(1)
+    last = len(profile.motion) - 1
+    half = profile.cam.MOTION_SPAN < 360.0
+    for i, segment in enumerate(profile.motion):
+        until = np.radians(variants.number(f"motion[{i}].until"))
+        refusals.add(until - angle < LEAST_WIDTH, f"motion[{i}].until: each segment must end after the one before it")
+        turn = profile.cam.MOTION_SPAN
+        if i == last:
+            word = "the last segment must end the stated half turn" if half else "the last segment must end the turn"
+            refusals.add(np.abs(until - radians(turn)) > ANGLE_SLIP, f"motion[{i}].until: {word}")
+            until = np.array([radians(turn)])
+        elif not half:
+            refusals.add(until > TURN - LEAST_WIDTH, f"motion[{i}].until: only the last segment may end the turn")
+        reached = position if segment.to is None else unit * variants.number(f"motion[{i}].to")
+        refusals.add(np.abs(reached) > MOST_LIFT, f"motion[{i}].to: no such position")
+        end = np.maximum(until, angle + LEAST_WIDTH)
+        found.append(Leg(_shape(segment), angle, end, position, reached, reached - position))
+        angle, position = found[-1].end, reached
+    if half:
+        found += [
+            Leg(leg.shape, leg.start + np.pi, leg.end + np.pi, position - leg.before, position - leg.after, -leg.lift)
+            for leg in found
+        ]
+    else:
+        most = np.max(np.broadcast_arrays(*(np.abs(leg.after) for leg in found)), axis=0)
+        refusals.add(np.abs(position) > 1e-9 * most, f"motion[{last}].to: the program must end where it began")
+    return Motion(tuple(found), variants.size, cuts, busy)
+
+
+def _joined(motion: Sequence[MotionSegment]) -> bool:
+    """Whether a segment asks its neighbours for its shape."""
+    return any(
+        (one.law is not None and LAWS[one.law].joins)
+        or any(rate is not None for rate in (one.velocity, one.acceleration, one.jerk))
+        for one in motion
+    )
+
+
+def motion_reason(profile: Profile, varied: Sequence[str]) -> str | None:
+    """Why the motion of these variants has to be made one by one; None where their laws scale."""
+    for key in varied:
+        path = path_of(key)
+        if path[0] != "motion":
+            continue
+        if path[-1] not in ("until", "to"):
+            return f"{key}: every value makes another law"
+        if _joined(profile.motion):
+            return f"{key}: a segment is joined to its neighbours, so every value makes another law"
+        if path[-1] == "to" and _value(profile, key) is None:
+            return f"{key}: the segment dwells"
+    return None
+
+
+def _shape(segment: MotionSegment) -> Shape:
+    if segment.law is None:
+        return DWELL
+    return law_shape(LAWS[segment.law].make(dict(segment.parameters)))
+
+
+def _fixed_legs(profile: Profile) -> tuple[Leg, ...]:
+    """The segments of a motion that is the same for all variants, whatever joins them."""
+    program = profile.setup().program
+    legs = []
+    for span in program.spans:
+        width = span.end - span.start
+        inner = program.knots[(program.knots > span.start + 1e-9) & (program.knots < span.end - 1e-9)]
+        knots = (0.0, *((inner - span.start) / width).tolist(), 1.0)
+
+        def jet(x: Floats, start: float = span.start, width: float = width, before: float = span.before) -> Floats:
+            found = program.jet(start + width * x, 3) * (width ** np.arange(4.0))[:, None]
+            found[0] -= before
+            return np.asarray(found)
+
+        shape = DWELL if span.law == "dwell" else Shape(knots, jet)
+        ends = (np.array([one]) for one in (span.start, span.end, span.before, span.after, not shape.dwells))
+        legs.append(Leg(shape, *ends))
+    return tuple(legs)
+
