@@ -176,7 +176,12 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
                           "KEY=a,b,c; repeat for a grid")
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
+    sub.add_argument("--parquet", action="store_true",
+                     help="rows as study.parquet instead of study.csv, written as they come; a run that ended early "
+                          "goes on (needs pyarrow)")
     sub.add_argument("--jobs", metavar="N", help="worker processes, default one per core")
+    sub.add_argument("--on", metavar="ADDRESS",
+                     help="compute on the workers of a Dask scheduler, tcp://host:port (needs distributed)")
     _add_json(sub)
 
 

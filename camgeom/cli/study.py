@@ -20,6 +20,8 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
+from camgeom.design.engine import Cluster, Engine, Pace, local
+from camgeom.design.parts import Parts, read_rows
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
 from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
@@ -84,13 +86,17 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)
-    rows = []
-    for row in study.rows(_jobs(arguments.jobs)):
-        rows.append(row)
-        console.progress(f"{len(rows)} of {len(study)} variants")
-    console.progress("")
-    table = as_table(study, rows)
-    files = [write_csv(table, folder / "study.csv"), write_page(study, rows, name, folder / "study.html")]
+    engine = _engine(arguments)
+    if arguments.parquet:
+        described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
+        parts = Parts(folder / "study.parquet", described, len(study))
+        rows = streamed(study, engine, parts, console, whole=arguments.json)
+        table, written = as_table(study, rows), parts.path
+    else:
+        rows = _collected(study, engine, console)
+        table = as_table(study, rows)
+        written = write_csv(table, folder / "study.csv")
+    files = [written, write_page(study, rows, name, folder / "study.html", written.name)]
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
@@ -120,6 +126,56 @@ def _jobs(text: str | None) -> int | None:
     if not text.isdecimal() or not 1 <= int(text[:6]) <= 256:
         raise UsageError(f"--jobs: needs a whole number of processes (found {text[:60]!r}); allowed: 1 to 256")
     return int(text)
+
+
+def _engine(arguments: argparse.Namespace) -> Engine:
+    """Who computes the rows. Raises UsageError where both --jobs and --on say it."""
+    jobs = _jobs(arguments.jobs)
+    if arguments.on is None:
+        return local(jobs)
+    if jobs is not None:
+        raise UsageError("--jobs: the scheduler of --on has its own workers; leave one of the two out")
+    return Cluster(arguments.on)
+
+
+def _collected(study: Study, engine: Engine, console: Console) -> list[Row]:
+    """All rows in order, kept in memory."""
+    pace, rows = Pace(len(study)), []
+    for row in study.rows(engine):
+        rows.append(row)
+        console.progress(pace.after(1))
+    console.progress("")
+    return rows
+
+
+def streamed(study: Study, engine: Engine, parts: Parts, console: Console, whole: bool) -> list[Row]:
+    """All rows written as Parquet, what is there already left as it is; read back `whole`, or as far as is shown."""
+    gaps = parts.gaps
+    left = sum(map(len, gaps))
+    if left < len(study):
+        console.err(f"{len(study) - left} of {len(study)} variants were computed before")
+    pace = Pace(len(study), len(study) - left)
+    for piece, rows in study.pieces(engine, gaps):
+        parts.write(piece, columns(study, rows))
+        console.progress(pace.after(len(piece)))
+    console.progress("")
+    shown = {"verdict", "reason", "not_judged", *FIGURES, *(key for key, _, _ in PLOTTED)}
+    records = read_rows(parts.join(), None if whole else shown)
+    aside = {"verdict", "reason", *(one.key for one in study.axes)}
+    figures = ({key: value for key, value in record.items() if key not in aside} for record in records)
+    values = study.values(range(len(study)))
+    return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, figures, records)]
+
+
+def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """The rows by columns; a varied key is of words in every row where it is in one."""
+    figures = dict.fromkeys(key for row in rows for key in row.figures)
+    found: dict[str, list[Any]] = {}
+    for i, one in enumerate(study.axes):
+        words = any(isinstance(value, str) for value in one.values)
+        found[one.key] = [str(row.values[i]) if words else row.values[i] for row in rows]
+    found |= {key: [row.figures.get(key) for row in rows] for key in figures}
+    return {**found, "verdict": [row.verdict for row in rows], "reason": [row.reason for row in rows]}
 
 
 def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None) -> tuple[Figures, str, str]:
@@ -184,13 +240,13 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
     return path
 
 
-def write_page(study: Study, rows: list[Row], name: str, path: Path) -> Path:
+def write_page(study: Study, rows: list[Row], name: str, path: Path, table: str = "study.csv") -> Path:
     """The page with the plot; the file appears whole or not at all."""
     from camgeom.cli.study import page
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
-    text = render(page(study, rows, name))
+    text = render(page(study, rows, name, table))
     with atomic_write(path) as stream:
         stream.write(text.encode())
     return path
@@ -207,7 +263,7 @@ def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
     cells = [[number(_cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
-    return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the CSV file"]
+    return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the file"]
 
 
 def _left_open(rows: Sequence[Row]) -> list[str]:
@@ -233,8 +289,8 @@ MOST_LINES = 6
 MOST_ROWS = 200
 
 
-def page(study: Study, rows: Sequence[Row], name: str) -> Page:
-    """The page of a finished study."""
+def page(study: Study, rows: Sequence[Row], name: str, table: str = "study.csv") -> Page:
+    """The page of a finished study; `table` is the file with all its rows."""
     counts = Counter(row.verdict for row in rows)
     blocks: list[Block] = []
     plotted = _chart(study, rows)
@@ -244,7 +300,7 @@ def page(study: Study, rows: Sequence[Row], name: str) -> Page:
     if open_ := _left_open(rows):
         blocks.append(Text((f"Not judged in this study: {', '.join(open_)}. camgeom check judges a variant whole.",)))
     if len(rows) > MOST_ROWS:
-        note = f"The table shows the first {MOST_ROWS} of {len(rows)} variants; study.csv has them all."
+        note = f"The table shows the first {MOST_ROWS} of {len(rows)} variants; {table} has them all."
         blocks.append(Text((note,)))
     return Page(
         title=name,

@@ -1,25 +1,27 @@
 """Many models: a profile with some of its keys varied over a grid, one row a variant.
 
-A variant that cannot be read, made or solved is a row with the reason. Rows come in the order of the grid, the last
-axis fastest, whatever order the worker processes finish in.
+A variant that cannot be read, made or solved is a row with the reason. Rows are numbered in the order of the grid, the
+last axis fastest, whatever order the workers of an engine finish in.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import re
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
-from itertools import islice, product
-from multiprocessing import get_context
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, final
 
+from camgeom.design.engine import Cutter, Engine
 from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
-from camgeom.motion.own import begin_worker, loaded_files
+from camgeom.motion.own import loaded_copies
+from camgeom.profile.text import MAX_TABLE_BYTES, beside
+from camgeom.reading import read_bytes
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -28,7 +30,6 @@ MOST_VARIANTS = 100_000
 MOST_AXES = 8
 ALONE_FOR = 0.5
 """s; worker processes take longer than this to start, so the first variants are computed without them"""
-CHUNK = 8
 
 Value = float | int | str
 Data = dict[str, Any]
@@ -200,43 +201,105 @@ class Study:
             return Row(values, {}, "no result", str(error)), model
         return Row(values, figures, verdict, reason), model
 
-    def rows(self, jobs: int | None = None) -> Iterator[Row]:
-        """Every variant in order; by `jobs` worker processes (default: one per core) where it takes long."""
-        grid = product(*(one.values for one in self.axes))
-        workers = min(jobs or cores(), len(self))
-        began = perf_counter()
-        model = None
-        for done, values in enumerate(grid, 1):
-            row, model = self.row(values, model)
-            yield row
-            if workers > 1 and perf_counter() - began > ALONE_FOR and len(self) - done > workers:
+    def values(self, piece: range) -> list[tuple[Value, ...]]:
+        """Values of the axes of the variants of these numbers, in the order of the grid."""
+        counts = [len(one.values) for one in self.axes]
+        below = [math.prod(counts[i + 1 :]) for i in range(len(counts))]
+        return [tuple(one.values[n // b % c] for one, b, c in zip(self.axes, below, counts)) for n in piece]
+
+    def described(self) -> dict[str, Any]:
+        """All that its rows rest on but what is measured, as plain data: the profile, the variants, files of others."""
+        from camgeom import __version__
+
+        copies = (*self.copies(), *loaded_copies())
+        return {
+            "camgeom": __version__,
+            "profile": self.data,
+            "varied": {one.key: list(one.values) for one in self.axes},
+            "files": {Path(name).name: sha256(content).hexdigest() for name, content in copies},
+        }
+
+    def copies(self) -> tuple[tuple[str, bytes], ...]:
+        """The data files that the profile and its variants name, relative to it, with what stands in them."""
+        named = [value for one in self.axes if one.path[-1] == "file" for value in one.values]
+        names = dict.fromkeys(str(value) for value in (*_under(self.data, "file"), *named))
+        folder = Path(self.file).parent if self.file else None
+        places = {name: beside(name, folder, "file") for name in names}
+        return tuple(
+            (name, read_bytes(place, MAX_TABLE_BYTES, name))
+            for name, place in places.items()
+            if not isinstance(place, Problem)  # its rows say so
+        )
+
+    def rows(self, engine: Engine) -> Iterator[Row]:
+        """Every variant in order."""
+        ready: dict[int, list[Row]] = {}
+        coming = 0
+        for piece, rows in self.pieces(engine, [range(len(self))]):
+            ready[piece.start] = rows
+            while coming in ready:
+                found = ready.pop(coming)
+                coming += len(found)
+                yield from found
+
+    def pieces(self, engine: Engine, wanted: Iterable[range]) -> Iterator[tuple[range, list[Row]]]:
+        """The rows of these numbers, piece by piece in the order in which the engine has them ready.
+
+        The first are computed here: worker processes take longer to begin than a short study takes.
+        """
+        cut = Cutter(wanted, engine.width)
+        rows, took = self.computed(cut.first, ALONE_FOR)
+        if rows:
+            cut.took(len(rows), took)
+            yield cut.next(len(rows)), rows
+        work = partial(_piece, self, self.copies())
+        for piece, result in engine.run(work, cut):
+            if result is None:
+                yield piece, self._one_by_one(engine, work, piece)
+            else:
+                cut.took(len(piece), result[1])
+                yield piece, result[0]
+
+    def _one_by_one(self, engine: Engine, work: Callable[[range], tuple[list[Row], float]], piece: range) -> list[Row]:
+        """A piece whose workers died, each variant alone: the one that ends its worker is a row that says so."""
+        found: dict[int, Row] = {}
+        for one, result in engine.run(work, (range(n, n + 1) for n in piece)):
+            lost = Row(self.values(one)[0], {}, "no result", "its worker process ended each time (out of memory?)")
+            found[one.start] = lost if result is None else result[0][0]
+        return [found[n] for n in piece]
+
+    def computed(self, piece: range, within: float = math.inf) -> tuple[list[Row], float]:
+        """Rows of these variants, of the first of them where they take longer than `within`; and the seconds."""
+        rows: list[Row] = []
+        model, took, began = None, 0.0, perf_counter()
+        for number in piece:
+            if took >= within:
                 break
-        yield from self._shared(grid, workers)
-
-    def _shared(self, grid: Iterator[tuple[Value, ...]], workers: int) -> Iterator[Row]:
-        """The rest of the grid by worker processes, a few chunks ahead of what is asked for."""
-        first = list(islice(grid, CHUNK))
-        if not first:
-            return
-        with ProcessPoolExecutor(workers, get_context("spawn"), begin_worker, (loaded_files(),)) as pool:
-            waiting = [pool.submit(_chunk, self, first)]
-            try:
-                while waiting:
-                    while len(waiting) < 3 * workers and (more := list(islice(grid, CHUNK))):
-                        waiting.append(pool.submit(_chunk, self, more))
-                    yield from waiting.pop(0).result()
-            except BrokenProcessPool:
-                raise CamgeomError("a worker process ended early (out of memory?); try --jobs 1") from None
-            finally:
-                pool.shutdown(wait=True, cancel_futures=True)
+            row, model = self.row(self.values(range(number, number + 1))[0], model)
+            rows.append(row)
+            took = perf_counter() - began
+        return rows, took
 
 
-def _chunk(study: Study, variants: list[tuple[Value, ...]]) -> list[Row]:
-    rows, model = [], None
-    for values in variants:
-        row, model = study.row(values, model)
-        rows.append(row)
-    return rows
+def _piece(study: Study, copies: tuple[tuple[str, bytes], ...], piece: range) -> tuple[list[Row], float]:
+    """Rows of a piece in a process that may have none of the profile's files: they are laid beside it again."""
+    if not copies:
+        return study.computed(piece)
+    with TemporaryDirectory(prefix="camgeom-") as folder:
+        for name, content in copies:
+            place = Path(folder, name)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(content)
+        return replace(study, file=str(Path(folder, Path(study.file).name))).computed(piece)
+
+
+def _under(data: Any, key: str) -> Iterator[Any]:
+    """Every value that stands under a key, at any depth."""
+    for name, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, tuple) else ():
+        if name == key:
+            yield value
+        else:
+            yield from _under(value, key)
 
 
 GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "clearances", "turret")
@@ -255,8 +318,3 @@ def _take_over(model: Model, before: Model | None) -> None:
         # Facts are kept under their names in the instance, where the next access finds them.
         for to, source, names in ((model, before, GEOMETRY), (model.body, before.body, shape)):
             vars(to).update({name: vars(source)[name] for name in names if name in vars(source)})
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

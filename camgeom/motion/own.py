@@ -40,8 +40,10 @@ def load_laws(file: str | Path) -> tuple[str, ...]:
     does not hold; the catalogue is then as it was before.
     """
     shown = str(file)
-    content = read_bytes(Path(file), MOST_BYTES, shown, "--laws")
-    path = Path(file).resolve()
+    return _enter(read_bytes(Path(file), MOST_BYTES, shown, "--laws"), Path(file).resolve(), shown)
+
+
+def _enter(content: bytes, path: Path, shown: str) -> tuple[str, ...]:
     if path in _loaded and _loaded[path][0] == content:
         return _loaded[path][1]
     before = dict(LAWS)
@@ -69,6 +71,19 @@ def loaded_files() -> tuple[str, ...]:
 def loaded_contents() -> tuple[bytes, ...]:
     """What stands in these files."""
     return tuple(content for content, _ in _loaded.values())
+
+
+def loaded_copies() -> tuple[tuple[str, bytes], ...]:
+    """The same files by name with what stands in them, for machines that do not have them."""
+    return tuple((str(path), content) for path, (content, _) in _loaded.items())
+
+
+def load_copies(copies: Iterable[tuple[str, bytes]]) -> None:
+    """Enter the laws of files of another machine; a copy that is known already is left as it is."""
+    known = loaded_contents()
+    for name, content in copies:
+        if content not in known:
+            _enter(content, Path(name), name)
 
 
 def load_all(files: Iterable[str]) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 import camgeom
 from camgeom.cli import main
+from camgeom.design.engine import Local
 from camgeom.design.study import Study, axis
 from camgeom.errors import ProfileError
 from camgeom.model import Model
@@ -94,7 +95,7 @@ def test_worker_processes_know_the_law(tmp_path: Path, monkeypatch: pytest.Monke
     assert loaded_files() == (str(tmp_path / "laws.py"),)
     Path(tmp_path / "own.toml").write_text(re.sub(r'law = "[^"]*"', 'law = "our-cubic"', PIN), encoding="utf-8")
     study = Study(read_data(tmp_path / "own.toml"), "", (axis("operation.speed=100:200:5"),), light)
-    rows = list(study.rows(2))
+    rows = list(study.rows(Local(2)))
     assert [row.verdict for row in rows] == ["pass"] * 5
     assert len({row.figures["peak"] for row in rows}) == 1
 

@@ -10,38 +10,15 @@ import pytest
 
 from camgeom.cli import main
 from camgeom.design import study as study_module
+from camgeom.design.engine import Alone, Local
 from camgeom.design.study import Figures, Row, Study, axis, replaced
 from camgeom.drawing.content import Chart, Table
 from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.profile.text import load
+from tests.design.runs import TEXT
 from tests.places import PROFILES
 
-TEXT = """
-name = "small groove cam"
-[cam]
-kind = "cylindrical"
-diameter = 80
-length = 60
-start = 20
-groove_depth = 9
-[follower]
-kind = "translating"
-mass = 1
-[roller]
-diameter = 12
-length = 8
-[[motion]]
-until = 180
-to = 15
-law = "cycloidal"
-[[motion]]
-until = 360
-to = 0
-law = "modified-sine"
-[operation]
-speed = 300
-"""
 DATA = load(TEXT, "")[0]
 
 
@@ -106,13 +83,13 @@ def test_replacing_leaves_the_rest_alone() -> None:
 
 
 def test_grid_runs_the_last_axis_fastest() -> None:
-    rows = list(made("cam.diameter=80,100", "roller.diameter=10,12,14").rows(1))
+    rows = list(made("cam.diameter=80,100", "roller.diameter=10,12,14").rows(Alone()))
     assert [row.values for row in rows] == [(80, 10), (80, 12), (80, 14), (100, 10), (100, 12), (100, 14)]
     assert [row.figures["radius"] for row in rows] == [40.0] * 3 + [50.0] * 3
 
 
 def test_failing_variants_are_rows_with_their_reason() -> None:
-    rows = list(made("cam.diameter=80,90,91,-1,10").rows(1))
+    rows = list(made("cam.diameter=80,90,91,-1,10").rows(Alone()))
     assert [row.verdict for row in rows] == ["pass", "fail", "no result", "bad input", "bad input"]
     assert rows[1].reason == "ninety"
     assert "cam.diameter: out of range" in rows[3].reason
@@ -151,9 +128,9 @@ def test_geometry_is_shared_where_only_the_load_varies() -> None:
 @pytest.mark.slow
 def test_worker_processes_give_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     study = made("cam.diameter=60:100:41")
-    alone = list(study.rows(1))
+    alone = list(study.rows(Alone()))
     monkeypatch.setattr(study_module, "ALONE_FOR", -1.0)
-    assert list(study.rows(2)) == alone
+    assert list(study.rows(Local(2))) == alone
 
 
 def test_page_draws_a_line_for_each_setting() -> None:
