@@ -194,12 +194,15 @@ def resolved(sample: Callable[[Floats], Floats], start: Panels, tolerance: float
     tolerance: share of the largest value. A kink inside a panel stops at 2^-rounds of the first width, which confines
     its effect to that sliver; the caller reads what is left from `Panels.tail`.
     """
-    current = start
+    current, values = start, sample(start.theta)
     for _ in range(rounds):
-        coarse = current.tail(sample(current.theta)) > tolerance
+        coarse = current.tail(values) > tolerance
         if not coarse.any():
             break
         current = Panels(np.sort(np.concatenate([current.edges, current.middle[coarse]])), current.breaks)
+        halved = np.repeat(coarse, 1 + coarse)
+        values = np.repeat(values, 1 + coarse, axis=-2)
+        values[..., halved, :] = sample(current.theta[halved])
     return current
 
 

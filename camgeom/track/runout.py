@@ -10,12 +10,15 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.track import TURN, Pose, Track
+from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
+from camgeom.track.section import Column
 
 PER_TURN = 1440
 HALVINGS = 40
 """halvings of a step of the cam angle, or along the roller: down to rounding"""
+AT_ONCE = 3
+"""halvings done at once, since so few points cost less than asking again"""
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
@@ -32,24 +35,22 @@ def touching(
     """
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
     stations = np.linspace(low, high, PLACES)
-    pose = track.eased(side).pose(phi, 1)
-    there = inside(Flank(track, phi, stations, side, given_pose=pose).x)
-    first, last = there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)
+    column = Column(track.eased(side), phi)
+    there = inside(column.wall(side, stations))
     some = there.any(axis=1)
-    ends = []
-    for at, step in ((first, -1), (last, 1)):
-        end = stations[np.where(some, at, 0)]
-        rows = np.flatnonzero(some & (at + step >= 0) & (at + step < PLACES))
-        if len(rows):
-            part = Pose(pose.a[:, :, rows], pose.u[:, :, rows], pose.turn[rows])
-            on, off = end[rows], stations[at[rows] + step]
-            for _ in range(halvings):
-                middle = 0.5 * (on + off)
-                held = inside(Flank(track, phi[rows], middle[:, None], side, given_pose=part).x)[:, 0]
-                on, off = np.where(held, middle, on), np.where(held, off, middle)
-            end[rows] = on
-        ends.append(end)
-    return ends[0], ends[1]
+    at = np.stack((there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)))
+    on = stations[np.where(some, at, 0)]
+    beyond = np.clip(at + ((-1,), (1,)), 0, PLACES - 1)
+    off = np.where(some, stations[beyond], on)
+    shares = np.arange(1 << AT_ONCE) / (1 << AT_ONCE)
+    for _ in range(-(-halvings // AT_ONCE)):
+        t = on[:, :, None] + shares * (off - on)[:, :, None]
+        held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(phi), 2, -1).swapaxes(0, 1)
+        # What is held without a break from where the wall is.
+        last = np.where(held[:, :, 1:].all(axis=2), len(shares) - 1, held[:, :, 1:].argmin(axis=2))
+        after = np.concatenate((t, off[:, :, None]), axis=2)
+        on, off = (np.take_along_axis(after, (last + k)[:, :, None], axis=2)[:, :, 0] for k in (0, 1))
+    return on[0], on[1]
 
 
 def wall_ends(track: Track, side: float, stations: Floats, inside: Inside) -> list[Floats]:
