@@ -21,7 +21,7 @@ from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid import UNION, Solid
+from camgeom.solid import UNION, QuickPart, Solid
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Builder, Index, add_grid, band_cells, cell_faces, wrapped_faces
 from camgeom.solid.engine import subtract, unite
@@ -35,7 +35,7 @@ MOST_ROLLERS = 360
 
 
 @dataclass(frozen=True, eq=False)
-class CutBlank:
+class CutBlank(QuickPart):
     """A blank minus the groove bodies of its tracks, by one boolean.
 
     outside  level surface beyond the blank at which the groove bodies end, and a guess of delta there
@@ -133,7 +133,7 @@ class IndexingCut:
 
 
 @dataclass(frozen=True, eq=False)
-class RollerUnion:
+class RollerUnion(QuickPart):
     """A blank minus the positions of straight rollers that reach from their tip out to `beyond`, mm."""
 
     name: str

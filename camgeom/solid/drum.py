@@ -9,7 +9,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.sampling import Grid, sample
-from camgeom.solid import Solid
+from camgeom.solid import QuickPart, Solid
 from camgeom.solid.blank import Blank, Bore, Wall, close_ends
 from camgeom.solid.builder import Builder, add_grid, band_cells, wrapped_faces
 from camgeom.track import TURN, Track
@@ -19,7 +19,7 @@ WALL_SAMPLES = 360
 
 
 @dataclass(frozen=True, eq=False)
-class GroovedCylinder:
+class GroovedCylinder(QuickPart):
     """A cylinder 0 <= z <= length with one closed groove round it."""
 
     name: str
@@ -81,7 +81,7 @@ class GroovedCylinder:
 
 
 @dataclass(frozen=True, eq=False)
-class RibbedCylinder:
+class RibbedCylinder(QuickPart):
     """A drum of `base` radius with a rib of outer `radius` between a lower and an upper roller."""
 
     name: str
@@ -227,10 +227,10 @@ def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) ->
         normal = normal * np.sign(outward)
         d = edge[:, None, :] - edge[:, :, None]
         d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
-        distance = np.hypot(d[0], d[1])
-        leaving = (d * normal[:, :, None]).sum(axis=0)
-        arriving = -(d * normal[:, None, :]).sum(axis=0)
-        facing = (leaving > 0.71 * distance) & (arriving > 0.71 * distance) & (distance > 0.0)
+        distance = np.sqrt(d[0] * d[0] + d[1] * d[1])
+        leaving = d[0] * normal[0][:, None] + d[1] * normal[1][:, None]
+        arriving = -d[0] * normal[0] - d[1] * normal[1]
+        facing = (np.minimum(leaving, arriving) > 0.71 * distance) & (distance > 0.0)
         gap = np.where(facing, distance, np.inf)
         if gap.min() < shortest:
             shortest = float(gap.min())

@@ -12,7 +12,6 @@ import numpy as np
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths.crossing import crossings, outline, outlines_cross
 from camgeom.solid import Part, Solid
-from camgeom.solid.cut import IndexingCut
 
 COARSE = 1e-3
 """share of a body's size: chord error of the mesh on which crossings are looked for first"""
@@ -31,7 +30,7 @@ def refuse_overlap(part: Part, solid: Solid) -> None:
             return
     elif coarse > 2.0 * solid.chord_error:
         try:
-            rough = part.rough(coarse) if isinstance(part, IndexingCut) else part.solid(coarse)
+            rough = part.rough(coarse)
         except (DesignError, NotConverged):
             rough = solid
         if not len(crossings(rough.mesh, MARGIN * rough.chord_error)):

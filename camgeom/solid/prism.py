@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
-from camgeom.solid import Solid
+from camgeom.solid import QuickPart, Solid
 from camgeom.solid.blank import Bore
 from camgeom.solid.builder import Builder, Index, filled, polygon_area, triangle_areas, zipper
 from camgeom.track.outline import Outline
@@ -33,7 +33,7 @@ class Loop:
 
 
 @dataclass(frozen=True, eq=False)
-class Prism:
+class Prism(QuickPart):
     """A planar cam: a disc between z0 and z1 with an outer outline, further holes, and a bore with keyway."""
 
     name: str
@@ -57,7 +57,7 @@ class Prism:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceGroove:
+class FaceGroove(QuickPart):
     """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank."""
 
     name: str

@@ -35,22 +35,26 @@ def touching(
     """
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
     stations = np.linspace(low, high, PLACES)
-    column = Column(track.eased(side), phi)
-    there = inside(column.wall(side, stations))
+    there = inside(Column(track.eased(side), phi).wall(side, stations))
     some = there.any(axis=1)
     at = np.stack((there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)))
-    on = stations[np.where(some, at, 0)]
-    beyond = np.clip(at + ((-1,), (1,)), 0, PLACES - 1)
-    off = np.where(some, stations[beyond], on)
+    ends = stations[np.where(some, at, 0)]
+    # (2, n), and of those that leave the blank on the way only, (2, rows)
+    rows = np.flatnonzero(some & ((at[0] > 0) | (at[1] < PLACES - 1)))
+    if not len(rows):
+        return ends[0], ends[1]
+    column = Column(track.eased(side), phi[rows])
+    on, off = ends[:, rows], stations[np.clip(at[:, rows] + ((-1,), (1,)), 0, PLACES - 1)]
     shares = np.arange(1 << AT_ONCE) / (1 << AT_ONCE)
     for _ in range(-(-halvings // AT_ONCE)):
         t = on[:, :, None] + shares * (off - on)[:, :, None]
-        held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(phi), 2, -1).swapaxes(0, 1)
+        held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(rows), 2, -1).swapaxes(0, 1)
         # What is held without a break from where the wall is.
         last = np.where(held[:, :, 1:].all(axis=2), len(shares) - 1, held[:, :, 1:].argmin(axis=2))
         after = np.concatenate((t, off[:, :, None]), axis=2)
         on, off = (np.take_along_axis(after, (last + k)[:, :, None], axis=2)[:, :, 0] for k in (0, 1))
-    return on[0], on[1]
+    ends[:, rows] = on
+    return ends[0], ends[1]
 
 
 def wall_ends(track: Track, side: float, stations: Floats, inside: Inside) -> list[Floats]:
