@@ -163,8 +163,8 @@ class Globoid:
 
     def inside(self, x: Floats) -> npt.NDArray[np.bool_]:
         """Whether points (3, ...) of the cam frame lie within the globoid."""
-        rho = np.hypot(x[0], x[1])
-        within = np.hypot(rho - self.centre, x[2]) >= self.radius - 1e-9
+        away = np.sqrt(x[0] * x[0] + x[1] * x[1]) - self.centre
+        within = away * away + x[2] * x[2] >= (self.radius - 1e-9) ** 2
         return np.asarray(within & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
 
     def hub_problems(self, reach: float) -> list[Problem]:

@@ -59,7 +59,7 @@ class Drum:
 
     def under(self, x: Floats) -> Mask:
         """Whether points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach."""
-        return np.asarray(np.hypot(x[0], x[1]) <= self.radius + 1e-9)
+        return np.asarray(x[0] * x[0] + x[1] * x[1] <= (self.radius + 1e-9) ** 2)
 
     def inside(self, x: Floats) -> Mask:
         """Whether points (3, ...) of the cam frame lie within the drum."""
