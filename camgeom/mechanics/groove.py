@@ -30,7 +30,8 @@ developed-wall: the developed plane with the true wall radius, rho + r on the co
 def pitch_curvature(pitch_radius: ArrayLike, ds: ArrayLike, dds: ArrayLike) -> Floats:
     """Signed curvature of the developed pitch curve, 1/mm: R s'' / (R² + s'²)^1.5; positive where s'' is."""
     radius, one, two = _floats(pitch_radius, ds, dds)
-    return np.asarray(radius * two / np.hypot(radius, one) ** 3)
+    square = radius * radius + one * one
+    return np.asarray(radius * two / (square * np.sqrt(square)))
 
 
 def groove_twist(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
@@ -41,13 +42,14 @@ def groove_twist(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
 
 def path_rate(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
     """Path of the roller centre along the groove per cam angle, mm/rad: sqrt(R² + s'²)."""
-    return np.asarray(np.hypot(*_floats(pitch_radius, ds)))
+    radius, one = _floats(pitch_radius, ds)
+    return np.asarray(np.sqrt(radius * radius + one * one))
 
 
 def cos_pressure_angle(pitch_radius: ArrayLike, ds: ArrayLike) -> Floats:
     """Cosine of the pressure angle (1): R / sqrt(R² + s'²), from tan(alpha) = |s'| / R."""
     radius, one = _floats(pitch_radius, ds)
-    return np.asarray(radius / np.hypot(radius, one))
+    return np.asarray(radius / np.sqrt(radius * radius + one * one))
 
 
 def relative_curvature(convention: Convention, wall: Wall, roller_radius: ArrayLike, pitch_radius: ArrayLike,
@@ -85,7 +87,8 @@ def undercut_margin(wall: Wall, roller_radius: ArrayLike, pitch_radius: ArrayLik
     kappa = pitch_curvature(pitch_radius, ds, dds)
     signed = kappa if wall == "behind" else -kappa
     # The principal curvatures towards the wall are roots of k² + signed k - twist² = 0; the larger one decides.
-    return np.asarray(1.0 - r * 0.5 * (-signed + np.hypot(signed, 2.0 * groove_twist(pitch_radius, ds))))
+    twist = groove_twist(pitch_radius, ds)
+    return np.asarray(1.0 - r * 0.5 * (np.sqrt(signed * signed + 4.0 * (twist * twist)) - signed))
 
 
 def _nonzero(margin: Floats) -> Floats:

@@ -79,9 +79,17 @@ def line_flexibility(line_load: ArrayLike, curvature: ArrayLike, roller: Materia
         raise DesignError(f"the contact is {float(np.max(half / np.minimum(r, d))):.3g} times as wide as the roller or "
                           "the cam body: half-space theory gives no approach there; lower the load")
     safe = np.maximum(half, 1e-300)
-    own = roller.compliance / np.pi * (2.0 * np.log(4.0 * r / safe) - 1.0)
-    body = cam.compliance / np.pi * (2.0 * np.log(2.0 * d / safe) - cam.poisson / (1.0 - cam.poisson))
-    return np.asarray(own + body)
+    return flexibility(np.log(4.0 * r / safe), np.log(2.0 * d / safe), roller.compliance, cam.compliance, cam.poisson)
+
+
+def flexibility(near: Floats, far: Floats, roller: ArrayLike, cam: ArrayLike, poisson: ArrayLike) -> Floats:
+    """Approach over load per length, mm²/N, from logarithms of 4 r and 2 d over the half-width; see `line_approach`.
+
+    roller, cam: compliances, 1/MPa; poisson: of the cam.
+    """
+    body = np.asarray(poisson, dtype=np.float64)
+    return np.asarray((np.asarray(roller) * (2.0 * near - 1.0) + np.asarray(cam) * (2.0 * far - body / (1.0 - body)))
+                      / np.pi)
 
 
 def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:

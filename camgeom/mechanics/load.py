@@ -57,6 +57,39 @@ class SiLoad:
 
 @final
 @dataclass(frozen=True, eq=False)
+class Demand:
+    """What a follower asks of its cam where its motion is known: the sum of `Load`, in numbers that broadcast with it.
+
+    Units and kinds as those of `Load`.
+    """
+
+    speed: Floats
+    mass: Floats
+    friction: Floats
+    preload: Floats
+    rate: Floats
+    weight: Floats
+    applied: tuple[Applied, ...] = ()
+    rotating: bool = False
+
+    def force(self, theta: Floats, jet: Sequence[Floats] | Floats, side: Floats) -> tuple[Floats, Floats]:
+        """Force (N, N mm) at cam angles, rad, and the part of it that the mass takes.
+
+        jet: s, s', s'' by the cam angle; side: sign of the motion.
+        """
+        inertia = inertia_force(self.mass, self.speed, jet[2], self.rotating)
+        force = self.friction * side + inertia + (self.preload + self.weight) + self.rate * jet[0]
+        for one in self.applied:
+            force = force + self.of(one, theta, jet)
+        return np.asarray(force), inertia
+
+    def of(self, one: Applied, theta: Floats, jet: Sequence[Floats] | Floats) -> Floats:
+        """One of the applied forces."""
+        return one(theta, jet[0], self.speed * jet[1], self.speed * self.speed * jet[2])
+
+
+@final
+@dataclass(frozen=True, eq=False)
 class Load:
     """Everything that acts on a follower over a turn; `sampled` gives the force (N) or torque (N mm) it needs.
 
@@ -124,21 +157,23 @@ class Load:
         on = self.panels() if where is None else where
         jet = _jet(self.motion, on.theta)
         side = direction(on, jet[1])
-        inertia = inertia_force(column(self.mass), column(self.speed), jet[2], self.rotating)
-        force = (column(self.friction) * side + inertia + column(self.preload) + column(self.rate) * jet[0]
-                 + column(self.weight))
-        force = force + sum((self._force(one, on.theta, jet) for one in self.applied), np.zeros(on.theta.shape))
+        force, inertia = self.demand.force(on.theta, jet, side)
         if self.solved is not None:
             force = self.solved(on.theta.ravel()).reshape(on.theta.shape)
-        return FollowerForce(on, jet[0], jet[1], jet[2], side, np.asarray(force), np.asarray(inertia))
+        return FollowerForce(on, jet[0], jet[1], jet[2], side, force, inertia)
 
-    def _force(self, one: Applied, theta: Floats, jet: Floats) -> Floats:
-        omega = column(self.speed)
-        return one(theta, jet[0], omega * jet[1], omega * omega * jet[2])
+    @property
+    def demand(self) -> Demand:
+        """The numbers of the sum above, ready to meet (p, n)."""
+        return Demand(
+            column(self.speed), column(self.mass), column(self.friction), column(self.preload), column(self.rate),
+            column(self.weight), tuple(self.applied), self.rotating,
+        )  # fmt: skip
 
     def _smooth(self, theta: Floats) -> Floats:
         jet = _jet(self.motion, theta)
-        forces = [self._force(one, theta, jet).reshape(-1, *theta.shape) for one in self.applied]
+        demand = self.demand
+        forces = [demand.of(one, theta, jet).reshape(-1, *theta.shape) for one in self.applied]
         if self.solved is not None:
             forces.append(self.solved(theta.ravel()).reshape(1, *theta.shape))
         return np.concatenate([jet, *forces])
@@ -181,7 +216,7 @@ class FollowerForce:
 def inertia_force(mass: Floats, speed: Floats, dds: Floats, rotating: bool) -> Floats:
     """Force, N, that moves a mass, kg, by its lift's second derivative, mm/rad²; rotating: torque, N mm, of an inertia,
     kg m². Speed of the cam in rad/s; all broadcast."""
-    return np.asarray((KILO if rotating else MILLI) * mass * speed * speed * dds)
+    return np.asarray(((KILO if rotating else MILLI) * mass * speed * speed) * dds)
 
 
 def direction(where: Panels, ds: Floats) -> Floats:

@@ -70,8 +70,48 @@ def disc_columns(rng: np.random.Generator, n: int) -> dict[str, Floats]:
     }
 
 
+def drum() -> Data:
+    """The published groove cam."""
+    return read_data("profiles/pin_insertion.toml")
+
+
+def drum_columns(rng: np.random.Generator, n: int) -> dict[str, Floats]:
+    return {
+        "cam.diameter": rng.uniform(134.0, 160.0, n),
+        "cam.running_clearance": rng.uniform(0.0, 0.03, n),
+        "roller.diameter": rng.uniform(12.0, 30.0, n),
+        "roller.length": rng.uniform(6.0, 13.5, n),
+        "motion[1].to": rng.uniform(25.0, 50.0, n),
+        "operation.speed": rng.uniform(200.0, 900.0, n),
+        "operation.friction": rng.uniform(0.0, 40.0, n),
+    }
+
+
+def guided() -> Data:
+    """A drum whose slide has friction in its guides and a spring."""
+    data = read_data("profiles/milled_drum.toml")
+    del data["cutter"]
+    data["operation"]["spring_preload"] = 20.0
+    return data
+
+
+def guided_columns(rng: np.random.Generator, n: int) -> dict[str, Floats]:
+    return {
+        "cam.diameter": rng.uniform(60.0, 130.0, n),
+        "cam.groove_depth": rng.uniform(9.5, 14.0, n),
+        "roller.diameter": rng.uniform(14.0, 24.0, n),
+        "motion[1].until": rng.uniform(150.0, 230.0, n),
+        "operation.guide_friction": rng.uniform(0.0, 0.9, n),
+        "operation.spring_rate": rng.uniform(0.0, 3.0, n),
+        "operation.gravity": rng.uniform(-9.8, 9.8, n),
+        "material.cam.elastic_modulus": rng.uniform(1e5, 2.2e5, n),
+    }
+
+
 CASES: dict[str, tuple[Callable[[], Data], Callable[[np.random.Generator, int], dict[str, Floats]]]] = {
     "disc": (disc, disc_columns),
+    "drum": (drum, drum_columns),
+    "guided drum": (guided, guided_columns),
 }
 
 

@@ -23,7 +23,7 @@ from camgeom.maths import Floats
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-KERNELS = {"disc": "planar"}
+KERNELS = {"disc": "planar", "cylindrical": "drum"}
 """The file that carries a kind of cam."""
 
 

@@ -182,6 +182,10 @@ REACH = 8
 """fine steps on both sides of it, where the parabola that gives its value is laid"""
 
 
+BESIDE = 1e-12
+"""share of a piece by which its ends are sampled inside it, on its own side of a jump"""
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -217,7 +221,7 @@ class Shape:
         """Jets at FINE steps of a stretch without a knot inside, (4, FINE + 1), one-sided at its ends."""
         if (low, high) not in self._tables:
             share = np.linspace(0.0, 1.0, FINE + 1)
-            share[0], share[-1] = 1e-12, 1.0 - 1e-12
+            share[0], share[-1] = BESIDE, 1.0 - BESIDE
             self._tables[low, high] = self.jet(low + (high - low) * share)
         return self._tables[low, high]
 
@@ -354,7 +358,7 @@ class Motion:
         step = FINE // (SAMPLES - 1)
         f = self._table[:, :, ::step][..., None]
         begin, long, before, lift, width = self._columns
-        share = np.linspace(0.0, 1.0, SAMPLES)[None, :, None]
+        share = np.clip(np.linspace(0.0, 1.0, SAMPLES), BESIDE, 1.0 - BESIDE)[None, :, None]
         side = np.sign(lift * f[1][:, SAMPLES // 2, None]) + 0.0 * f[1]
         jets = (begin + long * share, before + lift * f[0], (lift / width) * f[1], (lift / width**2) * f[2], side)
         return Points(*(self._laid(x) for x in jets))
@@ -380,18 +384,34 @@ class Motion:
 
     def around(self, piece: Ints, step: Ints) -> Points:
         """The motion at three fine steps about places, (3, n)."""
-        j = step + np.array([[-REACH], [0], [REACH]])
+        return self.at(piece, step + np.array([[-REACH], [0], [REACH]]))
+
+    def piece(self, piece: Ints) -> Points:
+        """The motion at the samples of one piece of every variant, (SAMPLES, n)."""
+        return self.at(piece, np.arange(0, FINE + 1, FINE // (SAMPLES - 1))[:, None])
+
+    @staticmethod
+    def step_in(values: Floats) -> Ints:
+        """The fine step (n,) of the largest of samples (SAMPLES, n) of a piece, by a parabola."""
+        one = np.arange(values.shape[1])
+        top = np.clip(values.argmax(axis=0), 1, SAMPLES - 2)
+        place = top + vertex(*(values[top + k, one] for k in (-1, 0, 1)))[0]
+        step = np.rint(place * (FINE // (SAMPLES - 1))).astype(np.intp)
+        return np.asarray(np.clip(step, REACH, FINE - REACH), dtype=np.intp)
+
+    def at(self, piece: Ints, j: Ints) -> Points:
+        """The motion at fine steps (k, n) of pieces (n,)."""
         f = self._table[:3, piece, j]
         begin, long, before, lift, width = (
             np.broadcast_to(x[:, 0], (len(self.rows), self.size))[piece, np.arange(self.size)] for x in self._columns
         )
         side = np.sign(lift * self._table[1, piece, FINE // 2])
         return Points(
-            begin + long * (j / FINE),
+            begin + long * np.clip(j / FINE, BESIDE, 1.0 - BESIDE),
             before + lift * f[0],
             (lift / width) * f[1],
             (lift / width**2) * f[2],
-            np.broadcast_to(side, j.shape),
+            np.broadcast_to(side, f[0].shape),
         )
 
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
@@ -414,6 +434,19 @@ class Motion:
     def integral(self, values: Floats) -> Floats:
         """The integral over the turn of samples (P, n)."""
         return np.asarray((self.weights * values).sum(axis=0))
+
+    def fine_integral(self, what: Callable[[Points], Floats]) -> Floats:
+        """The integral over the moving pieces of a quantity of points that has kinks, (n,): samples eight times as
+        dense."""
+        step = FINE // (8 * (SAMPLES - 1))
+        j = np.arange(0, FINE + 1, step)[:, None]
+        rule = np.where(np.arange(len(j)) % 2 == 1, 4.0, 2.0)
+        rule[0] = rule[-1] = 1.0
+        total = np.zeros(self.size)
+        for piece in range(self.moving):
+            width = self._columns[1][piece, 0] * (step / (3.0 * FINE))
+            total = total + width * (rule @ what(self.at(np.full(self.size, piece), j)))
+        return total
 
     def peaks(self) -> tuple[Floats, Floats, Floats]:
         """Largest magnitude of velocity, acceleration and jerk per rad, rad², rad³, (n,) or (1,) each."""
@@ -483,7 +516,7 @@ def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = Fal
             Leg(leg.shape, leg.start + np.pi, leg.end + np.pi, position - leg.before, position - leg.after, -leg.lift)
             for leg in found
         ]
-    else:
+    elif profile.setup().program.closed:
         most = np.max(np.broadcast_arrays(*(np.abs(leg.after) for leg in found)), axis=0)
         refusals.add(np.abs(position) > 1e-9 * most, f"motion[{last}].to: the program must end where it began")
     return Motion(tuple(found), variants.size, cuts, busy)
@@ -519,6 +552,7 @@ def _shape(segment: MotionSegment) -> Shape:
     return law_shape(LAWS[segment.law].make(dict(segment.parameters)))
 
 
+@lru_cache(maxsize=8)
 def _fixed_legs(profile: Profile) -> tuple[Leg, ...]:
     """The segments of a motion that is the same for all variants, whatever joins them."""
     program = profile.setup().program
