@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import acos, cos, pi, sin
 
@@ -132,6 +132,11 @@ def least_distance(outline: Outline, distance: Callable[[Floats], Floats]) -> tu
     phi, owner = piece_grid(outline.knots(), WALL_SAMPLES)
     nearest, where = refined_maximum(nearness, phi, owner, nearness(phi))
     return -nearest, where
+
+
+def plate_envelope(outlines: Iterable[Outline], length: float) -> tuple[float, float]:
+    """Diameter and length, mm, of the cylinder about the axis that holds plates of these profiles."""
+    return -2.0 * min(least_distance(outline, lambda x: -np.hypot(x[0], x[1]))[0] for outline in outlines), length
 
 
 def bore_distance(bore: Bore) -> Callable[[Floats], Floats]:

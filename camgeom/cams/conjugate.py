@@ -26,6 +26,7 @@ from camgeom.cams._plate import (
     mark_loops,
     mark_problems,
     mark_walls,
+    plate_envelope,
     roller_track,
     straight_problems,
     swing_problem,
@@ -267,6 +268,12 @@ class ConjugateMechanism(Mechanism):
             "main pitch curve": RollerOutline(main, 0.0),
             "return pitch curve": RollerOutline(back, 0.0),
         }
+
+    @cached_property
+    def envelope(self) -> tuple[float, float]:
+        """Of both discs with the gap between them."""
+        outlines = self.outlines["main"], self.outlines["return"]
+        return plate_envelope(outlines, 2.0 * self.cam.width + self.cam.gap)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:

@@ -23,6 +23,7 @@ from camgeom.cams._plate import (
     disc_wall,
     face_idle,
     lift_range,
+    plate_envelope,
     roller_track,
     straight_problems,
 )
@@ -163,6 +164,11 @@ class ConstantWidthMechanism(Mechanism):
             return {"profile": FaceOutline(FlatFace(self.program, self.sense, self.cam.base_radius))}
         near = self.tracks[0]
         return {"profile": RollerOutline(near, -self._radius), "pitch curve": RollerOutline(near, 0.0)}
+
+    @cached_property
+    def envelope(self) -> tuple[float, float]:
+        """Of the profile."""
+        return plate_envelope([self.outlines["profile"]], self.width)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:

@@ -227,6 +227,11 @@ class CylindricalMechanism(Mechanism):
         return self.drum.inside if self.runs_out else self.drum.under
 
     @property
+    def envelope(self) -> tuple[float, float]:
+        """Of the blank."""
+        return self.blank.envelope
+
+    @property
     def blank(self) -> Blank:
         """The drum before the groove is cut."""
         return Blank.cylinder(self.cam.radius, self.cam.length, self.bore)

@@ -116,6 +116,11 @@ class CylindricalIndexMechanism(Mechanism):
         return Drum(self.radius, -0.5 * self.cam.width, 0.5 * self.cam.width)
 
     @property
+    def envelope(self) -> tuple[float, float]:
+        """Of the blank."""
+        return self.blank.envelope
+
+    @property
     def blank(self) -> Blank:
         """The drum before the grooves are cut."""
         half = 0.5 * self.cam.width

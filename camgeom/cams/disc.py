@@ -22,6 +22,7 @@ from camgeom.cams._plate import (
     face_idle,
     least_distance,
     lift_range,
+    plate_envelope,
     roller_track,
     straight_problems,
     swing_problem,
@@ -272,6 +273,12 @@ class DiscMechanism(Mechanism):
         if self.cam.form == "groove":
             found["outer flank"] = RollerOutline(self.pitch, self.touch_radius + self.running_clearance)
         return found
+
+    @cached_property
+    def envelope(self) -> tuple[float, float]:
+        """Of the profile, or of the plate that has a face groove."""
+        cam = self.cam
+        return (cam.diameter, cam.width) if cam.diameter else plate_envelope([self.profile], cam.width)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:

@@ -141,6 +141,11 @@ class GloboidalMechanism(Mechanism):
     cam: Globoidal
 
     @property
+    def envelope(self) -> tuple[float, float]:
+        """Of the blank."""
+        return self.blank.envelope
+
+    @property
     def blank(self) -> Blank:
         """The globoid before the grooves are cut."""
         return self.cam.globoid.blank()

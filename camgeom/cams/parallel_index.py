@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, ONE_WAY, Cam, keyway_idle, problem, sense_of
-from camgeom.cams._plate import bore_of, bore_problems, disc_wall
+from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelope
 from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
@@ -238,6 +238,11 @@ class ParallelIndexMechanism(Mechanism):
             least = min(float(np.hypot(*x).min()) for x in points)
             found.append(Wall(f"{name} to bore", least - reach, None, "a larger centre distance or a smaller bore"))
         return tuple(found)
+
+    @cached_property
+    def envelope(self) -> tuple[float, float]:
+        """Of all plates with the gaps between them."""
+        return plate_envelope(self.outlines.values(), (self.cam.plates - 1) * self.cam.pitch + self.cam.width)
 
     @cached_property
     def turret(self) -> Turret:

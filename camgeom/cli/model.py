@@ -30,6 +30,10 @@ CROWNED = {
 USUAL = {"3mf", "stl", "step", "ply", "dxf", "outline.csv", "cutter.csv", "gcode", "apt", "rest.vtu", "png", "pdf"}
 """formats that are known without importing the writers"""
 KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "blank": (
+        ("diameter_mm", "largest diameter", "mm"),
+        ("length_mm", "length along the axis", "mm"),
+    ),
     "flank": (
         ("max_pressure_angle_deg", "largest pressure angle", "deg"),
         ("min_relative_radius_mm", "smallest relative radius", "mm"),

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from camgeom.checks.verdict import Verdict
     from camgeom.model import Model
 
-STUDIED = ("motion", "flank", "checks", "contact", "fatigue")
+STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
 """Products of a study where none are named: everything that needs no solid."""
 MOVING = ("dynamics", "impact", "operation")
 """tables of a profile whose keys, when they are varied, ask for the dynamics too"""
@@ -182,7 +182,7 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     """The figures of one variant, its verdict and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
-    for section in ("motion", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
+    for section in ("motion", "blank", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
         figures |= _flat(result.data.get(section, {}), section)
     for finding in result.findings:
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")

@@ -21,13 +21,17 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.track.planar import Planar
 
-PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "exports", "report")
+PRODUCTS = (
+    "motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "exports", "report",
+)
+FIRST = {"motion", "blank", "flank"}
+"""products that stand before the checks in the result"""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": PRODUCTS,
-    "build": ("motion", "solid", "cutter", "exports"),
-    "check": ("motion", "flank", "checks"),
+    "build": ("motion", "blank", "solid", "cutter", "exports"),
+    "check": ("motion", "blank", "flank", "checks"),
     "solve": ("motion", "contact", "fatigue", "dynamics"),
-    "report": ("motion", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "report"),
+    "report": ("motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "report"),
 }
 
 
@@ -80,7 +84,7 @@ def compute(
 
     asked, noted = set(wanted), products if products is not None else Products()
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
-    data |= _sections(model, asked & {"motion", "flank"}, noted)
+    data |= _sections(model, asked & FIRST, noted)
     verdict = Verdict(())
     if "checks" in asked:
         from camgeom.checks import judge
@@ -93,7 +97,7 @@ def compute(
             noted.unmade(f"checks.{name}", why)
         if verdict.lost:
             noted.gather("checks", whole=False)
-    data |= _sections(model, asked - {"motion", "flank"}, noted)
+    data |= _sections(model, asked - FIRST, noted)
     if len(model.bindings) > 1:
         data["followers"] = [
             _sections(binding, asked - {"solid"}, noted, f"follower {number}.")
@@ -267,6 +271,12 @@ def _quoted(model: Model) -> dict[str, Any]:
         return {}
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
     return {"pitch_radius_mm": radius, "pitch_pressure_angle_deg": degrees(at.value)}
+
+
+def blank_data(model: Model) -> dict[str, Any]:
+    """The cylinder about the axis that just holds the finished cam: what it is turned from."""
+    diameter, length = model.mechanism.envelope
+    return {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
 
 
 def solid_data(model: Model) -> dict[str, Any]:
@@ -448,6 +458,7 @@ NO_OPERATION = "the profile has no [operation]"
 Source = tuple[Callable[["Model"], dict[str, Any]], Callable[["Model"], str]]
 SOURCES: dict[str, Source] = {
     "motion": (motion_data, lambda model: ""),
+    "blank": (blank_data, lambda model: ""),
     "flank": (_flank, lambda model: ""),
     "solid": (solid_data, lambda model: ""),
     "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),

@@ -94,6 +94,15 @@ class Blank:
         )
         return 0.98 if saddle else 0.5
 
+    @property
+    def envelope(self) -> tuple[float, float]:
+        """Diameter and length, mm; an arc that bulges outward between its ends counts with its top."""
+        radii = [r for r, _ in self.outline]
+        for start, stop, arc in zip(self.outline[:-1], self.outline[1:], self.arcs):
+            if arc is not None and arc[0] < min(start[0], stop[0]) and start[1] < arc[1] < stop[1]:
+                radii.append(arc[0] + hypot(start[0] - arc[0], start[1] - arc[1]))
+        return 2.0 * max(radii), self.outline[-1][1] - self.outline[0][1]
+
     def sections(self, tolerance: float) -> tuple[Floats, list[str]]:
         """Outline polyline (k, 2) of (r, z) within tolerance, and the name of each of its edges."""
         points, names = [np.array(self.outline[0])], []

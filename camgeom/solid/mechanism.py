@@ -129,6 +129,11 @@ class Mechanism(ABC):
         """The recipes of its bodies."""
 
     @property
+    @abstractmethod
+    def envelope(self) -> tuple[float, float]:
+        """Diameter and length, mm, of the cylinder about the axis that just holds the finished cam."""
+
+    @property
     def quoted_radius(self) -> float | None:
         """Where the classical figures are quoted, along the roller as its track counts; None: no figures are quoted."""
         return None

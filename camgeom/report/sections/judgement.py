@@ -225,5 +225,7 @@ def _life(model: Model) -> Iterator[Figure]:
 
 
 def _solid(model: Model) -> Iterator[Figure]:
+    diameter, length = model.mechanism.envelope
+    yield Figure("Largest diameter", diameter, "mm", f"{number(length)} mm along the axis")
     mass = sum(one.mass for one in model.mass)
     yield Figure("Cam mass", mass, "kg", f"{number(sum(one.volume for one in model.mass) / 1e3)} cm³")
