@@ -12,16 +12,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from importlib import import_module
-from math import isfinite
+from math import isfinite, pi
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, final
 
-from camgeom.checks.verdict import Finding, NotJudged, Verdict, judged, life_shown
+from camgeom.checks.verdict import Finding, Loads, NotJudged, Verdict, judged, life_shown
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.maths.overflow import within_range
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.model.vibration import Turn
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "crowned load", "face load", "turret load",
@@ -113,7 +114,7 @@ def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
             try:
                 said = list(judge(model))
                 if said and "dynamics" in needs:
-                    _refuse_coarse(model)
+                    refuse_coarse(model)
                 return said
             except NotConverged as lost:
                 return [NotJudged(name, str(lost))]
@@ -123,14 +124,15 @@ def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
     return register
 
 
-def _refuse_coarse(model: Model) -> None:
-    """NotConverged where the periodic state of [dynamics] is too coarse to be judged, or nobody knows how coarse."""
+def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
+    """NotConverged where a turn of [dynamics] is too coarse to be judged, or nobody knows how coarse."""
     from camgeom.dynamics.linear.solve import Growing
+    from camgeom.model.vibration import solved_turn
 
-    study = model.indexing or model.elastic_follower
-    assert study is not None, "the registry asks for it"
     try:
-        error = float(study.steady.solution.error[0])
+        found = solved_turn(model, turn)
+        assert found is not None, "the registry asks for it"
+        error = float(found.solution.error[0])
     except Growing:
         # What grows is no matter of accuracy: `stability` judges it, the others say so.
         return
@@ -138,6 +140,16 @@ def _refuse_coarse(model: Model) -> None:
         known = f"is {error:.3g} of the peak by halving" if isfinite(error) else "is not known"
         raise NotConverged(f"the error of the solution {known}, more than {COARSEST:g}: leave dynamics.steps out, or "
                            "give more of them, or a smaller dynamics.tolerance")  # fmt: skip
+
+
+def begins_at_rest(model: Model) -> bool:
+    """Whether there is a first turn from rest. Raises NotConverged where its solution is too coarse to be judged."""
+    from camgeom.model.vibration import starts_at_rest
+
+    if not starts_at_rest(model):
+        return False
+    refuse_coarse(model, "start")
+    return True
 
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
@@ -180,7 +192,19 @@ def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
                     lost.append((name, unmade(error)))
                     said.append(NotJudged(name, lost[-1][1].reason))
     findings = tuple(word for word in said if isinstance(word, Finding))
-    return Verdict(findings, tuple(word for word in said if isinstance(word, NotJudged)), tuple(lost))
+    open_ = tuple(word for word in said if isinstance(word, NotJudged))
+    return Verdict(findings, open_, tuple(lost), loads_of(model))
+
+
+def loads_of(model: Model) -> Loads | None:
+    """Whose loads a verdict judges; None without an [operation]."""
+    profile = model.profile
+    if profile.operation is None:
+        return None
+    moves = [span.end - span.start for one in model.bindings for span in one.mechanism.program.spans
+             if span.law != "dwell"]  # fmt: skip
+    shortest = 1e3 * min(moves) * 30.0 / (pi * profile.operation.speed) if moves else None
+    return Loads(profile.dynamics_spec is not None, profile.impact_spec is not None, shortest)
 
 
 def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged]:

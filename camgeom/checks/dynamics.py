@@ -1,6 +1,9 @@
 """What [dynamics] and [impact] find, judged: pressure and life under the solved forces, contact, settling, resonance.
 
 The rigid figures stand beside, in their own findings. A solver that finds no answer is not judged, with its reason.
+The first turn from rest at full speed shows what no periodic state does. A limit of torque or static load holds for
+its worst moment and fails; the limit of pressure is one of fatigue, which a turn does not use up, and a contact that a
+start alone loses comes back: both warn.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
+from camgeom.checks import KNIFE, LIFTED, begins_at_rest, judged_lives, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.mechanics.duty import least_lives
 
@@ -19,6 +22,9 @@ if TYPE_CHECKING:
 
 LESS = "stiffen what is elastic, damp it, take a smoother law or less speed; the rigid figure leaves vibration out"
 IMPACTS = "less clearance or speed, a smoother law, a longer or larger roller, or a tougher pair of materials"
+SOFT = "run the machine up slowly, damp or stiffen what is elastic, or take a smoother law"
+MOVING = "the motion does not stand still where the turn begins: let the program begin in a dwell"
+LEFT = "the follower leaves its cam in its first turn (see start-lift-off), so there is no force to judge"
 SURE = 0.1
 """share of the settling band to which the deviation must be known"""
 SENSITIVE = 1.25
@@ -66,11 +72,47 @@ def lift_off(model: Model) -> Iterable[Finding]:
     yield judged("lift-off", least, ">=", 0.0, unit, advice, cam_angle=angle, where="least contact force")
 
 
+@solved("start-lift-off", "dynamics")
+def start_lift_off(model: Model) -> Iterable[Finding]:
+    """Least contact force in the first turn of an elastic follower that a spring or weight holds; a warning at most."""
+    from camgeom.model.vibration import least_contact
+
+    if not begins_at_rest(model):
+        return
+    least = least_contact(model, "start")
+    if least is not None:
+        advice = f"the follower leaves its cam in its first turn: more preload, or {SOFT}"
+        unit = "N m" if model.profile.rotating else "N"
+        yield judged("start-lift-off", least.value, ">=", 0.0, unit, advice, cam_angle=least.cam_angle,
+                     where="least contact force from rest", worst="warn")  # fmt: skip
+
+
+@solved("start-pressure", "dynamics")
+def start_pressure(model: Model) -> Iterable[Finding | NotJudged]:
+    """Peak contact pressure in the first turn from rest; a warning at most."""
+    if not begins_at_rest(model):
+        yield NotJudged("start-pressure", MOVING)
+        return
+    if not model.start_duties:
+        yield NotJudged("start-pressure", LEFT)
+        return
+    each = [(duty.peak_pressure, duty) for duty in model.start_duties]
+    known = [(peak, duty) for peak, duty in each if peak is not None]
+    if not known:
+        yield NotJudged("start-pressure", KNIFE)
+        return
+    peak, duty = max(known, key=lambda pair: pair[0].value)
+    rigid = model.carrier.peak_pressure if model.carrier is not None else None
+    yield judged("start-pressure", peak.value, "<=", model.pressure_limit, "MPa", SOFT, cam_angle=peak.cam_angle,
+                 where=duty.spot(peak), worst="warn", rigid=rigid.value if rigid is not None else None)  # fmt: skip
+
+
 @solved("settling", "dynamics")
 def settling(model: Model) -> Iterable[Finding | NotJudged]:
     """Time until the load of an indexing drive, or an elastic follower, stays in the settling band, against its dwell.
 
-    A failure where the profile gives `dynamics.settling_band`; with the band that is taken for granted a warning.
+    A failure where the profile gives `dynamics.settling_band`, else a warning at most. What a dwell has to hold only
+    the machine knows: a turret that settles passes the accuracy of its kind, a follower is told with its figures.
     """
     study, spec = model.indexing or model.elastic_follower, model.profile.dynamics_spec
     if study is None or spec is None or not study.dwells:
@@ -91,7 +133,13 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
         f"the {what} swings by {per * left.deviation[0]:.4g} {unit} in its dwell and is not within "
         f"{band} when it ends: more damping, a stiffer shaft or linkage, a smoother law or less speed"
     )
-    worst: Level = "fail" if "settling_band" in spec.model_fields_set else "warn"
+    given = "settling_band" in spec.model_fields_set
+    if not given and model.indexing is None and value <= limit:
+        yield NotJudged("settling", f"give dynamics.settling_band, the {unit} that the dwell has to hold: the follower "
+                        f"swings by {per * left.deviation[0]:.4g} {unit} in it and is within {band}, 1 % of its "
+                        f"stroke, after {value:.4g} ms of {dwell:.4g} ms")  # fmt: skip
+        return
+    worst: Level = "fail" if given else "warn"
     yield judged("settling", value, "<=", limit, "ms", advice, cam_angle=left.begin_rad, worst=worst,
                  where=f"into {band}, before the longest dwell ends")  # fmt: skip
 

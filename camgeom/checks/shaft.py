@@ -1,11 +1,11 @@
-"""Torque of the camshaft and static safety of the rollers' bearings: rigid, with vibration, with impacts."""
+"""Torque of both shafts and static safety of the rollers' bearings: rigid, with vibration, with impacts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from camgeom.checks import LIFTED, NO_OPERATION, check, solved
+from camgeom.checks import LIFTED, NO_OPERATION, begins_at_rest, check, refuse_coarse, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 TORQUE = "less mass, force or speed, more angle for the motion, a smoother law, or a stronger drive"
+OUTPUT = "less inertia, torque or speed, a smoother law, more damping, or a stronger shaft"
 BEARING = "a roller with a higher static rating, less mass, force or speed, or a smoother law"
 
 
@@ -66,13 +67,35 @@ def bearing(model: Model) -> Iterable[Finding | NotJudged]:
 
 @solved("dynamic-torque", "dynamics")
 def dynamic_torque(model: Model) -> Iterable[Finding | NotJudged]:
-    """The same with vibration: at the cam, and in its shaft where that is elastic."""
+    """The same with vibration: at the cam, and in its shaft where that is elastic; without a limit it is told."""
+    peak = model.dynamic_torque
     if model.profile.limits.torque_n_m is None:
-        return
-    if model.dynamic_torque is not None:
-        yield from _torque("dynamic-torque", model, model.dynamic_torque)
+        shown = "" if peak is None else f": it takes {1e-3 * peak.value:.4g} N m with vibration, {peak.where}"
+        if shown and model.start_torque is not None:
+            shown += f", {1e-3 * model.start_torque.value:.4g} N m starting from rest"
+        yield NotJudged("dynamic-torque", f"give limits.torque_n_m, what the camshaft may carry{shown}")
+    elif peak is not None:
+        yield from _torque("dynamic-torque", model, peak)
     else:
         yield NotJudged("dynamic-torque", LIFTED)
+
+
+@solved("output-torque", "turret load")
+def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
+    """Largest torque of a turret's output shaft, where the profile has a limit; what [dynamics] finds is told too."""
+    limit, solves = model.profile.limits.output_torque_n_m, model.profile.dynamics_spec is not None
+    if limit is None and not solves:
+        return
+    if solves:
+        refuse_coarse(model)
+    peak = model.output_torque
+    assert peak is not None, "there is a turret, and a load"
+    if limit is not None:
+        yield judged("output-torque", 1e-3 * peak.value, "<=", limit, "N m", OUTPUT, cam_angle=peak.cam_angle,
+                     where=peak.where)  # fmt: skip
+    else:
+        yield NotJudged("output-torque", "give limits.output_torque_n_m, what the output shaft may carry: it takes "
+                        f"{1e-3 * peak.value:.4g} N m {peak.where}")  # fmt: skip
 
 
 @solved("dynamic-bearing", "dynamics")
@@ -84,6 +107,20 @@ def dynamic_bearing(model: Model) -> Iterable[Finding | NotJudged]:
         yield from _bearing("dynamic-bearing", model, model.dynamic_duties)
     else:
         yield NotJudged("dynamic-bearing", LIFTED)
+
+
+@solved("start-torque", "dynamics")
+def start_torque(model: Model) -> Iterable[Finding]:
+    """Largest torque of the camshaft in the first turn from rest, where the profile has a limit."""
+    if model.profile.limits.torque_n_m is not None and begins_at_rest(model) and model.start_torque is not None:
+        yield from _torque("start-torque", model, model.start_torque)
+
+
+@solved("start-bearing", "dynamics")
+def start_bearing(model: Model) -> Iterable[Finding]:
+    """Static safety of the rollers' bearings in the first turn from rest."""
+    if _rated(model) and begins_at_rest(model):
+        yield from _bearing("start-bearing", model, model.start_duties)
 
 
 @solved("impact-torque", "impact")

@@ -183,15 +183,56 @@ def judged(
 
 @final
 @dataclass(frozen=True)
+class Loads:
+    """Whose loads were judged, a statement and no finding: the rigid follower's, and which solver's beside them.
+
+    shortest_move_ms  time of the program's shortest segment that moves; None of a program that stands still
+    """
+
+    vibration: bool
+    impacts: bool
+    shortest_move_ms: float | None
+
+    @property
+    def rigid(self) -> bool:
+        """Whether all loads are those of a rigid follower without play."""
+        return not (self.vibration or self.impacts)
+
+    @property
+    def whose(self) -> str:
+        """The statement in a word or two."""
+        beside = [words for given, words in ((self.vibration, "vibration"), (self.impacts, "impacts")) if given]
+        return f"with {' and '.join(beside)}" if beside else "rigid"
+
+    @property
+    def sentence(self) -> str:
+        """The statement as one line."""
+        if not self.rigid:
+            return f"loads: of the rigid follower, and {self.whose}"
+        words = "loads: of a rigid follower; without [dynamics] or [impact] nothing says how it vibrates or strikes"
+        if self.shortest_move_ms is None:
+            return words
+        return f"{words} (rigid is what swings many times within the shortest move, {self.shortest_move_ms:.4g} ms)"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The statement as plain data for result.json."""
+        return {"rigid": self.rigid, "vibration": self.vibration, "impacts": self.impacts,
+                "shortest_move_ms": self.shortest_move_ms}  # fmt: skip
+
+
+@final
+@dataclass(frozen=True)
 class Verdict:
     """All judgements of one design.
 
-    lost  checks whose figures could not be computed, with the reason; they stand among the `not_judged` too
+    lost   checks whose figures could not be computed, with the reason; they stand among the `not_judged` too
+    loads  whose loads were judged; None without an [operation]
     """
 
     findings: tuple[Finding, ...]
     not_judged: tuple[NotJudged, ...] = ()
     lost: tuple[tuple[str, Unmade], ...] = ()
+    loads: Loads | None = None
 
     @property
     def level(self) -> Level:

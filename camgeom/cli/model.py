@@ -92,6 +92,10 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("duty.bearing_life_h", "bearing life, elastic", "h"),
         ("duty.bearing_static_safety", "static safety of the bearing, elastic", ""),
         ("camshaft_torque_n_m", "peak camshaft torque, elastic", "N m"),
+        ("output_torque_n_m", "peak torque of the output shaft", "N m"),
+        ("start_duty.peak_pressure_mpa", "peak contact pressure, from rest", "MPa"),
+        ("start_duty.bearing_static_safety", "static safety of the bearing, from rest", ""),
+        ("start_camshaft_torque_n_m", "peak camshaft torque, from rest", "N m"),
         ("impact.over_turns.peak_acceleration_m_s2.largest", "peak acceleration with impacts", "m/s2"),
         ("impact.over_turns.peak_acceleration_rad_s2.largest", "peak acceleration with impacts", "rad/s2"),
         ("impact.over_turns.amplification", "mean of the turns over the ideal one", ""),
@@ -296,6 +300,7 @@ def summary(result: Result, files: Iterable[str]) -> list[str]:
     data = result.data
     lines = [f"{data['name']} ({data['kind']}): {_verdict(result)}"]
     lines += _findings(result.findings)
+    lines += [f"  {result.verdict.loads.sentence}"] if result.verdict.loads is not None else []
     lines += [f"  not judged: {word.check}: {word.reason}" for word in result.verdict.not_judged]
     lines += [f"  no {' or '.join(names_)}: {reason}" for names_, reason in _unmade(result, told=True)]
     told = [

@@ -56,6 +56,8 @@ FIGURES = (
     "dynamics.duty.peak_pressure_mpa",
     "dynamics.duty.roller_life_h",
     "dynamics.camshaft_torque_n_m",
+    "dynamics.output_torque_n_m",
+    "dynamics.start_duty.peak_pressure_mpa",
     "dynamics.impact.worst_pressure_mpa",
     "dynamics.impact.duty.roller_life_h",
     "dynamics.impact.duty.peak_torque_n_m",
@@ -190,6 +192,8 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     failed = [finding.check for finding in result.findings if not finding.passed]
     unmade = [product.reason for product in result.products if product.exit_status]
     words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
+    if result.verdict.loads is not None:
+        figures["loads"] = result.verdict.loads.whose
     figures["not_judged"] = _not_judged(model, result.verdict, checks)
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
 

@@ -109,7 +109,7 @@ class DynamicsSpec(Section):
         0.005,
         description="deg (mm of a translating follower), band in which load plate or follower mass count as settled; "
         "what is not when its dwell ends fails where the band is given, and warns with the default: 0.005 deg of an "
-        "indexing drive, 1 % of the stroke of a follower",
+        "indexing drive, 1 % of the stroke of a follower (what settles into that is told, not passed)",
     )
 
     mass: Positive | None = Field(

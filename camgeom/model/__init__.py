@@ -397,7 +397,14 @@ class Model(Sealed):
         """The duties of all that presses the cam under the force that [dynamics] finds; none where contact is lost."""
         from camgeom.model.vibration import dynamic_duties_of
 
-        return dynamic_duties_of(self)
+        return dynamic_duties_of(self, "steady")
+
+    @fact
+    def start_duties(self) -> tuple[Duty, ...]:
+        """The same in the first turn from rest; none of a motion that does not stand still where the turn begins."""
+        from camgeom.model.vibration import dynamic_duties_of, starts_at_rest
+
+        return dynamic_duties_of(self, "start") if starts_at_rest(self) else ()
 
     @property
     def dynamic_duty(self) -> Duty | None:
@@ -409,7 +416,21 @@ class Model(Sealed):
         """Largest torque of the camshaft, N mm, under that force; None where there is none."""
         from camgeom.model.vibration import dynamic_torque_of
 
-        return dynamic_torque_of(self, self.dynamic_duties) if self.dynamic_duties else None
+        return dynamic_torque_of(self, self.dynamic_duties, "steady") if self.dynamic_duties else None
+
+    @fact
+    def start_torque(self) -> Extreme | None:
+        """The same in the first turn from rest."""
+        from camgeom.model.vibration import dynamic_torque_of
+
+        return dynamic_torque_of(self, self.start_duties, "start") if self.start_duties else None
+
+    @fact
+    def output_torque(self) -> Extreme | None:
+        """Largest torque of a turret's output shaft, N mm, and whether with vibration or from rest; None of others."""
+        from camgeom.model.vibration import output_torque_of
+
+        return output_torque_of(self)
 
     @fact
     def impact(self) -> ImpactRun | None:

@@ -7,7 +7,7 @@ whole [operation]: Coulomb friction has the sign of the ideal motion, applied fo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol, final
+from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
 import numpy as np
 
@@ -16,14 +16,16 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, panels
+from camgeom.mechanics.duty import largest_of
 from camgeom.mechanics.load import QUIET
 from camgeom.model.loads import carriers, turret_duty
 from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
-    from camgeom.dynamics.follower.train import Closure
+    from camgeom.dynamics.follower.train import Closure, FollowerResponse
     from camgeom.dynamics.indexing.study import IndexingStudy
+    from camgeom.dynamics.indexing.system import DriveResponse
     from camgeom.dynamics.linear.method import Motion, Side
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.mechanics.duty import Duty
@@ -267,36 +269,84 @@ class Vibrating(Indexer, Protocol):
     def elastic_follower(self) -> FollowerStudy | None: ...
 
 
-def dynamic_duties_of(model: Vibrating) -> tuple[Duty, ...]:
-    """The duties of what presses the cam under the solved periodic contact force, by the code of the rigid ones.
+Turn = Literal["steady", "start"]
+"""A turn that is solved: of the periodic steady state, or the first one from rest."""
+TURNS: dict[Turn, str] = {"steady": "with vibration", "start": "starting from rest"}
 
-    None without [dynamics], and where the follower leaves its cam: the force of its landings is not that of a steady
-    state.
+
+def solved_turn(model: Vibrating, turn: Turn) -> DriveResponse | FollowerResponse | None:
+    """The response in a turn; None without [dynamics]."""
+    study = model.indexing or model.elastic_follower
+    if study is None:
+        return None
+    return study.steady if turn == "steady" else study.start
+
+
+def starts_at_rest(model: Vibrating) -> bool:
+    """Whether the motion stands still where the turn begins, so that a machine can start there."""
+    motion = model.mechanism.program
+    slope = np.abs(np.asarray(motion.jet(np.linspace(0.0, TURN, 721), 1)[1]))
+    return bool(slope[0] <= QUIET * slope.max(initial=0.0))
+
+
+def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
+    """The duties of what presses the cam under the solved contact force of a turn, by the code of the rigid ones.
+
+    None without [dynamics], and where the follower leaves its cam: the force of its landings is not solved.
     """
     material, mechanism = model.profile.material, model.mechanism
-    if model.indexing is not None and mechanism.turret is not None:
-        drive = model.indexing.steady
+    found = solved_turn(model, turn)
+    if found is None:
+        return ()
+    if mechanism.turret is not None:
         # The contact torque holds the turret back where it is positive.
-        load = replace(model.load, solved=lambda theta: -drive.at(theta, "contact_torque")[0] / MILLI)
+        load = replace(model.load, solved=lambda theta: -found.at(theta, "contact_torque")[0] / MILLI)
         return (turret_duty(material, mechanism, mechanism.turret, load),)
-    follower = model.elastic_follower
-    if follower is None or (follower.jump is not None and bool(follower.jump.lost[0])):
+    if least_contact(model, turn) is not None and bool(found.peak("contact_force").minimum[0] < 0.0):
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
-    load = replace(model.load, solved=lambda theta: unit * follower.steady.at(theta, "contact_force")[0])
+    load = replace(model.load, solved=lambda theta: unit * found.at(theta, "contact_force")[0])
     return carriers(material, mechanism, load)
 
 
-def dynamic_torque_of(model: Vibrating, duties: tuple[Duty, ...]) -> Extreme:
-    """Largest torque, N mm, that vibration makes in the camshaft: at the cam, or in the shaft where that is elastic."""
+def least_contact(model: Vibrating, turn: Turn) -> Extreme | None:
+    """Least contact force, N (N m), in a turn of an elastic follower that a spring or weight holds; None of others."""
+    follower, found = model.elastic_follower, solved_turn(model, turn)
+    if follower is None or found is None or follower.train.closure != "force":
+        return None
+    peak = found.peak("contact_force")
+    return Extreme(float(peak.minimum[0]), float(peak.minimum_at[0]))
+
+
+def dynamic_torque_of(model: Vibrating, duties: tuple[Duty, ...], turn: Turn) -> Extreme:
+    """Largest torque, N mm, that a turn makes in the camshaft: at the cam, or in the shaft where that is elastic."""
     at_cam = hardest(duty.peak_torque for duty in duties)
     found = [Extreme(at_cam.value, at_cam.cam_angle, where="at the cam")]
-    study = model.indexing or model.elastic_follower
-    name = "input_torque" if model.indexing is not None else "shaft_torque"
-    if study is not None and name in study.steady.system.outputs:
-        peak = study.steady.peak(name)
+    response, name = solved_turn(model, turn), "input_torque" if model.indexing is not None else "shaft_torque"
+    if response is not None and name in response.system.outputs:
+        peak = response.peak(name)
         found.append(Extreme(float(peak.magnitude[0]) / MILLI, float(peak.magnitude_at[0]), where="in the shaft"))
     return hardest(found)
+
+
+def output_torque_of(model: Vibrating) -> Extreme | None:
+    """Largest torque, N mm, of a turret's output shaft: with vibration, or starting from rest where that is more.
+
+    Without [dynamics] the rigid one of all that turns with it. None without a turret or a load.
+    """
+    if model.turret_duty is None:
+        return None
+    if model.indexing is None:
+        force = model.turret_duty.force
+        peak = largest_of(force.panels, force.force)
+        return Extreme(peak.value, peak.cam_angle, where="rigid, with the turret's own inertia")
+    turns: tuple[Turn, ...] = ("steady", "start") if starts_at_rest(model) else ("steady",)
+    peaks = [(turn, solved_turn(model, turn)) for turn in turns]
+    each = [(turn, one.peak("output_torque")) for turn, one in peaks if one is not None]
+    return hardest(
+        Extreme(float(peak.magnitude[0]) / MILLI, float(peak.magnitude_at[0]), where=TURNS[turn])
+        for turn, peak in each
+    )  # fmt: skip
 
 
 def _speed(profile: Profile) -> float:

@@ -33,6 +33,9 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     """Keys (dotted paths) that mean nothing for this profile, whether it gives them or not, each with the reason."""
     found = dict(profile.cam.idle(setup))
     roller, dynamics, impact = profile.roller, profile.dynamics_spec, profile.impact_spec
+    turret = isinstance(setup.follower, TurretFollower)
+    if not turret:
+        found["limits.output_torque_n_m"] = "only a turret has an output shaft"
     if roller is not None and roller.dynamic_rating is None:
         found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
     if roller is None or roller.static_rating is None:
@@ -48,7 +51,6 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         found["output.table_points"] = "table_tolerance chooses the number of points"
     if dynamics is not None:
         found |= _under("dynamics", dynamics.idle())
-        turret = isinstance(setup.follower, TurretFollower)
         if turret != (dynamics.kind == "indexing"):
             found["dynamics.kind"] = "a turret is an indexing drive: kind = 'indexing'" if turret else (
                 "an indexing drive needs a turret: kind = 'follower'"

@@ -185,7 +185,11 @@ class Limits(Section):
         None, description="h, life that roller, bearing and cam surface must reach"
     )
     torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
-        None, description="N m, largest torque of the camshaft, rigid, with vibration and with impacts"
+        None, description="N m, largest torque of the camshaft: rigid, with vibration, from rest and with impacts"
+    )
+    output_torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="N m, largest torque of a turret's output shaft: with vibration and from rest; rigid, of all "
+        "that turns with it, where there is no [dynamics]"
     )
     bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
         1.0, description="1, least static safety of the roller's bearing: static_rating over its largest load (ISO 76)"

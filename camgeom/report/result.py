@@ -91,6 +91,8 @@ def compute(
 
         verdict = noted.attempt("checks", partial(judge, model, only_checks)) or verdict
         data["verdict"] = verdict.level
+        if verdict.loads is not None:
+            data["loads"] = verdict.loads.as_dict()
         data["not_judged"] = [word.as_dict() for word in verdict.not_judged]
         data["checks"] = [finding.as_dict() for finding in verdict.findings]
         for name, why in verdict.lost:
@@ -339,15 +341,18 @@ def dynamic_duty_data(model: Model) -> dict[str, Any]:
     """Pressure, forces, torque and lives under the solved contact force, and the rigid ones beside; empty without."""
     if not model.dynamic_duties:
         return {}
-    figures = {"duty": duty_figures(model.dynamic_duties), "rigid_duty": duty_figures(model.carriers)}
-    peak = model.dynamic_torque
-    if peak is None:
-        return figures
-    return figures | {"camshaft_torque_n_m": MILLI * peak.value, "camshaft_torque_is": peak.where}
+    figures: dict[str, Any] = {"duty": duty_figures(model.dynamic_duties), "rigid_duty": duty_figures(model.carriers)}
+    if model.start_duties:
+        figures["start_duty"] = duty_figures(model.start_duties, lives=False)
+    for name, peak in (("camshaft", model.dynamic_torque), ("start_camshaft", model.start_torque),
+                       ("output", model.output_torque)):  # fmt: skip
+        if peak is not None:
+            figures |= {f"{name}_torque_n_m": MILLI * peak.value, f"{name}_torque_is": peak.where}
+    return figures
 
 
-def duty_figures(duties: Sequence[Duty]) -> dict[str, Any]:
-    """Peaks, lives and static safety over all that presses the cam, as plain data."""
+def duty_figures(duties: Sequence[Duty], lives: bool = True) -> dict[str, Any]:
+    """Peaks, lives (of a turn that comes again and again) and static safety over all that presses the cam."""
     force, torque = hardest(d.peak_force for d in duties), hardest(d.peak_torque for d in duties)
     data: dict[str, Any] = {
         "peak_force_n": force.value,
@@ -361,7 +366,7 @@ def duty_figures(duties: Sequence[Duty]) -> dict[str, Any]:
     safety = least_safety(duties)
     if safety is not None:
         data["bearing_static_safety"] = finite(safety)
-    return data | {f"{body}_life_h": finite(hours) for body, hours in least_lives(duties).items()}
+    return data | ({f"{body}_life_h": finite(hours) for body, hours in least_lives(duties).items()} if lives else {})
 
 
 MOST_IMPACTS = 100

@@ -62,6 +62,21 @@ def from_rest(
     return transient_response(system, accuracy, state, turns)
 
 
+def at_rest(drive: IndexingDrive, motion: Motion, torque: Torque | None = None) -> Floats:
+    """Deviations, rad, and rates, rad/s, (1, 6) of the drive that stands still at the first cam angle under a torque.
+
+    K q = T with the contact between cam and turret at the motion's slope there; all zero without a torque. Raises
+    DesignError as `refuse_indefinite`.
+    """
+    still = np.zeros((1, 6))
+    if torque is not None:
+        refuse_indefinite(drive, motion)
+        theta = np.asarray(motion.knots[:1], dtype=float)
+        stiffness = drive.stiffness(theta, motion, TORSION)[0]
+        still[0, :3] = np.linalg.solve(stiffness, torque(theta[None], "right")[0, 0])
+    return still
+
+
 def refuse_indefinite(drive: IndexingDrive, motion: Motion, blocks: tuple[tuple[str, ...], ...] = (TORSION,)) -> None:
     """DesignError when one of the blocks to be integrated has no definite stiffness, naming what would do."""
     wrong = [item for item in drive.indefinite(motion) if item.block in blocks]

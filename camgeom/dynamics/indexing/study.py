@@ -22,7 +22,7 @@ from camgeom.dynamics.indexing.measures import (
     settled_after,
 )
 from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
-from camgeom.dynamics.indexing.response import CONSTANT, amplification, from_rest, steady_state, sweep
+from camgeom.dynamics.indexing.response import CONSTANT, amplification, at_rest, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
@@ -78,9 +78,10 @@ class IndexingStudy:
 
     @sought
     def start(self) -> DriveResponse:
-        """First turn from rest."""
+        """First turn from rest, its shafts wound up by what acts on them there."""
+        still = at_rest(self.drive, self.motion, self.torque)
         return from_rest(
-            self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, self.torque, exact=self.exact
+            self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, self.torque, still, self.exact
         )
 
     @sought
@@ -155,6 +156,7 @@ class IndexingStudy:
             "input_power_w": float(self.energy.input[0]),
             **steady.certainty(),
             "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
+            "from_rest_peak_output_torque_n_m": float(self.start.peak("output_torque").magnitude[0]),
             "critical_speeds": self._near_critical(speed_rpm),
             **self._data_figures(),
             **self._dwell_figures(),

@@ -83,16 +83,22 @@ CARRIED = (
 
 def duties(what: str, head: str, data: Mapping[str, Any]) -> Table:
     """Force, torque, pressure, safety and lives under the solved contact force, and what the rigid motion gives."""
-    solved, rigid = data["duty"], data["rigid_duty"]
+    solved, rigid, start = data["duty"], data["rigid_duty"], data.get("start_duty")
+    every = (solved, rigid) if start is None else (solved, start, rigid)
     rows: list[tuple[Cell, ...]] = [
-        (words, *(life_shown(each[key]) if unit == "h" else each[key] for each in (solved, rigid)), unit)
+        (words, *(life_shown(each[key]) if unit == "h" and key in each else each.get(key) for each in every), unit)
         for words, key, unit in CARRIED
         if key in solved and key in rigid
     ]
+    first = () if start is None else (data.get("start_camshaft_torque_n_m"),)
     if "camshaft_torque_n_m" in data:
         where = f"Peak camshaft torque, {data['camshaft_torque_is']}"
-        rows.append((where, data["camshaft_torque_n_m"], rigid["peak_torque_n_m"], "N m"))
-    columns = (Column("Quantity"), Column(head), Column("Rigid"), Column("Unit"))
+        rows.append((where, data["camshaft_torque_n_m"], *first, rigid["peak_torque_n_m"], "N m"))
+    if "output_torque_n_m" in data:
+        where, none = f"Peak torque of the output shaft, {data['output_torque_is']}", (None,) * len(first)
+        rows.append((where, data["output_torque_n_m"], *none, None, "N m"))
+    between = () if start is None else (Column("From rest"),)
+    columns = (Column("Quantity"), Column(head), *between, Column("Rigid"), Column("Unit"))
     basis = f"; lives from {solved['lives_from']}" if "lives_from" in solved else ""
     return Table(f"What the contact carries {what}, and without{basis}", columns, tuple(rows))
 

@@ -88,7 +88,12 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
 
 
 def _summary(verdict: Verdict) -> str:
-    """One sentence below the verdict: what fails, or what is closest to its limit."""
+    """Below the verdict: what fails, or what is closest to its limit; and whose loads were judged."""
+    loads = "" if verdict.loads is None else _sentence(verdict.loads.sentence)
+    return " ".join(filter(None, (_hardest(verdict), loads)))
+
+
+def _hardest(verdict: Verdict) -> str:
     failed = sorted({_words(f.check).lower() for f in verdict.findings if f.level == "fail"})
     if failed:
         return f"The design fails: {', '.join(failed)}. What to change stands below each finding."
