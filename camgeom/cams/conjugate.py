@@ -220,11 +220,6 @@ class ConjugateMechanism(Mechanism):
         return start + lift_range(self.program)[1] + arm_angle(a, self.return_arm, prime)
 
     @property
-    def free_play(self) -> float:
-        """Play at the return roller, mm."""
-        return self.follower.clearance
-
-    @property
     def play(self) -> float:
         """By how much the follower is ahead where it touches the return disc, mm or rad (chord at the roller)."""
         if isinstance(self.follower, SwingingFollower):

@@ -122,11 +122,6 @@ class ConstantWidthMechanism(Mechanism):
         return 2.0 * (self.cam.base_radius + self._radius) + lift_range(self.program)[1]
 
     @property
-    def free_play(self) -> float:
-        """Total play between frame (yoke) and cam, mm."""
-        return self.follower.clearance
-
-    @property
     def fit_size(self) -> float:
         """Width of the cam between what holds it, mm."""
         return self._span - 2.0 * self._radius

@@ -174,7 +174,7 @@ def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
 
     spec, tracks, quoted = profile.impact_spec, mechanism.tracks, mechanism.quoted_radius
     assert spec is not None
-    clearance = MILLI * (spec.clearance or mechanism.contact_play)
+    clearance = MILLI * (spec.clearance or mechanism.free_play)
     if clearance <= 0.0:
         raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
     if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:

@@ -66,7 +66,7 @@ def _of_impact(profile: Profile, spec: ImpactSpec, mechanism: Mechanism) -> Iter
     moving = _moving(profile)
     if moving is not None and spec.inertia is not None:
         yield from _other("impact.inertia", "", spec.inertia, *moving, _unit(profile))
-    play, key = mechanism.contact_play, "follower.clearance" if profile.follower.clearance else "cam.running_clearance"
+    play, key = mechanism.free_play, "follower.clearance" if profile.follower.clearance else "cam.running_clearance"
     if spec.clearance is not None and spec.clearance < (1.0 - SAME) * play:
         yield Problem("impact.clearance", f"is less than the play of the body, which {key} gives", spec.clearance,
                       f"at least {play:.6g} mm", "leave it out, or give the body less play")  # fmt: skip

@@ -238,18 +238,13 @@ class Mechanism(ABC):
 
     @property
     def free_play(self) -> float:
-        """Play of a follower that is driven both ways, from wall to wall, mm."""
-        return 2.0 * self.running_clearance
+        """Play of a follower that is driven both ways, mm: its own, or that of a groove from wall to wall."""
+        return self.follower.clearance or 2.0 * self.running_clearance
 
     @property
     def fit_size(self) -> float:
         """Nominal size of the fit that has this play, mm: of the roller, or of the cam between two faces."""
         return self.roller.diameter if self.roller is not None else self.span_between or 0.0
-
-    @property
-    def contact_play(self) -> float:
-        """Free play, mm, of a follower between the two flanks that drive it to and fro."""
-        return self.follower.clearance or 2.0 * self.running_clearance
 
     @property
     def contact_length(self) -> float:

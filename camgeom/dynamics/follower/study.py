@@ -10,7 +10,7 @@ import numpy as np
 from camgeom.dynamics.follower.polydyne import PolydyneMotion, polydyne_motion
 from camgeom.dynamics.follower.response import Flight, Jump, flight, from_rest, jump, jump_speed, steady_state
 from camgeom.dynamics.follower.train import CamShaft, Closure, FollowerResponse, FollowerSystem, FollowerTrain, Load
-from camgeom.dynamics.indexing.measures import Residual, residual_vibration, settled_after
+from camgeom.dynamics.indexing.measures import Residual, Settles, residual_vibration
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
 from camgeom.dynamics.linear.method import Motion
@@ -29,7 +29,7 @@ STATIONS = 721
 
 
 @dataclass(frozen=True, eq=False)
-class FollowerStudy:
+class FollowerStudy(Settles):
     """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles).
 
     band, m (rad): within it of where its load would rest, the follower counts as settled in a dwell.
@@ -78,14 +78,6 @@ class FollowerStudy:
         """Loss of contact; None for a form-closed follower, which cannot leave its groove."""
         return jump(self.steady) if self.train.closure == "force" else None
 
-    @property
-    def dwells(self) -> bool:
-        """Whether the motion has a dwell to settle in."""
-        try:
-            return bool(self.residual.end_rad > self.residual.begin_rad)
-        except ProfileError:
-            return False
-
     @cached_property
     def residual(self) -> Residual:
         """Vibration left in the longest dwell of the steady state, m (rad). Raises ProfileError where there is none."""
@@ -95,11 +87,6 @@ class FollowerStudy:
     def half_swing(self) -> float:
         """Half a period of the lowest mode, s: what a vibration needs to show its size."""
         return pi / float(self.train.natural_frequency()[0])
-
-    @property
-    def settling_time(self) -> float | None:
-        """Time, s, from that dwell's begin after which the follower has settled; None where it does not."""
-        return settled_after(self.residual, self.speed, self.half_swing)
 
     @sought
     def flight(self) -> Flight:

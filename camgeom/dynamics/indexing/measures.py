@@ -5,7 +5,7 @@ time.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -137,13 +137,38 @@ class Residual:
     settled: npt.NDArray[np.bool_]
 
 
-def settled_after(left: Residual, speed: float, half_swing: float) -> float | None:
-    """Time, s, from the dwell's begin after which the band is kept for half a swing, s, at least; None where it is not.
+class Rings(Protocol):
+    """A motion that vibrates on in its dwell: cam speed, rad/s; half a period of its lowest mode, s."""
 
-    What comes into the band for less than that has not settled: it only passes through. speed in rad/s.
-    """
-    dwell, last = (left.end_rad - left.begin_rad) / speed, float(left.settling_s[0])
-    return last if left.settled[0] and (last == 0.0 or last <= dwell - half_swing) else None
+    @property
+    def speed(self) -> float: ...
+    @property
+    def residual(self) -> Residual: ...
+    @property
+    def half_swing(self) -> float: ...
+
+
+class Settles:
+    """Whether and when a motion comes to rest in its longest dwell."""
+
+    @property
+    def dwells(self: Rings) -> bool:
+        """Whether the motion has a dwell to settle in."""
+        try:
+            return bool(self.residual.end_rad > self.residual.begin_rad)
+        except ProfileError:
+            return False
+
+    @property
+    def settling_time(self: Rings) -> float | None:
+        """Time, s, from the dwell's begin after which the band is kept for half a swing at least; None where it is not.
+
+        What comes into the band for less than that has not settled: it only passes through. Raises ProfileError where
+        the motion has no dwell.
+        """
+        left = self.residual
+        dwell, last = (left.end_rad - left.begin_rad) / self.speed, float(left.settling_s[0])
+        return last if left.settled[0] and (last == 0.0 or last <= dwell - self.half_swing) else None
 
 
 def residual_vibration(

@@ -17,9 +17,9 @@ from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.measures import (
     EnergyBalance,
     Residual,
+    Settles,
     energy_balance,
     residual_vibration,
-    settled_after,
 )
 from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
 from camgeom.dynamics.indexing.response import CONSTANT, amplification, at_rest, from_rest, steady_state, sweep
@@ -41,7 +41,7 @@ GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
-class IndexingStudy:
+class IndexingStudy(Settles):
     """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
 
     sources: where contact stiffness and inertias that the [dynamics] table does not give come from. torque: what acts
@@ -96,14 +96,6 @@ class IndexingStudy:
         accuracy = self.accuracy if steps is None else replace(self.accuracy, steps=steps)
         return sweep(self.drive, self.motion, speeds, accuracy, self.fluctuation, self.exact, self.torque)
 
-    @property
-    def dwells(self) -> bool:
-        """Whether the motion has a dwell to settle in."""
-        try:
-            return bool(self.residual.end_rad > self.residual.begin_rad)
-        except ProfileError:
-            return False
-
     @sought
     def residual(self) -> Residual:
         """Vibration left in the dwell of the steady state."""
@@ -113,14 +105,6 @@ class IndexingStudy:
     def half_swing(self) -> float:
         """Half a period of the lowest mode, s: what a vibration needs to show its size."""
         return 0.5 / self.modes.lowest_hz()[0]
-
-    @property
-    def settling_time(self) -> float | None:
-        """Time, s, from the dwell's begin after which the load stays in its band for half a swing at least.
-
-        None where it does not before the dwell ends. Raises ProfileError where the motion has no dwell.
-        """
-        return settled_after(self.residual, self.speed, self.half_swing)
 
     @sought
     def energy(self) -> EnergyBalance:
