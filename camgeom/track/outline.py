@@ -8,6 +8,7 @@ the outline is convex.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import acos
 from typing import Protocol
 
 import numpy as np
@@ -74,24 +75,28 @@ class RollerOutline:
         if np.any(pace <= 1e-12 * np.abs(c).max()):
             raise DesignError("the roller centre stands still in the cam frame: the pitch curve has no direction there")
         sense = self.track.sense
-        outward, bend = outward_normal(d, pace, sense), pitch_curvature(d, dd, pace, sense)
+        outward = np.stack(outward_normal((d[0], d[1]), pace, sense))
+        bend = pitch_curvature((d[0], d[1]), (dd[0], dd[1]), pace, sense)
         growth = 1.0 + self.distance * bend
         safe = np.where(np.abs(growth) > 1e-300, growth, 1e-300)
         return Curve(c + self.distance * outward, outward, bend / safe, -sense * pace * growth)
 
 
-def outward_normal(d: Floats, pace: Floats, sense: float) -> Floats:
-    """Unit outward normals (2, ...) of a pitch curve from its derivative (2, ...) by the cam angle, of length `pace`.
+Pair = tuple[Floats, Floats]
+"""x and y of plane vectors, (...) each"""
+
+
+def outward_normal(d: Pair, pace: Floats, sense: float) -> Pair:
+    """Unit outward normals of a pitch curve from its derivative by the cam angle, of length `pace`.
 
     The follower travels round the cam against its turning (`sense`), which says on which hand the outside lies.
     """
-    return np.stack([-sense * d[1], sense * d[0]]) / pace
+    return d[1] * (-sense / pace), d[0] * (sense / pace)
 
 
-def pitch_curvature(d: Floats, dd: Floats, pace: Floats, sense: float) -> Floats:
-    """Curvature of a pitch curve, 1/mm, convex positive, from its derivatives (2, ...) in any frame, by the cam angle.
-    """
-    return np.asarray((d[1] * dd[0] - d[0] * dd[1]) * sense / pace**3)
+def pitch_curvature(d: Pair, dd: Pair, pace: Floats, sense: float) -> Floats:
+    """Curvature of a pitch curve, 1/mm, convex positive, from its derivatives by the cam angle, in any frame."""
+    return np.asarray((d[1] * dd[0] - d[0] * dd[1]) * (sense / (pace * pace * pace)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,10 +130,13 @@ def face_contact(psi: Floats, h: Floats) -> tuple[Floats, Floats]:
     return np.asarray(h[1] / psi[1]), np.asarray(h[0] + (h[2] - h[1] * psi[2] / psi[1]) / psi[1] ** 2)
 
 
-def swung_face(s: Floats, base: Number, pivot: Number, offset: Number) -> tuple[Floats, Floats]:
-    """Jets (3, ...) of an arm's face at lifts s (3, ...): the angle of its normal from the line of centres, support."""
+def swung_face(s: Floats, start: Number, pivot: Number, offset: Number) -> tuple[Floats, Floats]:
+    """Jets (3, ...) of an arm's face at lifts s (3, ...): the angle of its normal from the line of centres, support.
+
+    start  that angle at zero lift, rad: cos(start) = (base + offset) / pivot
+    """
     beta = -s
-    beta[0] += np.arccos((base + offset) / pivot)
+    beta[0] += start
     c, sn = np.cos(beta[0]), np.sin(beta[0])
     support = (pivot * c - offset, -pivot * sn * beta[1], -pivot * (c * beta[1] ** 2 + sn * beta[2]))
     return beta, np.stack(support)
@@ -168,7 +176,7 @@ class FlatFace:
         if self.pivot is None:
             h[0] += self.base
             return psi, h
-        beta, h = swung_face(s, self.base, self.pivot, self.offset)
+        beta, h = swung_face(s, acos((self.base + self.offset) / self.pivot), self.pivot, self.offset)
         return psi + self.way * beta, h
 
 

@@ -23,7 +23,7 @@ from camgeom.maths import Floats
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-KERNELS = {"disc": "planar", "cylindrical": "drum"}
+KERNELS = {"disc": "planar", "constant-width": "planar", "conjugate": "planar", "cylindrical": "drum"}
 """The file that carries a kind of cam."""
 
 

@@ -161,6 +161,17 @@ class Refusals:
         """The variants without a reason."""
         return np.asarray(self.code == 0)
 
+    def scattered(self, rest: Batch | None, names: Sequence[str]) -> Batch:
+        """The batch of all variants from that of those without a reason (None where there is none)."""
+        kept, code, words = self.none, self.code.copy(), list(self.words)
+        figures = {name: np.zeros(len(code)) for name in names}
+        if rest is not None:
+            words += [word for word in rest.reasons if word not in words]
+            code[kept] = np.array([words.index(word) for word in rest.reasons], dtype=np.int16)[rest.reason]
+            for name, values in figures.items():
+                values[kept] = rest.figures[name]
+        return Batch(figures, code, tuple(words))
+
     def batch(self, figures: Mapping[str, Floats]) -> Batch:
         """The figures with 0 for those that do not exist; a bug where one of a variant that does is NaN."""
         exists, found = self.none, {}
@@ -178,7 +189,7 @@ WIDEST = 0.5
 """of a law's travel that one piece spans at most"""
 FINE = 1024
 """steps of a piece to which a refined extreme is placed"""
-REACH = 8
+REACH = 16
 """fine steps on both sides of it, where the parabola that gives its value is laid"""
 
 
@@ -371,7 +382,7 @@ class Motion:
     def peak(self, values: Floats) -> tuple[Ints, Ints]:
         """Where the largest of samples (P, n) lies: piece (n,) and fine step (n,), by parabolas through the best
         sample of every piece and its neighbours."""
-        values = np.broadcast_to(values, (values.shape[0], self.size))
+        values = np.broadcast_to(values, (self.moving * SAMPLES + len(self.rows) - self.moving, self.size))
         v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
         top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
         low, mid, high = (np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
@@ -417,7 +428,7 @@ class Motion:
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
         piece, step = self.peak(again(self.samples) if values is None else values)
-        return vertex(*again(self.around(piece, step)))[1]
+        return vertex(*np.broadcast_to(again(self.around(piece, step)), (3, self.size)))[1]
 
     def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The smallest, likewise."""
