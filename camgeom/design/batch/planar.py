@@ -48,6 +48,7 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     return motion_reason(profile, varied)
 
 
+BLANK = ("blank.diameter_mm", "blank.length_mm", "blank.volume_mm3")
 ORDERS = ("velocity", "acceleration", "jerk")
 
 
@@ -64,7 +65,7 @@ def offered(profile: Profile) -> tuple[str, ...]:
         flank += ["min_face_radius_mm", "face_width_needed_mm"]
     if face != "roller":
         flank += ["max_sliding_mm_per_rad"]
-    names += [f"flank.{name}" for name in flank]
+    names += [*BLANK, *(f"flank.{name}" for name in flank)]
     if profile.operation is None:
         return tuple(names)
     names += [f"motion.peak_{word}_{unit}_per_{per}" for word, per in zip(ORDERS, ("s", "s2", "s3"))]
@@ -281,6 +282,12 @@ class Seen:
             return np.asarray(2.0 * np.abs(self.face[2] - self.touch.way * self.cams.offset))
         (x, y), n = self.place, self.normal
         return np.asarray(np.abs(y * n[0] - (x - joint.centre) * n[1]))
+
+    @cached_property
+    def reach(self) -> Floats:
+        """Square of the distance of the contact from the cam axis, mm²."""
+        x, y = self.place
+        return np.asarray(x * x + y * y)
 
     @cached_property
     def force(self) -> Floats:
@@ -597,6 +604,17 @@ class Cams:
         return np.asarray(np.min(np.broadcast_arrays(*found), axis=0))
 
     @cached_property
+    def blank(self) -> tuple[Floats, Floats]:
+        """Diameter and length of the cylinder that just holds the finished cam, mm."""
+        v = self.variants
+        length = v.number("cam.width")
+        if v.profile.kind == "conjugate":
+            length = 2.0 * length + v.number("cam.gap")
+        if v.profile.kind == "disc" and v.optional("cam.diameter") is not None:
+            return v.number("cam.diameter"), length
+        return 2.0 * np.sqrt(self.most("reach")), length
+
+    @cached_property
     def peaks(self) -> tuple[tuple[Floats, Floats], ...]:
         """Of every touch the squared largest pressure, MPa², and the relative radius there, mm."""
         found = []
@@ -710,6 +728,9 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     "flank.min_face_radius_mm": lambda c: c.face_radius,
     "flank.face_width_needed_mm": lambda c: c.most("along_size"),
     "flank.max_sliding_mm_per_rad": lambda c: c.most("sliding"),
+    "blank.diameter_mm": lambda c: c.blank[0],
+    "blank.length_mm": lambda c: c.blank[1],
+    "blank.volume_mm3": lambda c: 0.25 * pi * c.blank[0] ** 2 * c.blank[1],
     "contact.peak_force_n": lambda c: c.of_duty("pressing"),
     "contact.peak_torque_n_m": lambda c: c.peak_torque * MILLI,
     "contact.mean_torque_n_m": lambda c: c.mean_torque * MILLI,
