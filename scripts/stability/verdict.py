@@ -27,8 +27,8 @@ sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
-from verdict_designs import KINDS, Data, kind_of, sound  # noqa: E402
-from verdict_faults import FAULTS, PENDING, fault_of, injected, swinging_torque  # noqa: E402
+from verdict_designs import FIRST_SEED, KINDS, Data, furnished, kind_of, sound  # noqa: E402
+from verdict_faults import FAULTS, FIRST, PENDING, fault_of, injected, swinging_torque  # noqa: E402
 
 EXPLAINED: dict[str, str] = {}
 """warnings that a sound design may raise, by check, each with its reason"""
@@ -66,6 +66,11 @@ def model_of(data: Data, tolerance: float | None = None) -> Any:
     return Model(from_data(frozen(data), ""), tolerance)
 
 
+def design_of(seed: int) -> Data:
+    """The sound design of a seed; from FIRST_SEED on with further limits and solvers."""
+    return sound(seed) if seed < FIRST_SEED else furnished(seed)
+
+
 def run_sound(seed: int) -> Record:
     """The record of a sound design."""
     from camgeom.checks import judge
@@ -74,12 +79,14 @@ def run_sound(seed: int) -> Record:
     began = time.perf_counter()
     kind = kind_of(seed)
     try:
-        verdict = judge(model_of(sound(seed)))
+        verdict = judge(model_of(design_of(seed)))
         loud = [f for f in verdict.findings if f.level != "pass"]
-        by = tuple(sorted({f"{f.check} ({f.level})" for f in loud}))
-        said = "; ".join(f"{f.check} {f.level} {f.value} {f.comparison} {f.limit} {f.where} {f.advice}" for f in loud)
+        lost = [f"{name} lost: {why.reason}" for name, why in verdict.lost]
+        by = tuple(sorted({f"{f.check} ({f.level})" for f in loud} | {name for name, _ in verdict.lost}))
+        told = [f"{f.check} {f.level} {f.value} {f.comparison} {f.limit} {f.where} {f.advice}" for f in loud]
+        said = "; ".join(told + lost)
         alarms = [f for f in loud if f.level == "fail" or f.check not in EXPLAINED]
-        outcome = "ALARM" if alarms else "explained" if loud else "quiet"
+        outcome = "ALARM" if alarms or lost else "explained" if loud else "quiet"
     except CamgeomError as error:
         outcome, by, said = "ALARM", (type(error).__name__,), str(error)
     except Exception:
@@ -92,9 +99,9 @@ def run_sound(seed: int) -> Record:
 def of_fault(seed: int) -> tuple[str, str, Data, Data]:
     """Class, kind, sound and faulty design of a seed."""
     name = fault_of(seed)
-    turn = seed // len(FAULTS)
+    turn = seed // (FIRST if seed < FIRST_SEED else len(FAULTS))
     # Classes step through their kinds from different places, so that few seeds meet many pairs.
-    kind = FAULTS[name].kinds[(turn + 7 * (seed % len(FAULTS))) % len(FAULTS[name].kinds)]
+    kind = FAULTS[name].kinds[(turn + 7 * list(FAULTS).index(name)) % len(FAULTS[name].kinds)]
     data = sound(list(KINDS).index(kind) + len(KINDS) * turn)
     return name, kind, data, injected(name, data, kind, seed)
 
@@ -224,7 +231,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="also write the records, one JSON object a line")
     args = parser.parse_args()
     if args.sound is not None:
-        return one(run_sound(args.sound), sound(args.sound))
+        return one(run_sound(args.sound), design_of(args.sound))
     if args.fault is not None:
         return one(run_fault(args.fault), of_fault(args.fault)[3])
     seeds = range(args.seed, args.seed + args.count)

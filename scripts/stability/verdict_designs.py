@@ -104,6 +104,30 @@ def loaded(dice: Dice, data: Data, reach: float, lift: float, sprung: bool) -> N
         data["limits"] = {"life_h": 100.0}
 
 
+def moves(data: Data) -> list[tuple[float, float, str]]:
+    """Angle, rad, size (mm; rad of a swing) and law of every move."""
+    unit = pi / 180.0 if swings(data) else 1.0
+    began, at, found = 0.0, 0.0, []
+    for segment in data["motion"]:
+        if "to" in segment:
+            found.append((radians(segment["until"] - began), unit * abs(segment["to"] - at), segment["law"]))
+            at = segment["to"]
+        began = segment["until"]
+    return found
+
+
+def swings(data: Data) -> bool:
+    return data["follower"]["kind"] in ("swinging", "turret")
+
+
+def arm_of(data: Data) -> float:
+    """What turns a force at the contact into the follower's: its arm, or one."""
+    follower = data["follower"]
+    if follower["kind"] in ("swinging", "turret"):
+        return float(follower.get("arm", follower.get("pitch_radius")))
+    return 1.0
+
+
 def _drum(dice: Dice, form: str, swings: bool) -> Data:
     trip = Trip(dice)
     outer, radius = dice.between(52.0, 80.0), dice.between(7.0, 11.0)
@@ -307,7 +331,7 @@ def _parallel(dice: Dice, plates: int) -> Data:
     stops, count = {2: (4, 8), 3: (5, 15), 4: (4, 16)}[plates]
     pitch = dice.between(70.0, 100.0)
     center = pitch * (dice.between(1.26, 1.29) if plates == 3 else dice.between(1.72, 1.78))
-    radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.15, 0.17))
+    radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.13, 0.145))
     segments, _, lift = _index(dice, 360.0 / stops, 200.0, 225.0)
     width = dice.between(12.0, 18.0)
     cam: Data = {"kind": "parallel-index", "center_distance": center, "width": width}
@@ -364,3 +388,59 @@ def sound(seed: int) -> Data:
         finest = dice.between(12.0, 20.0) / 3600.0
         data["output"]["tolerance"] = radians(finest) * data["follower"]["pitch_radius"]
     return data
+
+
+FIRST_SEED = 5000
+"""sound designs from here on are furnished; those below are the ones of the record in docs/stability.md"""
+
+
+def pressing(data: Data) -> float:
+    """Most that any force of a follower can be, N, from above: inertia, friction and spring together, twice."""
+    operation, follower = data["operation"], data["follower"]
+    omega = operation["speed"] * pi / 30.0
+    mass = follower["inertia"] * 1e3 if swings(data) else follower["mass"] * 1e-3
+    inertia = max(mass * LAWS[law][1] * size / angle**2 * omega**2 for angle, size, law in moves(data))
+    return float(2.0 * (inertia + operation["friction"] + operation.get("spring_preload", 0.0)) / arm_of(data))
+
+
+def furnished(seed: int) -> Data:
+    """The sound design of a seed with further limits, all far away, and a third of them with a stiff, damped drive."""
+    data, dice = sound(seed), Dice(seed + 2_000_003)
+    kind, most, limits = data["follower"]["kind"], pressing(data), data.setdefault("limits", {})
+    if "roller" in data and dice.chance(0.6):
+        data["roller"] |= {"dynamic_rating": 10.0 * most, "static_rating": dice.between(4.0, 10.0) * most}
+    if dice.chance(0.6):
+        slope = max(LAWS[law][0] * size / angle for angle, size, law in moves(data))
+        # Work of the follower over the angle; what presses off its line costs no torque.
+        limits["torque_n_m"] = 1e-3 * most * arm_of(data) * slope * dice.between(2.0, 4.0)
+    if kind == "turret" and dice.chance(0.6):
+        limits["output_torque_n_m"] = 1e-3 * most * arm_of(data) * dice.between(1.5, 3.0)
+    if dice.chance(0.6):
+        for body in ("cam", "roller"):
+            data["material"][body]["case_depth_mm"] = dice.between(4.0, 6.0)
+    if data["operation"].get("spring_preload") is None and dice.chance(0.6):
+        limits["play_mm"] = dice.between(0.25, 0.4)
+    if dice.chance(0.33):
+        data["dynamics"] = stiff(data, dice)
+    if not limits:
+        del data["limits"]
+    return data
+
+
+def stiff(data: Data, dice: Dice) -> Data:
+    """[dynamics] whose lowest mode swings 30 to 40 times within the shortest move, damped by a fifth to a third."""
+    omega, follower = data["operation"]["speed"] * pi / 30.0, data["follower"]
+    shortest = min(angle for angle, _, _ in moves(data)) / omega
+    rate, damped = 2.0 * pi * dice.between(30.0, 40.0) / shortest, 2.0 * dice.between(0.2, 0.33)
+    if follower["kind"] != "turret":
+        # kg m2 and N m/rad of an arm; of a slide kg, N/mm and N s/m
+        mass, per = (follower["inertia"], 1.0) if swings(data) else (follower["mass"], 1e-3)
+        band = 0.01 * max(segment.get("to", 0.0) for segment in data["motion"])
+        return {"kind": "follower", "linkage_stiffness": per * mass * rate**2, "linkage_damping": damped * mass * rate,
+                "settling_band": band, "tolerance": 1e-4}  # fmt: skip
+    inertia = follower["inertia"]
+    follower["inertia"], data["operation"]["load_inertia"] = 0.1 * inertia, 0.9 * inertia
+    shaft = inertia * rate**2
+    return {"kind": "indexing", "input_stiffness": 3.0 * shaft, "output_stiffness": shaft, "tolerance": 1e-4,
+            "input_damping": damped * shaft / rate, "output_damping": damped * shaft / rate,
+            "contact_damping": damped * shaft / rate, "settling_band": 0.05}  # fmt: skip

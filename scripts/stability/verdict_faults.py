@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from designs import Dice
 from numpy.typing import NDArray
-from verdict_designs import KINDS, LIMIT, Data
+from verdict_designs import FIRST_SEED, KINDS, LAWS, LIMIT, Data, arm_of, moves, swings
 
 Change = Callable[[Data, Dice], None]
 Floats = NDArray[np.float64]
@@ -28,6 +28,8 @@ WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
 GLOBOIDS = ("globoid rib", "globoid groove")
 SIDE_BY_SIDE = tuple(kind for kind in KINDS if kind.startswith("parallel"))
 TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
+GROOVES = ("drum groove", "drum groove, swinging")
+STRUCK = ("drum groove", "face groove", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
 ROLLING = tuple(kind for kind in KINDS if kind not in SLIDING)
 BORED = tuple(KINDS)
@@ -167,9 +169,80 @@ def steep(data: Data, dice: Dice) -> None:
     data.setdefault("limits", {})["pressure_angle_deg"] = limit
 
 
+def normalised(law: str, x: Floats) -> tuple[Floats, Floats, Floats]:
+    """Position, slope and curvature of a law of `LAWS` over 0 .. 1, at rest beyond; slopes by the trapezoidal rule."""
+    t = np.linspace(0.0, 1.0, 4001)
+    a = acceleration(law, t)
+    v = np.concatenate([[0.0], np.cumsum(0.5 * (a[1:] + a[:-1]))]) / 4000.0
+    s = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]))]) / 4000.0
+    moving = (x > 0.0) & (x < 1.0)
+    inside = np.clip(x, 0.0, 1.0)
+    return (
+        np.interp(inside, t, s / s[-1]), np.where(moving, np.interp(inside, t, v / s[-1]), 0.0),
+        np.where(moving, np.interp(inside, t, a / s[-1]), 0.0),
+    )  # fmt: skip
+
+
+def acceleration(law: str, t: Floats) -> Floats:
+    """Shape of a law's acceleration over 0 .. 1, any scale."""
+    match law:
+        case "cycloidal":
+            return np.asarray(np.sin(2.0 * pi * t))
+        case "3-4-5":
+            return np.asarray(t * (1.0 - t) * (1.0 - 2.0 * t))
+        case "4-5-6-7":
+            return np.asarray((t * (1.0 - t)) ** 2 * (1.0 - 2.0 * t))
+        case "modified-sine":
+            ends = np.where(t < 0.5, np.sin(4.0 * pi * t), -np.sin(4.0 * pi * (1.0 - t)))
+            return np.where((t > 0.125) & (t < 0.875), np.cos(4.0 * pi * (t - 0.125) / 3.0), ends)
+        case _:
+            half = np.minimum(t, 1.0 - t)
+            rise = np.where(half < 0.125, np.sin(4.0 * pi * half), 1.0)
+            fall = np.where(half < 0.375, rise, np.cos(4.0 * pi * (half - 0.375)))
+            return np.where(t < 0.5, fall, -fall)
+
+
+def lowest(data: Data) -> float:
+    """Radius about the axis at which a drum's roller is seated deepest, mm."""
+    return float(0.5 * data["cam"]["diameter"] - data["cam"]["groove_depth"])
+
+
+def sharpness(data: Data) -> float:
+    """Least r k of a drum's developed paths at the foot and the top of its groove: k = s'' / (1 + s'^2)^1.5."""
+    moves, began, found = data["motion"], 0.0, []
+    x, at = np.linspace(0.0, 1.0, 2001), 0.0
+    for segment in moves:
+        if "to" in segment:
+            share = radians(segment["until"] - began)
+            _, v, a = normalised(segment["law"], x)
+            rise = segment["to"] - at
+            for radius in (lowest(data), 0.5 * data["cam"]["diameter"]):
+                slope, bend = rise * v / (share * radius), rise * a / (share * radius) ** 2
+                found.append((radius, float(np.abs(bend / (1.0 + slope**2) ** 1.5).max())))
+            at = segment["to"]
+        began = segment["until"]
+    by_radius = [max(k for r, k in found if r == radius) for radius in dict(found)]
+    return 0.5 * float(data["roller"]["diameter"]) * min(by_radius)
+
+
 def undercut(data: Data, dice: Dice) -> None:
-    """A roller larger than the radius of its path: moves so sharp that r k is above one by far."""
+    """A roller larger than the radius of its path: moves so sharp that r k is above one by far.
+
+    A steep path is less curved than a level one: a drum's stroke shrinks until its own path is sharp enough.
+    """
     _steeper(data, by=dice.between(6.0, 7.0))
+    if data["cam"]["kind"] != "cylindrical":
+        return
+    stroke = max(segment.get("to", 0.0) for segment in data["motion"])
+    for share in np.linspace(1.0, 0.05, 96):
+        for segment in data["motion"]:
+            if segment.get("to"):
+                segment["to"] = float(share * stroke)
+        if sharpness(data) > 1.2:
+            data["cam"]["length"] -= (1.0 - float(share)) * stroke
+            return
+    # No stroke of such short moves is sharp enough: the roller is too small for its drum, so a larger drum is none.
+    raise AssertionError("no stroke folds this drum: press its moves more")
 
 
 def overlapping(data: Data, dice: Dice) -> None:
@@ -187,15 +260,7 @@ def overlapping(data: Data, dice: Dice) -> None:
 def heavy(data: Data, dice: Dice) -> None:
     """A constant force that presses ten times harder than the limit allows (pressure goes with its root)."""
     force = (LIMIT * dice.between(3.0, 4.0) / 0.418) ** 2 * _bearing(data) / 206000.0
-    data["operation"]["force"] = [{"expression": repr(force * _arm(data))}]
-
-
-def _arm(data: Data) -> float:
-    """What turns a force at the contact into the follower's: its arm, or one."""
-    follower = data["follower"]
-    if follower["kind"] in ("swinging", "turret"):
-        return float(follower.get("arm", follower.get("pitch_radius")))
-    return 1.0
+    data["operation"]["force"] = [{"expression": repr(force * arm_of(data))}]
 
 
 def _bearing(data: Data) -> float:
@@ -357,13 +422,7 @@ def swinging_torque(data: Data, theta: Floats) -> Floats:
     turn = 2.0 * pi * np.arange(count) / count
     x = (turn - begin) / (end - begin)
     moving = (x > 0.0) & (x < 1.0)
-    if index["law"] == "3-4-5":
-        curve = 60.0 * x - 180.0 * x**2 + 120.0 * x**3
-    else:
-        ends = np.where(x < 0.5, np.sin(4.0 * pi * x), -np.sin(4.0 * pi * (1.0 - x)))
-        inner = np.cos(4.0 * pi * (x - 0.125) / 3.0)
-        curve = 4.0 * pi**2 / (pi + 4.0) * np.where((x > 0.125) & (x < 0.875), inner, ends)
-    foot = np.where(moving, curve, 0.0) * radians(index["to"]) * (omega / (end - begin)) ** 2
+    foot = normalised(index["law"], x)[2] * radians(index["to"]) * (omega / (end - begin)) ** 2
     spring, damper = data["dynamics"]["output_stiffness"], data["dynamics"]["output_damping"]
     rate = 1j * omega * np.arange(count // 2 + 1)
     shaft = spring + damper * rate
@@ -371,6 +430,229 @@ def swinging_torque(data: Data, theta: Floats) -> Floats:
     load = np.fft.irfft(np.fft.rfft(inertia * foot) * shaft / (inertia * rate**2 + shaft), count)
     torque = 1e3 * (load + data["follower"]["inertia"] * foot) + moving * data["operation"].get("friction", 0.0)
     return np.interp(theta, turn, torque, period=2.0 * pi)
+
+
+LEAST_WAYS = 12.0
+"""rollers that share a turret's torque, from above: no design has as many that bear at once"""
+
+
+def needed(data: Data) -> float:
+    """Least that the largest force, N (torque, N mm), on the follower can be: its inertia's, or its spring's."""
+    omega, follower = data["operation"]["speed"] * pi / 30.0, data["follower"]
+    mass = follower["inertia"] * 1e3 if swings(data) else follower["mass"] * 1e-3
+    inertia = max(mass * LAWS[law][1] * size / angle**2 * omega**2 for angle, size, law in moves(data))
+    return float(max(inertia, data["operation"].get("spring_preload", 0.0)))
+
+
+def turned(data: Data) -> float:
+    """Least that the camshaft's largest torque can be, N m: half the energy of a move by half its angle."""
+    omega, follower = data["operation"]["speed"] * pi / 30.0, data["follower"]
+    mass = follower["inertia"] if swings(data) else follower["mass"] * 1e-6
+    return float(max(mass * (LAWS[law][0] * size / angle * omega) ** 2 / angle for angle, size, law in moves(data)))
+
+
+def small_rating(data: Data, dice: Dice) -> None:
+    """A bearing whose static rating is below the largest load of any roller, however many share it."""
+    ways = LEAST_WAYS if data["follower"]["kind"] == "turret" else 1.0
+    # Only what a follower needs beyond its spring's push on a return roller counts: 0.2 leaves room for its lever.
+    static = 0.2 * needed(data) / arm_of(data) / ways * dice.between(0.5, 0.9)
+    data["roller"] |= {"dynamic_rating": max(static, 1e-3), "static_rating": max(static, 1e-3)}
+
+
+def weak_drive(data: Data, dice: Dice) -> None:
+    """A drive that may give less torque than the moves take in the mean."""
+    data.setdefault("limits", {})["torque_n_m"] = turned(data) * dice.between(0.3, 0.9)
+
+
+def weak_output(data: Data, dice: Dice) -> None:
+    """An output shaft that may carry less than the inertia behind it takes."""
+    data.setdefault("limits", {})["output_torque_n_m"] = 1e-3 * needed(data) * dice.between(0.3, 0.9)
+
+
+def thin_case(data: Data, dice: Dice) -> None:
+    """A case of microns: half of it ends above the largest shear, at 0.79 of the half width of a contact."""
+    for body in ("cam", "roller"):
+        data["material"][body]["case_depth_mm"] = dice.between(0.0005, 0.001)
+
+
+def flat_crown(data: Data, dice: Dice) -> None:
+    """A crown of 90 m under a force far beyond the limit: the ellipse of contact is longer than any roller."""
+    heavy(data, dice)
+    data["roller"] |= {"shape": "crowned", "crown_radius": 9e4}
+    data["roller"].pop("half_angle", None)
+
+
+def thin_plate(data: Data, dice: Dice) -> None:
+    """A disc thinner than 0.4 mm."""
+    data["cam"]["width"] = dice.between(0.05, 0.4)
+
+
+def long_roller(data: Data, dice: Dice) -> None:
+    """A roller so long that it reaches through the gap into the next disc, which is larger than its whole path."""
+    cam = data["cam"]
+    # A roller stands in the middle of its disc.
+    data["roller"]["length"] = cam["width"] + 2.0 * (cam["gap"] + dice.between(0.5, 2.0))
+    if cam["kind"] == "conjugate":
+        stroke = max(segment.get("to", 0.0) for segment in data["motion"])
+        cam["return_radius"] = cam["base_radius"] + stroke + data["roller"]["diameter"] + 2.0
+
+
+def rubbing(data: Data, dice: Dice) -> None:
+    """A roller as long as its groove is deep, or longer by less than the groove's own rounding."""
+    data["roller"]["length"] = data["cam"]["groove_depth"] + dice.one(0.0, 0.0, dice.between(0.01, 0.3))
+
+
+def pivot_within(data: Data, dice: Dice) -> None:
+    """An arm that pivots inside the disc it runs on."""
+    cam, radius = data["cam"], 0.5 * data["roller"]["diameter"]
+    cam["center_distance"] = cam["base_radius"] * dice.between(0.75, 0.9)
+    data["follower"]["arm"] = (cam["base_radius"] + radius) * dice.between(0.85, 0.95)
+
+
+PLAYS = {
+    "follower": ("frame", "yoke", "rocker", "slide"),
+    "cam": ("drum groove", "drum groove, swinging", "face groove", "face groove, swinging", *TURRETS),
+}
+"""where the play of a follower that is driven both ways is given: follower.clearance or cam.running_clearance"""
+
+
+def _played(data: Data, play: float) -> None:
+    if data["kind"] in PLAYS["follower"]:
+        data["follower"]["clearance"] = play
+    else:
+        data["cam"]["running_clearance"] = 0.5 * play
+
+
+def loose_play(data: Data, dice: Dice) -> None:
+    """More play than the profile allows."""
+    play = dice.between(0.1, 0.3)
+    _played(data, play)
+    data.setdefault("limits", {})["play_mm"] = play * dice.between(0.3, 0.7)
+
+
+def loose_fit(data: Data, dice: Dice) -> None:
+    """More play than the coarsest running fit of ISO 286-2 leaves any size: 1.28 mm (H11/c11 at 500 mm)."""
+    _played(data, dice.between(1.35, 1.6))
+
+
+def unloaded(data: Data, dice: Dice) -> None:
+    """Nothing presses the cam: no mass, no friction, no spring."""
+    data["operation"] = {"speed": data["operation"]["speed"]}
+    data["follower"]["inertia" if swings(data) else "mass"] = 0.0
+    del dice
+
+
+def many_stops(data: Data, dice: Dice) -> None:
+    """More stops than are in use; rollers and index shrink with them."""
+    follower, stops = data["follower"], dice.whole(26, 30)
+    data["roller"]["diameter"] *= follower["stops"] / stops * 0.7
+    follower["stops"] = stops
+    next(s for s in data["motion"] if "to" in s)["to"] = 360.0 / stops
+
+
+def coarse_dwell(data: Data, dice: Dice) -> None:
+    """A mesh whose chords err by more than 30 seconds of arc at the turret."""
+    pitch = data["follower"]["pitch_radius"]
+    data["output"]["tolerance"] = radians(dice.between(80.0, 120.0) / 3600.0) * pitch
+
+
+def narrow_cam(data: Data, dice: Dice) -> None:
+    """A cam so narrow that one roller leaves before the next has come."""
+    data["cam"]["width"] *= dice.between(0.3, 0.45)
+
+
+def hooped(data: Data, dice: Dice) -> None:
+    """A globoid whose end faces cut off the foot of the wall beside its first grooves, and leave its outer edge.
+
+    A roller's edge lies a sin(t) + r cos(t) beside the line of centres, a from the turret's axis, t half a pitch.
+    """
+    follower, roller = data["follower"], data["roller"]
+    roller["shape"] = "cylinder"
+    roller.pop("half_angle", None)
+    half_pitch, half = pi / follower["stops"], 0.5 * roller["length"]
+    edges = [(follower["pitch_radius"] + at) * sin(half_pitch) + 0.5 * roller["diameter"] * cos(half_pitch)
+             for at in (2.0 - half, half)]  # fmt: skip
+    data["cam"]["width"] = 2.0 * (edges[0] + dice.between(0.5, 0.85) * (edges[1] - edges[0]))
+
+
+def beside_the_drum(data: Data, dice: Dice) -> None:
+    """A pivot so far off that the arm's arc runs 0.6 to 0.8 of the drum's radius beside its axis."""
+    arm = data["follower"]["arm"]
+    data["follower"]["pivot_distance"] = arm + dice.between(0.6, 0.8) * 0.5 * data["cam"]["diameter"]
+
+
+def indefinite(data: Data, dice: Dice) -> None:
+    """Bearings of an output shaft that push apart: K23 beyond the root of K22 K33."""
+    bad_drive(data, dice)
+    one, two = dice.log(5e4, 2e5), dice.log(5e4, 2e5)
+    data["dynamics"] |= {
+        "turret_mass": 20.0, "load_mass": 30.0, "output_axial": 1e5, "turret_bending": one, "load_bending": two,
+        "cross_bending": dice.between(1.05, 1.5) * sqrt(one * two),
+    }  # fmt: skip
+
+
+def preloaded(data: Data, dice: Dice) -> None:
+    """A lead-in relief smaller than the preload: the rollers jam where they come in."""
+    preload = dice.between(0.01, 0.02)
+    data["cam"].pop("running_clearance", None)
+    data["cam"] |= {"preload": preload, "relief": preload * dice.between(0.2, 0.6)}
+
+
+def resonant(data: Data, dice: Dice) -> None:
+    """An elastic follower without damping worth the name, whose natural frequency is five to eight times the speed."""
+    harmonic = dice.whole(5, 8)
+    rate = (harmonic * data["operation"]["speed"] * pi / 30.0) ** 2
+    follower = data["follower"]
+    mass = follower["inertia"] if swings(data) else follower["mass"] * 1e-3
+    damping = 0.004 * sqrt(rate) * (mass if swings(data) else 1e3 * mass)
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": mass * rate, "linkage_damping": damping,
+                        "tolerance": 1e-4}  # fmt: skip
+
+
+def ringing(data: Data, dice: Dice) -> None:
+    """The same off resonance, with a band of a thousandth of the stroke that it should hold in its dwells."""
+    resonant(data, dice)
+    data["dynamics"]["linkage_stiffness"] *= dice.between(1.1, 1.15)
+    stroke = max(segment.get("to", 0.0) for segment in data["motion"])
+    data["dynamics"]["settling_band"] = 1e-4 * stroke
+
+
+def swung(fault: Change) -> Change:
+    """A fault of a limit, in a design whose follower or drive vibrates."""
+
+    def change(data: Data, dice: Dice) -> None:
+        fault(data, dice)
+        if data["follower"]["kind"] == "turret":
+            bad_drive(data, dice)
+        else:
+            resonant(data, dice)
+            data["dynamics"]["linkage_stiffness"] *= 4.0
+
+    return change
+
+
+def low_limit(data: Data, dice: Dice) -> None:
+    """A limit of the contact pressure of 2 to 5 MPa."""
+    data.setdefault("limits", {})["contact_pressure_mpa"] = dice.between(2.0, 5.0)
+
+
+def long_life(data: Data, dice: Dice) -> None:
+    """A life that no surface has at a pressure near its limit, whose limit is set near the pressure there is."""
+    weak(data, dice)
+    data["material"]["roller"]["contact_limit"] = data["material"]["cam"]["contact_limit"]
+    data["limits"] = {"life_h": 1e6, "contact_pressure_mpa": 1e6}
+
+
+def struck(fault: Change) -> Change:
+    """A fault of a limit, in a design whose play is solved for impacts."""
+
+    def change(data: Data, dice: Dice) -> None:
+        fault(data, dice)
+        if data["kind"] not in PLAYS["follower"]:
+            data["cam"].setdefault("running_clearance", 0.01)
+        data["impact"] = {"turns": 2, "settle": 1, "tolerance": 1e-4}
+
+    return change
 
 
 def elastic_jump(data: Data, dice: Dice) -> None:
@@ -427,12 +709,67 @@ FAULTS: dict[str, Fault] = {
     "unstated mass": Fault(tuple(KINDS), unstated_mass, ("moving-mass",), ("mass", "inertia"), warns=True),
     "narrow face": Fault(("disc, flat", "frame"), narrow_face, ("face-width",)),
     "jump of acceleration": Fault(tuple(KINDS), jerky, ("continuity",)),
+    "thin disc": Fault((*DISCS, *WIDTHS, *PAIRS, *SIDE_BY_SIDE), thin_plate, ("wall",), ("width",)),
+    "roller into the next disc": Fault(("slide", *SIDE_BY_SIDE), long_roller, ("neighbour",), ("roller.length",)),
+    "roller on its floor": Fault((*GROOVES, *PLATES), rubbing, ("floor-gap",), ("roller.length", "groove_depth")),
+    "pivot within the disc": Fault(
+        ("disc, swinging roller",), pivot_within, ("pivot",), ("center_distance", "arm"), warns=True
+    ),
+    "play beyond its limit": Fault((*PLAYS["follower"], *PLAYS["cam"]), loose_play, ("play",)),
+    "play beyond a running fit": Fault((*PLAYS["follower"], *GROOVES, *PLATES), loose_fit, ("play",), warns=True),
+    "static load": Fault(ROLLING, small_rating, ("bearing",)),
+    "torque of the camshaft": Fault(tuple(KINDS), weak_drive, ("torque",)),
+    "torque of the output shaft": Fault(TURRETS, weak_output, ("output-torque",)),
+    "case too thin": Fault(tuple(KINDS), thin_case, ("case-depth",)),
+    "crown that ends within the contact": Fault(
+        ("drum groove", "disc, roller", "face groove"), flat_crown, ("crown-length",), warns=True
+    ),
+    "nothing presses": Fault(tuple(KINDS), unloaded, ("load",), ("mass", "inertia"), warns=True),
+    "stops out of use": Fault(GLOBOIDS, many_stops, ("stops",), warns=True),
+    "coarse dwell": Fault(TURRETS, coarse_dwell, ("dwell-accuracy",), warns=True),
+    "narrow cam": Fault((*GLOBOIDS, "barrel"), narrow_cam, ("hand-over",), ("cam.width",)),
+    "hoops at the ends": Fault(("globoid rib",), hooped, ("horns",)),
+    "arc beside the drum": Fault(
+        ("drum groove, swinging", "drum rib, swinging"), beside_the_drum, ("contact-length",), ("pivot_distance",)
+    ),
+    "indefinite bearings": Fault(TURRETS, indefinite, ("stability",), warns=True),
+    "relief below the preload": Fault((*GLOBOIDS, "barrel"), preloaded, ("relief",), ("relief", "preload")),
+    "resonance": Fault((*GROOVES, *PLATES), resonant, ("resonance",), warns=True),
+    "ringing follower": Fault((*GROOVES, *PLATES), ringing, ("settling",)),
+    "torque, dynamic": Fault((*GROOVES, *PLATES, *TURRETS), swung(weak_drive), ("dynamic-torque",)),
+    "torque, from rest": Fault((*GROOVES, *PLATES, *TURRETS), swung(weak_drive), ("start-torque",)),
+    "static load, dynamic": Fault((*GROOVES, *PLATES, *TURRETS), swung(small_rating), ("dynamic-bearing",)),
+    "static load, from rest": Fault((*GROOVES, *PLATES, *TURRETS), swung(small_rating), ("start-bearing",)),
+    "load above the limit, from rest": Fault(
+        (*GROOVES, *PLATES, *TURRETS), swung(low_limit), ("start-pressure",), warns=True
+    ),
+    "life, dynamic": Fault((*GROOVES, *PLATES, *TURRETS), swung(long_life), ("dynamic-life",)),
+    "case too thin, dynamic": Fault((*GROOVES, *PLATES, *TURRETS), swung(thin_case), ("dynamic-case-depth",)),
+    "lift-off, from rest": Fault(
+        ("disc, roller", "disc, flat"), elastic_jump, ("start-lift-off",), warns=True
+    ),
+    "load above the limit, impacts": Fault(STRUCK, struck(low_limit), ("impact-pressure",)),
+    "life, impacts": Fault(STRUCK, struck(long_life), ("impact-life",)),
+    "torque, impacts": Fault(STRUCK, struck(weak_drive), ("impact-torque",)),
+    "static load, impacts": Fault(STRUCK, struck(small_rating), ("impact-bearing",)),
+    "case too thin, impacts": Fault(STRUCK, struck(thin_case), ("impact-case-depth",)),
 }  # fmt: skip
+WITHOUT = {
+    "curvature-jumps": "names places and judges nothing",
+    "vibration": "tells what is missing and judges nothing",
+    "width": "a frame's return is made from its rise, so that the width is constant",
+    "pair": "the return disc is made from the main one, its gap is the clearance",
+    "fins": "widths that cut fins off are refused, or told by `horns` first",
+    "impact-reproducible": "no formula says which play is chaotic",
+}
+"""checks that no fault of a random design can wake, each with the reason"""
+FIRST = 27
+"""classes of seeds below FIRST_SEED: those of the record of seeds 0 to 4999 in docs/stability.md"""
 
 
 def fault_of(seed: int) -> str:
     """The class of a seed: classes in turn, so that all come equally often."""
-    return list(FAULTS)[seed % len(FAULTS)]
+    return list(FAULTS)[seed % (FIRST if seed < FIRST_SEED else len(FAULTS))]
 
 
 def injected(name: str, data: Data, kind: str, seed: int) -> Data:

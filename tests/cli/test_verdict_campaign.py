@@ -11,11 +11,14 @@ from tests.places import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
-from verdict import of_fault, run_fault, run_sound, table
-from verdict_designs import KINDS, kind_of, sound
-from verdict_faults import FAULTS, IDLE, PENDING, swinging_torque
+from verdict import design_of, of_fault, run_fault, run_sound, table
+from verdict_designs import FIRST_SEED, KINDS, LAWS, kind_of, sound
+from verdict_faults import FAULTS, FIRST, IDLE, PENDING, WITHOUT, normalised, swinging_torque
 
 from camgeom.checks import checks
+
+SECOND = FIRST_SEED + FIRST - FIRST_SEED % len(FAULTS) + len(FAULTS)
+"""the first seed of the classes after the first 27"""
 
 
 def test_a_seed_gives_one_design_and_one_fault() -> None:
@@ -53,6 +56,34 @@ def test_sound_designs_raise_no_alarm(first: int) -> None:
 def test_faults_are_told_by_the_right_check(first: int) -> None:
     records = [run_fault(seed) for seed in range(first, first + 9)]
     assert not [record for record in records if record.outcome == "MISS"], table(records)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(SECOND, SECOND + len(FAULTS) - FIRST, 7))
+def test_faults_of_the_other_checks_are_told_by_them(first: int) -> None:
+    records = [run_fault(seed) for seed in range(first, min(first + 7, SECOND + len(FAULTS) - FIRST))]
+    assert not [record for record in records if record.outcome == "MISS"], table(records)
+
+
+def test_every_check_has_a_fault_or_a_reason_why_not() -> None:
+    spoken = {name for fault in FAULTS.values() for name in fault.checks}
+    assert set(checks()) - spoken == set(WITHOUT)
+    assert all(WITHOUT.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(FIRST_SEED, FIRST_SEED + 40, 10))
+def test_furnished_designs_raise_no_alarm(first: int) -> None:
+    """Further limits, drives and followers that are stiff and damped."""
+    assert any("dynamics" in design_of(seed) for seed in range(first, first + 10))
+    records = [run_sound(seed) for seed in range(first, first + 10)]
+    assert not [record for record in records if record.outcome == "ALARM"], table(records)
+
+
+@pytest.mark.parametrize(("law", "peaks"), LAWS.items())
+def test_the_campaigns_own_laws_have_the_peaks_of_the_handbooks(law: str, peaks: tuple[float, float]) -> None:
+    _, slope, curvature = normalised(law, np.linspace(0.0, 1.0, 4001))
+    assert (slope.max(), np.abs(curvature).max()) == pytest.approx(peaks, rel=1e-4)
 
 
 @pytest.mark.slow
