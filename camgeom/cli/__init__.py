@@ -48,6 +48,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("report", "the report page", "camgeom.cli.model:run", _MODEL),
     Command("study", "one row per variant of a profile, CSV and plot",
             "camgeom.cli.study:run", ("profile", "laws", "study")),
+    Command("optimise", "the variants that no other beats in every aim, each judged by the exact model",
+            "camgeom.cli.optimise:run", ("profile", "laws", "optimise")),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
@@ -179,10 +181,30 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--parquet", action="store_true",
                      help="rows as study.parquet instead of study.csv, written as they come; a run that ended early "
                           "goes on (needs pyarrow)")
+    _add_workers(sub)
+    _add_json(sub)
+
+
+def _add_optimise(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--free", metavar="KEY=A:B", action="append", required=True,
+                     help="a profile key and its range, or its values: A:B:N, a,b,c; repeat for more keys")
+    for name, what in (("least", "small"), ("most", "large")):
+        sub.add_argument(f"--{name}", metavar="FIGURE", action="append", default=[],
+                         help=f"a figure to be made {what}, as camgeom study names it (size: the blank's volume)")
+    for name, what in (("under", "at most"), ("over", "at least")):
+        sub.add_argument(f"--{name}", metavar="FIGURE=VALUE", action="append", default=[],
+                         help=f"a figure that must be {what} so much; the profile's own limits hold anyway")
+    sub.add_argument("--points", metavar="N", help="points to search, default 25600 (768 where exact models search)")
+    sub.add_argument("--members", metavar="N", help="members of the front to judge and show, default 24")
+    sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
+    _add_workers(sub)
+    _add_json(sub)
+
+
+def _add_workers(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--jobs", metavar="N", help="worker processes, default one per core")
     sub.add_argument("--on", metavar="ADDRESS",
                      help="compute on the workers of a Dask scheduler, tcp://host:port (needs distributed)")
-    _add_json(sub)
 
 
 def _add_new(sub: argparse.ArgumentParser) -> None:
@@ -237,6 +259,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "delivery": _add_delivery,
     "json": _add_json,
     "study": _add_study,
+    "optimise": _add_optimise,
     "new": _add_new,
     "schema": _add_schema,
     "design": _add_design,

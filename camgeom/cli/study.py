@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)
-    engine = _engine(arguments)
+    engine = engine_of(arguments)
     if arguments.parquet:
         described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
         parts = Parts(folder / "study.parquet", described, len(study))
@@ -130,7 +130,7 @@ def _jobs(text: str | None) -> int | None:
     return int(text)
 
 
-def _engine(arguments: argparse.Namespace) -> Engine:
+def engine_of(arguments: argparse.Namespace) -> Engine:
     """Who computes the rows. Raises UsageError where both --jobs and --on say it."""
     jobs = _jobs(arguments.jobs)
     if arguments.on is None:

@@ -139,12 +139,16 @@ def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> An
 @final
 @dataclass(frozen=True)
 class Study:
-    """A profile's data (as `profile_text.load` gives it), the axes, and what is measured of each variant."""
+    """A profile's data (as `profile_text.load` gives it), the axes, and what is measured of each variant.
+
+    points  variants one by one, a value for each axis; without, the grid of all values of the axes
+    """
 
     data: Data
     file: str
     axes: tuple[Axis, ...]
     measure: Measure
+    points: tuple[tuple[Value, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.axes) <= MOST_AXES:
@@ -155,10 +159,10 @@ class Study:
         if len(self) > MOST_VARIANTS:
             raise ProfileError([Problem("--vary", "too many variants", len(self), f"at most {MOST_VARIANTS}")])
         # A wrong path or an unknown key is one mistake of the study, not a reason in every row.
-        self._refuse_unknown(self.variant(tuple(one.values[0] for one in self.axes)))
+        self._refuse_unknown(self.variant(self.values(range(1))[0]))
 
     def __len__(self) -> int:
-        return math.prod(len(one.values) for one in self.axes)
+        return len(self.points) if self.points is not None else math.prod(len(one.values) for one in self.axes)
 
     def variant(self, values: Sequence[Value]) -> Data:
         """The profile's data with one value for each axis; a body that states its play has that of [impact]."""
@@ -203,6 +207,8 @@ class Study:
 
     def values(self, piece: range) -> list[tuple[Value, ...]]:
         """Values of the axes of the variants of these numbers, in the order of the grid."""
+        if self.points is not None:
+            return list(self.points[piece.start : piece.stop])
         counts = [len(one.values) for one in self.axes]
         below = [math.prod(counts[i + 1 :]) for i in range(len(counts))]
         return [tuple(one.values[n // b % c] for one, b, c in zip(self.axes, below, counts)) for n in piece]
@@ -216,6 +222,7 @@ class Study:
             "camgeom": __version__,
             "profile": self.data,
             "varied": {one.key: list(one.values) for one in self.axes},
+            "points": self.points,
             "files": {Path(name).name: sha256(content).hexdigest() for name, content in copies},
         }
 

@@ -50,6 +50,8 @@ class Series:
     x: Floats
     y: Floats
     style: int | None = None
+    dots: bool = False
+    """Its points alone, without the line."""
 
     def __post_init__(self) -> None:
         _same_length(self.name, self.x, self.y)
@@ -162,6 +164,24 @@ class Polar:
     series: tuple[Series, ...]
     marks: tuple[Mark, ...] = ()
     width: Width = "half"
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Parallel:
+    """Parallel coordinates: upright axes side by side, each with its own scale, a line across them for every row."""
+
+    caption: str
+    axes: tuple[Axis, ...]
+    lines: Floats
+    """(rows, axes)"""
+    chosen: int
+    """the row that stands out"""
+    width: Width = "full"
+
+    def __post_init__(self) -> None:
+        if self.lines.ndim != 2 or self.lines.shape[1] != len(self.axes) or not np.all(np.isfinite(self.lines)):
+            raise ValueError(f"parallel coordinates {self.caption!r}: lines {self.lines.shape} do not fit their axes")
 
 
 def _same_length(name: str, *arrays: Floats) -> None:
@@ -384,7 +404,7 @@ class Cost:
     skipped: tuple[str, ...] = ()
 
 
-Block = Text | Table | Chart | Map | Polar | Drawing | Scene | Cost
+Block = Text | Table | Chart | Map | Polar | Parallel | Drawing | Scene | Cost
 
 
 @final

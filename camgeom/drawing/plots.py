@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from camgeom.drawing.content import CAM_ANGLE, Axis, Band, Chart, Panel, Series
-from camgeom.drawing.shapes import Box, Cursor, Dot, Grid, Lines, Rectangle, Shape, Window
+from camgeom.drawing.shapes import Box, Cursor, Dot, Grid, Lines, Rectangle, Segments, Shape, Window
 from camgeom.drawing.sheet import (
     FONT,
     Sheet,
@@ -30,6 +30,7 @@ WIDE, NARROW = 820.0, 370.0
 STYLES = 6
 """line styles in report.css, told apart by colour and by dash"""
 _LINE = 1.5 * FONT
+_DOT = 2.6
 _SWATCH = 24.0
 
 
@@ -326,7 +327,10 @@ def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
             if style.startswith("b"):
                 sheet.add(Rectangle(style, (x, base - 9.0, x + _SWATCH, base)))
             else:
-                sheet.line(x, base - 4.5, x + _SWATCH, base - 4.5, f"line {style}")
+                dotted = any(s.dots for s in slot.panel.series if s.name == name)
+                mark = Dot(f"point {style}", (x + 0.5 * _SWATCH, base - 4.5), _DOT)
+                line = Segments(f"line {style}", np.array([[[x, base - 4.5], [x + _SWATCH, base - 4.5]]]))
+                sheet.add(mark if dotted else line)
             sheet.text(x + _SWATCH + 6.0, base, name, "start", "tick")
             x += _SWATCH + 20.0 + text_width(name)
 
@@ -344,6 +348,10 @@ def _draw_lines(sheet: Sheet, frame: Frame, panel: Panel) -> Floats:
         xy = frame.at(series.x, series.y)
         rising = bool(np.all(np.diff(series.x) >= 0.0))
         drawn = thin_line(xy[:, 0], xy[:, 1]) if rising else xy
+        if series.dots:
+            body += [Dot(f"point {style}", (x, y), _DOT) for x, y in xy.tolist()]
+            points.append(xy)
+            continue
         body.append(Lines(f"line {style}", (drawn,)))
         points.append(dense(drawn))
     x0, y0, x1, y1 = frame.box

@@ -7,9 +7,11 @@ flooded by a hostile file.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import date, time
 from pathlib import Path
@@ -190,3 +192,35 @@ def _numbers(line: str) -> tuple[float, ...] | None:
     except ValueError:
         return None
     return row if all(math.isfinite(x) for x in row) else None
+
+
+def dump(data: dict[str, Any]) -> str:
+    """Plain data as `load` gives it as TOML: values first, then tables, in their order."""
+    return "\n".join(_lines(data, ())).strip() + "\n"
+
+
+def _lines(table: dict[str, Any], path: tuple[str, ...]) -> Iterator[str]:
+    tables = {key: value for key, value in table.items() if isinstance(value, dict) or _is_tables(value)}
+    yield from (f"{_key(key)} = {_word(value)}" for key, value in table.items() if key not in tables)
+    for key, value in tables.items():
+        name = ".".join(map(_key, (*path, key)))
+        for one in value if isinstance(value, tuple) else (value,):
+            yield f"\n[[{name}]]" if isinstance(value, tuple) else f"\n[{name}]"
+            yield from _lines(one, (*path, key))
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, tuple) and bool(value) and all(isinstance(item, dict) for item in value)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else json.dumps(key)
+
+
+def _word(value: Any) -> str:
+    """A value on one line; JSON's strings are TOML's, but for the deleting character."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_word(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_word, value)) + "]"
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

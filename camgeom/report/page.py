@@ -19,6 +19,7 @@ from camgeom.drawing.content import (
     Level,
     Map,
     Page,
+    Parallel,
     Polar,
     Remark,
     Scene,
@@ -27,6 +28,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.drawing import drawing_sheet
 from camgeom.drawing.maps import map_sheet
+from camgeom.drawing.parallel import parallel_sheet
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.polar import polar_sheet
 from camgeom.drawing.sheet import Sheet, number
@@ -34,7 +36,7 @@ from camgeom.errors import unmade, visible
 from camgeom.report.products import Products
 from camgeom.report.scene import scene_json
 
-Plot = Chart | Map | Polar | Drawing
+Plot = Chart | Map | Polar | Parallel | Drawing
 
 
 def escape(text: str) -> str:
@@ -222,6 +224,8 @@ def sheet(block: Plot, width: float) -> Sheet:
         return map_sheet(block, width)
     if isinstance(block, Polar):
         return polar_sheet(block, width)
+    if isinstance(block, Parallel):
+        return parallel_sheet(block, width)
     return drawing_sheet(block, width)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tests.places import ROOT
 
-ABSENT = "scripts/test_cluster installs it and runs these tests"
+ABSENT = "scripts/test_extras installs it and runs these tests"
 TEXT = """
 name = "small groove cam"
 [cam]

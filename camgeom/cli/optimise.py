@@ -1,0 +1,473 @@
+"""`camgeom optimise`: the front of a profile within ranges of some keys, every member judged, its profile written."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from time import perf_counter
+from typing import Any, final
+
+import numpy as np
+
+from camgeom.cli import Console, UsageError
+from camgeom.cli.model import output_folder, refuse_nameless, refuse_unwritable
+from camgeom.cli.study import STUDIED, engine_of, measure
+from camgeom.cli.tables import aligned, number
+from camgeom.design.engine import Engine
+from camgeom.design.front import (
+    Aim,
+    Archive,
+    Bools,
+    Bound,
+    ByBatch,
+    ByModel,
+    Evaluator,
+    Free,
+    Front,
+    Ints,
+    Requirement,
+    balanced,
+    bounded,
+    figure_name,
+    free,
+    judged_front,
+    limits_of,
+    members_in,
+    nothing,
+    search,
+)
+from camgeom.design.study import Row
+from camgeom.drawing.content import (
+    Axis,
+    Block,
+    Chapter,
+    Chart,
+    Column,
+    Figure,
+    Level,
+    Mark,
+    Page,
+    Panel,
+    Parallel,
+    Series,
+    Table,
+    Text,
+)
+from camgeom.errors import Problem, ProfileError
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
+from camgeom.profile.text import dump
+from camgeom.report.delivery import finite
+from camgeom.report.page import render
+from camgeom.report.result import compute
+
+POPULATION = {True: 128, False: 48}
+"""points of a generation, by the batch and by exact models"""
+POINTS = {True: 25_600, False: 768}
+"""points of a search; a batch looks at some ten thousand a second, a process at some ten"""
+MEMBERS = 24
+EVERY = ("motion", "blank", "flank", "checks", "contact", "fatigue")
+"""products of a member, with all checks"""
+HEAVY = ("solid", "dynamics", "cutter")
+"""products that figures may need beside"""
+DRAWN = 1000
+"""points of the search in the chart of the front"""
+MOST_AIMS = 3
+"""aims that are drawn over each other"""
+SIGNS = {1.0: "<=", -1.0: ">="}
+LEVELS = {"pass": Level.PASS, "warn": Level.WARN}
+
+
+def run(arguments: argparse.Namespace, console: Console) -> int:
+    """Search, judge, write; returns 0 where a member passes, else 1."""
+    from camgeom.profile import from_data, read_data
+
+    refuse_nameless(arguments.out)
+    points, members = _count(arguments.points, "--points", 10, 10**7), _count(arguments.members, "--members", 1, 500)
+    engine = engine_of(arguments)
+    data = read_data(arguments.profile)
+    profile = from_data(data, arguments.profile)
+    keys = tuple(free(text) for text in arguments.free)
+    name = str(data.get("name", Path(arguments.profile).stem))
+    folder = output_folder(arguments.out, name)
+    refuse_unwritable(folder)
+
+    base, findings, offered = _own(profile, (*arguments.least, *arguments.most, *arguments.under, *arguments.over))
+    aims = tuple(
+        Aim(figure_name(word, offered, f"--{key}"), sign)
+        for key, sign, words in (("least", 1.0, arguments.least), ("most", -1.0, arguments.most))
+        for word in words
+    )
+    asked = tuple(
+        _bound(text, f"--{key}", sign, offered)
+        for key, sign, texts in (("under", 1.0, arguments.under), ("over", -1.0, arguments.over))
+        for text in texts
+    )
+    wanted = Requirement(data, arguments.profile, keys, aims, asked)
+    why_not = _why_not(profile, wanted)
+    if why_not is None:
+        from camgeom.design.batch import offered as of_batch
+
+        known: Sequence[str] = of_batch(profile)
+    else:
+        known = [figure for figure in base.figures if figure.split(".")[0] in STUDIED]
+    given = {bound.figure for bound in asked}
+    own = tuple(bound for bound in limits_of(base, findings, known) if bound.figure not in given)
+    wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own))
+
+    began = perf_counter()
+    archive = _searched(wanted, profile, engine, why_not, points, console)
+    took = perf_counter() - began
+    front = _judged(archive, engine, members, console)
+    return Told(name, wanted, archive, front, why_not, took, folder).deliver(console, arguments.json)
+
+
+def _count(text: str | None, key: str, low: int, high: int) -> int | None:
+    if text is None:
+        return None
+    if not text.isdecimal() or not low <= int(text[:9]) <= high:
+        raise UsageError(f"{key}: needs a whole number (found {text[:60]!r}); allowed: {low} to {high}")
+    return int(text)
+
+
+def _own(profile: Any, words: Sequence[str]) -> tuple[Row, list[dict[str, Any]], list[str]]:
+    """The profile's own figures, findings, and the names of all figures; the costly ones where a word asks for one."""
+    from camgeom.design import light_checks
+    from camgeom.design.batch import offered
+    from camgeom.model import Model
+
+    model, checks = Model(profile), light_checks()
+    products: tuple[str, ...] = STUDIED
+    for more in ((), HEAVY):
+        products = (*products, *more)
+        figures, verdict, reason = measure(model, products, checks)
+        names = (key for key, value in figures.items() if not isinstance(value, str))
+        known = list(dict.fromkeys((*names, *offered(profile))))
+        try:
+            for word in words:
+                figure_name(word.partition("=")[0], known, "")
+            break
+        except ProfileError:
+            continue
+    findings = compute(model, ("checks",), checks).data.get("checks", [])
+    return Row((), figures, verdict, reason), findings, known
+
+
+def _bound(text: str, key: str, sign: float, known: Sequence[str]) -> Bound:
+    word, equals, written = text.partition("=")
+    try:
+        value = float(written)
+    except ValueError:
+        value = np.nan
+    if not equals or not np.isfinite(value):
+        raise ProfileError([Problem(key, "needs FIGURE=VALUE", text[:200], f"for example {key[2:]} size=1e6")])
+    figure = figure_name(word, known, key)
+    return Bound(figure, sign, value, f"{key} {text}")
+
+
+def _why_not(profile: Any, wanted: Requirement) -> str | None:
+    """Why the exact model has to search; None where the batch does."""
+    from camgeom.design.batch import offered, supports
+
+    for one in wanted.free:
+        if any(isinstance(value, str) for value in one.axis.values):
+            return f"{one.axis.key}: is no number"
+    if reason := supports(profile, [one.axis.key for one in wanted.free]):
+        return reason
+    missing = [figure for figure in wanted.figures if figure not in offered(profile)]
+    return f"the batch does not give {', '.join(missing)}" if missing else None
+
+
+def _searched(
+    wanted: Requirement, profile: Any, engine: Engine, why_not: str | None, points: int | None, console: Console
+) -> Archive:
+    by_batch = why_not is None
+    population = min(POPULATION[by_batch], points or POPULATION[by_batch])
+    total = points or POINTS[by_batch]
+    evaluate: Evaluator = ByBatch(profile, wanted)
+    if not by_batch:
+        heavy = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
+        light = tuple(name for name in STUDIED if name != "checks")
+        evaluate = ByModel(wanted, partial(measure, products=(*light, *heavy), checks=()), engine)
+
+    def said(count: int) -> None:
+        console.progress(f"searched {count} of {total} points")
+
+    archive = search(wanted, evaluate, population, max(1, total // population), said)
+    console.progress("")
+    return archive
+
+
+def _judged(archive: Archive, engine: Engine, members: int | None, console: Console) -> Front:
+    wanted = archive.requirement
+    asked = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
+    tables = (("dynamics", "dynamics"), ("impact", "dynamics"), ("cutter", "cutter"))
+    solved = [product for table, product in tables if table in wanted.data]
+    products = tuple(dict.fromkeys((*EVERY, *asked, *solved)))
+
+    def said(count: int) -> None:
+        console.progress(f"judged {count} members")
+
+    front = judged_front(archive, partial(measure, products=products, checks=None), engine, members or MEMBERS, said)
+    console.progress("")
+    return front
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Told:
+    """A finished search on its way to the user.
+
+    why_not  why exact models searched, None where the batch did; took: s of the search
+    """
+
+    name: str
+    wanted: Requirement
+    archive: Archive
+    front: Front
+    why_not: str | None
+    took: float
+    folder: Path
+
+    @property
+    def members(self) -> tuple[Row, ...]:
+        """Rows of the front."""
+        return self.front.members
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Figures that are shown: of the aims, and of the bounds that were asked for."""
+        asked = (bound.figure for bound in self.wanted.bounds if not bound.own)
+        return tuple(dict.fromkeys([*(aim.figure for aim in self.wanted.aims), *asked]))
+
+    @property
+    def chosen(self) -> int | None:
+        """Number of the balanced member; None where there is none."""
+        return balanced(self.members, self.wanted) if self.members else None
+
+    def deliver(self, console: Console, as_json: bool) -> int:
+        """Write profiles and page, tell the result; the exit status."""
+        profiles = self._write_profiles()
+        files = [*profiles, *([] if self.chosen is None else [self._write_chosen()]), self._write_page()]
+        if as_json:
+            console.out(json.dumps(finite(self._data(profiles, files)), indent=2, allow_nan=False))
+        else:
+            for line in (*self._lines(), *(f"  wrote {file}" for file in files[len(profiles) :])):
+                console.out(line)
+        return 0 if self.members else 1
+
+    def _write_profiles(self) -> list[Path]:
+        """Every member's profile in a folder of their own, with the data files that they name."""
+        folder = self.folder / "front"
+        found = []
+        for number_, data in enumerate(members_in(self.members, self.wanted), start=1):
+            found.append(self._written(folder / f"{number_:02d}.toml", data, f"member {number_}"))
+        if found:
+            for name, content in self.wanted.study([self.members[0].values], nothing).copies():
+                for place in (folder, self.folder):
+                    with atomic_write(place / name) as stream:
+                        stream.write(content)
+        return found
+
+    def _write_chosen(self) -> Path:
+        assert self.chosen is not None
+        data = list(members_in(self.members, self.wanted))[self.chosen]
+        return self._written(self.folder / "chosen.toml", data, f"member {self.chosen + 1}, the balanced one,")
+
+    def _written(self, path: Path, data: dict[str, Any], which: str) -> Path:
+        sought = ", ".join(aim.words for aim in self.wanted.aims)
+        head = f"# {which} of a front of {self.wanted.file}: {sought}\n"
+        head += "".join(f"# {one.axis.key} was free\n" for one in self.wanted.free)
+        with atomic_write(path) as stream:
+            stream.write((head + "\n" + dump(data)).encode())
+        return path
+
+    def _data(self, profiles: Sequence[Path], files: Sequence[Path]) -> dict[str, Any]:
+        """The result as plain data."""
+        keys = [one.axis.key for one in self.wanted.free]
+        members = [
+            {**dict(zip(keys, row.values)), **row.figures, "verdict": row.verdict, "reason": row.reason,
+             "file": str(file)}
+            for row, file in zip(self.members, profiles)
+        ]  # fmt: skip
+        return {
+            "name": self.name,
+            "least": [aim.figure for aim in self.wanted.aims if aim.sign > 0.0],
+            "most": [aim.figure for aim in self.wanted.aims if aim.sign < 0.0],
+            "bounds": [
+                {"figure": b.figure, "comparison": SIGNS[b.sign], "value": b.value, "of": b.said}
+                for b in self.wanted.bounds
+            ],
+            "searched_by": "exact model" if self.why_not else "batch",
+            "why_not_batch": self.why_not,
+            "searched": self.archive.evaluated,
+            "search_s": self.took,
+            "judged": self.front.judged,
+            "refused": dict(self.front.refused.most_common()),
+            "chosen": None if self.chosen is None else self.chosen + 1,
+            "front": members,
+            "files": [str(file) for file in files],
+        }
+
+    def _lines(self) -> list[str]:
+        lines = [f"{self.name}: {self._story()}"]
+        lines += [f"  {text}" for text in self._notes()]
+        lines += [f"  kept: {b.figure} {SIGNS[b.sign]} {b.value:g} ({b.said})" for b in self.wanted.bounds]
+        if not self.members:
+            return lines
+        heads = ["", *(one.axis.key for one in self.wanted.free), *self.shown, "verdict"]
+        cells = [
+            [str(i), *(number(value) for value in row.values), *(number(row.figures[f]) for f in self.shown),
+             row.verdict + (" <- balanced" if i - 1 == self.chosen else "")]
+            for i, row in enumerate(self.members, start=1)
+        ]  # fmt: skip
+        return [*lines, *(f"  {line}" for line in aligned([heads, *cells])), f"  profiles: {self.folder / 'front'}"]
+
+    def _story(self) -> str:
+        """What was done, in a sentence."""
+        count, by = self.archive.evaluated, "exact models" if self.why_not else "points of the batch"
+        return f"{self._head()}; {count} {by} searched in {self.took:.3g} s, {self.front.judged} exact models judged"
+
+    def _head(self) -> str:
+        """How many members there are, and what they pass."""
+        what = "what was judged" if self._open() else "every check"
+        return f"{len(self.members) or 'no'} member{'s' * (len(self.members) != 1)} of the front, passing {what}"
+
+    def _open(self) -> list[str]:
+        """Checks that apply to members and were not judged."""
+        return sorted({word for row in self.members for word in str(row.figures["not_judged"] or "").split()})
+
+    def _notes(self) -> list[str]:
+        """What the reader has to know beside the members."""
+        notes = [] if self.why_not is None else [f"searched by exact models, fewer points: {self.why_not}"]
+        if open_ := self._open():
+            notes.append(f"not judged, for want of a key: {', '.join(open_)}; camgeom check says what to give")
+        if self.front.refused:
+            told = ", ".join(f"{reason} ({count})" for reason, count in self.front.refused.most_common(5))
+            notes.append(f"refused by the exact model: {told}")
+        if not len(self.archive.shares):
+            notes.append("no point of the ranges can exist; widen them or look at the profile itself")
+        elif not len(self.archive.front()):
+            notes.append("no point keeps all bounds; loosen them or widen the ranges")
+        return notes
+
+    def _write_page(self) -> Path:
+        path = self.folder / "front.html"
+        with atomic_write(path) as stream:
+            stream.write(render(self.page()).encode())
+        return path
+
+    def page(self) -> Page:
+        """The page of the front."""
+        aims = self.wanted.aims
+        blocks: list[Block] = [Text(tuple(f"{text[0].upper()}{text[1:]}." for text in (self._story(), *self._notes())))]
+        if self.members and len(aims) > 1:
+            blocks += [self._chart(i, j) for i, j in combinations(range(min(len(aims), MOST_AIMS)), 2)]
+        if len(self.members) > 1:
+            blocks.append(self._parallel())
+        if self.members:
+            blocks.append(self._table())
+        if self.wanted.bounds:
+            bounds = self.wanted.bounds
+            kept = tuple((_label(b.figure), SIGNS[b.sign], b.value, unit_of(b.figure), b.said) for b in bounds)
+            heads = tuple(map(Column, ("Figure", "", "Limit", "Unit", "Asked by")))
+            blocks.append(Table("What the search kept to", heads, kept))
+        figures = []
+        if self.chosen is not None:
+            best = self.members[self.chosen]
+            figures = [Figure(_label(name), best.figures[name], unit_of(name)) for name in self.shown[:6]]
+        return Page(
+            title=self.name,
+            kind=f"front of {', '.join(aim.words for aim in aims)}",
+            level=None,
+            headline=self._head().capitalize(),
+            figures=tuple(figures),
+            sections=(Chapter("front", "The front", tuple(blocks)), *self._chosen_chapter()),
+        )
+
+    def _chosen_chapter(self) -> tuple[Chapter, ...]:
+        if self.chosen is None:
+            return ()
+        row = self.members[self.chosen]
+        text = (
+            f"Member {self.chosen + 1} is the nearest to the best of every aim at once. Its profile is chosen.toml; "
+            "those of all members are in the folder front. Each is ready for camgeom run."
+        )
+        free_ = tuple((one.axis.key, value) for one, value in zip(self.wanted.free, row.values))
+        return (Chapter("chosen", "The balanced member", (
+            Text((text,)), Table("Its free keys", (Column("Key"), Column("Value")), free_),
+        )),)  # fmt: skip
+
+    def _chart(self, i: int, j: int) -> Chart:
+        """Two aims over each other: what was searched, the front, the members."""
+        wanted, (x, y) = self.wanted, (self.wanted.aims[i].figure, self.wanted.aims[j].figure)
+        seen = np.flatnonzero(np.all(wanted.excess(self.archive.figures) <= 0.0, axis=1))
+        front = self.archive.front()
+        shown = {name: np.array([float(row.figures[name] or 0.0) for row in self.members]) for name in (x, y)}
+        at = {name: bounded(name, self.archive.figures[name]) for name in (x, y)}
+        near = seen[_near(wanted.scores(self.archive.figures)[:, [i, j]], seen, front)]
+        near = near[:: max(1, len(near) // DRAWN)]
+        dots = [Series("searched", at[x][near], at[y][near], 4, dots=True)] if len(near) else []
+        best = self.chosen or 0
+        return Chart(
+            f"{_label(y)} over {_label(x)}: the members before what was searched",
+            Axis(_label(x), unit_of(x)),
+            (Panel(Axis(_label(y), unit_of(y)),
+                   (*dots, Series("members of the front", shown[x], shown[y], 0, dots=True)),
+                   marks=(Mark(float(shown[x][best]), float(shown[y][best]), f"{best + 1}, balanced"),), height=1.6),),
+        )  # fmt: skip
+
+    def _parallel(self) -> Parallel:
+        free_ = [one for one in self.wanted.free if not any(isinstance(v, str) for v in one.axis.values)]
+        at = [self.wanted.free.index(one) for one in free_]
+        lines = np.array([
+            [*(float(row.values[k]) for k in at), *(float(row.figures[f] or 0.0) for f in self.shown)]
+            for row in self.members
+        ])  # fmt: skip
+        ranges = (Axis(one.axis.key, "", *_ends(one)) for one in free_)
+        axes = (*ranges, *(Axis(_label(name), unit_of(name)) for name in self.shown))
+        return Parallel("Every member across its free keys and figures", axes, lines, self.chosen or 0)
+
+    def _table(self) -> Table:
+        heads = [Column("Member"), *(Column(one.axis.key) for one in self.wanted.free),
+                 *(Column(_label(name), unit_of(name)) for name in self.shown), Column("Verdict")]  # fmt: skip
+        rows = tuple(
+            (i, *row.values, *(row.figures[name] for name in self.shown), LEVELS[row.verdict])
+            for i, row in enumerate(self.members, start=1)
+        )
+        return Table("Members of the front, in the order of the first aim", tuple(heads), rows)
+
+
+def _near(scores: Floats, seen: Ints, front: Ints) -> Bools:
+    """Which of the seen points are beyond the front by no more than its own extent: the others are far off."""
+    low, high = scores[front].min(axis=0), scores[front].max(axis=0)
+    return np.asarray(np.all(scores[seen] <= high + (high - low), axis=1))
+
+
+def _ends(one: Free) -> tuple[float, float]:
+    """Of the range or the list of a free key."""
+    values = [float(value) for value in one.axis.values]
+    return min(values), max(values)
+
+
+UNITS = {"deg": "°", "mm": "mm", "mm3": "mm³", "mpa": "MPa", "n": "N", "h": "h", "kg": "kg"}
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a figure's name, as it is printed; empty where it has none or the name is a key."""
+    if name.endswith("_n_m"):
+        return "N m"
+    return UNITS.get(name.rpartition("_")[2], "") if "." in name and "_" in name else ""
+
+
+def _label(name: str) -> str:
+    """A figure's name to be read: its last part without the unit."""
+    words = name.rpartition(".")[2] if unit_of(name) else name.removeprefix("flank.")
+    unit = "_n_m" if words.endswith("_n_m") else f"_{words.rpartition('_')[2]}" if unit_of(name) else ""
+    section = "blank " if name.startswith("blank.") else ""
+    return section + words.removesuffix(unit).replace("_", " ")

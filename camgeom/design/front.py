@@ -1,0 +1,476 @@
+"""The front: of all variants of a profile within ranges of some keys, those that no other beats in every aim.
+
+An evolutionary search (NSGA-II of pymoo) on figures of the batch, or of the exact model where the batch carries the
+case not; then the exact model with all its checks on every member. What it finds wrong sends the search's own archive
+forward again, so that nothing is shown that does not pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camgeom.checks.verdict import ENDLESS_H
+from camgeom.design.engine import Engine
+from camgeom.design.study import Axis, Data, Figures, Measure, Row, Study, Value, axis
+from camgeom.errors import CamgeomError, Problem, ProfileError, did_you_mean
+from camgeom.maths import Floats
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+    from camgeom.profile import Profile
+
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.intp]
+ALIASES = {"size": "blank.volume_mm3"}
+"""short names of figures"""
+FINENESS = 1e-4
+"""share of a range to which a free value is rounded, to a decimal place: a drawing says no more"""
+UNBOUNDED = 1e12
+"""what an endless figure counts in the search; a life counts as long as it is told apart (`ENDLESS_H`)"""
+SEED = 1
+"""of the search, which so gives the same front every time"""
+CHECKED = {
+    "pressure-angle": ("flank.max_pressure_angle_deg",),
+    "undercut": ("flank.undercut_margin",),
+    "contact-pressure": ("contact.peak_slice_pressure_mpa", "contact.peak_pressure_mpa"),
+    "contact-kept": ("contact.least_force_n",),
+    "torque": ("contact.peak_torque_n_m",),
+    "bearing": ("fatigue.bearing_static_safety",),
+    "life": ("fatigue.roller_slice_life_h", "fatigue.cam_slice_life_h", "fatigue.bearing_life_h",
+             "fatigue.face_life_h"),
+}  # fmt: skip
+"""figures that a check judges"""
+
+
+@final
+@dataclass(frozen=True)
+class Free:
+    """A key that the search may set: any value of a range, or one of a list.
+
+    low, high  of a range; its values are rounded to `places` decimals
+    """
+
+    axis: Axis
+    low: float = 0.0
+    high: float = 0.0
+    places: int = 0
+
+    @property
+    def listed(self) -> bool:
+        """Whether it has a list of values and no range."""
+        return self.low == self.high
+
+    def values(self, share: Floats) -> list[Value]:
+        """Values at shares (n,) of the range, 0 to 1."""
+        if self.listed:
+            known = self.axis.values
+            return [known[i] for i in np.minimum((share * len(known)).astype(int), len(known) - 1).tolist()]
+        found = np.round(self.low + share * (self.high - self.low), self.places)
+        return list(np.clip(found, self.low, self.high).tolist())
+
+
+def free(text: str) -> Free:
+    """A free key from KEY=A:B (any value between), KEY=A:B:N (one of N) or KEY=a,b,c."""
+    key, equals, written = text.partition("=")
+    ends = written.split(":")
+    if not equals or len(ends) != 2:
+        try:
+            return Free(axis(text))
+        except ProfileError:
+            pass
+    try:
+        low, high = (float(end) for end in ends)
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueError
+        places = max(0, -math.floor(math.log10(FINENESS * (high - low))))
+        return Free(axis(f"{key}={low!r},{high!r}"), low, high, places)
+    except (ValueError, ProfileError):
+        forms, example = "needs KEY=A:B, KEY=A:B:N or KEY=a,b,c", "for example cam.diameter=120:200"
+        raise ProfileError([Problem("--free", forms, text[:200], example)]) from None
+
+
+@final
+@dataclass(frozen=True)
+class Aim:
+    """A figure to be made small (sign +1) or large (-1)."""
+
+    figure: str
+    sign: float
+
+    @property
+    def words(self) -> str:
+        """For a reader."""
+        return f"{'least' if self.sign > 0.0 else 'most'} {self.figure}"
+
+
+@final
+@dataclass(frozen=True)
+class Bound:
+    """A figure that stays on one side of a value: sign +1 below it, -1 above it.
+
+    said  who asks for it; own: a check of the profile does
+    """
+
+    figure: str
+    sign: float
+    value: float
+    said: str
+    own: bool = False
+
+    def excess(self, values: Floats) -> Floats:
+        """How far figures (n,) are beyond the bound, as a share of it; not above 0 where they keep it."""
+        return np.asarray(self.sign * (values - self.value) / (abs(self.value) or 1.0))
+
+
+@final
+@dataclass(frozen=True)
+class Requirement:
+    """What is sought: a profile's data with free keys, aims, and bounds beside the profile's own limits."""
+
+    data: Data
+    file: str
+    free: tuple[Free, ...]
+    aims: tuple[Aim, ...]
+    bounds: tuple[Bound, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.free or not self.aims:
+            what = "--free: a search needs a free key" if not self.free else "--least: a search needs an aim"
+            raise ProfileError([Problem(*what.split(": "))])
+        for key, names in (("--free", [one.axis.key for one in self.free]), ("--least", [a.figure for a in self.aims])):
+            if twice := [name for name, count in Counter(names).items() if count > 1]:
+                raise ProfileError([Problem(key, "is given twice", ", ".join(twice))])
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of all figures of aims and bounds."""
+        return tuple(dict.fromkeys([a.figure for a in self.aims] + [b.figure for b in self.bounds]))
+
+    def points(self, shares: Floats) -> tuple[tuple[Value, ...], ...]:
+        """Values of the free keys at shares (n, k) of their ranges."""
+        return tuple(zip(*(one.values(column) for one, column in zip(self.free, shares.T))))
+
+    def study(self, points: Sequence[tuple[Value, ...]], measure: Measure) -> Study:
+        """Exact models of some points."""
+        return Study(self.data, self.file, tuple(one.axis for one in self.free), measure, tuple(points))
+
+    def scores(self, figures: Mapping[str, Floats]) -> Floats:
+        """What the search makes small, (n, aims)."""
+        return np.stack([aim.sign * bounded(aim.figure, figures[aim.figure]) for aim in self.aims], axis=1)
+
+    def excess(self, figures: Mapping[str, Floats]) -> Floats:
+        """How far every bound is passed, (n, bounds)."""
+        n = len(next(iter(figures.values())))
+        found = [bound.excess(bounded(bound.figure, figures[bound.figure])) for bound in self.bounds]
+        return np.stack(found, axis=1) if found else np.zeros((n, 0))
+
+
+def bounded(name: str, values: Floats) -> Floats:
+    """Figures without infinities; a torque by its size, a life no longer than it is told apart."""
+    most = ENDLESS_H if name.endswith("_life_h") else UNBOUNDED
+    values = np.abs(values) if "torque" in name else values
+    return np.asarray(np.clip(values, -UNBOUNDED, most))
+
+
+def figure_name(word: str, known: Sequence[str], key: str) -> str:
+    """The figure that a word names: whole, by an alias, or by the end of a name that no other has."""
+    name = ALIASES.get(word, word)
+    ends = [one for one in known if one == name or one.endswith(f".{name}")]
+    if name in known or len(ends) == 1:
+        return name if name in known else ends[0]
+    message = "names several figures" if ends else "is no figure of this cam"
+    hint = f"one of {', '.join(ends)}" if ends else did_you_mean(name, known) or "camgeom study shows them as columns"
+    raise ProfileError([Problem(key, message, word, "", hint)])
+
+
+def limits_of(row: Row, findings: Sequence[Mapping[str, Any]], known: Sequence[str]) -> tuple[Bound, ...]:
+    """Bounds that the checks of the profile's own limits put on known figures, by the row and findings of the profile.
+
+    A figure is bounded only where it is just what the check judged: a check may judge another load.
+    """
+    found: dict[str, Bound] = {}
+    for finding in findings:
+        sign = {"<": 1.0, ">": -1.0}.get(str(finding["comparison"])[:1])
+        if finding["limit"] is None or finding["value"] is None or sign is None:
+            continue
+        for name in CHECKED.get(finding["check"], ()):
+            value = row.figures.get(name)
+            same = isinstance(value, int | float) and math.isclose(abs(value), abs(finding["value"]), rel_tol=1e-6)
+            if name in known and same:
+                found[name] = Bound(name, sign, finding["limit"], f"check {finding['check']}", own=True)
+    return tuple(found.values())
+
+
+class Evaluator(Protocol):
+    """Figures (n,) of points by name, and which of the points can exist."""
+
+    def __call__(self, points: Sequence[tuple[Value, ...]]) -> tuple[Mapping[str, Floats], Bools]: ...
+
+
+@final
+@dataclass(frozen=True)
+class ByBatch:
+    """All points at once."""
+
+    profile: Profile
+    requirement: Requirement
+
+    def __call__(self, points: Sequence[tuple[Value, ...]]) -> tuple[Mapping[str, Floats], Bools]:
+        from camgeom.design.batch import evaluate
+
+        keys = [one.axis.key for one in self.requirement.free]
+        columns = {key: np.array(values, dtype=np.float64) for key, values in zip(keys, zip(*points))}
+        found = evaluate(self.profile, columns, self.requirement.figures)
+        return found.figures, found.reason == 0
+
+
+@final
+@dataclass(frozen=True)
+class ByModel:
+    """One exact model a point, by an engine."""
+
+    requirement: Requirement
+    measure: Measure
+    engine: Engine
+
+    def __call__(self, points: Sequence[tuple[Value, ...]]) -> tuple[Mapping[str, Floats], Bools]:
+        rows = list(self.requirement.study(points, self.measure).rows(self.engine))
+        return figures_of(rows, self.requirement.figures)
+
+
+def figures_of(rows: Sequence[Row], names: Sequence[str]) -> tuple[dict[str, Floats], Bools]:
+    """Figures of rows by name, endless ones as infinite, and which rows have them; 0 where one has none."""
+    exist = np.array([all(name in row.figures for name in names) for row in rows], dtype=bool)
+    found = {}
+    for name in names:
+        values = [row.figures.get(name, 0.0) for row in rows]
+        found[name] = np.array([math.inf if value is None else float(value) for value in values])
+    return found, exist
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Archive:
+    """Every point that a search looked at and that exists: shares of the ranges (n, k), and figures (n,) by name.
+
+    evaluated  how many it looked at
+    """
+
+    requirement: Requirement
+    evaluated: int
+    shares: Floats
+    figures: Mapping[str, Floats]
+
+    def front(self, room: Floats | float = 0.0, allowed: Bools | None = None) -> Ints:
+        """Numbers of the points that keep every bound with some room (bounds,) and that no other such point beats."""
+        keep = np.all(self.requirement.excess(self.figures) <= -np.asarray(room), axis=1)
+        at = np.flatnonzero(keep if allowed is None else keep & allowed)
+        return at[undominated(self.requirement.scores(self.figures)[at])]
+
+
+def undominated(scores: Floats) -> Bools:
+    """Which of the points (n, aims), smaller is better, no other beats; of equal ones the first."""
+    if not len(scores):
+        return np.zeros(0, dtype=bool)
+    if scores.shape[1] == 1:
+        return np.asarray(np.arange(len(scores)) == np.argmin(scores[:, 0]))
+    from moocore import is_nondominated
+
+    return np.asarray(is_nondominated(scores, keep_weakly=False), dtype=bool)
+
+
+def search(
+    requirement: Requirement, evaluate: Evaluator, population: int, generations: int, said: Callable[[int], None]
+) -> Archive:
+    """All that NSGA-II has looked at in so many generations, begun from Sobol points; `said` hears of each."""
+    from scipy.stats.qmc import Sobol
+
+    pymoo = _pymoo()
+    k = len(requirement.free)
+    first = Sobol(k, seed=SEED).random_base2(math.ceil(math.log2(population)))[:population]
+    problem = pymoo.Problem(n_var=k, n_obj=len(requirement.aims), n_ieq_constr=len(requirement.bounds) + 1,
+                            xl=np.zeros(k), xu=np.ones(k))  # fmt: skip
+    algorithm = pymoo.NSGA2(pop_size=population, sampling=first)
+    algorithm.setup(problem, termination=("n_gen", generations), seed=SEED, verbose=False)
+    evaluated, kept = 0, list[tuple[Floats, Mapping[str, Floats]]]()
+    while algorithm.has_next():
+        asked = algorithm.ask()
+        shares = np.asarray(asked.get("X"), dtype=np.float64)
+        figures, exist = evaluate(requirement.points(shares))
+        evaluated += len(shares)
+        kept.append((shares[exist], {name: figures[name][exist] for name in requirement.figures}))
+        there = np.where(exist, -1.0, 1.0)[:, None]
+        beyond = np.where(exist[:, None], requirement.excess(figures), 1.0)
+        scores = np.where(exist[:, None], requirement.scores(figures), UNBOUNDED)
+        given = pymoo.StaticProblem(problem, F=scores, G=np.concatenate([there, beyond], axis=1))
+        pymoo.Evaluator().eval(given, asked)
+        algorithm.tell(infills=asked)
+        said(evaluated)
+    figures = {name: np.concatenate([part[name] for _, part in kept]) for name in requirement.figures}
+    return Archive(requirement, evaluated, np.concatenate([shares for shares, _ in kept]), figures)
+
+
+class _Pymoo:
+    """What is used of the library."""
+
+    def __init__(self) -> None:
+        from pymoo.algorithms.moo.nsga2 import NSGA2
+        from pymoo.core.evaluator import Evaluator
+        from pymoo.core.problem import Problem
+        from pymoo.problems.static import StaticProblem
+
+        self.NSGA2, self.Evaluator, self.Problem, self.StaticProblem = NSGA2, Evaluator, Problem, StaticProblem
+
+
+def _pymoo() -> Any:
+    try:
+        return _Pymoo()
+    except ImportError:
+        raise CamgeomError("optimise needs pymoo: pip install 'camgeom[optimise]'") from None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Front:
+    """The members that pass, and what it took to find them.
+
+    members  rows of the exact model, with all checks, in order of the first aim
+    judged   exact models that were judged; refused: how many of them failed, by reason
+    """
+
+    members: tuple[Row, ...]
+    judged: int
+    refused: Counter[str]
+
+
+PASSING = ("pass", "warn")
+ROUNDS = 12
+"""at most so many times the archive is asked for other members where the exact model refused some"""
+MOST_JUDGED = 5
+"""exact models for each member that is wanted"""
+
+
+def judged_front(archive: Archive, measure: Measure, engine: Engine, count: int, said: Callable[[int], None]) -> Front:
+    """Up to `count` members of the archive's front, well spread, each passing the exact model's checks.
+
+    Where members fail, others are taken: with more room to a bound that the exact figures pass where the search's do
+    not (they differ by their errors), and away from points that fail for what the search does not know of.
+    """
+    requirement = archive.requirement
+    known: dict[int, Row] = {}
+    room = np.zeros(len(requirement.bounds))
+    away = np.zeros(len(archive.shares), dtype=bool)
+    for _ in range(ROUNDS):
+        front = archive.front(room, ~away)
+        if not len(front):
+            front = _scattered(archive, known, count)
+        good = [i for i, row in known.items() if row.verdict in PASSING]
+        chosen = [i for i in spread(requirement.scores(archive.figures), front, count, good) if i not in known]
+        if not chosen or len(known) > MOST_JUDGED * count:
+            break
+        points = requirement.points(archive.shares[chosen])
+        for i, row in zip(chosen, requirement.study(points, measure).rows(engine)):
+            known[i] = row
+            said(len(known))
+        room = _room(archive, known)
+        away = _away(archive, known, room)
+    passing = [row for row in known.values() if row.verdict in PASSING]
+    figures, _ = figures_of(passing, requirement.figures)
+    keep = np.all(requirement.excess(figures) <= 0.0, axis=1) if passing else np.zeros(0, dtype=bool)
+    kept = [row for row, good in zip(passing, keep) if good]
+    scores = requirement.scores(figures)[keep] if kept else np.zeros((0, 1))
+    best = [row for row, good in zip(kept, undominated(scores)) if good]
+    first = requirement.aims[0]
+    best.sort(key=lambda row: first.sign * float(row.figures[first.figure] or 0.0))
+    reasons = (word for row in known.values() if row.verdict not in PASSING for word in row.reason.split("; "))
+    return Front(tuple(best), len(known), Counter(reasons))
+
+
+def _room(archive: Archive, known: Mapping[int, Row]) -> Floats:
+    """The room, as a share of each bound, by which the search's figures were too kind to points that were judged."""
+    requirement, at = archive.requirement, [i for i, row in known.items() if row.verdict in ("pass", "warn", "fail")]
+    rows = [known[i] for i in at]
+    exact, exist = figures_of(rows, requirement.figures)
+    if not exist.any():
+        return np.zeros(len(requirement.bounds))
+    searched = {name: values[at] for name, values in archive.figures.items()}
+    kind = requirement.excess(exact)[exist] - requirement.excess(searched)[exist]
+    return np.asarray(np.maximum(1.1 * kind.max(axis=0), 0.0))
+
+
+def _away(archive: Archive, known: Mapping[int, Row], room: Floats) -> Bools:
+    """Points whose nearest judged one failed for what the search does not know of."""
+    from scipy.spatial import cKDTree
+
+    requirement = archive.requirement
+    figures, exist = figures_of(list(known.values()), requirement.figures)
+    told = np.any(requirement.excess(figures) > 0.0, axis=1) & exist
+    rest = [(i, row) for (i, row), explained in zip(known.items(), told) if not explained]
+    if all(row.verdict in PASSING for _, row in rest):
+        return np.zeros(len(archive.shares), dtype=bool)
+    failed = np.array([row.verdict not in PASSING for _, row in rest])
+    nearest = cKDTree(archive.shares[[i for i, _ in rest]]).query(archive.shares)[1]
+    return np.asarray(failed[nearest])
+
+
+def _scattered(archive: Archive, known: Mapping[int, Row], count: int) -> Ints:
+    """Points far from each other and from all that were judged, where every near one failed."""
+    from scipy.spatial import cKDTree
+
+    keep = np.flatnonzero(np.all(archive.requirement.excess(archive.figures) <= 0.0, axis=1))
+    if not len(keep) or not known:
+        return keep[:0]
+    distance = np.asarray(cKDTree(archive.shares[list(known)]).query(archive.shares[keep])[0])
+    found: list[int] = []
+    for _ in range(min(count, len(keep))):
+        i = int(np.argmax(distance))
+        if distance[i] <= 0.0:
+            break
+        found.append(int(keep[i]))
+        step = np.sqrt(np.sum((archive.shares[keep] - archive.shares[keep[i]]) ** 2, axis=1))
+        distance = np.minimum(distance, step)
+    return np.array(found, dtype=np.intp)
+
+
+def spread(scores: Floats, at: Ints, count: int, given: Sequence[int] = ()) -> list[int]:
+    """At most `count` of the points `at`: those given of them, the best of each aim, then always the farthest."""
+    if len(at) <= count:
+        return [int(i) for i in at]
+    low, high = scores[at].min(axis=0), scores[at].max(axis=0)
+    unit = (scores[at] - low) / np.where(high > low, high - low, 1.0)
+    held = [int(i) for i in np.flatnonzero(np.isin(at, np.asarray(given, dtype=np.intp)))]
+    found = list(dict.fromkeys([*np.argmin(unit, axis=0).tolist(), *held]))[:count]
+    distance = np.min(np.sqrt(np.sum((unit[:, None] - unit[found]) ** 2, axis=2)), axis=1)
+    while len(found) < count and distance.max() > 0.0:
+        found.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.sqrt(np.sum((unit - unit[found[-1]]) ** 2, axis=1)))
+    return [int(at[i]) for i in found]
+
+
+def balanced(rows: Sequence[Row], requirement: Requirement) -> int:
+    """The number of the member that is nearest to the best of every aim at once, each counted in its own range."""
+    scores = requirement.scores(figures_of(rows, requirement.figures)[0])
+    low, high = scores.min(axis=0), scores.max(axis=0)
+    unit = (scores - low) / np.where(high > low, high - low, 1.0)
+    return int(np.argmin(np.sum(unit**2, axis=1)))
+
+
+def nothing(model: Model) -> tuple[Figures, str, str]:
+    """The measure of a study that is asked for its profiles alone."""
+    return {}, "", ""
+
+
+def members_in(rows: Sequence[Row], requirement: Requirement) -> Iterator[Data]:
+    """The profile's data of every member."""
+    if not rows:
+        return
+    study = requirement.study([row.values for row in rows], nothing)
+    for row in rows:
+        yield study.variant(row.values)
