@@ -105,16 +105,19 @@ def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
     return register
 
 
-def solved(name: str, *needs: Need) -> Callable[[Judge], Judge]:
-    """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why."""
+def solved(name: str, *needs: Need, turn: Turn = "steady") -> Callable[[Judge], Judge]:
+    """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why.
+
+    turn: of [dynamics], whose solution has to be fine enough where something is found
+    """
 
     def register(judge: Judge) -> Judge:
         @wraps(judge)
         def answered(model: Model) -> list[Finding | NotJudged]:
             try:
                 said = list(judge(model))
-                if said and "dynamics" in needs:
-                    refuse_coarse(model)
+                if "dynamics" in needs and any(isinstance(word, Finding) for word in said):
+                    refuse_coarse(model, turn)
                 return said
             except NotConverged as lost:
                 return [NotJudged(name, str(lost))]
@@ -140,16 +143,6 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
         known = f"is {error:.3g} of the peak by halving" if isfinite(error) else "is not known"
         raise NotConverged(f"the error of the solution {known}, more than {COARSEST:g}: leave dynamics.steps out, or "
                            "give more of them, or a smaller dynamics.tolerance")  # fmt: skip
-
-
-def begins_at_rest(model: Model) -> bool:
-    """Whether there is a first turn from rest. Raises NotConverged where its solution is too coarse to be judged."""
-    from camgeom.model.vibration import starts_at_rest
-
-    if not starts_at_rest(model):
-        return False
-    refuse_coarse(model, "start")
-    return True
 
 
 OF_SOME: dict[str, tuple[Need, ...]] = {

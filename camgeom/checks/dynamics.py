@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import KNIFE, LIFTED, begins_at_rest, judged_lives, solved
+from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.mechanics.duty import least_lives
 
@@ -72,12 +72,12 @@ def lift_off(model: Model) -> Iterable[Finding]:
     yield judged("lift-off", least, ">=", 0.0, unit, advice, cam_angle=angle, where="least contact force")
 
 
-@solved("start-lift-off", "dynamics")
+@solved("start-lift-off", "dynamics", turn="start")
 def start_lift_off(model: Model) -> Iterable[Finding]:
     """Least contact force in the first turn of an elastic follower that a spring or weight holds; a warning at most."""
-    from camgeom.model.vibration import least_contact
+    from camgeom.model.vibration import least_contact, starts_at_rest
 
-    if not begins_at_rest(model):
+    if not starts_at_rest(model):
         return
     least = least_contact(model, "start")
     if least is not None:
@@ -87,10 +87,12 @@ def start_lift_off(model: Model) -> Iterable[Finding]:
                      where="least contact force from rest", worst="warn")  # fmt: skip
 
 
-@solved("start-pressure", "dynamics")
+@solved("start-pressure", "dynamics", turn="start")
 def start_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     """Peak contact pressure in the first turn from rest; a warning at most."""
-    if not begins_at_rest(model):
+    from camgeom.model.vibration import starts_at_rest
+
+    if not starts_at_rest(model):
         yield NotJudged("start-pressure", MOVING)
         return
     if not model.start_duties:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from camgeom.checks import LIFTED, NO_OPERATION, begins_at_rest, check, refuse_coarse, solved
+from camgeom.checks import LIFTED, NO_OPERATION, check, refuse_coarse, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 
 if TYPE_CHECKING:
@@ -109,17 +109,17 @@ def dynamic_bearing(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("dynamic-bearing", LIFTED)
 
 
-@solved("start-torque", "dynamics")
+@solved("start-torque", "dynamics", turn="start")
 def start_torque(model: Model) -> Iterable[Finding]:
     """Largest torque of the camshaft in the first turn from rest, where the profile has a limit."""
-    if model.profile.limits.torque_n_m is not None and begins_at_rest(model) and model.start_torque is not None:
+    if model.profile.limits.torque_n_m is not None and model.start_torque is not None:
         yield from _torque("start-torque", model, model.start_torque)
 
 
-@solved("start-bearing", "dynamics")
+@solved("start-bearing", "dynamics", turn="start")
 def start_bearing(model: Model) -> Iterable[Finding]:
     """Static safety of the rollers' bearings in the first turn from rest."""
-    if _rated(model) and begins_at_rest(model):
+    if _rated(model):
         yield from _bearing("start-bearing", model, model.start_duties)
 
 

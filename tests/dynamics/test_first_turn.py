@@ -63,6 +63,19 @@ def test_a_contact_that_only_the_start_loses_warns():
     assert "start-lift-off" in word.reason
 
 
+def test_a_start_is_judged_where_the_periodic_state_has_no_answer():
+    """A resonance without damping: nothing periodic is judged, the first turn is; too few steps judge neither."""
+    text = changed(ELASTIC.format(law="cycloidal"), ("polydyne = true", "linkage_damping = 0"))
+    hertz = float(Model(parse(text)).elastic_follower.train.natural_frequency()[0]) / (2.0 * np.pi)
+    model = Model(parse(changed(text, ("speed = 900", f"speed = {60.0 * hertz / 8!r}"))))
+    verdict = judge(model, ["dynamic-pressure", "start-pressure", "start-lift-off"])
+    assert "dynamic-pressure" in [word.check for word in verdict.not_judged]
+    assert {f.check for f in verdict.findings} >= {"start-lift-off"}
+    coarse = changer(350, ("output_damping = 25", 'output_damping = 25\nmethod = "wilson"\nsteps = 16'))
+    (word,) = judge(coarse, ["start-pressure"]).not_judged
+    assert "dynamics.steps" in word.reason
+
+
 def test_a_motion_that_moves_where_the_turn_begins_has_no_start():
     head, _, rest = ELASTIC.format(law="cycloidal").replace("polydyne = true", "").partition("[[motion]]")
     rest = rest[rest.index("[operation]"):]
