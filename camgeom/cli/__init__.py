@@ -175,7 +175,15 @@ def _add_delivery(sub: argparse.ArgumentParser) -> None:
 def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
                      help="a profile key and its values: N from A to B (A:B:N:log in equal ratios), or a list "
-                          "KEY=a,b,c; repeat for a grid")
+                          "KEY=a,b,c; repeat for a grid; KEY=A:B draws between both, with --sample")
+    sub.add_argument("--tie", metavar="KEY=EXPRESSION", action="append", default=[],
+                     help="a key that follows others, for example cam.bore=0.4*cam.base_radius")
+    sub.add_argument("--sample", metavar="HOW", default="grid",
+                     help="grid (default), list (the n-th values of all keys together), sobol:N[:SEED] or "
+                          "latin:N[:SEED] (N points of a Sobol sequence, of a Latin hypercube)")
+    sub.add_argument("--figures", metavar="NAME,...", help="only these columns of figures")
+    sub.add_argument("--exact", action="store_true", help="every variant by the exact model, also where the batch can")
+    sub.add_argument("--batch", action="store_true", help="by the batch, also where the variants are few")
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
     sub.add_argument("--parquet", action="store_true",

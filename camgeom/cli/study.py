@@ -20,8 +20,10 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
+from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
+from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Figures, Row, Study, axis
 from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
@@ -78,19 +80,31 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         allowed = ", ".join(name for name in PRODUCTS if name not in left)
         raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
     data = read_data(arguments.profile)
-    axes = tuple(axis(text) for text in arguments.vary)
+    method, count, seed = sample(arguments.sample)
+    axes = tuple(axis(text, method in DRAWN) for text in arguments.vary)
+    plan = Plan(axes, method, count, seed, tuple(map(tie, arguments.tie)))
+    figures = tuple(names(arguments.figures, "--figures") or ())
+    bulk = Bulk(data, arguments.profile, plan, figures)
+    why = left_to_the_model(arguments, bulk)
+    if why is None:
+        from camgeom.cli.bulk import run as run_bulk
+
+        return run_bulk(arguments, console, bulk, _engine(arguments))
     if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
         products = (*products, "dynamics")
     if only is None and any(one.path[0] == "cutter" for one in axes):
         products = (*products, "cutter")
     refuse_unsolved(data, axes)
-    study = Study(data, arguments.profile, axes, partial(measure, products=products, checks=checks))
+    measured = partial(measure, products=products, checks=checks, only=figures)
+    combined = None if plan.method == "grid" and not plan.ties else plan
+    study = Study(data, arguments.profile, axes, measured, plan=combined)
     name = str(data.get("name", Path(arguments.profile).stem))
     folder = output_folder(arguments.out, name)
     refuse_unwritable(folder)
     engine = engine_of(arguments)
     if arguments.parquet:
         described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
+        described["figures"] = list(figures)
         parts = Parts(folder / "study.parquet", described, len(study))
         rows = streamed(study, engine, parts, console, whole=arguments.json)
         table, written = as_table(study, rows), parts.path
@@ -102,14 +116,35 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
-        result = {"name": name, "varied": varied, "rows": table, "files": [str(file) for file in files]}
+        by = {"computed_by": "exact model", "because": why}
+        result = {"name": name, **by, "varied": varied, "rows": table, "files": [str(file) for file in files]}
         console.out(json.dumps(finite(result), indent=2, allow_nan=False))
         return status
     for line in summary(study, rows, table):
         console.out(line)
+    console.out(f"  computed by the exact model: {why}")
     for file in files:
         console.out(f"  wrote {file}")
     return status
+
+
+FEW = 200
+"""variants up to which the exact model, with all its checks, takes some seconds"""
+
+
+def left_to_the_model(arguments: argparse.Namespace, bulk: Bulk) -> str | None:
+    """Why the exact model computes the rows; None where the batch does. Raises ProfileError where it was asked for
+    and cannot."""
+    if arguments.exact and arguments.batch:
+        raise UsageError("--exact and --batch: leave one of the two out")
+    if arguments.exact:
+        return "asked for by --exact"
+    if not arguments.batch and len(bulk.plan) <= FEW:
+        return f"up to {FEW} variants, unless --batch asks for the batch"
+    why = "--only names what the exact model gives" if arguments.only is not None else bulk.refused()
+    if why is not None and arguments.batch:
+        raise ProfileError([Problem("--batch", f"the batch cannot: {why}")])
+    return why
 
 
 def refuse_unsolved(data: dict[str, Any], axes: Sequence[Varied]) -> None:
@@ -163,7 +198,7 @@ def streamed(study: Study, engine: Engine, parts: Parts, console: Console, whole
     console.progress("")
     shown = {"verdict", "reason", "not_judged", *FIGURES, *(key for key, _, _ in PLOTTED)}
     records = read_rows(parts.join(), None if whole else shown)
-    aside = {"verdict", "reason", *(one.key for one in study.axes)}
+    aside = {"verdict", "reason", *(one.key for one in study.varied)}
     figures = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))
     return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, figures, records)]
@@ -173,15 +208,17 @@ def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
     """The rows by columns; a varied key is of words in every row where it is in one."""
     figures = dict.fromkeys(key for row in rows for key in row.figures)
     found: dict[str, list[Any]] = {}
-    for i, one in enumerate(study.axes):
-        words = any(isinstance(value, str) for value in one.values)
+    for i, one in enumerate(study.varied):
+        words = any(isinstance(row.values[i], str) for row in rows)
         found[one.key] = [str(row.values[i]) if words else row.values[i] for row in rows]
     found |= {key: [row.figures.get(key) for row in rows] for key in figures}
     return {**found, "verdict": [row.verdict for row in rows], "reason": [row.reason for row in rows]}
 
 
-def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None) -> tuple[Figures, str, str]:
-    """The figures of one variant, its verdict and the reason of that."""
+def measure(
+    model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None, only: tuple[str, ...] = ()
+) -> tuple[Figures, str, str]:
+    """The figures of one variant (of these names; default all), its verdict and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
     for section in ("motion", "blank", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
@@ -194,6 +231,7 @@ def measure(model: Model, products: tuple[str, ...], checks: tuple[str, ...] | N
     words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
     if result.verdict.loads is not None:
         figures["loads"] = result.verdict.loads.whose
+    figures = {name: value for name, value in figures.items() if not only or name in only}
     figures["not_judged"] = _not_judged(model, result.verdict, checks)
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
 
@@ -222,7 +260,7 @@ def _flat(data: dict[str, Any], name: str) -> Figures:
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
     """The rows as records that all have the same columns."""
     figures = dict.fromkeys(key for row in rows for key in row.figures)
-    keys = [one.key for one in study.axes]
+    keys = [one.key for one in study.varied]
 
     def record(row: Row) -> dict[str, Any]:
         measured = {key: row.figures.get(key) for key in figures}
@@ -244,30 +282,36 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
     return path
 
 
-def write_page(study: Study, rows: list[Row], name: str, path: Path, table: str = "study.csv") -> Path:
+def write_page(
+    study: Study, rows: list[Row], name: str, path: Path, table: str = "study.csv", counts: Counter[str] | None = None
+) -> Path:
     """The page with the plot; the file appears whole or not at all."""
     from camgeom.cli.study import page
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
-    text = render(page(study, rows, name, table))
+    text = render(page(study, rows, name, table, counts))
     with atomic_write(path) as stream:
         stream.write(text.encode())
     return path
 
 
-def summary(study: Study, rows: list[Row], table: list[dict[str, Any]]) -> list[str]:
-    """How many variants there are of each verdict, and the first of them."""
-    counts = Counter(row.verdict for row in rows)
+def summary(
+    study: Study, rows: list[Row], table: list[dict[str, Any]], counts: Counter[str] | None = None
+) -> list[str]:
+    """How many variants there are of each verdict (`counts` where `rows` are the first alone), and the first of them.
+    """
+    counts = counts or Counter(row.verdict for row in rows)
+    total = sum(counts.values())
     told = ", ".join(f"{count} {_word(verdict, rows)}" for verdict, count in counts.items())
-    lines = [f"{len(rows)} variants: {told}"]
+    lines = [f"{total} variants: {told}"]
     if open_ := _left_open(rows):
         lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
-    columns = [one.key for one in study.axes] + ["verdict"]
+    columns = [one.key for one in study.varied] + ["verdict"]
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
     cells = [[number(_cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
-    return lines if len(rows) <= SHOWN else [*lines, f"  and {len(rows) - SHOWN} more in the file"]
+    return lines if total <= SHOWN else [*lines, f"  and {total - SHOWN} more in the file"]
 
 
 def _left_open(rows: Sequence[Row]) -> list[str]:
@@ -293,22 +337,26 @@ MOST_LINES = 6
 MOST_ROWS = 200
 
 
-def page(study: Study, rows: Sequence[Row], name: str, table: str = "study.csv") -> Page:
-    """The page of a finished study; `table` is the file with all its rows."""
-    counts = Counter(row.verdict for row in rows)
+def page(
+    study: Study, rows: Sequence[Row], name: str, table: str = "study.csv", counts: Counter[str] | None = None
+) -> Page:
+    """The page of a finished study; `table` is the file with all its rows, `counts` what they say where `rows` are the
+    first of them alone."""
+    counts = counts or Counter(row.verdict for row in rows)
+    total = sum(counts.values())
     blocks: list[Block] = []
-    plotted = _chart(study, rows)
+    plotted = _chart(study, rows) if total == len(rows) else None
     if plotted is not None:
         blocks.append(plotted)
     blocks.append(_table(study, rows))
     if open_ := _left_open(rows):
         blocks.append(Text((f"Not judged in this study: {', '.join(open_)}. camgeom check judges a variant whole.",)))
-    if len(rows) > MOST_ROWS:
-        note = f"The table shows the first {MOST_ROWS} of {len(rows)} variants; {table} has them all."
+    if total > MOST_ROWS:
+        note = f"The table shows the first {MOST_ROWS} of {total} variants; {table} has them all."
         blocks.append(Text((note,)))
     return Page(
         title=name,
-        kind=f"study of {', '.join(one.key for one in study.axes)}",
+        kind=f"study of {', '.join(one.key for one in study.varied)}",
         level=None,
         figures=tuple(Figure(f"variants: {_word(verdict, rows)}", count) for verdict, count in counts.items()),
         sections=(Chapter("study", "Variants", tuple(blocks)),),
@@ -317,6 +365,8 @@ def page(study: Study, rows: Sequence[Row], name: str, table: str = "study.csv")
 
 def _chart(study: Study, rows: Sequence[Row]) -> Chart | None:
     """A panel for each figure that was measured, over the numeric axis with the most values."""
+    if study.plan is not None:
+        return None
     numeric = [i for i, one in enumerate(study.axes) if all(not isinstance(v, str) for v in one.values)]
     if not numeric:
         return None
@@ -362,7 +412,7 @@ def _shown(value: Any) -> str:
 
 def _table(study: Study, rows: Sequence[Row]) -> Table:
     measured = [(key, label, unit) for key, label, unit in PLOTTED if any(key in row.figures for row in rows)]
-    heads = [*(Column(one.key) for one in study.axes), Column("Status"), *(Column(l, u) for _, l, u in measured)]
+    heads = [*(Column(one.key) for one in study.varied), Column("Status"), *(Column(l, u) for _, l, u in measured)]
     cells = tuple(
         (*row.values, row.verdict, *(_cell(key, row.figures.get(key)) for key, _, _ in measured), row.reason[:200])
         for row in rows[:MOST_ROWS]

@@ -195,7 +195,8 @@ def _array(column: Column) -> Any:
     """A column of one type: truths, whole numbers of 64 bits, floating-point numbers, or words where any is one."""
     arrow = pyarrow()
     if isinstance(column, np.ndarray):
-        return arrow.array(column)
+        endless = ~np.isfinite(column) if column.dtype.kind == "f" else None
+        return arrow.array(column, mask=endless)
     kinds = {type(value) for value in column} - {type(None)}
     if str in kinds:
         return arrow.array([None if value is None else str(value) for value in column], arrow.string())

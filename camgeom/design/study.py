@@ -17,6 +17,8 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, final
 
+import numpy as np
+
 from camgeom.design.engine import Cutter, Engine
 from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
 from camgeom.motion.own import loaded_copies
@@ -24,10 +26,12 @@ from camgeom.profile.text import MAX_TABLE_BYTES, beside
 from camgeom.reading import read_bytes
 
 if TYPE_CHECKING:
+    from camgeom.design.sampling import Plan, Tie
     from camgeom.model import Model
 
 MOST_VARIANTS = 100_000
 MOST_AXES = 8
+MOST_DRAWN_AXES = 64
 ALONE_FOR = 0.5
 """s; worker processes take longer than this to start, so the first variants are computed without them"""
 
@@ -41,11 +45,15 @@ Measure = Callable[["Model"], tuple[Figures, str, str]]
 @final
 @dataclass(frozen=True)
 class Axis:
-    """A profile key and the values it takes; `path` leads to it through tables and arrays."""
+    """A profile key and the values it takes; `path` leads to it through tables and arrays.
+
+    between  whether the values are the two ends of a range, from which values are drawn
+    """
 
     key: str
     path: tuple[str | int, ...]
     values: tuple[Value, ...]
+    between: bool = False
 
 
 @final
@@ -62,8 +70,9 @@ class Row:
     reason: str = ""
 
 
-def axis(text: str) -> Axis:
-    """An axis from KEY=A:B:N (N values from A to B), KEY=A:B:N:log (in equal ratios) or KEY=a,b,c.
+def axis(text: str, drawn: bool = False) -> Axis:
+    """An axis from KEY=A:B:N (N values from A to B), KEY=A:B:N:log (in equal ratios), KEY=a,b,c; `drawn`: or
+    KEY=A:B, to draw from between both.
 
     Raises ProfileError where it is none of them.
     """
@@ -77,6 +86,9 @@ def axis(text: str) -> Axis:
     for part in key.split("."):
         name, _, index = part.partition("[")
         path += [name, int(index[:-1])] if index else [name]
+    ends = [_value(word) for word in written.split(":")]
+    if drawn and len(ends) == 2 and all(isinstance(end, int | float) and math.isfinite(end) for end in ends):
+        return Axis(key, tuple(path), tuple(ends), between=True)
     values = _span(written, problem) if ":" in written else tuple(_value(word) for word in written.split(","))
     if any(isinstance(v, float) and not math.isfinite(v) for v in values) or "" in values:
         raise ProfileError([Problem("--vary", "needs finite numbers or words", text[:200])])
@@ -149,30 +161,44 @@ class Study:
     axes: tuple[Axis, ...]
     measure: Measure
     points: tuple[tuple[Value, ...], ...] | None = None
+    plan: Plan | None = None
+    """how the axes are combined and what is tied to them; the grid of the axes where it is None"""
+    most: int = MOST_VARIANTS
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.axes) <= MOST_AXES:
-            raise ProfileError([Problem("--vary", "a study needs axes", len(self.axes), f"1 to {MOST_AXES}")])
+        most = MOST_AXES if self.plan is None or not self.plan.drawn else MOST_DRAWN_AXES
+        if not 1 <= len(self.axes) <= most:
+            raise ProfileError([Problem("--vary", "a study needs axes", len(self.axes), f"1 to {most}")])
         keys = [one.key for one in self.axes]
         if len(set(keys)) < len(keys):
             raise ProfileError([Problem("--vary", "a key is varied twice", ", ".join(keys))])
-        if len(self) > MOST_VARIANTS:
-            raise ProfileError([Problem("--vary", "too many variants", len(self), f"at most {MOST_VARIANTS}")])
+        if len(self) > self.most:
+            text = "too many variants for the exact model"
+            raise ProfileError([Problem("--vary", text, len(self), f"at most {self.most}")])
         # A wrong path or an unknown key is one mistake of the study, not a reason in every row.
         self._refuse_unknown(self.variant(self.values(range(1))[0]))
 
     def __len__(self) -> int:
-        return len(self.points) if self.points is not None else math.prod(len(one.values) for one in self.axes)
+        if self.points is not None:
+            return len(self.points)
+        if self.plan is not None:
+            return len(self.plan)
+        return math.prod(len(one.values) for one in self.axes)
+
+    @property
+    def varied(self) -> tuple[Axis | Tie, ...]:
+        """The keys of a row, in order: those varied, and those tied to them."""
+        return self.axes if self.plan is None else (*self.axes, *self.plan.ties)
 
     def variant(self, values: Sequence[Value]) -> Data:
         """The profile's data with one value for each axis; a body that states its play has that of [impact]."""
         data = self.data
-        for one, value in zip(self.axes, values, strict=True):
+        for one, value in zip(self.varied, values, strict=True):
             data = replaced(data, one.path, value, one.key)
             if one.key == "impact.clearance" and isinstance(value, int | float):
                 for key, share in PLAY.items():
                     table, _, name = key.partition(".")
-                    if data.get(table, {}).get(name) and key not in [other.key for other in self.axes]:
+                    if data.get(table, {}).get(name) and key not in [other.key for other in self.varied]:
                         data = replaced(data, (table, name), share * value, key)
         return data
 
@@ -182,7 +208,7 @@ class Study:
         try:
             from_data(data, self.file)
         except ProfileError as error:
-            keys = {one.key for one in self.axes}
+            keys = {one.key for one in self.varied}
             unknown = [p for p in error.problems if p.message == "unknown key" and p.key in keys]
             if unknown:
                 raise ProfileError([Problem(f"--vary {p.key}", p.message, None, "", p.hint) for p in unknown]) from None
@@ -209,6 +235,10 @@ class Study:
         """Values of the axes of the variants of these numbers, in the order of the grid."""
         if self.points is not None:
             return list(self.points[piece.start : piece.stop])
+        if self.plan is not None:
+            columns = self.plan.columns(piece, self.data).values()
+            plain = (column.tolist() if isinstance(column, np.ndarray) else column for column in columns)
+            return list(zip(*plain))
         counts = [len(one.values) for one in self.axes]
         below = [math.prod(counts[i + 1 :]) for i in range(len(counts))]
         return [tuple(one.values[n // b % c] for one, b, c in zip(self.axes, below, counts)) for n in piece]
@@ -223,6 +253,7 @@ class Study:
             "profile": self.data,
             "varied": {one.key: list(one.values) for one in self.axes},
             "points": self.points,
+            "plan": self.plan.described() if self.plan is not None else "grid",
             "files": {Path(name).name: sha256(content).hexdigest() for name, content in copies},
         }
 

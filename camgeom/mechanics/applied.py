@@ -197,6 +197,11 @@ class Expression:
         """Names of the variables that the expression uses."""
         return frozenset(name for kind, name, _ in self.steps if kind == "variable")
 
+    def of(self, known: Mapping[str, Floats]) -> Floats:
+        """Value for variables of other names, as they were given to `compile_expression`; what has none is not finite.
+        """
+        return _run(self.steps, known)
+
     def __call__(self, phi: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Value at cam angle phi (rad), lift s, velocity v, acceleration a; their broadcast shape.
 
@@ -207,7 +212,7 @@ class Expression:
                  "v": np.asarray(v, dtype=np.float64), "a": np.asarray(a, dtype=np.float64)}
         # Division by zero and the like become one clear error below, not a warning on stderr.
         with np.errstate(all="ignore"):
-            value = _run(self.steps, known)
+            value = self.of(known)
         shape = np.broadcast_shapes(*(array.shape for array in known.values()))
         result = np.array(np.broadcast_to(value, shape), dtype=np.float64)
         bad = ~np.isfinite(result)
@@ -218,13 +223,16 @@ class Expression:
         return result
 
 
-def compile_expression(text: str, key: str = "expression") -> Expression:
-    """The expression as an array function; ProfileError, naming the key, where the text is not plain arithmetic."""
+def compile_expression(text: str, key: str = "expression", variables: Mapping[str, str] = VARIABLES) -> Expression:
+    """The expression as an array function; ProfileError, naming the key, where the text is not plain arithmetic.
+
+    variables  names that it may use, each with its meaning
+    """
     try:
         if len(text) > MAX_CHARACTERS:
             raise _Refused(f"the expression is {len(text)} characters long", f"at most {MAX_CHARACTERS} are allowed")
         steps: list[Step] = []
-        _emit(_parse(text), steps, 0)
+        _emit(_parse(text), steps, 0, variables)
     except _Refused as refused:
         raise ProfileError([Problem(key, str(refused), text, hint=refused.hint)]) from None
     return Expression(text, key, tuple(steps))
@@ -246,34 +254,34 @@ def _parse(text: str) -> ast.expr:
         raise _Refused("the expression is nested too deeply", f"at most {MAX_DEPTH} levels are allowed") from None
 
 
-def _emit(node: ast.expr, steps: list[Step], depth: int) -> None:
+def _emit(node: ast.expr, steps: list[Step], depth: int, variables: Mapping[str, str]) -> None:
     """Append the steps that leave the value of the node on the stack."""
     if depth > MAX_DEPTH:
         raise _Refused("the expression is nested too deeply", f"at most {MAX_DEPTH} levels are allowed")
     if isinstance(node, ast.Constant):
         steps.append(("number", "", _number(node)))
     elif isinstance(node, ast.Name):
-        steps.append(_name(node.id))
+        steps.append(_name(node.id, variables))
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.UAdd | ast.USub):
-        _emit(node.operand, steps, depth + 1)
+        _emit(node.operand, steps, depth + 1, variables)
         if isinstance(node.op, ast.USub):
             steps.append(("operator", "negative", 1.0))
     elif isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         # A chain of terms nests to the left as deep as it is long, which MAX_CHARACTERS bounds.
-        _emit(node.left, steps, depth)
+        _emit(node.left, steps, depth, variables)
         before = len(steps)
-        _emit(node.right, steps, depth + 1)
+        _emit(node.right, steps, depth + 1, variables)
         if isinstance(node.op, ast.Pow):
             _check_exponent(steps[before:])
         steps.append(("operator", _BINARY[type(node.op)].__name__, 2.0))
     elif isinstance(node, ast.Call):
-        _call(node, steps, depth)
+        _call(node, steps, depth, variables)
     else:
         raise _Refused(f"{type(node).__name__} is not allowed here",
                        "only numbers, variables, + - * / **, parentheses and the known functions are")
 
 
-def _call(node: ast.Call, steps: list[Step], depth: int) -> None:
+def _call(node: ast.Call, steps: list[Step], depth: int, variables: Mapping[str, str]) -> None:
     if not isinstance(node.func, ast.Name):
         raise _Refused("only the known functions can be called", ", ".join(FUNCTIONS))
     name = node.func.id
@@ -286,7 +294,7 @@ def _call(node: ast.Call, steps: list[Step], depth: int) -> None:
         wanted = str(least) if least == most else f"{least} to {most}"
         raise _Refused(f"{name} takes {wanted} argument(s), not {len(node.args)}")
     for argument in node.args:
-        _emit(argument, steps, depth + 1)
+        _emit(argument, steps, depth + 1, variables)
     steps.append(("call", name, float(len(node.args))))
 
 
@@ -299,12 +307,12 @@ def _number(node: ast.Constant) -> float:
     return float(node.value)
 
 
-def _name(name: str) -> Step:
+def _name(name: str, variables: Mapping[str, str]) -> Step:
     if name in CONSTANTS:
         return ("number", "", CONSTANTS[name])
-    if name in VARIABLES:
+    if name in variables:
         return ("variable", name, 0.0)
-    raise _Refused(f"unknown name {name!r}", _nearest(name, [*VARIABLES, *CONSTANTS]))
+    raise _Refused(f"unknown name {name!r}", _nearest(name, [*variables, *CONSTANTS]))
 
 
 def _check_exponent(steps: list[Step]) -> None:

@@ -189,8 +189,12 @@ WIDEST = 0.5
 """of a law's travel that one piece spans at most"""
 FINE = 1024
 """steps of a piece to which a refined extreme is placed"""
-REACH = 16
+REACH = 8
 """fine steps on both sides of it, where the parabola that gives its value is laid"""
+NEAR = 2
+"""the same where a quantity falls off by more than STEEP of itself within REACH"""
+STEEP = 1e-3
+ROUNDS = 4
 
 
 BESIDE = 1e-12
@@ -427,8 +431,27 @@ class Motion:
 
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
-        piece, step = self.peak(again(self.samples) if values is None else values)
-        return vertex(*np.broadcast_to(again(self.around(piece, step)), (3, self.size)))[1]
+        return self.top(again, again(self.samples) if values is None else values)[1]
+
+    def top(self, again: Callable[[Points], Floats], values: Floats) -> tuple[Points, Floats, Floats]:
+        """The same with three points (3, n) about its place, and the place between them, -1 to 1, (n,).
+
+        Returns points, value, place. Laid again where it lies beyond the three, and nearer where it is steep.
+        """
+        piece, step = self.peak(values)
+        reach: Ints = np.full(self.size, REACH)
+        for _ in range(ROUNDS):
+            near = self.at(piece, step + reach * np.array([[-1], [0], [1]]))
+            low, mid, high = np.broadcast_to(again(near), (3, self.size))
+            at, value = vertex(low, mid, high)
+            steep = (reach > NEAR) & (mid - np.minimum(low, high) > STEEP * np.abs(mid))
+            closer = np.where(steep, NEAR, reach)
+            moved = np.clip(step + np.rint(at * reach).astype(np.intp), closer, FINE - closer)
+            again_ = steep | ((np.abs(at) >= 1.0) & (moved != step))
+            if not again_.any():
+                break
+            step, reach = np.where(again_, moved, step), closer
+        return near, value, at
 
     def smallest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The smallest, likewise."""
@@ -488,12 +511,14 @@ class Motion:
         return np.asarray(np.max(ends, axis=0) - np.min(ends, axis=0))
 
 
+LEAST = 1e-300
+
+
 def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Place (-1 to 1) and value of the largest of a parabola through three even samples, ends included."""
     slope, bend = 0.5 * (high - low), low - 2.0 * mid + high
-    inner = bend < 0.0
-    at = np.clip(np.divide(-slope, bend, out=np.zeros_like(slope), where=inner), -1.0, 1.0)
-    at = np.where(inner, at, np.where(high > low, 1.0, -1.0))
+    # Where it does not bend down the larger end has the largest value: a step far beyond it, held there.
+    at = np.clip(np.divide(slope, np.maximum(-bend, LEAST)), -1.0, 1.0)
     return at, mid + at * (slope + 0.5 * at * bend)
 
 
@@ -557,6 +582,7 @@ def motion_reason(profile: Profile, varied: Sequence[str]) -> str | None:
     return None
 
 
+@lru_cache(maxsize=256)
 def _shape(segment: MotionSegment) -> Shape:
     if segment.law is None:
         return DWELL

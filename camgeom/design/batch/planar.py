@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from math import pi
 from typing import TYPE_CHECKING, final
 
@@ -19,7 +20,7 @@ from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.constant_width import ConstantWidth
 from camgeom.cams.disc import Disc
 from camgeom.design.batch import Batch
-from camgeom.design.batch.common import Ints, Mask, Motion, Points, Variants, motion_of, motion_reason, vertex
+from camgeom.design.batch.common import Ints, Mask, Motion, Points, Variants, motion_of, motion_reason
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.applied import Applied, Expression
@@ -32,7 +33,7 @@ from camgeom.track.outline import Pair, face_contact, outward_normal, pitch_curv
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 512
+CHUNK = 1024
 
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
@@ -246,6 +247,8 @@ class Seen:
         """Velocity of the contact along the outward normal by the coordinate: 1 or mm/rad."""
         if self.touch.turned:
             return -np.ones(1)
+        if isinstance(self.touch.joint, Slide):
+            return self.normal[0]
         at = self.jets[0] if self.touch.radius is not None else self.place
         e, n = self.touch.joint.moved(at), self.normal
         return np.asarray(n[0] * e[0] + n[1] * e[1])
@@ -256,11 +259,14 @@ class Seen:
         touch, n = self.touch, self.normal
         if touch.radius is None and isinstance(touch.joint, Slide):
             return np.zeros(1)
-        at = self.place
+        if isinstance(touch.joint, Slide):
+            return np.asarray(np.abs(n[1]) / (1.0 + (touch.way * touch.material) * n[0]))
         if touch.kind == "roller":
             (x, y), _, _ = self.jets
             gap = -touch.material * touch.gap
             at = (x + gap * n[0], y + gap * n[1]) if np.any(touch.gap) else (x, y)
+        else:
+            at = self.place
         e = touch.joint.moved(at)
         square = touch.way * touch.material * (e[0] * n[0] + e[1] * n[1])
         return np.asarray(np.abs(e[0] * n[1] - e[1] * n[0]) / (np.sqrt(e[0] * e[0] + e[1] * e[1]) + square))
@@ -297,7 +303,7 @@ class Seen:
     @cached_property
     def pushed(self) -> Floats:
         """The size of what this touch gives of it, with the friction of the guides: it pushes one way."""
-        pushed = np.maximum(self.touch.way * self.force, 0.0)
+        pushed = np.maximum(self.force if self.touch.way > 0.0 else -self.force, 0.0)
         if self.cams.guide is None:
             return pushed
         cosine = np.minimum(np.abs(self.lever), 1.0)
@@ -318,14 +324,13 @@ class Seen:
     def relative_radius(self) -> Floats:
         """One over the relative curvature of cam against follower, mm."""
         r = self.touch.radius
-        return self.face_radius if r is None else np.asarray(r * (1.0 - r * self.bend))
+        return self.face_radius if r is None else np.asarray(r - (r * r) * self.bend)
 
     @cached_property
     def square(self) -> Floats:
         """Squared peak pressure, MPa²."""
         scale = self.cams.length * np.pi * self.cams.compliance
-        radius = self.relative_radius
-        return np.asarray(self.pressing / (scale * np.where(radius > 1e-9, radius, 1e-9)))
+        return np.asarray(self.pressing / (scale * np.maximum(self.relative_radius, 1e-9)))
 
     @cached_property
     def spread(self) -> Floats:
@@ -521,8 +526,7 @@ class Cams:
     def refuse_folded(self) -> None:
         """The reasons for which no body exists."""
         add = self.variants.refusals.add
-        jumps = self.variants.profile.setup().program.continuity.order < 1
-        add(jumps, "continuity")
+        add(_jumps(self.variants.profile), "continuity")
         if self.face == "flat":
             add(self.face_radius <= 0.0, "face-curvature")
         elif self.face != "knife":
@@ -560,24 +564,34 @@ class Cams:
         return np.asarray(np.max([self.largest(what, seen) for seen in self.all], axis=0))
 
     @cached_property
-    def bends(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Least and largest curvature of the pitch curve of every touch, convex positive, 1/mm."""
-        found = [(self.smallest("bend", self.all[0]), self.largest("bend", self.all[0]))]
-        if len(self.all) > 1 and self.touches[1].material < 0.0:
-            return found[0], (-found[0][1], -found[0][0])
-        found += [(self.smallest("bend", seen), self.largest("bend", seen)) for seen in self.all[1:]]
-        return tuple(found)
+    def highs(self) -> tuple[Floats, ...]:
+        """Largest curvature of the pitch curve of every touch, 1/mm, where its material is convex positive."""
+        if self.mirrored:
+            return self.largest("bend", self.all[0]), -self.smallest("bend", self.all[0])
+        return tuple(self.largest("bend", seen) for seen in self.all)
+
+    @cached_property
+    def lows(self) -> tuple[Floats, ...]:
+        """The least."""
+        if self.mirrored:
+            return -self.highs[1], -self.highs[0]
+        return tuple(self.smallest("bend", seen) for seen in self.all)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether two touches are the two flanks of one groove."""
+        return any(touch.material < 0.0 for touch in self.touches)
 
     @cached_property
     def margin(self) -> Floats:
         """Undercut margin: the roller's generatrix is straight, so that it is 1 where the pitch curve is hollow."""
-        least = np.min([1.0 - self.radius * high for _, high in self.bends], axis=0)
+        least = np.min([1.0 - self.radius * high for high in self.highs], axis=0)
         return np.asarray(np.minimum(least, 1.0))
 
     @cached_property
     def relative_radius(self) -> Floats:
         """Of the sharpest contact, mm."""
-        least = np.min([1.0 - self.radius * high for _, high in self.bends], axis=0)
+        least = np.min([1.0 - self.radius * high for high in self.highs], axis=0)
         return np.asarray(self.radius * np.maximum(least, 0.0))
 
     @cached_property
@@ -591,7 +605,7 @@ class Cams:
         if self.face == "flat":
             return self.face_radius
         found = [_or_none(high, high > 0.0) - self.radius - touch.gap
-                 for touch, (_, high) in zip(self.touches, self.bends)]  # fmt: skip
+                 for touch, high in zip(self.touches, self.highs)]  # fmt: skip
         return np.asarray(np.min(np.broadcast_arrays(*found), axis=0))
 
     @cached_property
@@ -600,7 +614,7 @@ class Cams:
         if self.face == "flat":
             return np.full(1, np.inf)
         found = [_or_none(-low, low < 0.0) + self.radius + touch.gap
-                 for touch, (low, _) in zip(self.touches, self.bends)]  # fmt: skip
+                 for touch, low in zip(self.touches, self.lows)]  # fmt: skip
         return np.asarray(np.min(np.broadcast_arrays(*found), axis=0))
 
     @cached_property
@@ -619,12 +633,14 @@ class Cams:
         """Of every touch the squared largest pressure, MPa², and the relative radius there, mm."""
         found = []
         for whole in self.all:
-            piece, step = self.motion.peak(whole.square)
-            seen = Seen(self, whole.touch, self.motion.around(piece, step))
-            at, value = vertex(*np.broadcast_to(seen.square, (3, self.variants.size)))
-            low, mid, high = np.broadcast_to(seen.relative_radius, (3, self.variants.size))
+            near, value, at = self.motion.top(partial(self._square, whole.touch), whole.square)
+            radius = Seen(self, whole.touch, near).relative_radius
+            low, mid, high = np.broadcast_to(radius, (3, self.variants.size))
             found.append((value, mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high))))
         return tuple(found)
+
+    def _square(self, touch: Touch, points: Points) -> Floats:
+        return Seen(self, touch, points).square
 
     @cached_property
     def hardest(self) -> Ints:
@@ -643,7 +659,7 @@ class Cams:
     @property
     def alone(self) -> bool:
         """Whether each of two rollers has its duty for itself."""
-        return self.face == "roller" and all(touch.material > 0.0 for touch in self.touches)
+        return self.face == "roller" and not self.mirrored
 
     @cached_property
     def pressure(self) -> Floats:
@@ -684,7 +700,7 @@ class Cams:
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest size of the torque, N mm."""
-        return np.maximum(self.motion.largest(self.torque), -self.motion.smallest(self.torque))
+        return self.motion.largest(lambda p: np.abs(self.torque(p)))
 
     @cached_property
     def cam_life(self) -> Floats:
@@ -711,6 +727,12 @@ class Cams:
             return np.asarray(sum((force / scale) ** (0.5 * power) for force in forces) / cycles)
 
         return self.motion.largest(both)
+
+
+@lru_cache(maxsize=8)
+def _jumps(profile: Profile) -> bool:
+    """Whether the motion's velocity jumps, which no number of a segment changes."""
+    return bool(profile.setup().program.continuity.order < 1)
 
 
 def _or_none(curvature: Floats, there: Mask) -> Floats:

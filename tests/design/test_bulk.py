@@ -1,0 +1,187 @@
+"""Studies of many variants: what is drawn, what is tied, rows by the batch equal to the exact model's, files whole."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camgeom.cli import main
+from camgeom.design.bulk import Bulk
+from camgeom.design.sampling import DRAWN, Plan, sample, tie
+from camgeom.design.study import axis
+from camgeom.errors import ProfileError
+from camgeom.profile import read_data
+
+Captured = pytest.CaptureFixture[str]
+DISC = """
+name = "disc"
+[cam]
+kind = "disc"
+base_radius = 40
+width = 14
+[follower]
+kind = "translating"
+mass = 0.9
+[roller]
+shape = "cylinder"
+diameter = 22
+length = 12
+[[motion]]
+until = 110
+to = 20
+law = "cycloidal"
+[[motion]]
+until = 240
+to = 0
+law = "3-4-5"
+[[motion]]
+until = 360
+[operation]
+speed = 300
+friction = 12
+spring_rate = 5
+spring_preload = 200
+"""
+SIZES = ["--vary", "cam.base_radius=20:60", "--vary", "roller.diameter=12:30"]
+VARIED = [*SIZES, "--tie", "roller.length=8+roller.diameter/9"]
+
+
+@pytest.fixture
+def disc(tmp_path: Path) -> Path:
+    path = tmp_path / "disc.toml"
+    path.write_text(DISC)
+    return path
+
+
+def plan(text: str, *varied: str) -> Plan:
+    method, count, seed = sample(text)
+    return Plan(tuple(axis(one, method in DRAWN) for one in varied), method, count, seed)
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin"])
+def test_points_of_a_piece_hang_on_nothing_else(method: str) -> None:
+    drawn = plan(f"{method}:100:3", "cam.base_radius=10:20", "cam.width=5,6,7")
+    whole = drawn.columns(range(100), {})
+    part = drawn.columns(range(37, 61), {})
+    assert np.array_equal(whole["cam.base_radius"][37:61], part["cam.base_radius"])
+    assert whole["cam.width"][37:61] == part["cam.width"]
+    assert set(whole["cam.width"]) == {5, 6, 7}
+    radii = np.asarray(whole["cam.base_radius"])
+    assert 10.0 <= radii.min() < 10.5
+    assert 19.5 < radii.max() <= 20.0
+    other = plan(f"{method}:100:4", "cam.base_radius=10:20", "cam.width=5,6,7").columns(range(100), {})
+    assert not np.array_equal(other["cam.base_radius"], radii)
+
+
+def test_every_stretch_of_a_hypercube_has_one_point() -> None:
+    found = np.asarray(plan("latin:50", "cam.base_radius=0:50").columns(range(50), {})["cam.base_radius"])
+    assert sorted(found.astype(int)) == list(range(50))
+
+
+def test_a_grid_and_a_list() -> None:
+    grid = plan("grid", "cam.base_radius=1,2", "cam.width=5:7:3").columns(range(6), {})
+    assert grid == {"cam.base_radius": [1, 1, 1, 2, 2, 2], "cam.width": [5, 6, 7, 5, 6, 7]}
+    listed = plan("list", "cam.base_radius=1,2", "cam.direction=cw,ccw").columns(range(2), {})
+    assert listed == {"cam.base_radius": [1, 2], "cam.direction": ["cw", "ccw"]}
+
+
+def test_a_tie_takes_varied_keys_and_the_profiles() -> None:
+    one = tie("cam.bore = 0.4 * cam.base_radius + motion[0].to")
+    data = {"cam": {"base_radius": 30.0}, "motion": ({"to": 2.0},)}
+    assert one.values({}, data).tolist() == [14.0]
+    assert one.values({"cam.base_radius": np.array([10.0, 20.0])}, data).tolist() == [6.0, 10.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("cam.bore", "KEY=EXPRESSION"), ("bore=3", "KEY=EXPRESSION"), ("cam.bore=1 if 2 else 3", "not allowed"),
+        ("cam.bore=base", "unknown name"), ("cam.bore=cam.kind*2", "no number"), ("cam.bore=1/(cam.width-5)", "finite"),
+    ],
+)  # fmt: skip
+def test_what_is_no_tie_is_refused(text: str, word: str) -> None:
+    with pytest.raises(ProfileError, match=word):
+        tie(text).values({}, {"cam": {"kind": "disc", "width": 5.0}})
+
+
+@pytest.mark.parametrize(
+    ("text", "varied"),
+    [
+        ("sobol", ("cam.width=1:2",)), ("sobol:0", ("cam.width=1:2",)), ("grid", ("cam.width=1:2",)),
+        ("list", ("cam.width=1,2", "cam.bore=1,2,3")), ("latin:5", ("cam.width=1:2", "cam.width=1:3")),
+    ],
+)  # fmt: skip
+def test_what_is_no_plan_is_refused(text: str, varied: tuple[str, ...]) -> None:
+    with pytest.raises(ProfileError):
+        plan(text, *varied)
+
+
+def run(capsys: Captured, *words: str) -> tuple[int, dict]:
+    status = main(["study", *words, "--json"])
+    return status, json.loads(capsys.readouterr().out)
+
+
+def test_rows_of_the_batch_are_the_models(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    words = [str(disc), *VARIED, "--sample", "sobol:12", "--out", str(tmp_path / "out")]
+    status, batch = run(capsys, *words, "--batch")
+    exact_status, exact = run(capsys, *words, "--exact")
+    assert (status, batch["computed_by"]) == (0, "batch")
+    assert (exact_status, exact["computed_by"]) == (0, "exact model")
+    for one, other in zip(batch["rows"], exact["rows"], strict=True):
+        assert one["verdict"] == other["verdict"]
+        for key in one.keys() - {"verdict", "reason", "not_judged"}:
+            assert one[key] == (other[key] if other[key] is None else pytest.approx(other[key], rel=1e-3)), key
+    assert "wall" in batch["rows"][0]["not_judged"].split()
+    assert "undercut" not in batch["rows"][0]["not_judged"].split()
+
+
+def test_what_fails_a_limit_fails_by_its_check(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    steep = ["--vary", "motion[0].until=40,110", "--vary", "operation.speed=300,2000"]
+    words = [str(disc), *steep, "--vary", "limits.undercut_margin=0,0.99", "--out", str(tmp_path / "out")]
+    _, batch = run(capsys, *words, "--batch")
+    _, exact = run(capsys, *words, "--exact")
+    judged = {"pressure-angle", "contact-kept", "undercut", "contact-pressure"}
+    for one, other in zip(batch["rows"], exact["rows"], strict=True):
+        assert set(one["reason"].split("; ")) - {""} == set(other["reason"].split("; ")) & judged
+    assert {row["verdict"] for row in batch["rows"]} >= {"fail"}
+
+
+def test_few_variants_are_the_models_and_it_says_so(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    words = ["study", str(disc), "--vary", "cam.base_radius=30:40:3", "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    assert "computed by the exact model: up to 200 variants" in capsys.readouterr().out
+    assert main([*words[:3], "cam.base_radius=30:40:300", *words[4:]]) == 0
+    assert "computed by the batch" in capsys.readouterr().out
+    with open(tmp_path / "out" / "study.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 300
+    assert float(rows[-1]["cam.base_radius"]) == 40.0
+    assert main([*words[:3], "cam.bore=0:10:3", *words[4:], "--batch", "--only", "flank"]) == 2
+    assert "--batch" in capsys.readouterr().err
+
+
+def test_words_are_profiles_of_their_own(disc: Path) -> None:
+    data = read_data(disc)
+    many = Bulk(data, "", plan("grid", "motion[0].law=cycloidal,3-4-5", "cam.base_radius=30:60:2"))
+    assert many.refused() is None
+    columns = many.columns(range(4))
+    jerk = columns["motion.peak_jerk_mm_per_rad3"]
+    assert jerk[0] == jerk[1] != jerk[2] == jerk[3]
+    other = Bulk(data, "", plan("grid", "roller.shape=cylinder,sphere"))
+    assert other.refused() is not None
+
+
+def test_parquet_of_the_batch_is_whole_and_goes_on(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    words = ["study", str(disc), *VARIED, "--sample", "latin:500", "--parquet", "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    path = tmp_path / "out" / "study.parquet"
+    first = path.read_bytes()
+    assert parquet.read_metadata(path).num_rows == 500
+    assert main(words) == 0
+    assert "500 of 500 variants were computed before" in capsys.readouterr().err
+    assert path.read_bytes() == first
