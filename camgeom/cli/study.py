@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if why is None:
         from camgeom.cli.bulk import run as run_bulk
 
-        return run_bulk(arguments, console, bulk, _engine(arguments))
+        return run_bulk(arguments, console, bulk, engine_of(arguments))
     if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
         products = (*products, "dynamics")
     if only is None and any(one.path[0] == "cutter" for one in axes):
