@@ -511,7 +511,7 @@ class Motion:
         return np.asarray(np.max(ends, axis=0) - np.min(ends, axis=0))
 
 
-LEAST = 1e-300
+LEAST = 1e-200
 
 
 def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
