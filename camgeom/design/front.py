@@ -386,7 +386,7 @@ def judged_front(archive: Archive, measure: Measure, engine: Engine, count: int,
     keep = np.all(requirement.excess(figures) <= 0.0, axis=1) if passing else np.zeros(0, dtype=bool)
     kept = [row for row, good in zip(passing, keep) if good]
     scores = requirement.scores(figures)[keep] if kept else np.zeros((0, 1))
-    best = [row for row, good in zip(kept, undominated(scores)) if good]
+    best = [kept[i] for i in spread(scores, np.flatnonzero(undominated(scores)), count)]
     first = requirement.aims[0]
     best.sort(key=lambda row: first.sign * float(row.figures[first.figure] or 0.0))
     reasons = (word for row in known.values() if row.verdict not in PASSING for word in row.reason.split("; "))

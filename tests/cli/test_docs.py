@@ -64,7 +64,10 @@ def test_reference_of_keys_is_current() -> None:
     assert done.returncode == 0, f"run `python scripts/profile_reference.py` {done.stderr}"
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md", "docs/profile.md", "docs/theory.md"])
+PAGES = ("README.md", *(f"docs/{name}.md" for name in ("tutorial", "profile", "theory", "search")))
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in LINK.findall(text):
