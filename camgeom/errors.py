@@ -127,6 +127,9 @@ def unmade(error: Exception) -> Unmade:
     Expected are the errors of camgeom, memory that runs out, the file system, and libraries that cannot be loaded. Any
     other exception is a bug: it is told as one, and raised again where CAMGEOM_DEBUG is 1.
     """
+    if isinstance(error.__cause__, KeyboardInterrupt):
+        # Before Python 3.12 whatever ends the making of a class comes out as a RuntimeError.
+        raise error.__cause__
     cause: BaseException = error
     while isinstance(cause, ExportError) and isinstance(cause.__cause__, CamgeomError):
         cause = cause.__cause__
@@ -137,7 +140,7 @@ def unmade(error: Exception) -> Unmade:
         return Unmade("refused", text, cause.exit_status)
     if isinstance(cause, CamgeomError):
         return Unmade("failed", text, 1 if isinstance(cause, ExportError) else cause.exit_status)
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or isinstance(error.__cause__, MemoryError):
         return Unmade("failed", "out of memory; a larger output.tolerance needs less", 3)
     if isinstance(error, ImportError):
         return Unmade("failed", f"a library that it needs cannot be loaded: {text}", 1)

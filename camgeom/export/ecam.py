@@ -288,27 +288,29 @@ def _words(parent: ET.Element, text: str) -> None:
 PER_TURN = 3600
 
 
-def _rigid(profile: Profile) -> str:
-    """Why a follower needs no correction for its elasticity."""
-    spec = profile.dynamics_spec
-    elastic = spec is not None and spec.kind == "follower"
-    return "" if elastic else "only an elastic follower in [dynamics] has a polydyne motion"
+def _uncorrected(model: Model) -> str:
+    """Why a cam has no correction for its follower's elasticity; empty where it has one."""
+    from camgeom.profile.solvers import uncorrected
+
+    spec = model.profile.dynamics_spec
+    if spec is None or spec.kind != "follower":
+        return "only an elastic follower in [dynamics] has a polydyne motion"
+    return "; ".join(map(str, uncorrected(model.profile, model.mechanism)))
 
 
 @writer(
     ".polydyne.csv", "cam lift over the cam angle for an elastic follower (polydyne), CSV", takes="model",
-    cams="followers with a linkage_stiffness in [dynamics]", missing=lambda model: _rigid(model.profile),
+    cams="followers with a linkage_stiffness in [dynamics]", missing=_uncorrected,
     body=False,
 )
 def write_polydyne_csv(path: Path, model: Model) -> int:
     """Write cam angle (deg) and cam lift (mm, deg of a swinging follower), one heading line; returns the bytes written.
 
-    Raises ExportError for a profile without an elastic follower; ProfileError where the motion is not smooth enough for
-    the correction.
+    Raises ExportError for a profile without an elastic follower, and where its cam cannot be corrected.
     """
-    study = model.elastic_follower
-    if study is None:
-        raise ExportError(f"{path}: {_rigid(model.profile)}")
+    study, why = model.elastic_follower, _uncorrected(model)
+    if study is None or why:
+        raise ExportError(f"{path}: {why}")
     motion = study.corrected
     phi, _ = piece_grid(motion.knots, PER_TURN)
     phi = np.unique(phi)

@@ -15,6 +15,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -188,17 +189,29 @@ def _divide(edges: Sequence[float], widest: float) -> Floats:
     return np.concatenate([*parts, [edges[-1]]])
 
 
-def resolved(sample: Callable[[Floats], Floats], start: Panels, tolerance: float = 1e-10, rounds: int = 8) -> Panels:
+def resolved(
+    sample: Callable[[Floats], Floats],
+    start: Panels,
+    tolerance: float = 1e-10,
+    rounds: int = 8,
+    most: int | None = None,
+) -> Panels:
     """Panels split until the interpolation error of sample(theta (p, n)) -> (..., p, n) is below the tolerance.
 
     tolerance: share of the largest value. A kink inside a panel stops at 2^-rounds of the first width, which confines
-    its effect to that sliver; the caller reads what is left from `Panels.tail`.
+    its effect to that sliver; the caller reads what is left from `Panels.tail`. Raises NotConverged before it takes
+    more than `most` panels.
     """
     current, values = start, sample(start.theta)
     for _ in range(rounds):
         coarse = current.tail(values) > tolerance
         if not coarse.any():
             break
+        if most is not None and len(current.half) + np.count_nonzero(coarse) > most:
+            raise NotConverged(
+                f"it swings so often in a turn that {len(current.half)} panels do not resolve it to {tolerance:g}, and "
+                f"{most} are spent"
+            )
         current = Panels(np.sort(np.concatenate([current.edges, current.middle[coarse]])), current.breaks)
         halved = np.repeat(coarse, 1 + coarse)
         values = np.repeat(values, 1 + coarse, axis=-2)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camgeom.errors import DesignError
+from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
@@ -28,6 +28,8 @@ KILO = 1e3
 """kg m² rad/s² (N m) in N mm"""
 SOLVED = 1e-6
 """share of its largest value to which a solved force is resolved: that of its solver"""
+MOST_PANELS = 5000
+"""of a solved force, of 12 points each: they follow some 10 000 swings in a turn"""
 QUIET = 1e-9
 """Share of the largest force below which a force counts as none: rounding in a dwell takes no side."""
 
@@ -146,11 +148,25 @@ class Load:
         found = [roots(rough, jet[k][None], QUIET * np.abs(jet[k]).max(initial=0.0))[0] for k in (1, 2)]
         return np.concatenate([rough.breaks, *found])
 
-    def panels(self, widest: float = float(np.radians(6.0)), tolerance: float = 1e-10) -> Panels:
-        """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value)."""
+    def panels(
+        self, widest: float = float(np.radians(6.0)), tolerance: float = 1e-10, most: int = MOST_PANELS
+    ) -> Panels:
+        """Panels on which motion and applied forces are resolved to the tolerance (a share of their largest value).
+
+        Raises NotConverged where a solved force would need more than so many.
+        """
         if self.solved_on is not None:
             return self.solved_on.split(self.breaks())
-        return resolved(self._smooth, panels(self.breaks(), widest), max(tolerance, SOLVED if self.solved else 0.0))
+        start = panels(self.breaks(), widest)
+        if self.solved is None:
+            return resolved(self._smooth, start, tolerance)
+        try:
+            return resolved(self._smooth, start, max(tolerance, SOLVED), most=max(most, 2 * len(start.half)))
+        except NotConverged as error:
+            raise NotConverged(
+                f"the solved contact force cannot be sampled: {error}; what rings for a whole turn needs damping in "
+                "[dynamics], or a higher speed or softer shafts, so that it swings less often in a turn"
+            ) from None
 
     def sampled(self, where: Panels | None = None) -> FollowerForce:
         """The force over one turn, on the given panels or on ones that resolve it."""

@@ -389,8 +389,7 @@ class Model(Sealed):
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
-        load = self.load if self.profile.operation is not None else None
-        return elastic_follower_of(self.profile, self.mechanism, load)
+        return elastic_follower_of(self.profile, self.mechanism, self.load)
 
     @fact
     def dynamic_duties(self) -> tuple[Duty, ...]:

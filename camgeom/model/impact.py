@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
 from camgeom.mechanics.duty import least_lives
 from camgeom.mechanics.material import pair_compliance
 from camgeom.model.loads import carriers, load_of
+from camgeom.profile.solvers import refuse, with_law
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.pair import Pair
@@ -35,12 +35,14 @@ MILLI = 1e-3
 def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
 
-    Raises ProfileError where the cam does not drive both ways or has no play, and for a friction of the guides.
+    Raises ProfileError for what the solver cannot do (`profile.solvers`), DesignError where the flanks are undercut or
+    the motion jumps.
     """
     from camgeom.dynamics.impact.run import solve
 
     spec = profile.impact_spec
     assert spec is not None
+    refuse(profile, mechanism)
     return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance)
 
 
@@ -101,10 +103,6 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
     spec = profile.impact_spec
     assert spec is not None
     assert profile.operation is not None, "it made the load"
-    if load.guide_friction:
-        text = "hangs on the side thrust, which jumps with every contact: the solver with free play does not carry it"
-        hint = "give a friction in N instead"
-        raise ProfileError([Problem("operation.guide_friction", text, load.guide_friction, "0", hint)])
     roller, drum = mechanism.roller, mechanism.drum
     radius = 0.5 * roller.diameter if roller is not None else float("inf")
     base = mechanism.base_radius or (drum.radius if drum else radius)
@@ -132,15 +130,8 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
     assert spec is not None
     found = {}
     for law in spec.laws:
-        motion = tuple(
-            segment if segment.to is None else segment.model_copy(update={"law": law, "parameters": ()})
-            for segment in profile.motion
-        )
-        other = profile.model_copy(update={"motion": motion})
-        setup = other.setup()
-        if problems := other.cam.problems(setup):
-            raise ProfileError(problems, profile.source)
-        mechanism = other.cam.mechanism(setup)
+        other = with_law(profile, law)
+        mechanism = other.cam.mechanism(other.setup())
         found[law] = impact_problem(other, mechanism, load_of(other, mechanism))
     return found
 
@@ -169,17 +160,13 @@ def impact_load(load: Load, program: Program) -> ImpactLoad:
 
 
 def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
-    """The two opposing contacts of the profile's cam, in m and rad. Raises ProfileError where it has none."""
+    """The two opposing contacts of the profile's cam, in m and rad."""
     from camgeom.dynamics.impact.pair import groove_pair, planar_pair
 
     spec, tracks, quoted = profile.impact_spec, mechanism.tracks, mechanism.quoted_radius
     assert spec is not None
     clearance = MILLI * (spec.clearance or mechanism.free_play)
-    if clearance <= 0.0:
-        raise ProfileError([Problem("impact.clearance", "is missing", None, "a length in mm above 0")])
     if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:
         return planar_pair(mechanism.program, mechanism.touches, clearance, spec.clearance_kind)
-    if len(tracks) == 1 and len(tracks[0].sides) == 2 and quoted is not None:
-        return groove_pair(mechanism.cutting(tracks[0]), clearance, quoted)
-    allowed = "a groove, a conjugate pair with a rocker, or a constant-width cam with a frame"
-    raise ProfileError([Problem("impact", "this cam does not drive its follower both ways", profile.kind, allowed)])
+    assert quoted is not None, "a profile without a groove is refused"
+    return groove_pair(mechanism.cutting(tracks[0]), clearance, quoted)

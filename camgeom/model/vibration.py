@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
 import numpy as np
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
@@ -19,7 +19,9 @@ from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.duty import largest_of
 from camgeom.mechanics.load import QUIET
 from camgeom.model.loads import carriers, turret_duty
+from camgeom.profile.solvers import refuse
 from camgeom.solid.mechanism import Drive
+from camgeom.track.turret import Engagement
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
+MOST_BESIDE = 20_000
+"""panels of a solved torque times rollers beside the cam: some 6 s and 0.6 GB"""
 INSIDE = 1e-12
 """rad from the end of a piece at which its own limit is taken"""
 
@@ -90,16 +94,6 @@ class Resistance:
         piece = np.searchsorted(self.edges, angle, "left" if side == "left" else "right") - 1
         return np.clip(piece, 0, len(self.edges) - 2), angle
 
-    def refuse_sweep(self, spec: DynamicsSpec) -> None:
-        """ProfileError where a sweep over speeds would carry forces that hang on the speed."""
-        if spec.sweep is None or not self.load.applied:
-            return
-        other = Resistance(replace(self.load, speed=2.0 * self.load.omega))
-        theta = np.linspace(0.0, TURN, 721)
-        if not np.array_equal(self.applied(theta, "right"), other.applied(theta, "right")):
-            text = "a force that hangs on the follower's velocity or acceleration would be that of one speed"
-            raise ProfileError([Problem("dynamics.sweep", text, spec.sweep, "", "leave v and a out, or the sweep")])
-
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -112,14 +106,6 @@ class Broken:
     def jet(self, theta: Floats, order: int = 3, side: Side = "right") -> Floats:
         """As the motion's."""
         return self.motion.jet(theta, order, side)
-
-
-def _refused(profile: Profile, keys: tuple[str, ...], why: str, hint: str) -> None:
-    """ProfileError for every one of some keys of [operation] that is not zero."""
-    values = {key: getattr(profile.operation, key) for key in keys}
-    problems = [Problem(f"operation.{key}", why, value, "0", hint) for key, value in values.items() if value]
-    if problems:
-        raise ProfileError(problems)
 
 
 class Indexer(Protocol):
@@ -143,16 +129,17 @@ def indexing_of(model: Indexer) -> IndexingStudy:
     """The indexing drive of a turret cam at the operating speed, with what [dynamics] leaves out from the model.
 
     Contact stiffness: Hertz line contact of the rollers that bear; inertias: bodies, follower and load. Friction acts
-    on the turret, applied torques on the load plate. Raises ProfileError for another follower, for a spring, and where
-    nothing is left for the load plate.
+    on the turret, applied torques on the load plate. Raises ProfileError for what the solver cannot do
+    (`profile.solvers`), DesignError where the turret's body is all that moves.
     """
     from camgeom.dynamics.indexing.study import indexing_study
 
     spec = model.profile.dynamics_spec
     assert spec is not None
-    if model.mechanism.turret is None:
-        raise ProfileError([Problem("dynamics.kind", "an indexing drive needs a turret", spec.kind, "follower")])
-    speed, sources = _speed(model.profile), dict[str, str]()
+    refuse(model.profile, model.mechanism)
+    assert model.mechanism.turret is not None
+    assert model.profile.operation is not None
+    speed, sources = model.profile.operation.speed, dict[str, str]()
     table: tuple[float, ...] = ()
     if spec.contact_stiffness is None:
         assert model.turret_duty is not None, "there is a turret, and a speed"
@@ -161,14 +148,9 @@ def indexing_of(model: Indexer) -> IndexingStudy:
         source = f"Hertz line contact of the rollers under the turret's torque, {which[spec.estimate]}"
         sources["contact_stiffness"] = source
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
-    _refused(
-        model.profile, ("spring_rate", "spring_preload"), "the elastic indexing drive has no spring: a turret that "
-        "goes on would wind it up", "give its torque as an [[operation.force]] over the cam angle",
-    )  # fmt: skip
     against, program = Resistance(model.load), model.mechanism.program
     if not against.jumps:
         return indexing_study(spec, program, speed, table, inertias, sources)
-    against.refuse_sweep(spec)
 
     def torque(theta: Floats, side: Side) -> Floats:
         friction, applied = against.friction(theta, side), against.applied(theta, side)
@@ -202,9 +184,11 @@ def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str,
     if spec.load_inertia is None:
         rest = moved - turret
         if rest <= 0.0 or turret <= 0.0:
-            text = "nothing of follower.inertia and operation.load_inertia is left for it beside the turret"
-            hint = f"the turret takes {turret:.6g} kg m2; give dynamics.turret_inertia and dynamics.load_inertia"
-            raise ProfileError([Problem("dynamics.load_inertia", text, rest, "> 0 kg m2", hint)])
+            raise DesignError(
+                f"the turret's body has {turret:.6g} kg m2 and leaves nothing for the load plate of the {moved:.6g} kg "
+                "m2 of follower.inertia and operation.load_inertia: give dynamics.turret_inertia and "
+                "dynamics.load_inertia"
+            )
         found["load_inertia"] = rest
         sources["load_inertia"] = "follower.inertia and operation.load_inertia without the turret"
     return found
@@ -217,7 +201,7 @@ def _turret_inertia(model: Indexer) -> float:
 
     body = model.turret
     if body is None:
-        raise ProfileError([Problem("dynamics.turret_inertia", "is missing", None, "> 0 kg m2")])
+        raise DesignError("dynamics.turret_inertia is missing, and the turret has no body to weigh: give it, kg m2")
     _, mass, centre, inertia = mass_properties(body.mesh, model.profile.material.roller.density)
     joint = model.mechanism.tracks[0].joint
     assert isinstance(joint, Swing)
@@ -226,37 +210,26 @@ def _turret_inertia(model: Indexer) -> float:
     return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
 
 
-def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load | None) -> FollowerStudy:
+def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load) -> FollowerStudy:
     """The elastic follower under the load at the operating speed; force-closed where a spring holds it on the cam.
 
     Friction, weight and applied forces act on the mass beyond the linkage. The guides lead the cam's end of it: their
     friction is that of a tappet which follows the cam, so it needs a rigid contact and cam shaft. Raises ProfileError
-    for a turret, without a load, and where a force is one that the solver cannot carry.
+    for what the solver cannot do (`profile.solvers`).
     """
     from camgeom.dynamics.follower.study import follower_study
 
     spec = profile.dynamics_spec
     assert spec is not None
-    if mechanism.turret is not None:
-        raise ProfileError([Problem("dynamics.kind", "a turret is an indexing drive", spec.kind, "indexing")])
-    speed = _speed(profile)
-    assert load is not None
+    refuse(profile, mechanism)
+    assert profile.operation is not None, "it made the load"
     si = load.si
     closure: Closure = "force" if mechanism.drive is Drive.ALONE else "form"
-    if spec.tappet_stiffness > 0.0 or spec.shaft_stiffness is not None:
-        _refused(
-            profile, ("guide_friction",), "is that of a tappet which follows the cam exactly, not one on an elastic "
-            "contact or cam shaft", "leave tappet_stiffness and shaft_stiffness out, or give a friction in N",
-        )  # fmt: skip
     against, motion = Resistance(load), mechanism.program
-    if spec.polydyne and against.jumps:
-        _refused(profile, ("friction", "force"), "has no part in the cam that dynamics.polydyne corrects",
-                 "leave it out, or polydyne = false")  # fmt: skip
-    against.refuse_sweep(spec)
     acting = against if against.jumps or si.weight else None
     return follower_study(
-        spec, Broken(motion, against.edges) if against.jumps else motion, speed, load.rotating, closure, si.mass,
-        si.rate, si.preload, acting,
+        spec, Broken(motion, against.edges) if against.jumps else motion, profile.operation.speed, load.rotating,
+        closure, si.mass, si.rate, si.preload, acting,
     )  # fmt: skip
 
 
@@ -292,7 +265,8 @@ def starts_at_rest(model: Vibrating) -> bool:
 def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
     """The duties of what presses the cam under the solved contact force of a turn, by the code of the rigid ones.
 
-    None without [dynamics], and where the follower leaves its cam: the force of its landings is not solved.
+    None without [dynamics], and where the follower leaves its cam: the force of its landings is not solved. Raises
+    NotConverged where the force swings too often to be sampled.
     """
     material, mechanism = model.profile.material, model.mechanism
     found = solved_turn(model, turn)
@@ -301,12 +275,14 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
     if mechanism.turret is not None:
         # The contact torque holds the turret back where it is positive.
         load = replace(model.load, solved=lambda theta: -found.at(theta, "contact_torque")[0] / MILLI)
+        beside = Engagement(mechanism.turret.bearing, mechanism.inside, np.zeros(0)).places
+        load = replace(load, solved_on=load.panels(most=MOST_BESIDE // len(beside)))
         return (turret_duty(material, mechanism, mechanism.turret, load),)
     if least_contact(model, turn) is not None and bool(found.peak("contact_force").minimum[0] < 0.0):
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
     load = replace(model.load, solved=lambda theta: unit * found.at(theta, "contact_force")[0])
-    return carriers(material, mechanism, load)
+    return carriers(material, mechanism, replace(load, solved_on=load.panels()))
 
 
 def least_contact(model: Vibrating, turn: Turn) -> Extreme | None:
@@ -347,9 +323,3 @@ def output_torque_of(model: Vibrating) -> Extreme | None:
         Extreme(float(peak.magnitude[0]) / MILLI, float(peak.magnitude_at[0]), where=TURNS[turn])
         for turn, peak in each
     )  # fmt: skip
-
-
-def _speed(profile: Profile) -> float:
-    if profile.operation is None:
-        raise ProfileError([Problem("operation.speed", "is missing", None, "r/min, for the dynamics")])
-    return profile.operation.speed

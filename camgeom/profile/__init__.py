@@ -6,9 +6,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, final
 
+import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
 from camgeom.cams import Cam
@@ -18,9 +20,11 @@ from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, load
 from camgeom.profile.twice import contradictions
 from camgeom.reading import decode, read_bytes
+from camgeom.track import TURN
 from camgeom.track.follower import AnyFollower, AnyRoller, Setup
 
 if TYPE_CHECKING:
@@ -173,12 +177,12 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     except ProfileError as error:
         return error.problems
     idle = idle_problems(profile, setup)
-    idle += _warnings_beyond(profile.limits)
+    idle += [*_warnings_beyond(profile.limits), *_forces(profile, setup)]
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     if not found and (profile.cutter_spec or profile.dynamics_spec or profile.impact_spec):
         mechanism = profile.cam.mechanism(setup)
-        found += contradictions(profile, mechanism)
+        found += contradictions(profile, mechanism) or solver_problems(profile, mechanism)
         if profile.cutter_spec is not None:
             found += profile.cutter_spec.problems(mechanism)
     return found
@@ -197,6 +201,19 @@ def _warnings_beyond(limits: Limits) -> list[Problem]:
         value = limits.warn_undercut_margin
         found.append(Problem("limits.warn_undercut_margin", "the limit fails before it warns", value, allowed))
     return found
+
+
+def _forces(profile: Profile, setup: Setup) -> Iterator[Problem]:
+    """Applied forces that have no value somewhere along the ideal motion, looked at every half degree."""
+    if profile.operation is None or not profile.operation.force:
+        return
+    theta, omega = np.linspace(0.0, TURN, 721), profile.operation.speed * TURN / 60.0
+    s, v, a = setup.program.jet(theta, 2)
+    for index, force in enumerate(profile.operation.force):
+        try:
+            force.applied(f"operation.force[{index}].expression")(theta, s, omega * v, omega * omega * a)
+        except ProfileError as error:
+            yield from error.problems
 
 
 def _folder_name(file: str) -> str:

@@ -85,6 +85,13 @@ class Force(Section):
             check_table([row[0] for row in self.table])
         return self
 
+    @property
+    def hangs_on_speed(self) -> bool:
+        """Whether the follower's velocity or acceleration has a part in it."""
+        from camgeom.mechanics.applied import compile_expression
+
+        return self.expression is not None and bool(compile_expression(self.expression).variables & {"v", "a"})
+
     def applied(self, key: str = "operation.force") -> Applied:
         """The force as an array function of cam angle and motion."""
         from camgeom.mechanics.applied import expression_force, table_force

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths.extremum import hardest
+from camgeom.maths.overflow import within_range
 from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_lives, least_safety
 from camgeom.report.products import Products
 
@@ -116,7 +117,8 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
         if (("dynamics" if name == "impact" else name) not in asked):
             continue
         product = f"{prefix}{name}"
-        found = products.attempt(product, partial(source, model)) if not (reason := absent(model)) else {}
+        job = partial(_within, name, source, model)
+        found = products.attempt(product, job) if not (reason := absent(model)) else {}
         if found is None:
             told = products[product]
             found = {told.status: told.reason}
@@ -128,6 +130,12 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
         else:
             data[name] = found
     return data
+
+
+def _within(name: str, source: Callable[[Model], dict[str, Any]], model: Model) -> dict[str, Any]:
+    """A section's data; NotConverged where a number leaves its range on the way."""
+    with within_range(name):
+        return source(model)
 
 
 def _flank(model: Model) -> dict[str, Any]:
@@ -338,12 +346,19 @@ def dynamics_data(model: Model) -> dict[str, Any]:
 
 
 def dynamic_duty_data(model: Model) -> dict[str, Any]:
-    """Pressure, forces, torque and lives under the solved contact force, and the rigid ones beside; empty without."""
-    if not model.dynamic_duties:
+    """Pressure, forces, torque and lives under the solved contact force, and the rigid ones beside; empty without.
+
+    A force that cannot be sampled costs these figures alone.
+    """
+    try:
+        solved, start = model.dynamic_duties, model.start_duties
+    except NotConverged as error:
+        return {"duty": {"failed": str(error)}}
+    if not solved:
         return {}
-    figures: dict[str, Any] = {"duty": duty_figures(model.dynamic_duties), "rigid_duty": duty_figures(model.carriers)}
-    if model.start_duties:
-        figures["start_duty"] = duty_figures(model.start_duties, lives=False)
+    figures: dict[str, Any] = {"duty": duty_figures(solved), "rigid_duty": duty_figures(model.carriers)}
+    if start:
+        figures["start_duty"] = duty_figures(start, lives=False)
     for name, peak in (("camshaft", model.dynamic_torque), ("start_camshaft", model.start_torque),
                        ("output", model.output_torque)):  # fmt: skip
         if peak is not None:

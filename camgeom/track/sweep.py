@@ -32,6 +32,8 @@ SAME = 10.0 * COVERED
 """share of a point's radius within which two edges run through it: ends are found where one covers the other"""
 MINIMA = 3
 HALVINGS = 22
+POLISHED = 1e-3
+"""rad by which an end of an edge is moved at most where it is polished"""
 MOST_TURN = 0.1
 """rad that a path turns by between neighbouring places at which its band's edges are looked at"""
 BLOCK = 256
@@ -439,12 +441,13 @@ def _rate(edge: BandEdge, phi: float) -> tuple[complex, complex]:
 
 
 def _on_rim(edge: BandEdge, phi: float, radius: float) -> float:
-    """Cam angle at which an edge meets the rim, by Newton's method from one close by."""
+    """Cam angle at which an edge meets the rim, by Newton's method from one close by; as given where it runs along."""
+    at = phi
     for _ in range(4):
-        x, d = _rate(edge, phi)
+        x, d = _rate(edge, at)
         slope = (x.conjugate() * d).real / abs(x)
-        phi -= (abs(x) - radius) / slope if slope else 0.0
-    return phi
+        at -= (abs(x) - radius) / slope if slope else 0.0
+    return at if abs(at - phi) < POLISHED else phi
 
 
 def _crossed(one: BandEdge, phi: float, two: BandEdge, psi: float) -> tuple[float, float]:
@@ -459,7 +462,7 @@ def _crossed(one: BandEdge, phi: float, two: BandEdge, psi: float) -> tuple[floa
         miss = y - x
         a += (-(miss.real * e.imag - miss.imag * e.real)) / det
         b += (-(miss.real * d.imag - miss.imag * d.real)) / det
-    return (a, b) if abs(a - phi) < 1e-3 and abs(b - psi) < 1e-3 else (phi, psi)
+    return (a, b) if abs(a - phi) < POLISHED and abs(b - psi) < POLISHED else (phi, psi)
 
 
 def _foot(edge: BandEdge, phi: float, x: complex) -> float:

@@ -18,11 +18,14 @@ from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
+from camgeom.maths import Floats
 from camgeom.maths.overflow import within_range
+from camgeom.maths.panels import panels, resolved
 from camgeom.model import Model
 from camgeom.motion.own import load_laws
 from camgeom.profile import parse, read
 from camgeom.reading import MAX_LINE, lines_of, read_bytes
+from camgeom.report.result import compute
 from tests.places import PROFILES
 
 HOSTILE = "a\x1b[31mred\x1b[0m\u202egnp.\u202c\u200fb\rc\x07"
@@ -157,6 +160,121 @@ def test_numbers_beyond_their_range_are_no_bug() -> None:
         raise ValueError("another")
     with within_range("gap"):
         assert math.sqrt(4.0) == 2.0
+
+
+FLAT = """
+[cam]
+kind = "disc"
+base_radius = 68.87
+width = 25.15
+[follower]
+kind = "translating"
+face = "flat"
+mass = 3.47
+face_width = 125.414
+[operation]
+speed = 101.0
+[dynamics]
+kind = "follower"
+linkage_stiffness = 3490.0
+shaft_inertia = 0.00071
+shaft_stiffness = {shaft}
+[[motion]]
+until = 60
+to = 30.3
+law = "3-4-5"
+[[motion]]
+until = 170
+[[motion]]
+until = 360
+to = 0
+law = "modified-sine"
+"""
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("shaft", "status"), [(272.0, "failed"), (272000.0, "made")])
+def test_a_cam_shaft_too_soft_for_its_cam_is_said_to_be(shaft: float, status: str) -> None:
+    """Its passes grow beyond all numbers: no warning, and what would help."""
+    product = compute(Model(parse(FLAT.format(shaft=shaft))), ("dynamics",)).products["dynamics"]
+    assert product.status == status
+    assert ("does not settle" in product.reason) == (status == "failed")
+
+
+@pytest.mark.parametrize(("most", "told"), [(40, True), (4000, False)])
+def test_a_force_is_sampled_on_so_many_panels_and_no_more(most: int, told: bool) -> None:
+    asked = []
+
+    def ringing(theta: Floats) -> Floats:
+        asked.append(len(theta))
+        return np.sin(400.0 * theta)
+
+    if told:
+        with pytest.raises(NotConverged, match=f"and {most} are spent"):
+            resolved(ringing, panels([0.0, 2.0 * np.pi]), 1e-6, most=most)
+    else:
+        found = resolved(ringing, panels([0.0, 2.0 * np.pi]), 1e-6, most=most)
+        assert found.tail(ringing(found.theta)[None]).max() <= 1e-6
+    assert max(asked) <= most
+
+
+RINGING = """
+[cam]
+kind = "parallel-index"
+center_distance = 55.692
+diameter = 75.86
+width = 7.2
+gap = 6.723
+[follower]
+kind = "turret"
+stops = 4
+pitch_radius = 27.8
+inertia = 0.36344
+rollers = 8
+[roller]
+diameter = 9.823
+length = 7.313
+[operation]
+speed = {speed}
+[[operation.force]]
+from = 130
+until = 180
+expression = "5000"
+[dynamics]
+kind = "indexing"
+input_stiffness = {shaft}
+output_stiffness = {shaft}
+cam_inertia = 0.506
+turret_inertia = 0.358
+load_inertia = 0.00544
+[output]
+tolerance = 0.1
+[[motion]]
+until = 70
+[[motion]]
+until = 260
+to = 90
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+
+
+@pytest.mark.parametrize(("speed", "shaft", "told"), [(36.7, 11200.0, False), (5.0, 112000.0, True)])
+def test_a_solved_force_that_rings_all_round_costs_its_duty_alone(speed: float, shaft: float, told: bool) -> None:
+    """Its check is not judged, its figures say why, and the response stands."""
+    model = Model(parse(RINGING.format(speed=speed, shaft=shaft)))
+    result = compute(model, ("dynamics",))
+    found = result.data["dynamics"]
+    assert found["peak_load_acceleration_rad_s2"] > 0.0
+    assert (result.products["dynamics"].status, result.products["dynamics"].exit_status) == ("made", 0)
+    verdict = judge(model, ["dynamic-pressure"])
+    if told:
+        assert "panels do not resolve it" in found["duty"]["failed"]
+        assert "panels do not resolve it" in verdict.not_judged[0].reason
+    else:
+        assert found["duty"]["peak_force_n"] > 0.0
+        assert not verdict.not_judged
 
 
 def test_what_was_not_found_is_not_sought_again(monkeypatch: pytest.MonkeyPatch) -> None:

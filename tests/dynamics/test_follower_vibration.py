@@ -15,7 +15,7 @@ from camgeom.dynamics.follower.residual import residual_spectrum
 from camgeom.dynamics.follower.response import flight, from_rest, jump, jump_speed, preload_share, steady_state
 from camgeom.dynamics.follower.train import OUTPUTS, CamShaft, FollowerSystem, FollowerTrain
 from camgeom.dynamics.linear.accuracy import Accuracy
-from camgeom.errors import NotConverged, ProfileError
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.motion import Program, Segment, make
 from camgeom.motion.law import Law, finish
 from camgeom.motion.table import Piece
@@ -209,7 +209,7 @@ class TestResponse:
         assert coarse == pytest.approx(fine, rel=1e-6)
 
     def test_knocking_law_is_refused(self) -> None:
-        with pytest.raises(ProfileError, match=r"velocity jumps at .* degrees"):
+        with pytest.raises(DesignError, match=r"velocity jumps at .* degrees"):
             steady_state(TRAIN, program("constant-velocity"), 10.0)
 
     def test_undamped_resonance_is_refused(self, motion: Program) -> None:
@@ -290,7 +290,7 @@ class TestJump:
         closed = steady_state(replace(TRAIN, closure="form"), motion, 10.0)
         with pytest.raises(ProfileError, match="form-closed"):
             jump(closed)
-        with pytest.raises(ProfileError, match="contact stiffness"):
+        with pytest.raises(DesignError, match="tappet_stiffness"):
             flight(replace(TRAIN, tappet_mass=0.1), motion, 10.0)
 
 

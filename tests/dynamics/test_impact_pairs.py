@@ -15,7 +15,7 @@ from camgeom.dynamics.impact.lift import TURN, Arc, Lift
 from camgeom.dynamics.impact.pair import Pair, Roller, Wall, groove_pair, planar_pair
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import solve
-from camgeom.errors import NotConverged, ProfileError
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.model import Model
 from camgeom.model.impact import impact_pair
 from camgeom.motion import Program, Segment
@@ -198,11 +198,11 @@ def test_undercut_is_refused_on_both_sides_of_the_limit() -> None:
     def pair(roller: float) -> Pair:
         return slide_pair(program, 50.0 - roller, 150.0 - roller, roller, 1e-4)
 
-    with pytest.raises(ProfileError, match="undercut") as refused:
+    with pytest.raises(DesignError, match="undercut") as refused:
         pair(45.0)
     limit = 1e3 * float(str(refused.value).split("radius < ")[1].split(" m")[0])
     pair(0.998 * limit)
-    with pytest.raises(ProfileError, match="undercut"):
+    with pytest.raises(DesignError, match="undercut"):
         pair(1.002 * limit)
 
 
@@ -212,7 +212,7 @@ def test_a_frame_needs_a_convex_cam() -> None:
     s0, _, s2 = lift.many(angle, 2)
     least = -float((s0 + s2).min())
     frame_pair(lift, 1.002 * least, 1e-5)
-    with pytest.raises(ProfileError, match="convex"):
+    with pytest.raises(DesignError, match="convex"):
         frame_pair(lift, 0.998 * least, 1e-5)
 
 
@@ -292,9 +292,9 @@ def test_flanks_of_a_swinging_groove_give_levers_per_radian() -> None:
 
 
 def test_lift_refuses_what_does_not_close() -> None:
-    with pytest.raises(ProfileError, match="close after one turn"):
+    with pytest.raises(DesignError, match="close after one turn"):
         Lift((Arc(0.0, TURN, 0.0, (0.0, 0.01)),))
-    with pytest.raises(ProfileError, match="velocity jumps at 70 degrees"):
+    with pytest.raises(DesignError, match="velocity jumps at 70 degrees"):
         rise_return_lift("constant-velocity")
     with pytest.raises(ProfileError, match="follow each other"):
         Lift((Arc(0.0, 1.0, 0.0, (0.0,)),))

@@ -84,11 +84,10 @@ def test_dynamics_that_do_not_apply_are_refused(profile, extra, word):
 
 
 def test_a_groove_without_a_clearance_has_no_impacts():
-    products = compute(Model(parse((PROFILES / "pin_insertion.toml").read_text() + "\n[impact]\nturns = 2\n")),
-                       ("motion", "dynamics")).products  # fmt: skip
-    assert (products["impact"].status, products["impact"].exit_status) == ("refused", 2)
-    assert "clearance" in products["impact"].reason
-    assert products["motion"].status == "made"
+    text = (PROFILES / "pin_insertion.toml").read_text() + "\n[impact]\nturns = 2\n"
+    with pytest.raises(ProfileError, match=r"impact\.clearance: is missing"):
+        parse(text)
+    assert parse(text + "clearance = 0.02\n")
 
 
 def test_uneven_speed_and_exact_contact_from_a_profile():
@@ -214,8 +213,10 @@ def test_polydyne_cam_of_a_profile(tmp_path):
 
 
 def test_polydyne_needs_a_smooth_motion_and_an_elastic_follower(tmp_path):
-    refused = compute(Model(parse(ELASTIC.format(law="cycloidal"))), ("dynamics",)).products["dynamics"]
-    assert (refused.status, refused.exit_status) == ("refused", 2)
-    assert "needs 3" in refused.reason
+    with pytest.raises(ProfileError, match=r"dynamics\.polydyne: .* 3 continuous derivatives"):
+        parse(ELASTIC.format(law="cycloidal"))
+    rough = Model(parse(ELASTIC.format(law="cycloidal").replace("polydyne = true", "")))
+    with pytest.raises(ExportError, match="3 continuous derivatives"):
+        write(rough, tmp_path / "cam.polydyne.csv")
     with pytest.raises(ExportError, match="elastic follower"):
         write(Model(parse((PROFILES / "disc_flat_face.toml").read_text())), tmp_path / "cam.polydyne.csv")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from math import acos, degrees, hypot, pi
+from math import acos, degrees, hypot, pi, radians
 
 import numpy as np
 import pytest
@@ -13,6 +13,8 @@ from camgeom.cams import starter
 from camgeom.cams.parallel_index import ParallelIndex
 from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
+from camgeom.motion.program import Program
+from camgeom.motion.segment import Segment
 from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.track.clearance import least_clearance
@@ -291,6 +293,23 @@ def test_a_roller_that_almost_stands_still_is_touched_half_round_within_a_moment
     inner = np.hypot(*x.T) < 0.5 * cam.diameter - 1e-9
     assert np.abs(ring_distance(cam, setup, 0, x[inner])).max() < 1e-8
     assert np.hypot(*x.T).min() == pytest.approx(68.29690603854365 - 13.7085, abs=0.1)
+
+
+def test_an_edge_that_leaves_along_the_rim_ends_where_it_was_found():
+    """Newton's method for where it meets the rim runs away: the end is where the boundary was seen to change."""
+    size = {"center_distance": 167.89921770401833, "diameter": 294.15355688380345, "plates": 4}
+    cam, setup = plates(2, 8, 4, **size)
+    follower = TurretFollower(kind="turret", stops=6, rollers=24, pitch_radius=100.0)
+    law = ("modified-constant-velocity", {"share": 0.5234513806417603, "rise": 0.8850218933014723})
+    steps = [Segment(radians(98.95006007695632)), Segment(radians(305.9772223833024), pi / 3.0, *law)]
+    program = Program.from_segments([*steps, Segment(2.0 * pi)], closed=False, angular=True)
+    setup = replace(setup, follower=follower, roller=CylinderRoller(diameter=24.215594895564745, length=5.0),
+                    program=program)  # fmt: skip
+    for plate, outline in enumerate(cam.mechanism(setup).outlines.values()):
+        x = outline.curve(np.linspace(0.0, 2.0 * pi, 801)).points.T
+        inner = np.hypot(*x.T) < 0.5 * cam.diameter - 1e-6
+        assert np.abs(ring_distance(cam, setup, plate, x[inner])).max() < 1e-6
+        assert np.hypot(*x.T).max() < 0.5 * cam.diameter + 1e-6
 
 
 def test_a_jump_of_velocity_is_named():

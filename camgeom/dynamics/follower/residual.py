@@ -25,6 +25,8 @@ from camgeom.maths import Floats, gauss_rule
 
 BASE_POINTS = 24
 """Gauss points of a smooth piece before any oscillation is counted"""
+MOST_PERIODS = 1e5
+"""natural periods in a rise"""
 PART = 4_000_000
 """numbers formed at once"""
 
@@ -58,8 +60,9 @@ def residual_spectrum(law: UnitLaw, ratio: npt.ArrayLike, damping: float = 0.0) 
     """
     n = np.atleast_1d(np.asarray(ratio, dtype=float))
     problems = []
-    if not (np.isfinite(n).all() and (n > 0.0).all() and (n <= 1e5).all()):
-        problems.append(Problem("dynamics.ratio", "must be positive", float(n.min(initial=np.inf)), "0 to 1e5"))
+    if not (np.isfinite(n).all() and (n > 0.0).all() and (n <= MOST_PERIODS).all()):
+        worst = float(n.max(initial=-np.inf)) if (n > 0.0).all() else float(n.min(initial=np.inf))
+        problems.append(Problem("dynamics.ratio", "out of range", worst, f"above 0 to {MOST_PERIODS:g}"))
     if not 0.0 <= damping < 1.0:
         problems.append(Problem("dynamics.damping_ratio", "out of range", damping, "0 to 1, 1 excluded"))
     if problems:

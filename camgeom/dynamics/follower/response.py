@@ -21,7 +21,7 @@ from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import periodic_response, transient_response
 from camgeom.dynamics.linear.solve import FINE, advance
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
-from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
 
 BISECTIONS = 60
@@ -46,7 +46,7 @@ def steady_state(
 ) -> FollowerResponse:
     """Periodic steady state at speeds (b,) in rad/s, contact never lost (see `flight` for that).
 
-    Raises NotConverged for a resonance without damping, ProfileError for a motion whose velocity jumps.
+    Raises NotConverged for a resonance without damping, DesignError for a motion whose velocity jumps.
     """
     return periodic_response(FollowerSystem(train, motion, np.atleast_1d(speed), scale, shaft, load), accuracy)
 
@@ -184,12 +184,14 @@ def flight(
 ) -> Flight:
     """Motion over `turns` turns from static equilibrium at a speed in rad/s, contact released and taken up again.
 
-    Raises ProfileError for a tappet mass without contact stiffness (it could not leave the cam) and NotConverged when
+    Raises DesignError for a tappet mass without contact stiffness (it could not leave the cam) and NotConverged when
     the contact chatters more than `MAX_EVENTS` times.
     """
     if train.tappet_mass > 0.0 and not train.two_masses:
-        text = "flight needs a contact stiffness where there is a tappet mass"
-        raise ProfileError([Problem("dynamics.contact_stiffness", text, 0.0, "> 0")])
+        raise DesignError(
+            "a flight needs dynamics.tappet_stiffness where there is a tappet_mass, or leave that out: a tappet that "
+            "follows the cam exactly cannot leave it"
+        )
     on = FollowerSystem(train, motion, np.array([speed]), scale, load=load)
     off = replace(on, flight=True)
     knots = np.asarray(motion.knots)

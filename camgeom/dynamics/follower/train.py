@@ -22,7 +22,7 @@ import numpy as np
 from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 
 Closure = Literal["force", "form"]
@@ -297,7 +297,7 @@ FollowerResponse = Response[FollowerSystem]
 
 
 def _refuse_knocks(motion: Motion) -> None:
-    """ProfileError when the velocity jumps at a knot: an elastic follower would be hit by an infinite force."""
+    """DesignError when the velocity jumps at a knot: an elastic follower would be hit by an infinite force."""
     knots = np.asarray(motion.knots, dtype=float)
     left, right = motion.jet(knots, 1, "left")[1], motion.jet(knots, 1, "right")[1]
     step = np.abs(right - left)
@@ -305,5 +305,7 @@ def _refuse_knocks(motion: Motion) -> None:
     inside = motion.jet(np.linspace(knots[0], knots[-1], 721), 1)[1]
     if float(step.max()) > JUMP * max(float(np.abs(part).max()) for part in (left, right, inside)):
         angle = float(np.degrees(knots[int(step.argmax())]))
-        text = f"the velocity jumps at {angle:.6g} degrees: the response needs a continuous velocity"
-        raise ProfileError([Problem("motion", text, None, "", "use a law such as cycloidal, modified-sine or 3-4-5")])
+        raise DesignError(
+            f"motion: the velocity jumps at {angle:.6g} degrees: the response needs a continuous velocity; use a law "
+            "such as cycloidal, modified-sine or 3-4-5"
+        )

@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -114,14 +114,12 @@ class Lift:
         scale = self.peaks
         if jumps[0].max() > 1e-9 + 1e-7 * scale[0]:
             message = "contact with free play is solved for motions that close after one turn without a jump"
-            raise ProfileError([Problem("motion", message, float(jumps[0].max()), "0 m or rad")])
+            raise DesignError(f"motion: {message} (found {jumps[0].max():.6g} m or rad)")
         worst = int(np.argmax(jumps[1]))
         if jumps[1, worst] > 1e-9 + 1e-6 * scale[1]:
-            message = (
-                f"the velocity jumps at {math.degrees(self.arcs[worst].end):.6g} degrees: the profile has a corner"
-            )
-            raise ProfileError(
-                [Problem("motion", message, float(jumps[1, worst]), "a law that starts and ends at rest")]
+            raise DesignError(
+                f"motion: the velocity jumps at {math.degrees(self.arcs[worst].end):.6g} degrees: the profile has a "
+                "corner; use a law that starts and ends at rest"
             )
 
     @classmethod

@@ -24,7 +24,7 @@ from typing import Any, Literal, final
 import numpy as np
 
 from camgeom.dynamics.impact.lift import TURN, Lift, LiftJets, Row
-from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -434,7 +434,8 @@ class Pair:
 
     `main` pushes towards +q, `back` towards -q; both touch at eta = 0 without clearance. `clearance` [m] withdraws the
     back side, as a chord between the two limiting positions of a roller centre or as a gap along the common normal;
-    `clearance_text` says which in words. Raises ProfileError without a clearance and where the cam cannot be made.
+    `clearance_text` says which in words. Raises ProfileError without a clearance, DesignError where the cam cannot be
+    made.
     """
 
     lift: Lift
@@ -449,7 +450,7 @@ class Pair:
             raise ProfileError([Problem("clearance", "contact with free play needs a gap", self.clearance, "> 0 m")])
         problems = [problem for side in self.sides for problem in side.problems(self.lift)]
         if problems:
-            raise ProfileError(problems)
+            raise DesignError("; ".join(dict.fromkeys(map(str, problems))))
 
     @cached_property
     def sides(self) -> tuple[Side, Side]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive, modes
 from camgeom.dynamics.linear.method import Motion
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError
 from camgeom.maths import Floats, distinct
 
 LOW, MEDIUM = 15.0, 6.0
@@ -48,10 +48,13 @@ class Mode:
         return bool((self.squared > 0.0).all())
 
     def frequency_hz(self) -> Floats:
-        """Frequency (n,) in Hz; ProfileError for a divergent mode, which has none."""
+        """Frequency (n,) in Hz; DesignError for a divergent mode, which has none."""
         if not self.oscillates:
             lowest = float(self.squared.min())
-            raise ProfileError([Problem("dynamics", f"the mode of {self.label} diverges", lowest, "omega^2 > 0")])
+            raise DesignError(
+                f"dynamics: the mode of {self.label} diverges (lowest omega^2 {lowest:.6g}): its springs do not hold "
+                "it; a smaller cross_bending, or larger turret_bending and load_bending"
+            )
         return np.sqrt(self.squared) / (2.0 * pi)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import NotConverged
 from camgeom.maths.frozen import frozen
+from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
 
@@ -74,7 +75,8 @@ class sought(Generic[T]):
             kind, text, said = vars(instance)[refusal]
             raise _again(kind, text, said)
         try:
-            answer = frozen(self._compute(instance))
+            with within_range(self._name.replace("_", " ")):
+                answer = frozen(self._compute(instance))
         except NotConverged as error:
             vars(instance)[refusal] = (type(error), str(error), dict(vars(error)))
             raise

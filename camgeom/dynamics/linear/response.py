@@ -17,7 +17,7 @@ from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
 from camgeom.dynamics.linear.walk import aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats, distinct
-from camgeom.maths.frozen import cached_property
+from camgeom.maths.frozen import cached_property, frozen
 
 GROUP = 64
 """speeds solved together; more would outgrow the cache"""
@@ -83,7 +83,14 @@ class Response(Generic[S]):
 
     def peak(self, name: str) -> Peak:
         """Extremes of an output between the nodes too, with their cam angles."""
-        return peak(self.solution, output(self.system, name))
+        if name not in self._peaks:
+            self._peaks[name] = frozen(peak(self.solution, output(self.system, name)))
+        return self._peaks[name]
+
+    @cached_property
+    def _peaks(self) -> dict[str, Peak]:
+        """Extremes that were asked for."""
+        return {}
 
     def certainty(self) -> dict[str, object]:
         """What a result file says about the numbers of the first speed: error, integrator, cautions."""

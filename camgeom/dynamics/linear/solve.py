@@ -265,7 +265,10 @@ class CorrectedWalk:
                 if change <= SETTLED or (change <= LOOSE and change >= 0.5 * before):
                     return state
                 before = change
-            force = _stage_force(self.system, self.stages, state[:, :-1], force)
+            try:
+                force = _stage_force(self.system, self.stages, state[:, :-1], force)
+            except FloatingPointError:
+                raise NotConverged(_advice(np.inf)) from None
             old = state
         raise NotConverged(_advice(before))
 

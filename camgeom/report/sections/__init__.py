@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, final
 
 from camgeom.drawing.content import Block, Chapter, Page, Text
 from camgeom.errors import Problem, ProfileError
+from camgeom.maths.overflow import within_range
 from camgeom.report.products import Products
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ class Entry:
     def _written(self, model: Model) -> tuple[Block, ...]:
         module, _, function = self.place.partition(":")
         writer: Writer = getattr(import_module(f"{__name__}.{module}"), function)
-        return writer(model)
+        with within_range(f"section {self.key}"):
+            return writer(model)
 
 
 SECTIONS = (

@@ -26,6 +26,7 @@ from camgeom.drawing.content import (
     quantities,
 )
 from camgeom.drawing.sheet import number
+from camgeom.errors import CamgeomError
 from camgeom.maths import Floats
 from camgeom.report.result import duty_figures, dynamic_duty_data, impact_figures
 from camgeom.report.sections.motion import at_speed, mark, one_turn, zones
@@ -60,8 +61,8 @@ def dynamics(model: Model) -> tuple[Block, ...]:
         blocks += indexing(model.indexing, program)
     if model.elastic_follower is not None:
         blocks += elastic(model.elastic_follower, program, rotating)
-    if model.dynamic_duties:
-        blocks += (duties("with vibration", "Elastic", dynamic_duty_data(model)),)
+    if carried := dynamic_duty_data(model):
+        blocks += (duties("with vibration", "Elastic", carried),)
     if model.impact is not None:
         blocks += impacts(model.impact, rotating)
         figures = {"duty": impact_figures(model), "rigid_duty": duty_figures(model.carriers)}
@@ -81,8 +82,10 @@ CARRIED = (
 """words, key of `duty_figures`, unit"""
 
 
-def duties(what: str, head: str, data: Mapping[str, Any]) -> Table:
+def duties(what: str, head: str, data: Mapping[str, Any]) -> Block:
     """Force, torque, pressure, safety and lives under the solved contact force, and what the rigid motion gives."""
+    if "rigid_duty" not in data:
+        return Text((f"What the contact carries {what} is not known: {data['duty']['failed']}",))
     solved, rigid, start = data["duty"], data["rigid_duty"], data.get("start_duty")
     every = (solved, rigid) if start is None else (solved, start, rigid)
     rows: list[tuple[Cell, ...]] = [
@@ -118,7 +121,10 @@ def elastic(study: FollowerStudy, program: Program, rotating: bool) -> tuple[Blo
     """All about an elastic follower at its working speed; the sweep where one was asked for."""
     blocks: list[Block] = [over_turn(study, program, rotating)]
     if study.jump is not None and bool(study.jump.lost[0]):
-        blocks += flying(study.flight, study, rotating)
+        try:
+            blocks += flying(study.flight, study, rotating)
+        except CamgeomError as error:
+            blocks.append(Text((f"Where the follower leaves its cam is not known: {error}",)))
     if study.sweep_speeds is not None:
         blocks.append(over_speeds(study, rotating))
     left = residual(study, program, rotating)
@@ -255,7 +261,7 @@ def stretches(program: Program) -> tuple[Stretch, ...]:
 
 def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | None:
     """Amplitude left in the dwell after each rise and return over the cam speed; None without a dwell."""
-    from camgeom.dynamics.follower.residual import residual_spectrum
+    from camgeom.dynamics.follower.residual import MOST_PERIODS, residual_spectrum
 
     moves = stretches(program)
     if not moves:
@@ -269,9 +275,13 @@ def residual(study: FollowerStudy, program: Program, rotating: bool) -> Chart | 
     series = []
     for move in moves:
         periods = (move.end - move.start) / (speeds / RAD) * frequency / TURN
+        if periods.max() > MOST_PERIODS:
+            continue  # a follower so stiff against its cam leaves nothing that could be seen
         values = residual_spectrum(move, periods, ratio).amplitude * move.size * study.scale * factor
         name = f"after {number(degrees(move.start))}° to {number(degrees(move.end) % 360.0 or 360.0)}°"
         series.append(Series(name, speeds, values))
+    if not series:
+        return None
     at = at_speed(rpm)
     panel = Panel(Axis("Residual amplitude", unit, zero=True), tuple(series), limits=at)
     hertz = number(frequency / TURN)

@@ -1,0 +1,116 @@
+"""What a solver cannot carry, or cannot do without, is refused when the profile is read, by key, and not while it runs.
+
+Every case has two sides: the change that is refused, and the neighbour that the solver then solves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.solvers import solver_problems
+from camgeom.report.result import compute
+from tests.profile.cases import frozen, made, put
+
+Data = dict[str, Any]
+FORCE = {"from": 60.0, "until": 110.0}
+SHAFTS = {"dynamics": None, "dynamics.kind": "indexing", "dynamics.input_stiffness": 2e5,
+          "dynamics.output_stiffness": 5e5}  # fmt: skip
+BARE = {"dynamics.shaft_inertia": None, "dynamics.shaft_stiffness": None}
+
+
+@dataclass(frozen=True)
+class Two:
+    """A case of `cases.CASES` with keys changed, the key that is refused then, and what makes it sound."""
+
+    case: str
+    key: str
+    bad: Data
+    good: Data
+
+
+TWO = [
+    Two("disc, elastic", "operation", {"operation": None}, {}),
+    Two("indexing drive", "operation", {"operation": None}, {}),
+    Two("drum, impact", "operation", {"operation": None}, {}),
+    Two("indexing drive", "operation.spring_rate", {"operation.spring_rate": 3.0}, {"operation.spring_rate": 0.0}),
+    Two("disc, elastic", "operation.guide_friction", {"operation.guide_friction": 0.05},
+        {**BARE, "operation.guide_friction": 0.05}),
+    Two("disc, elastic", "dynamics.tappet_mass", {**BARE, "dynamics.tappet_mass": 0.501},
+        {**BARE, "dynamics.tappet_mass": 0.499}),
+    Two("disc, elastic", "dynamics.mass", {"follower.mass": None}, {"follower.mass": None, "dynamics.mass": 0.5}),
+    Two("disc, elastic", "dynamics.method", {"dynamics.method": "newmark"}, {**BARE, "dynamics.method": "newmark"}),
+    Two("indexing drive", "dynamics.method", {"dynamics.method": "newmark", "dynamics.exact_contact": True},
+        {"dynamics.method": "newmark"}),
+    Two("disc, elastic", "operation.force[0].expression",
+        {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2,
+         "operation.force": ({**FORCE, "expression": "2 + v"},)},
+        {"dynamics.sweep": (100.0, 200.0), "dynamics.sweep_points": 2,
+         "operation.force": ({**FORCE, "expression": "2 + s"},)}),
+    Two("drum, impact", "operation.guide_friction", {"operation.guide_friction": 0.05}, {}),
+    Two("drum, impact", "impact.clearance", {"impact.clearance": None, "cam.running_clearance": None},
+        {"impact.clearance": None, "cam.running_clearance": 0.02}),
+    Two("drum, impact", "impact.inertia", {"follower.mass": None}, {"follower.mass": None, "impact.inertia": 2.0}),
+    Two("drum, impact", "impact.laws", {"impact.laws": ("no-such-law",)}, {"impact.laws": ("modified-sine",)}),
+]  # fmt: skip
+
+
+def data_of(case: str, changes: Data) -> Data:
+    """The data of a case with keys changed; what it says twice of what moves is left out."""
+    data = made(case)
+    for key, value in changes.items():
+        put(data, key, value)
+    return frozen(data)
+
+
+@pytest.mark.parametrize("two", TWO, ids=lambda two: f"{two.case}: {two.key}")
+def test_the_reader_says_what_the_solver_would(two: Two) -> None:
+    with pytest.raises(ProfileError) as refused:
+        from_data(data_of(two.case, two.bad), "part.toml")
+    assert two.key in [problem.key for problem in refused.value.problems]
+    assert str(refused.value).startswith("part.toml: ")
+
+
+@pytest.mark.parametrize("two", [two for two in TWO if two.good], ids=lambda two: f"{two.case}: {two.key}")
+def test_its_neighbour_is_solved(two: Two) -> None:
+    model = Model(from_data(data_of(two.case, two.good), ""))
+    products = {product.name: product for product in compute(model, ("dynamics",)).products}
+    asked = "impact" if model.profile.impact_spec is not None else "dynamics"
+    assert products[asked].status in ("made", "failed"), products[asked].reason
+    assert products[asked].exit_status in (0, 3)
+
+
+@pytest.mark.parametrize(("moved", "own", "key"), [(0.0, 0.0, "dynamics.load_inertia"), (0.3, 0.0, "follower.inertia")])
+def test_a_turret_without_inertia_leaves_none_for_its_load(moved: float, own: float, key: str) -> None:
+    found = {"follower.inertia": own, "operation.load_inertia": moved, "dynamics.turret_inertia": None,
+             "dynamics.load_inertia": None}  # fmt: skip
+    with pytest.raises(ProfileError) as refused:
+        from_data(data_of("indexing drive", {**found, "dynamics.cam_inertia": 0.1}), "")
+    assert key in [problem.key for problem in refused.value.problems]
+    assert from_data(data_of("indexing drive", {**found, "follower.inertia": 1.0, "dynamics.cam_inertia": 0.1}), "")
+
+
+@pytest.mark.parametrize(("text", "told"), [("1 / (deg - 90)", True), ("log(deg - 70)", True), ("log(deg)", False)])
+def test_a_force_without_a_value_is_told_when_it_is_read(text: str, told: bool) -> None:
+    data = data_of("disc, roller", {"operation.force": ({**FORCE, "expression": text},)})
+    if not told:
+        assert from_data(data, "")
+        return
+    with pytest.raises(ProfileError, match=r"operation\.force\[0\]\.expression: .*no finite value"):
+        from_data(data, "part.toml")
+
+
+def test_a_profile_made_in_python_is_told_by_the_solver() -> None:
+    """It was not read; the same rule stands at the solver's door."""
+    profile = from_data(data_of("drum, impact", {}), "")
+    other = profile.model_copy(update={"operation": profile.operation.model_copy(update={"guide_friction": 0.05})})
+    model = Model(other)
+    (problem,) = solver_problems(other, model.mechanism)
+    assert problem.key == "operation.guide_friction"
+    with pytest.raises(ProfileError, match="guide_friction"):
+        _ = model.impact
