@@ -15,6 +15,7 @@ import builtins
 import errno
 import json
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -50,7 +51,13 @@ PROFILES = {
     ),
     "disc": ("disc_offset_roller", 'formats = ["ply", "glb", "vtu", "outline.csv", "apt", "plcopen.xml", "stp"]'),
     "globoid": ("tool_changer", 'formats = ["obj", "assembly.step", "cutter.csv", "sheet.svg"]'),
+    "milled": ("milled_drum", 'formats = ["gcode", "rest.csv", "rest.vtu", "apt", "cutter.csv"]'),
+    "pair": ("conjugate_rocker", 'formats = ["3mf", "stl", "ap214.step", "dxf", "points.csv", "outline.csv"]'),
+    "frame": ("constant_width_press", 'formats = ["ply", "step", "sheet.svg", "cmm.csv", "ecam.csv"]'),
+    "barrel": ("barrel_indexer", 'formats = ["stl", "glb", "points.ply", "cmm.csv", "stp"]'),
+    "plates": ("parallel_index", 'formats = ["3mf", "vtu", "assembly.step", "dxf", "outline.csv"]'),
 }
+"""one profile of every kind, and one that is milled; together every format but pictures and films"""
 
 
 class Fault:
@@ -189,17 +196,13 @@ def campaign(kinds: tuple[str, ...], chosen: tuple[str, ...], most: int, say: Ca
     for label in chosen:
         source, formats = PROFILES[label]
         text = (runs.ROOT / "profiles" / f"{source}.toml").read_text()
-        import re
-
-        text = re.sub(r"^formats = .*$", formats, text, flags=re.MULTILINE)
-        text = re.sub(r"^tolerance = .*$", "tolerance = 0.02", text, count=1, flags=re.MULTILINE)
         wanted = re.findall(r'"([^"]+)"', formats)
         with tempfile.TemporaryDirectory(prefix="camgeom-fault-") as folder:
             place = Path(folder)
             profile, tally = place / "profile.toml", place / "tally"
-            (profile).write_text(text + "\n")
+            profile.write_text(_with_output(text, f"tolerance = 0.02\n{formats}"))
             earlier = place / "earlier.toml"
-            earlier.write_text(text.replace("tolerance = 0.02", "tolerance = 0.05"))
+            earlier.write_text(_with_output(text, f"tolerance = 0.05\n{formats}"))
             ended = runs.child(["run", str(earlier), "--out", str(place / "before")], place, None)
             if ended["code"] not in (0, 1):
                 raise runs.Failure(f"the earlier run ended with {ended['code']}: {ended['stderr']}")
@@ -219,6 +222,11 @@ def campaign(kinds: tuple[str, ...], chosen: tuple[str, ...], most: int, say: Ca
                         say(f"{label}, {kind} {name}: {failure}")
                     counts[f"{kind}: {ending}"] += 1
     return counts
+
+
+def _with_output(text: str, keys: str) -> str:
+    """A profile with another [output]."""
+    return re.sub(r"^\[output\]\n(?:(?!\[).*\n?)*", "", text, flags=re.MULTILINE) + f"\n[output]\n{keys}\n"
 
 
 def _counted(

@@ -144,7 +144,8 @@ def test_a_mass_that_is_not_given_is_told(name: str, key: str) -> None:
     assert f"follower.{key}" in finding.advice
     assert said(model(name), "moving-mass") == []
     assert said(model(name, **{f"follower__{key}": 0.0, "dynamics": None}), "moving-mass") == []
-    assert said(model(name, **{f"follower__{key}": None, f"operation__load_{key}": 1.0}), "moving-mass") == []
+    carried = {f"follower__{key}": None, f"operation__load_{key}": 1.0, "dynamics": None}
+    assert said(model(name, **carried), "moving-mass") == []
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import os
 import resource
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ import pytest
 from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.cli import main
+from camgeom.dynamics.linear.budget import Purse
+from camgeom.dynamics.linear.solve import _hopeless
 from camgeom.errors import NotConverged, Problem, ProfileError, visible
 from camgeom.inspection.points import read_points
 from camgeom.maths import Floats
@@ -136,6 +139,22 @@ def test_a_drive_too_slow_for_its_modes_is_refused_before_it_is_solved(sound, sl
     after = resource.getrusage(resource.RUSAGE_SELF)
     assert after.ru_utime - before.ru_utime < 6.0
     assert after.ru_maxrss < 1_500_000
+
+
+@pytest.mark.parametrize(("seconds", "answered"), [(10.0, True), (1e-4, False)])
+def test_a_sweep_spends_no_more_than_it_has(seconds: float, answered: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("camgeom.dynamics.linear.response.Purse", partial(Purse, seconds))
+    found = _drive(120.0, "sweep = [110, 130]", "sweep_points = 3").indexing.sweep
+    assert found.answered.tolist() == 3 * [answered]
+    assert all("of the sweep are spent" in why for _, why in found.refused)
+    assert len(found.refused) == (0 if answered else 3)
+
+
+@pytest.mark.parametrize(("rate", "lost"), [(0.5, False), (0.89, False), (0.95, True), (1.0, True), (1.3, True)])
+def test_passes_that_will_not_settle_are_told_after_a_dozen(rate: float, lost: bool) -> None:
+    changes = [rate**k for k in range(12)]
+    assert not _hopeless(changes[:11])
+    assert _hopeless(changes) == lost
 
 
 @pytest.mark.parametrize("key", ["exact_contact = false", "exact_contact = true"])

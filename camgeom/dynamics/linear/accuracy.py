@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, refuse_costly
+from camgeom.dynamics.linear.budget import refuse_costly
 from camgeom.dynamics.linear.method import Method, System, find
 from camgeom.dynamics.linear.solve import Growing, Solution
 from camgeom.dynamics.linear.walk import MAX_STEPS, Grid, aligned_grid
@@ -71,7 +71,7 @@ def solved(system: System, knots: Floats, accuracy: Accuracy, once: Once, watch:
     """A solution verified by halving, or one of the given steps with its error; one grid for all speeds."""
     method = find(accuracy.method)
     if accuracy.steps is not None:
-        refuse_costly(system, method, accuracy.steps * system.batch, MOST_SWEEP_SECONDS)
+        refuse_costly(system, method, accuracy.steps * system.batch)
         return measured(lambda g: once(g, method), aligned_grid(knots, accuracy.steps), watch)
     steps = predicted_steps(system, knots, accuracy.tolerance, method)
     grid = aligned_grid(knots, round(float(steps.max())))

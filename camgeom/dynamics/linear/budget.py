@@ -20,9 +20,9 @@ T = TypeVar("T")
 
 MOST_BYTES = 1e9
 """of one solution"""
-MOST_SECONDS = 6.0
-"""of one solution; an elastic drive or follower takes about eight times as long for all of its figures"""
-MOST_SWEEP_SECONDS = 30.0
+MOST_SECONDS = 4.0
+"""of one solution; an elastic drive or follower takes about ten times as long for all of its figures"""
+MOST_SWEEP_SECONDS = 15.0
 """of a sweep"""
 VERIFIED = 1.5
 """steps of a solution and of the one with half as many that it is measured by, over its own"""
@@ -30,6 +30,8 @@ PER_STEP = 1.8e-5
 """s a step, linear, where a contact varies alone or the method is of the Newmark family"""
 PER_ENTRY = 7e-9
 """s for each entry of the cube of a step's matrix, stages times coordinates wide"""
+PER_PASSES = 3e-6
+"""s a step for each of the stages times coordinates, in the dozen passes that a non-linear contact usually takes"""
 
 
 def step_cost(system: System, method: Method) -> tuple[float, float]:
@@ -41,6 +43,8 @@ def step_cost(system: System, method: Method) -> tuple[float, float]:
     wide = m * len(method.b)
     apart = system.linear and system.coefficients(np.zeros((1, 1))).contact is not None and method.c[-1] < 1.0
     seconds = PER_STEP if apart else PER_STEP + PER_ENTRY * wide**3
+    if not system.linear:
+        seconds += PER_PASSES * wide
     return seconds, kept if system.linear else kept + 8.0 * (wide * wide + wide * (2 * m + 1) + 4 * m * (m + 1))
 
 
@@ -57,6 +61,23 @@ def refuse_costly(system: System, method: Method, steps: float, most: float = MO
         "fewer sweep_points need fewer; a drive whose modes are thousands of times as fast as its cam moves as a rigid "
         "one does, and needs no [dynamics]"
     )
+
+
+@final
+class Purse:
+    """What a sweep may still spend on its groups of speeds: those that are tried again in parts pay again."""
+
+    def __init__(self, seconds: float = MOST_SWEEP_SECONDS) -> None:
+        self._left = seconds
+
+    def pay(self, system: System, method: Method, steps: float) -> None:
+        """Take the cost of so many steps, over all speeds together. Raises NotConverged where it is not left."""
+        self._left -= step_cost(system, method)[0] * steps
+        if self._left < 0.0:
+            raise NotConverged(
+                f"the {MOST_SWEEP_SECONDS:g} s of the sweep are spent on speeds that are hard to solve: fewer "
+                "sweep_points, a range away from resonances, or damping"
+            )
 
 
 @final

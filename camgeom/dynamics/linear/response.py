@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.linear.accuracy import Accuracy, Once, affordable, predicted_steps, solved, verified
-from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, refuse_costly
-from camgeom.dynamics.linear.method import Side, System, find
+from camgeom.dynamics.linear.budget import MOST_SWEEP_SECONDS, Purse, refuse_costly
+from camgeom.dynamics.linear.method import Method, Side, System, find
 from camgeom.dynamics.linear.peaks import Output, Peak, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
-from camgeom.dynamics.linear.walk import aligned_grid
+from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property, frozen
@@ -186,11 +186,11 @@ Answer = tuple[npt.NDArray[np.intp], Response[S] | str]
 
 def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> list[Answer[S]]:
     """Responses of all speeds in groups: neighbours share a grid, at the price of at most two fifths more steps."""
-    everywhere = np.arange(len(speeds))
+    everywhere, purse = np.arange(len(speeds)), Purse()
     if accuracy.steps is not None:
         steps = accuracy.steps
         refuse_costly(at(speeds[:1]), find(accuracy.method), steps * len(speeds), MOST_SWEEP_SECONDS)
-        return [answer for part in _parts(everywhere) for answer in _answers(at, speeds, part, steps, accuracy)]
+        return [answer for part in _parts(everywhere) for answer in _answers(at, speeds, part, steps, accuracy, purse)]
     whole, method = at(speeds), find(accuracy.method)
     predicted = predicted_steps(whole, whole.knots, accuracy.tolerance, method)
     refuse_costly(whole, method, 2.0 * float(predicted.sum()), MOST_SWEEP_SECONDS)
@@ -198,7 +198,7 @@ def _grouped(at: Callable[[Floats], S], speeds: Floats, accuracy: Accuracy) -> l
     out: list[Answer[S]] = []
     for rung in distinct(rungs):
         for part in _parts(everywhere[rungs == rung]):
-            out += _answers(at, speeds, part, int(rung), accuracy)
+            out += _answers(at, speeds, part, int(rung), accuracy, purse)
     return out
 
 
@@ -207,15 +207,21 @@ def _parts(index: npt.NDArray[np.intp]) -> list[npt.NDArray[np.intp]]:
 
 
 def _answers(
-    at: Callable[[Floats], S], speeds: Floats, index: npt.NDArray[np.intp], steps: int, accuracy: Accuracy
+    at: Callable[[Floats], S], speeds: Floats, index: npt.NDArray[np.intp], steps: int, accuracy: Accuracy, purse: Purse
 ) -> list[Answer[S]]:
     """Responses of a group begun with some steps; one with a refusal is halved until the refused speed stands alone."""
     system, method = at(speeds[index]), find(accuracy.method)
     grid = aligned_grid(system.knots, steps)
     try:
         if accuracy.steps is not None:
+            purse.pay(system, method, grid.steps * system.batch)
             return [(index, Response(system, periodic(system, grid, method)))]
-        once = affordable(system, method, lambda g, by: periodic(system, g, by))
+
+        def paid(on: Grid, by: Method) -> Solution:
+            purse.pay(system, by, on.steps * system.batch)
+            return periodic(system, on, by)
+
+        once = affordable(system, method, paid)
         solution = verified(once, grid, accuracy.tolerance, watch(system))
         return [(index, Response(system, solution))]
     except NotConverged as reason:
@@ -223,8 +229,8 @@ def _answers(
             return [(index, str(reason))]
     half = len(index) // 2
     return [
-        *_answers(at, speeds, index[:half], steps, accuracy),
-        *_answers(at, speeds, index[half:], steps, accuracy),
+        *_answers(at, speeds, index[:half], steps, accuracy, purse),
+        *_answers(at, speeds, index[half:], steps, accuracy, purse),
     ]
 
 

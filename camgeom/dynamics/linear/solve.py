@@ -26,6 +26,8 @@ NEUTRAL = 1e-9
 SINGULAR = 1e-11
 """smallest singular value of I - Phi (scaled) below which the steady state is a resonance"""
 PASSES = 150
+SURE = 12
+"""passes after which it is told from their changes whether PASSES will do"""
 AT_ONCE = 32_768
 """steps x speeds whose maps or stages are formed together"""
 SETTLED = 2e-15
@@ -250,7 +252,7 @@ class CorrectedWalk:
         """States (b, n + 1, r) with the correction settled, each pass begun where `close` of its whole map says."""
         force: Floats | None = None
         old: Floats | None = None
-        before = np.inf
+        before, changes = np.inf, list[float]()
         for _ in range(PASSES):
             maps = self.maps.copy()
             if force is not None:
@@ -265,12 +267,23 @@ class CorrectedWalk:
                 if change <= SETTLED or (change <= LOOSE and change >= 0.5 * before):
                     return state
                 before = change
+                changes.append(change)
+                if _hopeless(changes):
+                    raise NotConverged(_advice(change))
             try:
                 force = _stage_force(self.system, self.stages, state[:, :-1], force)
             except FloatingPointError:
                 raise NotConverged(_advice(np.inf)) from None
             old = state
         raise NotConverged(_advice(before))
+
+
+def _hopeless(changes: list[float]) -> bool:
+    """Whether passes whose changes go on as the latest of them will not settle within PASSES."""
+    if len(changes) < SURE or changes[-1] <= LOOSE:
+        return False
+    rate = (changes[-1] / changes[-SURE]) ** (1.0 / (SURE - 1))
+    return bool(changes[-1] * rate ** (PASSES - len(changes)) > LOOSE)
 
 
 def _stage_force(system: System, held: Stages, state: Floats, force: Floats | None) -> Floats:
