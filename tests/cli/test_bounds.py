@@ -127,7 +127,7 @@ def _drive(speed: float, *keys: str) -> Model:
 
 @pytest.mark.parametrize(
     ("sound", "slow", "keys"),
-    [(3.0, 0.3, ()), (40.0, 0.3, ("exact_contact = true",)), (120.0, 120.0, ("steps = 4_000_000",)),
+    [(5.0, 0.3, ()), (40.0, 0.3, ("exact_contact = true",)), (120.0, 120.0, ("steps = 4_000_000",)),
      (120.0, 30.0, ("sweep = [20, 30]", "sweep_points = 5000"))],
 )  # fmt: skip
 def test_a_drive_too_slow_for_its_modes_is_refused_before_it_is_solved(sound, slow, keys) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -54,6 +57,68 @@ def test_tutorial_runs_as_it_is_written(
     said = dict(seen)
     assert "42.4" in said["camgeom check feed.toml"] or any("42.4" in out for _, out in seen)
     assert "4 fails" not in said[next(text for text, _ in seen if "160:200:3" in text)]
+
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 40
+width = 12
+[follower]
+kind = "translating"
+[roller]
+diameter = 20
+length = 12
+[[motion]]
+until = {until}
+to = {rise}
+law = "cycloidal"
+[[motion]]
+until = 360
+to = 0
+law = "cycloidal"
+"""
+TYPES = {"object": dict, "array": list, "string": str, "integer": int, "number": (int, float)}
+
+
+def _astray(value: object, schema: dict[str, Any], at: str) -> Iterator[str]:
+    """Where a value is not what a schema says: types, enum, required, properties, items."""
+    if "enum" in schema and value not in schema["enum"]:
+        yield f"{at} is {value!r}"
+    if "type" in schema and not isinstance(value, TYPES[schema["type"]]):
+        yield f"{at} is no {schema['type']}"
+    elif isinstance(value, dict):
+        yield from (f"{at} has no {key}" for key in schema.get("required", ()) if key not in value)
+        rest = schema.get("additionalProperties", True)
+        for key, item in value.items():
+            own = schema.get("properties", {}).get(key, rest)
+            if own is False:
+                yield f"{at}.{key} is not described"
+            elif isinstance(own, dict):
+                yield from _astray(item, own, f"{at}.{key}")
+    elif isinstance(value, list):
+        for item in value:
+            yield from _astray(item, schema["items"], f"{at}[]")
+
+
+def test_result_and_manifest_are_as_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (DOCS / "result.md").read_text(encoding="utf-8")
+    found = re.findall(r"^```json schema (\w+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    schemas = {name: json.loads(body) for name, body in found}
+    statuses = set()
+    for case, rise, until in (("sound", 5, 90), ("undercut", 40, 15)):  # the steep one has no body
+        (tmp_path / f"{case}.toml").write_text(DISC.format(rise=rise, until=until), encoding="utf-8")
+        words = ["run", str(tmp_path / f"{case}.toml"), "--out", str(tmp_path / case), "--formats", "stl,rest.csv"]
+        assert main([*words, "--tolerance", "0.1"]) == 1, capsys.readouterr().err
+        products = json.loads((tmp_path / case / "result.json").read_text())["products"]
+        assert list(_astray(products, schemas["products"], "products")) == []
+        assert list(_astray(json.loads((tmp_path / case / "manifest.json").read_text()), schemas["manifest"], "")) == []
+        statuses |= {product["status"] for product in products.values()}
+        assert all(product.get("reason") for product in products.values() if product["status"] != "made")
+    assert statuses == {"made", "not applicable", "refused"}
+    assert list(_astray({"stl": {"status": "lost"}}, schemas["products"], "")) == [".stl.status is 'lost'"]
+    more = {"stl": {"status": "made", "why": ""}}
+    assert list(_astray(more, schemas["products"], "")) == [".stl.why is not described"]
 
 
 def test_reference_of_keys_is_current() -> None:
