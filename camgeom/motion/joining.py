@@ -11,7 +11,7 @@ import numpy as np
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.motion.law import LAWS, Ends, LawEntry, ParamValue
-from camgeom.motion.segment import Segment, Span
+from camgeom.motion.segment import TURN, Segment, Span
 
 HIGHEST = 3
 """Derivatives that can be carried over: velocity, acceleration, jerk."""
@@ -56,14 +56,20 @@ def all_ends(segments: Sequence[Segment], spans: Sequence[Span], unit: float, fo
     lifts = [span.after - span.before for span in spans]
     if free:
         _Shared(segments, orders, widths, lifts, free, unit, folder).solve(states, key)
-    powers = np.arange(1, HIGHEST + 1)
+    p = np.arange(1, HIGHEST + 1)
     after = np.roll(states, -1, axis=0)
     following = [(i + 1) % len(segments) for i in range(len(segments))]
     shared = [i in free or following[i] in free for i in range(len(segments))]
     return [
-        Ends(lift, tuple((start * w**powers).tolist()), tuple((end * w**powers).tolist()), unit, folder, sought)
+        Ends(lift, tuple((start * w**p).tolist()), tuple((end * w**p).tolist()), unit, folder, sought, w / TURN)
         for lift, w, start, end, sought in zip(lifts, widths, states, after, shared, strict=True)
     ]
+
+
+def _linear(segment: Segment) -> tuple[LawEntry, dict[str, ParamValue]]:
+    """The law that a shared state is sought with, and its parameters: the segment's, or the one that stands in."""
+    entry, params = LAWS[segment.law or ""], dict(segment.params)
+    return (LAWS[entry.stand_in], {"order": _order(entry, params)}) if entry.stand_in else (entry, params)
 
 
 def _own_state(segment: Segment, span: Span, at: float) -> Floats:
@@ -90,7 +96,7 @@ class _Shared:
     ) -> None:
         self.orders, self.widths, self.free = orders, widths, free
         self.responses = {
-            i: response(LAWS[segment.law], dict(segment.params), lift, unit, folder)
+            i: response(*_linear(segment), lift, unit, folder)
             for i, (segment, lift) in enumerate(zip(segments, lifts, strict=True))
             if segment.law is not None and orders[i] and (i in free or (i + 1) % len(segments) in free)
         }

@@ -183,7 +183,8 @@ class Ends:
 
     start[r], end[r] is the derivative of order r + 1; `unit` is the inner value of one edge unit of lift (1 for mm,
     pi/180 for degrees) and `folder` the place that relative file names start from; `shared` says that a state is still
-    sought together with a neighbour, so that the motion must answer to its ends linearly.
+    sought together with a neighbour, so that the motion must answer to its ends linearly; `turn` is the share of a turn
+    that the segment takes, 0 outside a program.
     """
 
     lift: float = 1.0
@@ -192,6 +193,7 @@ class Ends:
     unit: float = 1.0
     folder: str = ""
     shared: bool = False
+    turn: float = 0.0
 
     def values(self, order: int) -> tuple[Floats, Floats]:
         """Value and `order` derivatives per unit travel at the start and at the end, (order + 1,) each."""
@@ -252,6 +254,8 @@ class LawEntry:
     joins: bool = False
     cases: tuple[tuple[Mapping[str, ParamValue], Claims], ...] = ()
     data: tuple[str, ...] = ()
+    stand_in: str = ""
+    """the joining law that a state shared with a neighbour is sought with, where this one does not answer linearly"""
 
     def lacks(self, params: Mapping[str, ParamValue]) -> bool:
         """Whether the law is made of data, and the parameters give none: it would be another law."""
@@ -272,7 +276,7 @@ class LawEntry:
 
     def pieces(self, params: Mapping[str, ParamValue], ends: Ends) -> tuple[Piece, ...]:
         """The motion from 0 to ends.lift over unit travel; `params` must have passed `problems`."""
-        values = self._complete(params)
+        values = self.complete(params)
         if self.joins:
             return finish(self.factory(ends, **values), ends.lift)
         return tuple(piece.scaled(ends.lift) for piece in _law(self, tuple(values.items())).pieces)
@@ -282,15 +286,15 @@ class LawEntry:
         problems = self.problems(params)
         if problems:
             raise ProfileError(problems)
-        return _law(self, tuple(self._complete(params).items()))
+        return _law(self, tuple(self.complete(params).items()))
 
     def claims_for(self, values: Mapping[str, ParamValue]) -> Claims | None:
         """The claims that hold at these parameters: the defaults', a listed case's, or none."""
-        wanted = self._complete(values)
-        matching = (claims for case, claims in (({}, self.claims), *self.cases) if self._complete(case) == wanted)
+        wanted = self.complete(values)
+        matching = (claims for case, claims in (({}, self.claims), *self.cases) if self.complete(case) == wanted)
         return next(matching, None)
 
-    def _complete(self, params: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
+    def complete(self, params: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
         """The parameters with defaults filled in, in the catalogue's order, lists as tuples."""
         return {name: freeze(params.get(name, parameter.default)) for name, parameter in self.parameters.items()}
 
@@ -351,12 +355,14 @@ def law(
     joins: bool = False,
     cases: Sequence[tuple[Mapping[str, ParamValue], Claims]] = (),
     data: Sequence[str] = (),
+    stand_in: str = "",
     **parameters: Parameter,
 ) -> Callable[[Factory], Factory]:
     """Enter a law into the catalogue. The decorated function takes the parameters and returns the pieces of s.
 
     A joining law takes an `Ends` first and returns a motion from 0 to its lift. `claims` hold at the defaults, `cases`
-    at other parameters. A segment of a profile has to give one of the parameters that `data` names. The first line of
+    at other parameters. A segment of a profile has to give one of the parameters that `data` names; a joining law that
+    does not answer linearly to its ends names the law that `stand_in`s for it. The first line of
     the docstring is the summary that the list of laws shows. Raises ValueError where the name is taken; of a law from
     outside the package the claims are measured at once, and ProfileError says which does not hold.
     """
@@ -366,7 +372,7 @@ def law(
         own = factory.__module__.startswith(f"{HOME}.laws_")
         if name in (LAWS.entered if own else LAWS):
             raise ValueError(f"two laws are called {name!r}; the name of a law is taken once")
-        entry = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases), tuple(data))
+        entry = LawEntry(name, summary, source, claims, parameters, factory, joins, tuple(cases), tuple(data), stand_in)
         if not own:
             from camgeom.motion.own import refuse_unkept
 

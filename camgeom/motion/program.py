@@ -59,6 +59,7 @@ class Program:
     spans: tuple[Span, ...]
     pieces: tuple[tuple[Piece, ...], ...]
     advance: float = 0.0
+    ends: tuple[Ends, ...] = ()
 
     @classmethod
     def from_segments(
@@ -77,9 +78,9 @@ class Program:
         in degrees in messages; `folder` is where relative file names start. Raises ProfileError with every problem
         found, named `motion[i].key`.
         """
-        spans, pieces = _resolve(segments, start, closed, math.radians(1.0) if angular else 1.0, folder, key)
+        spans, ends, pieces = _resolve(segments, start, closed, math.radians(1.0) if angular else 1.0, folder, key)
         advance = 0.0 if closed else spans[-1].after - start
-        return cls(tuple(segments), spans, pieces, advance)
+        return cls(tuple(segments), spans, pieces, advance, ends)
 
     @property
     def closed(self) -> bool:
@@ -160,19 +161,30 @@ class Program:
 
 def _resolve(
     segments: Sequence[Segment], start: float, closed: bool, unit: float, folder: str, key: str
-) -> tuple[tuple[Span, ...], tuple[tuple[Piece, ...], ...]]:
-    """The spans and the pieces (lift over unit travel) of each segment; raises ProfileError with every problem."""
+) -> tuple[tuple[Span, ...], tuple[Ends, ...], tuple[tuple[Piece, ...], ...]]:
+    """Spans, ends and pieces (lift over unit travel) of each segment; raises ProfileError with every problem."""
     problems = _problems(segments, start, closed, unit, folder, key)
     if problems:
         raise ProfileError(problems)
     spans = _spans(segments, start, closed)
     if _stand_alone(segments):
-        ends = [Ends(span.after - span.before, unit=unit, folder=folder) for span in spans]
+        ends = [
+            Ends(span.after - span.before, unit=unit, folder=folder, turn=(span.end - span.start) / TURN)
+            for span in spans
+        ]
     else:
         from camgeom.motion.joining import all_ends
 
         ends = all_ends(segments, spans, unit, folder, key)
-    return spans, tuple(_pieces(*row) for row in zip(segments, spans, ends, strict=True))
+    pieces: list[tuple[Piece, ...]] = []
+    for i, row in enumerate(zip(segments, spans, ends, strict=True)):
+        try:
+            pieces.append(_pieces(*row))
+        except ProfileError as error:
+            problems += _placed(error, f"{key}[{i}].")
+    if problems:
+        raise ProfileError(problems)
+    return spans, tuple(ends), tuple(pieces)
 
 
 def _problems(
@@ -247,12 +259,18 @@ def _law_problems(segment: Segment, ends: Ends, where: str) -> list[Problem]:
         return [*found, unknown_law(segment.law, where + "law")]
     entry, params = LAWS[segment.law], dict(segment.params)
     problems = entry.problems(params, where)
-    if not problems:
+    # What does not answer linearly to its ends can only be judged between those that it gets.
+    if not problems and not entry.stand_in:
         try:
             entry.pieces(params, ends)
         except ProfileError as error:
-            problems = [Problem(where + p.key, p.message, p.value, p.allowed, p.hint) for p in error.problems]
+            problems = _placed(error, where)
     return found + problems
+
+
+def _placed(error: ProfileError, where: str) -> list[Problem]:
+    """The problems of a law as those of its segment."""
+    return [Problem(where + p.key, p.message, p.value, p.allowed, p.hint) for p in error.problems]
 
 
 def _spans(segments: Sequence[Segment], start: float, closed: bool) -> tuple[Span, ...]:

@@ -1,0 +1,173 @@
+"""The best motion law for a requirement, and the bound that no law of its class can beat.
+
+B. Demeulenaere et al., Optimal splines for rigid motion systems: a convex programming framework, J. Mech. Des. 131(10)
+(2009) 101004, is where the idea comes from. The acceleration is the unknown, and every usual wish is linear or convex.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+
+from camgeom.errors import NotConverged
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.motion.optimal.bound import weigh
+from camgeom.motion.optimal.search import Found, find
+from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
+from camgeom.motion.optimal.wish import ALL, LIMITS, Task, Wish
+from camgeom.motion.table import Piece
+
+__all__ = ["Best", "Impossible", "Wish", "best"]
+
+SHOWN = 1e-6
+"""a limit whose share of a proof is below this takes no part in it"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Best:
+    """The best law found for a wish; dimensionless, for unit lift over unit travel.
+
+    value   what is least, measured on the law; `bound` is what no law that keeps the limits can go below
+    """
+
+    wish: Wish
+    shape: Shape
+    value: float
+    bound: float
+
+    @property
+    def gap(self) -> float:
+        """How far the law can be from the best of all laws, a share of its value."""
+        return max(0.0, 1.0 - self.bound / self.value) if self.value > 0.0 else 0.0
+
+    @property
+    def holds_for(self) -> str:
+        """The class of laws that the bound holds for."""
+        return class_of(self.wish)
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The law as polynomials, each about its left end, the last about x = 1."""
+        shape, wish = self.shape, self.wish
+        s, v = shape.states(wish.start[0])
+        order = 2 if shape.smooth else 1
+        pieces = []
+        for k, (low, high) in enumerate(zip(shape.x[:-1].tolist(), shape.x[1:].tolist(), strict=True)):
+            power = (s[k], v[k], shape.first[k] / 2.0, shape.jerk[k] / 6.0)
+            kept = order if k else -1
+            pieces.append(Piece(low, high, low, tuple(float(c) for c in power), (), kept))
+        last = pieces[-1]
+        a, j = shape.first[-1] + shape.h[-1] * shape.jerk[-1], shape.jerk[-1]
+        power = (1.0, wish.end[0], float(a) / 2.0, float(j) / 6.0)
+        pieces[-1] = Piece(last.start, 1.0, 1.0, power, (), last.kept)
+        return tuple(pieces)
+
+    @cached_property
+    def peaks(self) -> dict[str, float]:
+        """Peak |s'|, |s''|, |s'''| (inf where the acceleration jumps), root mean square of s'' and, over the band, the
+        residual."""
+        return _measured(self.wish, self.shape)
+
+
+@final
+@dataclass(frozen=True)
+class Impossible:
+    """A wish that no law can meet, with its proof.
+
+    least     every limit would have to be this many times as large; `bound` above 1 is what proves it
+    clash     the limits that take part in the proof, each with its share
+    relaxed   for each limit that could be relaxed alone: the least value that some law keeps
+    """
+
+    wish: Wish
+    least: float
+    bound: float
+    clash: dict[str, float]
+    relaxed: dict[str, float]
+
+    @property
+    def reason(self) -> str:
+        """The proof in a sentence."""
+        names = [name for name in LIMITS if name in self.clash]
+        asked = " and ".join(f"{name} {getattr(self.wish, name):.6g}" for name in names) or "these ends"
+        monotone = ", never turning back," if self.wish.monotone else ""
+        loosen = " or ".join(f"{name} {_up(value)}" for name, value in self.relaxed.items())
+        advice = f"; the smallest relaxation of one alone: {loosen}" if loosen else ""
+        most = f"all limits together would have to be {_up(self.least)} times as large"
+        return f"no law at all keeps {asked}{monotone}: {most} (proven above {self.bound:.7g}){advice}"
+
+
+def _up(value: float) -> str:
+    """Six digits, rounded so that what is shown is possible."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 5) if value > 0.0 else 1.0
+    return f"{math.ceil(value / step - 1e-4) * step:.6g}"
+
+
+def class_of(wish: Wish) -> str:
+    """The laws that a bound for this wish holds for."""
+    if not wish.smooth:
+        return "all laws with these ends, the acceleration may jump"
+    if not math.isfinite(wish.jerk) and wish.aim != "jerk":
+        return "all laws with these ends whose acceleration has a mean square"
+    return "all laws with these ends whose acceleration is continuous with a bounded jerk"
+
+
+def _measured(wish: Wish, shape: Shape) -> dict[str, float]:
+    values = {
+        "velocity": float(np.abs(shape.velocities(wish.start[0])[1]).max()),
+        "acceleration": float(np.abs(shape.a).max()),
+        "jerk": float(np.abs(shape.jerk).max()) if shape.smooth else math.inf,
+        "rms-acceleration": math.sqrt(shape.mean_square),
+    }
+    if wish.band is not None:
+        values["residual"] = float(np.abs(residual_peaks(shape, wish.band, wish.damping)[1]).max())
+    return values
+
+
+@lru_cache(maxsize=256)
+def best(wish: Wish) -> Best | Impossible:
+    """The best law for a wish, or the proof that there is none. Raises NotConverged where neither is found."""
+    found = find(Task.of(wish))
+    if found is None and (wish.given or wish.monotone):
+        proof = find(Task.of(wish, ALL)) if wish.given else None
+        if proof is not None and proof.bound > 1.0:
+            return _impossible(wish, proof)
+        if proof is not None:
+            found = find(Task.of(wish), proof.shape)
+    if found is None:
+        raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
+    shape = _exact(wish, found.shape)
+    name = "acceleration" if wish.aim == "peak-acceleration" else wish.aim
+    return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
+
+
+def _impossible(wish: Wish, proof: Found) -> Impossible:
+    weights = weigh(Task.of(wish, ALL), proof.solved.shape, proof.solved.multipliers)
+    shares = {name: getattr(weights, name) * getattr(wish, name) for name in wish.given}
+    total = sum(shares.values())
+    clash = {name: share / total for name, share in shares.items() if share > SHOWN * total}
+    relaxed = {}
+    for name in clash:
+        alone = find(Task.of(wish, name))
+        if alone is not None:
+            relaxed[name] = alone.value
+    return Impossible(wish, proof.value, proof.bound, clash, relaxed)
+
+
+def _exact(wish: Wish, shape: Shape) -> Shape:
+    """The shape with what its moments lack by rounding spread over its levels."""
+    a: Floats = shape.a.copy()
+    for _ in range(2):
+        rows = moment_parts(shape.x, shape.smooth).sum(axis=1)
+        gap = np.array(wish.moments) - rows @ a
+        if shape.smooth:
+            rows[:, 0] *= wish.start[1] is None
+            rows[:, -1] *= wish.end[1] is None
+        a = a + np.linalg.lstsq(rows, gap, rcond=None)[0]
+    return Shape(shape.x, a)

@@ -1,0 +1,281 @@
+"""One linear programme: the best shape near a shape, its breaks fixed or free to move a little, with multipliers.
+
+Limits on acceleration and jerk are exact rows, for the shape is straight between its breaks; the vibration's circle is
+cut from outside by tangents (J. E. Kelley, SIAM J. 8 (1960) 703), the velocity is held at its own extremes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.motion.optimal.shape import (
+    Shape,
+    decay,
+    moment_parts,
+    residual_parts,
+    slopes,
+    velocity_parts,
+)
+from camgeom.motion.optimal.wish import Task
+
+LARGE = 100.0
+STILL = 1e-6
+"""what a unit of a break's move costs against a unit of what is least"""
+PACES = np.array([0.0, 0.02, 0.06, 0.15, 0.4, 1.0])
+"""where the straight pieces of that cost meet, shares of the reach"""
+CLOSEST = 1e-3
+"""no two breaks that move come closer than this share of the travel"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """Rows that cut off what has exceeded a limit: tangents to the circle of the vibration, Re(z(n) exp(-i angle)) <=
+    limit, and the velocity at places between the breaks."""
+
+    n: Floats
+    angle: Floats
+    places: Floats
+
+    def and_at(self, n: Floats, angle: Floats, places: Floats) -> Cuts:
+        """These and further ones."""
+        return Cuts(*(np.concatenate(pair) for pair in ((self.n, n), (self.angle, angle), (self.places, places))))
+
+    def rows(self, x: Floats, smooth: bool, damping: float) -> tuple[Floats, Floats]:
+        """The real kernels against the pieces, and their values at the breaks."""
+        turn = np.exp(-1j * self.angle)
+        k, damped = decay(self.n, damping)
+        at = np.exp(-k[:, None] * (1.0 - x)) / damped[:, None]
+        return (residual_parts(x, smooth, self.n, damping) * turn[:, None, None]).real, (at * turn[:, None]).real
+
+
+NO_CUTS = Cuts(np.empty(0), np.empty(0), np.empty(0))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """What each row is worth: the moments (2,), the cuts (q,), the velocity above and below at its places, and the
+    jerk of each span (K,), positive where its upper limit holds."""
+
+    moments: Floats
+    cuts: Cuts
+    cut: Floats
+    places: Floats
+    above: Floats
+    below: Floats
+    jerk: Floats
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The best shape of a programme, its value t, and the multipliers."""
+
+    shape: Shape
+    value: float
+    multipliers: Multipliers
+
+
+class _Rows:
+    """Rows of inequalities, collected with their right sides."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        self.blocks: list[Floats] = []
+        self.sides: list[Floats] = []
+        self.count = 0
+
+    def add(self, block: Floats, side: Floats) -> slice:
+        """Add rows; where they stand."""
+        self.blocks.append(block)
+        self.sides.append(side)
+        self.count += len(side)
+        return slice(self.count - len(side), self.count)
+
+    def all(self) -> tuple[Floats, Floats]:
+        """The matrix and the right side."""
+        if not self.blocks:
+            return np.zeros((0, self.width)), np.zeros(0)
+        return np.vstack(self.blocks), np.concatenate(self.sides)
+
+
+class Programme:
+    """The rows of a task near a shape; `reach` is how far its inner breaks may move, 0 for not at all."""
+
+    def __init__(
+        self, task: Task, shape: Shape, cuts: Cuts, value: float, reach: float, stiff: Floats | None = None
+    ) -> None:
+        self.task, self.shape, self.cuts, self.value = task, shape, cuts, value
+        self.reach, self.stiff = reach, stiff
+        self.levels, self.moves = len(shape.a), len(shape.x) - 2 if reach > 0.0 else 0
+        self.width = self.levels + self.moves + 1
+        wish, x = task.wish, shape.x
+        unit = np.eye(self.levels)
+        rows = _Rows(self.width)
+        limit = task.acceleration
+        self.low, self.high = np.full(self.width, -np.inf), np.full(self.width, np.inf)
+        self.low[-1] = 0.0
+        if limit.asked and limit.slope == 0.0:
+            self.low[: self.levels], self.high[: self.levels] = -limit.const, limit.const
+        elif limit.asked:
+            for sign in (1.0, -1.0):
+                rows.add(self._wide(sign * unit, t=-limit.slope), np.full(self.levels, limit.const))
+        self.jerk_rows: tuple[slice, slice] | None = None
+        if shape.smooth:
+            for i, (_, fixed) in ((0, wish.start), (-2, wish.end)):
+                if fixed is not None:
+                    at = i if i == 0 else self.levels - 1
+                    self.low[at] = self.high[at] = fixed
+            if task.jerk.asked:
+                step = np.diff(unit, axis=0)
+                now = task.jerk.at(value)
+                above, below = (
+                    rows.add(
+                        self._wide(sign * step, -now * self._widening(), -task.jerk.slope * shape.h),
+                        task.jerk.const * shape.h,
+                    )
+                    for sign in (1.0, -1.0)
+                )
+                self.jerk_rows = above, below
+        self.places = np.empty(0)
+        if task.velocity.asked or wish.monotone:
+            self._add_velocity(rows)
+        if len(cuts.n):
+            pieces, kernel = cuts.rows(x, shape.smooth, wish.damping)
+            block = self._linear(pieces, kernel)
+            block[:, -1] -= task.residual.slope
+            # The programme's own slack is of the size of its rows: the vibration, a small number, is written large.
+            self.cut_rows = rows.add(LARGE * block, np.full(len(block), LARGE * task.residual.const))
+        if self.moves:
+            near = np.minimum(CLOSEST, 0.5 * shape.h)
+            rows.add(self._wide(np.zeros((len(shape.h), self.levels)), -self._widening()), shape.h - near)
+            self.low[self.levels : -1], self.high[self.levels : -1] = -reach, reach
+        self.matrix, self.side = rows.all()
+        pieces, kernel = moment_parts(x, shape.smooth), np.array([np.ones(len(x)), 1.0 - x])
+        self.equal = self._linear(pieces, kernel)
+        self.wanted = np.array(wish.moments)
+
+    def _wide(self, levels: Floats, moves: Floats | None = None, t: Floats | float = 0.0) -> Floats:
+        """Rows over all unknowns."""
+        out = np.zeros((len(levels), self.width))
+        out[:, : self.levels] = levels
+        if self.moves and moves is not None:
+            out[:, self.levels : -1] = moves
+        out[:, -1] = t
+        return out
+
+    def _widening(self) -> Floats:
+        """How each span widens as the inner breaks move (K, K - 1)."""
+        count = len(self.shape.h)
+        return np.asarray(np.eye(count)[:, :-1] - np.eye(count)[:, 1:])
+
+    def _linear(self, pieces: Floats, kernel: Floats) -> Floats:
+        """Functionals as rows over all unknowns, linear about the shape."""
+        moves = slopes(self.shape, pieces, kernel) if self.moves else None
+        return self._wide(np.asarray(pieces.sum(axis=1)), moves)
+
+    def _add_velocity(self, rows: _Rows) -> None:
+        wish, shape, limit = self.task.wish, self.shape, self.task.velocity
+        self.places = np.concatenate([shape.x[1:-1], self.cuts.places])
+        pieces = velocity_parts(shape.x, shape.smooth, self.places)
+        kernel = (shape.x < self.places[:, None]).astype(float)
+        block = self._linear(pieces, kernel)
+        if not shape.smooth and self.moves:
+            # The place is a break and moves with it, at the level before it.
+            inner = np.arange(len(shape.x) - 2)
+            block[inner, self.levels + inner] += shape.a[:-1]
+        begun = wish.start[0]
+        self.velocity_above = self.velocity_below = slice(0, 0)
+        if limit.asked:
+            upper = block.copy()
+            upper[:, -1] -= limit.slope
+            self.velocity_above = rows.add(upper, np.full(len(block), limit.const - begun))
+        if wish.monotone:
+            self.velocity_below = rows.add(-block, np.full(len(block), begun))
+        elif limit.asked:
+            lower = -block
+            lower[:, -1] -= limit.slope
+            self.velocity_below = rows.add(lower, np.full(len(block), limit.const + begun))
+
+    def solve(self) -> Solved | None:
+        """The best shape and its multipliers; None where the rows leave none."""
+        from scipy.optimize import linprog
+
+        cost = np.zeros(self.width)
+        cost[-1] = 1.0
+        matrix, equal, low, high = self.matrix, self.equal, self.low, self.high
+        if self.moves:
+            # What a move costs of the second order, as a row of straight pieces forth and back; and each costs a
+            # trifle, so that breaks that gain nothing stay.
+            moves = slice(self.levels, self.levels + self.moves)
+            stiff = np.zeros(self.moves) if self.stiff is None else self.stiff
+            steps = [np.diff(PACES) * self.reach, 0.5 * (PACES[1:] + PACES[:-1]) * self.reach]
+            for sign in (1.0, -1.0):
+                for width, middle in zip(*steps, strict=True):
+                    matrix, equal = (
+                        np.hstack([rows, sign * own[:, moves]])
+                        for rows, own in ((matrix, self.matrix), (equal, self.equal))
+                    )
+                    cost = np.concatenate([cost, stiff * middle + STILL * self.value])
+                    low = np.concatenate([low, np.zeros(self.moves)])
+                    high = np.concatenate([high, np.full(self.moves, width)])
+            low = low.copy()
+            low[moves] = 0.0
+            high = high.copy()
+            high[moves] = 0.0
+        answer: Any = linprog(  # type: ignore[call-overload]
+            cost,
+            A_ub=matrix if len(self.side) else None,
+            b_ub=self.side if len(self.side) else None,
+            A_eq=equal,
+            b_eq=self.wanted,
+            bounds=np.column_stack([low, high]),
+            method="highs",
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False},
+        )
+        if answer.x is None or not answer.success:
+            return None
+        worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
+        return self.solved(answer.x, worth, answer.eqlin.marginals, float(answer.x[self.width - 1]))
+
+    def solved(self, unknowns: Floats, worth: Floats, moments: Floats, value: float) -> Solved:
+        """The shape and the multipliers that unknowns and worths of rows stand for."""
+        shape = self.shape
+        x = shape.x.copy()
+        if self.moves:
+            forth, back = unknowns[self.width :].reshape(2, -1, self.moves).sum(axis=1)
+            x[1:-1] += forth - back
+        none = np.zeros(len(self.places))
+        above = below = none
+        if len(self.places):
+            if self.task.velocity.asked:
+                above = worth[self.velocity_above]
+            if self.velocity_below.stop:
+                below = worth[self.velocity_below]
+        jerk = np.zeros(len(shape.h))
+        if self.jerk_rows is not None:
+            jerk = worth[self.jerk_rows[0]] - worth[self.jerk_rows[1]]
+        cut = LARGE * worth[self.cut_rows] if len(self.cuts.n) else np.empty(0)
+        found = Multipliers(np.asarray(moments), self.cuts, cut, self.places, above, below, jerk)
+        return Solved(Shape(x, unknowns[: self.levels]), value, found)
+
+
+def stiffness(task: Task, shape: Shape, m: Multipliers) -> Floats:
+    """How the Lagrangian curves as the inner breaks move (K - 1,): where its kernels g meet a change of slope."""
+    g = m.moments @ np.array([np.ones(len(shape.x)), 1.0 - shape.x])
+    g = g - (shape.x[:, None] < m.places) @ (m.above - m.below)
+    if len(m.cuts.n):
+        g = g - m.cut @ m.cuts.rows(shape.x, shape.smooth, task.wish.damping)[1]
+    if shape.smooth:
+        return np.asarray(np.maximum(0.0, -np.diff(shape.jerk) * g[1:-1]))
+    rise = np.full(len(shape.x), -m.moments[1])
+    if len(m.cuts.n):
+        k, damped = decay(m.cuts.n, task.wish.damping)
+        at = np.exp(-k[:, None] * (1.0 - shape.x)) * (k / damped)[:, None]
+        rise = rise - m.cut @ (at * np.exp(-1j * m.cuts.angle)[:, None]).real
+    return np.asarray(np.maximum(0.0, np.diff(shape.a) * rise[1:-1]))

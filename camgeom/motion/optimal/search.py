@@ -1,0 +1,243 @@
+"""The best shape of a task: a programme on a fixed mesh finds its build, then its breaks move to where they belong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.motion.optimal.bound import cruises, lower_bound
+from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Solved, stiffness
+from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks, values
+from camgeom.motion.optimal.wish import Task
+
+SPANS = 64
+"""of the mesh that the build is found on"""
+EXACT = 1e-10
+"""how well the ends are met before a law counts as found"""
+KEPT = 8e-10
+"""relative; how far a limit may be exceeded while tangents are still added"""
+LITTLE, ENOUGH = 1e-3, 1e-6
+"""a residual that is sought is found to this share of itself, or of a thousandth of the lift"""
+ROUNDS = 50
+PASSES = 2
+SLIGHT = 1e-8
+"""relative; a gain that no further programme is solved for"""
+STEADY = 1e-5
+"""breaks that move less have found their place"""
+SHARP = 1e-6
+"""how far breaks may move in the programme whose multipliers count"""
+ROUGH = 1e-2
+"""how far the vibration may exceed its limit while only the build is sought"""
+CLOSE = 3e-5
+"""a gap that no further pass is made for"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The best shape found for a task, the value it has, and the bound that no law of the class can beat."""
+
+    shape: Shape
+    value: float
+    bound: float
+    solved: Solved
+
+
+def kept(task: Task) -> float:
+    """The relative excess at which limits count as kept; a residual that is itself sought is measured in the end."""
+    return ENOUGH if task.residual.slope else KEPT
+
+
+def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats, Floats, Floats]]:
+    """How far (relative) vibration and velocity exceed their limits, and the cuts that would keep them: n, angle,
+    places."""
+    wish, none = task.wish, np.empty(0)
+    worst, n, angle, places = 0.0, none, none, none
+    if wish.band is not None and task.residual.asked:
+        peaks, z = residual_peaks(shape, wish.band, wish.damping)
+        limit = task.residual.at(value)
+        over = np.abs(z) - limit
+        # A limit that is itself sought need not be met to the last digit: the law's own residual is what counts.
+        size = max(limit, LITTLE) if task.residual.slope else limit
+        worst = max(worst, float(over.max() / size))
+        near = over > 0.1 * kept(task) * size
+        n, angle = peaks[near], np.angle(z[near])
+    if task.velocity.asked or wish.monotone:
+        at, v = shape.velocities(wish.start[0])
+        limit = task.velocity.at(value) if task.velocity.asked else np.inf
+        over = np.maximum(v - limit, (-v if wish.monotone else -v - limit))
+        worst = max(worst, float(over.max() / (limit if task.velocity.asked else 1.0)) * kept(task) / KEPT)
+        inner = len(shape.x)
+        places = at[inner:][over[inner:] > 0.1 * KEPT]
+    return worst, (n, angle, places)
+
+
+def find(task: Task, begun: Shape | None = None) -> Found | None:
+    """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh."""
+    even = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + task.smooth))
+    mesh, cuts = even if begun is None else refined(begun), NO_CUTS
+    if task.mean:
+        return _least_square(task, mesh)
+    best = None
+    for _ in range(PASSES):
+        solved, cuts = _on_mesh(task, mesh, cuts)
+        if solved is None:
+            break
+        settled, cuts = _settled(task, joined(solved.shape, 1.01 * float(solved.shape.h.max())), solved.value, cuts)
+        if settled is None:
+            # The mesh has a law all the same, though with more breaks than it needs.
+            settled, cuts = _on_mesh(task, mesh, cuts, kept(task))
+            if settled is None or excess(task, settled.shape, settled.value)[0] > kept(task):
+                break
+            settled = Solved(merged(settled.shape), settled.value, settled.multipliers)
+        shape = cruising(settled.shape) if task.velocity.asked or task.wish.monotone else settled.shape
+        sharp = Programme(task, shape, cuts, settled.value, SHARP).solve()
+        bound = -np.inf if sharp is None else lower_bound(task, shape, sharp.multipliers)
+        if best is None or bound > best.bound:
+            best = Found(settled.shape, settled.value, bound, settled)
+        if best.value - best.bound <= CLOSE * (max(best.value, LITTLE) if task.residual.slope else best.value):
+            break
+        mesh = refined(settled.shape)
+    return best
+
+
+def _least_square(task: Task, mesh: Shape) -> Found | None:
+    """The shape of least mean square: a quadratic programme on a mesh that becomes finer where the jerk changes."""
+    from camgeom.motion.optimal.square import least_square
+
+    best, cuts = None, NO_CUTS
+    for _ in range(2):
+        solved = None
+        for _ in range(ROUNDS):
+            solved = least_square(Programme(task, mesh, cuts, 0.0, 0.0))
+            if solved is None:
+                return best
+            over, further = excess(task, solved.shape, solved.value)
+            if over <= kept(task):
+                break
+            cuts = cuts.and_at(*further)
+        if solved is None:
+            return best
+        bound = lower_bound(task, solved.shape, solved.multipliers)
+        if best is None or bound > best.bound:
+            best = Found(merged(solved.shape), solved.value, bound, solved)
+        if best.value - best.bound <= CLOSE * best.value:
+            break
+        turns = np.abs(np.diff(solved.shape.jerk))
+        sharp = np.flatnonzero(turns > 0.2 * turns.max())
+        counts = np.ones(len(mesh.h), dtype=np.intp)
+        counts[sharp] = counts[sharp + 1] = 4
+        mesh = divided(solved.shape, counts)
+    return best
+
+
+def _settled(task: Task, shape: Shape, value: float, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+    """The shape whose breaks have moved to where they belong; None where they find no rest.
+
+    Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
+    where it brings more than it spoils, else the next one reaches less far.
+    """
+    reach, merit, last, stiff = 1.0 / SPANS, np.inf, None, None
+    for _ in range(ROUNDS):
+        trial = Programme(task, shape, cuts, value, reach, stiff).solve()
+        if trial is None:
+            reach *= 0.5
+            continue
+        moved = float(np.abs(trial.shape.x - shape.x).max())
+        gaps = values(trial.shape, moment_parts(trial.shape.x, shape.smooth)) - task.wish.moments
+        missed = float(np.abs(gaps).max())
+        over, further = excess(task, trial.shape, trial.value)
+        cuts = cuts.and_at(*further)
+        m = trial.multipliers
+        weight = 0.0
+        if task.residual.asked:
+            limit = task.residual.at(trial.value)
+            weight = m.cut.sum() * (max(limit, LITTLE) if task.residual.slope else limit)
+        weight += (m.above.sum() + m.below.sum()) * (task.velocity.at(trial.value) if task.velocity.asked else 1.0)
+        now = trial.value + 2.0 * float(np.abs(m.moments) @ np.abs(gaps)) + 2.0 * weight * max(over, 0.0)
+        better = now < merit
+        if better:
+            shape, value, merit = trial.shape, trial.value, now
+            stiff = stiffness(task, shape, m)
+        if missed <= EXACT and over <= kept(task):
+            less = joined(trial.shape)
+            if len(less.x) < len(shape.x):
+                shape, value, merit, reach, stiff = less, trial.value, np.inf, 4.0 * CLOSEST, None
+                continue
+            done = moved <= STEADY or (last is not None and trial.value >= last.value - SLIGHT * abs(last.value))
+            last = trial
+            if done:
+                break
+        reach = min(reach, max(2.0 * moved, 1e-9)) if better else 0.25 * min(reach, moved)
+    return last, cuts
+
+
+def cruising(shape: Shape) -> Shape:
+    """The shape with breaks inside the spans over which the velocity stays as it is."""
+    counts = np.ones(len(shape.h), dtype=int)
+    for first, last in cruises(shape):
+        counts[first:last] = 32
+    return divided(shape, counts)
+
+
+def _on_mesh(task: Task, mesh: Shape, cuts: Cuts, exact: float = ROUGH) -> tuple[Solved | None, Cuts]:
+    """The best shape on fixed breaks, near enough to its limits to show its build."""
+    solved = None
+    for _ in range(ROUNDS):
+        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve()
+        if solved is None:
+            return None, cuts
+        over, further = excess(task, solved.shape, solved.value)
+        if over <= exact:
+            break
+        cuts = cuts.and_at(*further)
+    return solved, cuts
+
+
+def joined(shape: Shape, closest: float = 1.01 * CLOSEST) -> Shape:
+    """The shape without breaks at which nothing changes, and with one break for two that close in on a passing span."""
+    shape = merged(shape)
+    x, a, rate = shape.x, shape.a, shape.jerk if shape.smooth else shape.a
+    passing = np.zeros(len(shape.h), dtype=bool)
+    passing[1:-1] = (shape.h[1:-1] <= closest) & ((rate[1:-1] - rate[:-2]) * (rate[2:] - rate[1:-1]) > 0.0)
+    kept_x, kept_a = [x[0]], [a[0]]
+    k = 1
+    while k < len(x) - 1:
+        if passing[k]:
+            # The neighbours' lines meet between the two breaks, or their levels share out the span.
+            share = (rate[k] - rate[k + 1]) / (rate[k - 1] - rate[k + 1])
+            u = share * (x[k + 1] - x[k])
+            kept_x.append(x[k] + u)
+            kept_a.append(a[k] + rate[k - 1] * u if shape.smooth else a[k + 1])
+            k += 2
+        else:
+            kept_x.append(x[k])
+            kept_a.append(a[k])
+            k += 1
+    last = [a[-1]] if shape.smooth else []
+    return Shape(np.array([*kept_x, x[-1]]), np.array([*kept_a, *last]))
+
+
+def refined(shape: Shape) -> Shape:
+    """The shape on a finer mesh with its own breaks in it."""
+    return divided(shape, np.maximum(1, np.ceil(shape.h * 1.5 * SPANS)).astype(int))
+
+
+def divided(shape: Shape, counts: npt.NDArray[np.int_]) -> Shape:
+    """The same shape with each span divided into as many."""
+    x = np.concatenate(
+        [*(np.linspace(a, b, n, endpoint=False) for a, b, n in zip(shape.x[:-1], shape.x[1:], counts)), [1.0]]
+    )
+    return Shape(x, np.interp(x, shape.x, shape.a) if shape.smooth else np.repeat(shape.a, counts))
+
+
+def merged(shape: Shape) -> Shape:
+    """The shape without the breaks at which nothing changes."""
+    step = np.diff(shape.jerk if shape.smooth else shape.a)
+    size = np.abs(shape.jerk if shape.smooth else shape.a).max()
+    kept = np.concatenate([[True], np.abs(step) > 1e-7 * size, [True]])
+    return Shape(shape.x[kept], shape.a[kept] if shape.smooth else shape.a[kept[:-1]])

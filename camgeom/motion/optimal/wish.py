@@ -1,0 +1,102 @@
+"""What is asked of a best law, normalised: what is least, what is limited, how it begins and ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, final
+
+Aim = Literal["peak-acceleration", "jerk", "rms-acceleration", "residual"]
+AIMS: tuple[Aim, ...] = ("peak-acceleration", "jerk", "rms-acceleration", "residual")
+LIMITS = ("velocity", "acceleration", "jerk", "residual")
+ALL = "all limits"
+"""the aim of a proof: the least factor on every limit that some law keeps"""
+
+
+@final
+@dataclass(frozen=True)
+class Wish:
+    """A requirement for unit lift over unit travel, dimensionless; a limit that is not given is inf.
+
+    velocity, acceleration, jerk   limits of |s'|, |s''|, |s'''|; with `monotone` the velocity never turns back
+    residual   limit of the vibration left behind, a share of the lift, over `band`: rise time / natural period
+    damping    share of critical damping of the oscillator
+    start, end   velocity and acceleration there; an acceleration of None is free
+    """
+
+    aim: Aim = "jerk"
+    velocity: float = math.inf
+    acceleration: float = math.inf
+    jerk: float = math.inf
+    residual: float = math.inf
+    monotone: bool = False
+    band: tuple[float, float] | None = None
+    damping: float = 0.0
+    start: tuple[float, float | None] = (0.0, 0.0)
+    end: tuple[float, float | None] = (0.0, 0.0)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the acceleration is continuous inside: the jerk is limited or least, or the mean square is."""
+        return math.isfinite(self.jerk) or self.aim in ("jerk", "rms-acceleration")
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """The quantities that have a limit."""
+        return tuple(name for name in LIMITS if math.isfinite(getattr(self, name)))
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """What the integrals of s'' and of (1 - x) s'' must be, so that the law ends where and as it should."""
+        return self.end[0] - self.start[0], 1.0 - self.start[0]
+
+
+@final
+@dataclass(frozen=True)
+class Bound:
+    """A limit that may hang on the unknown least value t: const + slope t."""
+
+    const: float = math.inf
+    slope: float = 0.0
+
+    @property
+    def asked(self) -> bool:
+        """Whether there is a limit at all."""
+        return math.isfinite(self.const)
+
+    def at(self, t: float) -> float:
+        """The limit where the least value is t."""
+        return self.const + self.slope * t
+
+
+@final
+@dataclass(frozen=True)
+class Task:
+    """A programme: minimise t under limits that hang on it."""
+
+    wish: Wish
+    velocity: Bound
+    acceleration: Bound
+    jerk: Bound
+    residual: Bound
+    mean: bool = False
+    """whether t is the root mean square of the acceleration"""
+
+    @classmethod
+    def of(cls, wish: Wish, aim: str | None = None) -> Task:
+        """The task of a wish; with another aim that quantity, or the factor on all limits, is least instead."""
+        aim = aim or wish.aim
+        quantity = "acceleration" if aim == "peak-acceleration" else aim
+        bounds = {}
+        for name in LIMITS:
+            limit = getattr(wish, name)
+            if aim == ALL:
+                bounds[name] = Bound(0.0, limit) if math.isfinite(limit) else Bound()
+            else:
+                bounds[name] = Bound(0.0, 1.0) if name == quantity else Bound(limit)
+        return cls(wish, **bounds, mean=aim == "rms-acceleration")
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the acceleration is piecewise linear and continuous, else piecewise constant."""
+        return self.jerk.asked or self.mean
