@@ -20,6 +20,11 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Data = dict[str, Any]
 WITHIN = 1e-3
+LEVEL = 1e-2
+"""allowed to what the rollers of a turret share, which jumps as they come; asked are 3e-3"""
+SHARED = dict.fromkeys(("contact.peak_pressure_mpa", "contact.peak_slice_pressure_mpa", "contact.peak_force_n",
+                        "contact.stud_stress_mpa"), LEVEL) | {"fatigue.cam_life_h": 7.0 * LEVEL}
+"""which falls with the sixth power of a pressure"""
 NO_BODY = ("undercut", "face-curvature", "self-crossing", "continuity")
 """checks of which each says that no such body exists"""
 
@@ -61,7 +66,7 @@ def compare(data: Data, columns: Mapping[str, Floats]) -> Found:
     if (why := supports(profile, list(columns))) is not None:
         found.wrong.append(why)
         return found
-    batch = evaluate(profile, columns)
+    batch = evaluate(profile, columns, level=3e-3)
     for i, word in enumerate(batch.words):
         values = {key: float(column[i]) for key, column in columns.items()}
         figures, reason = exact_row(data, values)
@@ -83,7 +88,7 @@ def compare(data: Data, columns: Mapping[str, Floats]) -> Found:
             else:
                 error = abs(mine - exact) / abs(exact) if exact else abs(mine)
             found.errors.setdefault(name, []).append(error)
-            if not error < WITHIN:
+            if not error < (SHARED.get(name, WITHIN) if "stops" in data["follower"] else WITHIN):
                 found.wrong.append(f"{values}: {name} is {mine!r}, the model has {exact!r}")
     return found
 
@@ -326,6 +331,41 @@ def guided_drum(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Float
     }
 
 
+def barrel(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
+    data = _shipped("profiles/barrel_indexer.toml")
+    data["cam"]["form"] = str(rng.choice(["rib", "groove"]))
+    data["motion"] = ({"until": 110.0}, {"until": 250.0, "to": 22.5, "law": str(rng.choice(LAWS))}, {"until": 360.0})
+    return data, {
+        "cam.center_distance": rng.uniform(142.0, 153.0, n),
+        "cam.width": rng.uniform(60.0, 90.0, n),
+        "cam.diameter": rng.uniform(110.0, 150.0, n),
+        "roller.diameter": rng.uniform(20.0, 40.0, n),
+        "roller.length": rng.uniform(10.0, 20.0, n),
+        "follower.inertia": rng.uniform(0.5, 3.0, n),
+        "motion[1].until": rng.uniform(200.0, 300.0, n),
+        "operation.speed": rng.uniform(50.0, 200.0, n),
+        "operation.friction": rng.uniform(1e3, 3e4, n),
+    }
+
+
+def globoid(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
+    data = _shipped("profiles/tool_changer.toml")
+    del data["dynamics"]
+    data["cam"]["form"] = str(rng.choice(["rib", "groove"]))
+    data["motion"] = ({"until": 110.0}, {"until": 250.0, "to": 45.0, "law": str(rng.choice(LAWS))}, {"until": 360.0})
+    return data, {
+        "cam.center_distance": rng.uniform(165.0, 200.0, n),
+        "cam.width": rng.uniform(60.0, 100.0, n),
+        "cam.globoid_radius": rng.uniform(68.0, 76.0, n),
+        "cam.running_clearance": rng.uniform(0.0, 0.05, n),
+        "follower.pitch_radius": rng.uniform(76.0, 90.0, n),
+        "roller.diameter": rng.uniform(22.0, 40.0, n),
+        "roller.length": rng.uniform(16.0, 30.0, n),
+        "motion[1].until": rng.uniform(200.0, 300.0, n),
+        "operation.speed": rng.uniform(50.0, 200.0, n),
+    }
+
+
 CASES: dict[str, Case] = {
     "disc, roller on a slide": disc_roller,
     "disc, roller on an arm": disc_arm,
@@ -343,6 +383,8 @@ CASES: dict[str, Case] = {
     "conjugate pair, slide": slide,
     "drum, groove": drum,
     "drum, groove, guides": guided_drum,
+    "indexer, barrel": barrel,
+    "indexer, globoid": globoid,
 }
 ROUND = 25
 """designs that share the words of a profile: laws, sides, the sense of turning"""

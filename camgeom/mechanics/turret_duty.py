@@ -35,7 +35,7 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
-from camgeom.track.turret import Engagement, Inside
+from camgeom.track.turret import Engagement, Inside, comings
 
 FAR = 1e6
 """mm; gap of a slice with nothing to bear on"""
@@ -43,6 +43,8 @@ STUD_SHARE = 0.5
 """Stud over roller diameter of a usual cam follower, where nothing better is known"""
 SPAN_SHARE = 1.6
 """Bearing distance of the camshaft over the cam's width, where nothing better is known"""
+BESIDE = 1e-8
+"""rad on either side of a cam angle at which a roller comes to bear or ceases to"""
 COUNT = 72
 """values of stiffness in a turn"""
 WITHIN = 5
@@ -81,18 +83,30 @@ class TurretDuty:
 
     @cached_property
     def force(self) -> FollowerForce:
-        """Motion and torque (N mm) of the turret on panels."""
-        return self.load.sampled()
+        """Motion and torque (N mm) of the turret on panels, which end where a roller comes to bear or ceases to."""
+        return self.load.sampled(self.load.panels().split(self._comings[0]))
+
+    @cached_property
+    def _comings(self) -> tuple[Floats, Floats]:
+        """Cam angles at which a roller, and its middle slice, comes to bear or ceases to, rad."""
+        return comings(self.tracks, self.inside)
 
     @cached_property
     def theta(self) -> Floats:
-        """Cam angles of the sample points, rad, (n,)."""
-        return self.force.panels.theta.ravel()
+        """Cam angles of the sample points, rad, (n,): those of the panels, and both sides of where a roller comes."""
+        beside = np.concatenate([angles + way for angles in self._comings for way in (-BESIDE, BESIDE)])
+        beside = beside[(beside > 0.0) & (beside < TURN)]
+        return np.sort(np.concatenate([self.force.panels.theta.ravel(), beside]))
+
+    @cached_property
+    def _nodes(self) -> npt.NDArray[np.intp]:
+        """Which of them are the panels'."""
+        return np.searchsorted(self.theta, self.force.panels.theta.ravel())
 
     @cached_property
     def turret_torque(self) -> Floats:
         """Torque that the cam gives the turret, N mm, (n,)."""
-        return self.force.force.ravel()
+        return self.force.panels.at(self.force.force, self.theta)
 
     @cached_property
     def engagement(self) -> Engagement:
@@ -231,7 +245,7 @@ class TurretDuty:
         Tracks of one name are walls that one roller meets.
         """
         where = self.force.panels
-        rate = self.engagement.path_rate
+        rate, weight = self.engagement.path_rate[self._nodes], weight[self._nodes]
         scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
         shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
         whole = where.integral(shaped)
@@ -298,7 +312,7 @@ class TurretDuty:
     @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of every roller, N, (k, p, n)."""
-        return np.moveaxis(self.roller_load.reshape(*self.force.force.shape, -1), -1, 0)
+        return np.moveaxis(self.roller_load[self._nodes].reshape(*self.force.force.shape, -1), -1, 0)
 
     @cached_property
     def peak_force(self) -> Extreme:

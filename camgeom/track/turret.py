@@ -19,14 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme, bracketed_maximum
+from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
 from camgeom.track.flank import Flank
-from camgeom.track.runout import touching
+from camgeom.track.runout import PLACES, touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
@@ -35,6 +35,8 @@ Inside = Callable[[Floats], Bools]
 SLICES = 7
 FINE = 20
 """halvings of the distance of two places along a roller between which its wall ends: down to micrometres"""
+FANS = 6
+"""rounds in which a cam angle is sought among FAN: a degree becomes 1e-9 rad"""
 NEARBY = 0.04
 """rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
@@ -86,6 +88,51 @@ def engaged_span(program: Program, shift: float, reach: float) -> tuple[float, f
         return b
 
     return crossing(-reach), crossing(reach)
+
+
+def comings(tracks: tuple[Track, ...], inside: Inside, samples: int = 181) -> tuple[Floats, Floats]:
+    """Cam angles in [0, 2 pi], rad, at which a roller, and its middle slice, comes to have a wall or ceases to.
+
+    With the first or last share of its wall a roller presses as hard as with all of it: what presses whom jumps there.
+    """
+    theta = np.linspace(0.0, TURN, samples)
+    whole, middle = [np.zeros(0)], [np.zeros(0)]
+    for index, turn in Engagement(tracks, inside, theta).places:
+        track = tracks[index]
+        phi = theta + TURN * turn
+        inner = phi[(phi > track.span[0]) & (phi < track.span[1])]
+        if not len(inner):
+            continue
+        ends = [end for end in track.span if not track.closed and phi[0] <= end <= phi[-1]]
+        phi = np.sort(np.concatenate([inner, ends]))
+        low, high = sorted(track.meridian.parameter(d) for d in track.contact)
+        inset = (SLICES // 2) * (high - low) / SLICES
+        for found, t in (
+            (whole, np.linspace(low, high, PLACES)),
+            (middle, np.linspace(low + inset, high - inset, PLACES // SLICES)),
+        ):
+            for side in track.sides:
+
+                def there(at: Floats, track: Track = track, t: Floats = t, side: float = side) -> Bools:
+                    pose = track.eased(side).pose(at, 1)
+                    return np.asarray(inside(Flank(track, at, t, side, given_pose=pose).x).any(axis=1))
+
+                values = there(phi)
+                # A wall may end with the span.
+                found += [np.array([end - TURN * turn]) for end in ends if values[np.searchsorted(phi, end)]]
+                found.append(_changes(there, phi, values) - TURN * turn)
+    return np.sort(np.concatenate(whole)), np.sort(np.concatenate(middle))
+
+
+def _changes(state: Callable[[Floats], Bools], phi: Floats, values: Bools) -> Floats:
+    """Cam angles, rad, at which a state changes whose values at cam angles (n,) are known."""
+    at = np.flatnonzero(values[1:] != values[:-1])
+    low, high, before = phi[at], phi[at + 1], values[at, None]
+    for _ in range(FANS if len(at) else 0):
+        grid = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)
+        first = np.argmax(state(grid.ravel()).reshape(grid.shape) != before, axis=1)
+        low, high = (np.take_along_axis(grid, k[:, None], axis=1)[:, 0] for k in (first - 1, first))
+    return np.asarray(high)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,14 @@ from camgeom.maths import Floats
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-KERNELS = {"disc": "planar", "constant-width": "planar", "conjugate": "planar", "cylindrical": "drum"}
+KERNELS = {
+    "disc": "planar",
+    "constant-width": "planar",
+    "conjugate": "planar",
+    "cylindrical": "drum",
+    "globoidal": "turret",
+    "cylindrical-index": "turret",
+}
 """The file that carries a kind of cam."""
 
 
@@ -62,8 +69,8 @@ class Kernel(Protocol):
     def offered(self, profile: Profile) -> tuple[str, ...]:
         """Names of the figures that it gives for this profile."""
 
-    def kernel(self, profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str]) -> Batch:
-        """The figures of one chunk of variants."""
+    def kernel(self, profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
+        """The figures of one chunk of variants; `level` as in `evaluate`."""
 
 
 def _kernel(profile: Profile) -> Kernel | None:
@@ -87,10 +94,13 @@ def offered(profile: Profile) -> tuple[str, ...]:
     return found.offered(profile) if found is not None else ()
 
 
-def evaluate(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str] | None = None) -> Batch:
+def evaluate(
+    profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str] | None = None, level: float = 1e-2
+) -> Batch:
     """The figures (default: all that are offered) of n variants, which `supports` has nothing against.
 
     columns  values (n,) by profile key as a study spells it: "cam.diameter", "motion[0].to"
+    level    relative error of the pressures and forces of indexers, 1e-2 or 3e-3: they jump where a roller comes
     """
     found = _kernel(profile)
     if found is None:
@@ -101,7 +111,7 @@ def evaluate(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[
     arrays = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
     size = len(next(iter(arrays.values())))
     parts = [
-        found.kernel(profile, {key: values[k : k + found.CHUNK] for key, values in arrays.items()}, wanted)
+        found.kernel(profile, {key: values[k : k + found.CHUNK] for key, values in arrays.items()}, wanted, level)
         for k in range(0, size, found.CHUNK)
     ]
     return _joined(parts, wanted)

@@ -26,6 +26,7 @@ from camgeom.motion.segment import TURN
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
+    from camgeom.motion.program import Program
     from camgeom.profile import Profile
     from camgeom.profile.sections import MotionSegment
 
@@ -414,9 +415,14 @@ class Motion:
         step = np.rint(place * (FINE // (SAMPLES - 1))).astype(np.intp)
         return np.asarray(np.clip(step, REACH, FINE - REACH), dtype=np.intp)
 
-    def at(self, piece: Ints, j: Ints) -> Points:
-        """The motion at fine steps (k, n) of pieces (n,)."""
-        f = self._table[:3, piece, j]
+    def at(self, piece: Ints, j: Ints | Floats) -> Points:
+        """The motion at fine steps, or between them, (k, n) of pieces (n,) or (k, n)."""
+        i = np.asarray(j, dtype=np.intp)
+        f = self._table[:3, piece, i]
+        if i is not j:
+            # The error of a chord is that of the step's square, 1e-7 of the piece's bend.
+            share = j - i
+            f = f + share * (self._table[:3, piece, np.minimum(i + 1, FINE)] - f)
         begin, long, before, lift, width = (
             np.broadcast_to(x[:, 0], (len(self.rows), self.size))[piece, np.arange(self.size)] for x in self._columns
         )
@@ -428,6 +434,21 @@ class Motion:
             (lift / width**2) * f[2],
             np.broadcast_to(side, f[0].shape),
         )
+
+    def reached(self, lift: Floats) -> Points:
+        """The motion at the fine step where it reaches lifts, mm or rad, (k, n), if it never turns back: (k, n)."""
+        full = (self.moving, self.size)
+        ends = np.broadcast_to(self.samples.s[SAMPLES - 1 : self.moving * SAMPLES : SAMPLES], full)
+        begin = np.broadcast_to(self.samples.s[: self.moving * SAMPLES : SAMPLES], full)
+        piece = np.minimum((ends[:, None] < lift).sum(axis=0), self.moving - 1)
+        one = np.arange(self.size)
+        share = (lift - begin[piece, one]) / (ends - begin)[piece, one]
+        j = np.zeros(lift.shape)
+        for k in np.unique(piece):
+            rows = piece == k
+            f = self._table[0, k]
+            j[rows] = np.interp(share[rows], (f - f[0]) / (f[-1] - f[0]), np.arange(FINE + 1.0))
+        return self.at(piece, j)
 
     def largest(self, again: Callable[[Points], Floats], values: Floats | None = None) -> Floats:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
@@ -522,6 +543,12 @@ def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
     return at, mid + at * (slope + 0.5 * at * bend)
 
 
+@lru_cache(maxsize=8)
+def program_of(profile: Profile) -> Program:
+    """The profile's own motion."""
+    return profile.setup().program
+
+
 def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = False) -> Motion:
     """The motion of the variants; what is wrong with one goes to its refusals."""
     profile = variants.profile
@@ -552,7 +579,7 @@ def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = Fal
             Leg(leg.shape, leg.start + np.pi, leg.end + np.pi, position - leg.before, position - leg.after, -leg.lift)
             for leg in found
         ]
-    elif profile.setup().program.closed:
+    elif program_of(profile).closed:
         most = np.max(np.broadcast_arrays(*(np.abs(leg.after) for leg in found)), axis=0)
         refusals.add(np.abs(position) > 1e-9 * most, f"motion[{last}].to: the program must end where it began")
     return Motion(tuple(found), variants.size, cuts, busy)

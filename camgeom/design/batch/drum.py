@@ -107,8 +107,9 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     return None
 
 
-def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str]) -> Batch:
-    """The figures of one chunk of variants."""
+def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
+    """The figures of one chunk of variants; all of them are smooth, so that none hangs on the level."""
+    del level
     variants = Variants(profile, columns)
     forces = profile.operation.force if profile.operation is not None else ()
     cuts = tuple(angle for force in forces for angle in force.applied().breaks)

@@ -82,14 +82,14 @@ def offered(profile: Profile) -> tuple[str, ...]:
     return (*names, *(f"contact.{name}" for name in contact), *(f"fatigue.{name}" for name in fatigue))
 
 
-def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str]) -> Batch:
-    """The figures of one chunk of variants."""
+def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
+    """The figures of one chunk of variants; all of them are smooth, so that none hangs on the level."""
     cams = Cams(Variants(profile, columns))
     kept = cams.variants.refusals.none
     if not kept.all():
         # What a profile refuses has no geometry to compute with.
         sound = {key: values[kept] for key, values in columns.items()}
-        return cams.variants.refusals.scattered(kernel(profile, sound, figures) if kept.any() else None, figures)
+        return cams.variants.refusals.scattered(kernel(profile, sound, figures, level) if kept.any() else None, figures)
     cams.refuse_folded()
     found = {name: cams.variants.full(cams.figure(name)) for name in figures}
     return cams.variants.refusals.batch(found)

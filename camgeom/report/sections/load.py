@@ -368,7 +368,7 @@ def turret_lines(model: Model, duty: TurretDuty) -> Chart:
     angle = np.degrees(duty.theta)
     hardest = duty.pressure.max(axis=(1, 2))
     worst, top = degrees(duty.peak_pressure.cam_angle), duty.peak_pressure.value
-    shaft = 1e-3 * duty.torque.ravel()
+    shaft, nodes = 1e-3 * duty.torque.ravel(), np.degrees(duty.force.panels.theta.ravel())
     panels = (
         Panel(Axis("Torque on the turret", "N m", zero=True), (_line("torque", angle, 1e-3 * duty.turret_torque),),
               marks=_largest(angle, 1e-3 * duty.turret_torque)),
@@ -377,8 +377,8 @@ def turret_lines(model: Model, duty: TurretDuty) -> Chart:
         Panel(Axis("Rollers that share the load", "", zero=True), (_sharing(angle, duty.roller_load),), height=0.6),
         Panel(Axis("Contact pressure", "MPa", zero=True), (_line("largest of all slices", angle, hardest),),
               limits=pressure_limit(model, top), marks=(mark(worst, top),)),
-        Panel(Axis("Camshaft torque", "N m", zero=True), (_line("torque", angle, shaft),),
-              marks=_largest(angle, shaft)),
+        Panel(Axis("Camshaft torque", "N m", zero=True), (_line("torque", nodes, shaft),),
+              marks=_largest(nodes, shaft)),
     )  # fmt: skip
     caption = "The turret under load: rollers share its torque by the stiffness of their contacts"
     return Chart(caption, CAM_ANGLE, panels, zones(model.setup.program))
