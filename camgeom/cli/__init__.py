@@ -176,8 +176,7 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
                      help="a profile key and its values: N from A to B (A:B:N:log in equal ratios), or a list "
                           "KEY=a,b,c; repeat for a grid; KEY=A:B draws between both, with --sample")
-    sub.add_argument("--tie", metavar="KEY=EXPRESSION", action="append", default=[],
-                     help="a key that follows others, for example cam.bore=0.4*cam.base_radius")
+    _add_tie(sub)
     sub.add_argument("--sample", metavar="HOW", default="grid",
                      help="grid (default), list (the n-th values of all keys together), sobol:N[:SEED] or "
                           "latin:N[:SEED] (N points of a Sobol sequence, of a Latin hypercube)")
@@ -196,6 +195,7 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
 def _add_optimise(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--free", metavar="KEY=A:B", action="append", required=True,
                      help="a profile key and its range, or its values: A:B:N, a,b,c; repeat for more keys")
+    _add_tie(sub)
     for name, what in (("least", "small"), ("most", "large")):
         sub.add_argument(f"--{name}", metavar="FIGURE", action="append", default=[],
                          help=f"a figure to be made {what}, as camgeom study names it (size: the blank's volume)")
@@ -207,6 +207,11 @@ def _add_optimise(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     _add_workers(sub)
     _add_json(sub)
+
+
+def _add_tie(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--tie", metavar="KEY=EXPRESSION", action="append", default=[],
+                     help="a key that follows others, for example cam.bore=0.4*cam.base_radius")
 
 
 def _add_workers(sub: argparse.ArgumentParser) -> None:

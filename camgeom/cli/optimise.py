@@ -41,6 +41,7 @@ from camgeom.design.front import (
     nothing,
     search,
 )
+from camgeom.design.sampling import tie
 from camgeom.design.study import Row
 from camgeom.drawing.content import (
     Axis,
@@ -108,7 +109,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         for key, sign, texts in (("under", 1.0, arguments.under), ("over", -1.0, arguments.over))
         for text in texts
     )
-    wanted = Requirement(data, arguments.profile, keys, aims, asked)
+    ties = tuple(map(tie, arguments.tie))
+    wanted = Requirement(data, arguments.profile, keys, aims, asked, ties)
     why_not = _why_not(profile, wanted)
     if why_not is None:
         from camgeom.design.batch import offered as of_batch
@@ -118,7 +120,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         known = [figure for figure in base.figures if figure.split(".")[0] in STUDIED]
     given = {bound.figure for bound in asked}
     own = tuple(bound for bound in limits_of(base, findings, known) if bound.figure not in given)
-    wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own))
+    wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own), ties)
 
     began = perf_counter()
     archive = _searched(wanted, profile, engine, why_not, points, console)
@@ -177,7 +179,7 @@ def _why_not(profile: Any, wanted: Requirement) -> str | None:
     for one in wanted.free:
         if any(isinstance(value, str) for value in one.axis.values):
             return f"{one.axis.key}: is no number"
-    if reason := supports(profile, [one.axis.key for one in wanted.free]):
+    if reason := supports(profile, [one.key for one in wanted.axes]):
         return reason
     missing = [figure for figure in wanted.figures if figure not in offered(profile)]
     return f"the batch does not give {', '.join(missing)}" if missing else None
@@ -283,13 +285,14 @@ class Told:
         sought = ", ".join(aim.words for aim in self.wanted.aims)
         head = f"# {which} of a front of {self.wanted.file}: {sought}\n"
         head += "".join(f"# {one.axis.key} was free\n" for one in self.wanted.free)
+        head += "".join(f"# {one.key} was tied\n" for one in self.wanted.ties)
         with atomic_write(path) as stream:
             stream.write((head + "\n" + dump(data)).encode())
         return path
 
     def _data(self, profiles: Sequence[Path], files: Sequence[Path]) -> dict[str, Any]:
         """The result as plain data."""
-        keys = [one.axis.key for one in self.wanted.free]
+        keys = [one.key for one in self.wanted.axes]
         members = [
             {**dict(zip(keys, row.values)), **row.figures, "verdict": row.verdict, "reason": row.reason,
              "file": str(file)}
@@ -320,7 +323,7 @@ class Told:
         lines += [f"  kept: {b.figure} {SIGNS[b.sign]} {b.value:g} ({b.said})" for b in self.wanted.bounds]
         if not self.members:
             return lines
-        heads = ["", *(one.axis.key for one in self.wanted.free), *self.shown, "verdict"]
+        heads = ["", *(one.key for one in self.wanted.axes), *self.shown, "verdict"]
         cells = [
             [str(i), *(number(value) for value in row.values), *(number(row.figures[f]) for f in self.shown),
              row.verdict + (" <- balanced" if i - 1 == self.chosen else "")]
@@ -398,9 +401,9 @@ class Told:
             f"Member {self.chosen + 1} is the nearest to the best of every aim at once. Its profile is chosen.toml; "
             "those of all members are in the folder front. Each is ready for camgeom run."
         )
-        free_ = tuple((one.axis.key, value) for one, value in zip(self.wanted.free, row.values))
+        free_ = tuple((one.key, value) for one, value in zip(self.wanted.axes, row.values))
         return (Chapter("chosen", "The balanced member", (
-            Text((text,)), Table("Its free keys", (Column("Key"), Column("Value")), free_),
+            Text((text,)), Table("Its keys", (Column("Key"), Column("Value")), free_),
         )),)  # fmt: skip
 
     def _chart(self, i: int, j: int) -> Chart:
@@ -434,7 +437,7 @@ class Told:
         return Parallel("Every member across its free keys and figures", axes, lines, self.chosen or 0)
 
     def _table(self) -> Table:
-        heads = [Column("Member"), *(Column(one.axis.key) for one in self.wanted.free),
+        heads = [Column("Member"), *(Column(one.key) for one in self.wanted.axes),
                  *(Column(_label(name), unit_of(name)) for name in self.shown), Column("Verdict")]  # fmt: skip
         rows = tuple(
             (i, *row.values, *(row.figures[name] for name in self.shown), LEVELS[row.verdict])

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from camgeom.checks.verdict import ENDLESS_H
 from camgeom.design.engine import Engine
+from camgeom.design.sampling import Tie
 from camgeom.design.study import Axis, Data, Figures, Measure, Row, Study, Value, axis
 from camgeom.errors import CamgeomError, Problem, ProfileError, did_you_mean
 from camgeom.maths import Floats
@@ -34,6 +35,10 @@ FINENESS = 1e-4
 """share of a range to which a free value is rounded, to a decimal place: a drawing says no more"""
 UNBOUNDED = 1e12
 """what an endless figure counts in the search; a life counts as long as it is told apart (`ENDLESS_H`)"""
+NONE = 1e-6
+"""a limit below is 0, with no share of it to count in"""
+STRICT = 1e-9
+"""share of a limit by which a figure stays off one that it may not meet"""
 SEED = 1
 """of the search, which so gives the same front every time"""
 CHECKED = {
@@ -126,27 +131,34 @@ class Bound:
 
     def excess(self, values: Floats) -> Floats:
         """How far figures (n,) are beyond the bound, as a share of it; not above 0 where they keep it."""
-        return np.asarray(self.sign * (values - self.value) / (abs(self.value) or 1.0))
+        whole = abs(self.value) if abs(self.value) > NONE else 1.0
+        return np.asarray(self.sign * (values - self.value) / whole)
 
 
 @final
 @dataclass(frozen=True)
 class Requirement:
-    """What is sought: a profile's data with free keys, aims, and bounds beside the profile's own limits."""
+    """What is sought: a profile's data with free keys and keys tied to them, aims, and bounds beside its own limits."""
 
     data: Data
     file: str
     free: tuple[Free, ...]
     aims: tuple[Aim, ...]
     bounds: tuple[Bound, ...] = ()
+    ties: tuple[Tie, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.free or not self.aims:
             what = "--free: a search needs a free key" if not self.free else "--least: a search needs an aim"
             raise ProfileError([Problem(*what.split(": "))])
-        for key, names in (("--free", [one.axis.key for one in self.free]), ("--least", [a.figure for a in self.aims])):
+        for key, names in (("--free", [one.key for one in self.axes]), ("--least", [a.figure for a in self.aims])):
             if twice := [name for name, count in Counter(names).items() if count > 1]:
                 raise ProfileError([Problem(key, "is given twice", ", ".join(twice))])
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The keys of a point, those that are tied last."""
+        return (*(one.axis for one in self.free), *(Axis(one.key, one.path, (0.0,)) for one in self.ties))
 
     @property
     def figures(self) -> tuple[str, ...]:
@@ -154,12 +166,17 @@ class Requirement:
         return tuple(dict.fromkeys([a.figure for a in self.aims] + [b.figure for b in self.bounds]))
 
     def points(self, shares: Floats) -> tuple[tuple[Value, ...], ...]:
-        """Values of the free keys at shares (n, k) of their ranges."""
-        return tuple(zip(*(one.values(column) for one, column in zip(self.free, shares.T))))
+        """Values of the keys, free ones at shares (n, k) of their ranges."""
+        columns: dict[str, list[Value] | Floats] = {}
+        for one, column in zip(self.free, shares.T):
+            columns[one.axis.key] = one.values(column)
+        for tied in self.ties:
+            columns[tied.key] = np.broadcast_to(tied.values(columns, self.data), (len(shares),)).tolist()
+        return tuple(zip(*columns.values()))
 
     def study(self, points: Sequence[tuple[Value, ...]], measure: Measure) -> Study:
         """Exact models of some points."""
-        return Study(self.data, self.file, tuple(one.axis for one in self.free), measure, tuple(points))
+        return Study(self.data, self.file, self.axes, measure, tuple(points))
 
     def scores(self, figures: Mapping[str, Floats]) -> Floats:
         """What the search makes small, (n, aims)."""
@@ -200,11 +217,14 @@ def limits_of(row: Row, findings: Sequence[Mapping[str, Any]], known: Sequence[s
         sign = {"<": 1.0, ">": -1.0}.get(str(finding["comparison"])[:1])
         if finding["limit"] is None or finding["value"] is None or sign is None:
             continue
-        for name in CHECKED.get(finding["check"], ()):
+        limit = finding["limit"]
+        if len(str(finding["comparison"])) == 1:  # it may not even be met
+            limit -= sign * STRICT * max(abs(limit), 1.0)
+        for name in (*CHECKED.get(finding["check"], ()), f"checks.{finding['check']}"):
             value = row.figures.get(name)
             same = isinstance(value, int | float) and math.isclose(abs(value), abs(finding["value"]), rel_tol=1e-6)
             if name in known and same:
-                found[name] = Bound(name, sign, finding["limit"], f"check {finding['check']}", own=True)
+                found[name] = Bound(name, sign, limit, f"check {finding['check']}", own=True)
     return tuple(found.values())
 
 
@@ -225,7 +245,7 @@ class ByBatch:
     def __call__(self, points: Sequence[tuple[Value, ...]]) -> tuple[Mapping[str, Floats], Bools]:
         from camgeom.design.batch import evaluate
 
-        keys = [one.axis.key for one in self.requirement.free]
+        keys = [one.key for one in self.requirement.axes]
         columns = {key: np.array(values, dtype=np.float64) for key, values in zip(keys, zip(*points))}
         found = evaluate(self.profile, columns, self.requirement.figures)
         return found.figures, found.reason == 0

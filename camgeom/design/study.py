@@ -166,7 +166,8 @@ class Study:
     most: int = MOST_VARIANTS
 
     def __post_init__(self) -> None:
-        most = MOST_AXES if self.plan is None or not self.plan.drawn else MOST_DRAWN_AXES
+        grown = self.points is None and (self.plan is None or not self.plan.drawn)
+        most = MOST_AXES if grown else MOST_DRAWN_AXES
         if not 1 <= len(self.axes) <= most:
             raise ProfileError([Problem("--vary", "a study needs axes", len(self.axes), f"1 to {most}")])
         keys = [one.key for one in self.axes]

@@ -25,6 +25,7 @@ from camgeom.design.front import (
     search,
     spread,
 )
+from camgeom.design.sampling import tie
 from camgeom.design.study import Figures, Row
 from camgeom.drawing.content import Axis, Parallel
 from camgeom.errors import DesignError, ProfileError
@@ -86,6 +87,13 @@ def test_limits_bind_only_what_the_check_judged() -> None:
     found = limits_of(row, findings, list(row.figures))
     assert [(b.figure, b.sign, b.value) for b in found] == [("flank.max_pressure_angle_deg", 1.0, 30.0)]
     assert limits_of(row, findings, []) == ()
+
+
+def test_a_limit_that_may_not_be_met_is_kept_off() -> None:
+    gap = Row((), {"checks.floor-gap": 0.5}, "pass")
+    (one,) = limits_of(gap, [{"check": "floor-gap", "value": 0.5, "limit": 0.0, "comparison": ">"}], list(gap.figures))
+    assert one.excess(np.array([0.0, 1e-6])).tolist() == pytest.approx([1e-9, -1e-6 + 1e-9])
+    assert (one.excess(np.array([0.0, 1e-6])) > 0.0).tolist() == [True, False]
 
 
 def test_a_requirement_needs_keys_and_aims() -> None:
@@ -250,6 +258,17 @@ def test_every_member_that_the_command_shows_passes_the_exact_checks(
     assert "members of the front" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert "https://" not in page
+
+
+def test_tied_keys_follow_the_free_ones() -> None:
+    follower = tie("cam.groove_depth=0.5*roller.diameter+cam.length/60")
+    requirement = Requirement(DATA, "", KEYS, (Aim("size", 1.0),), (), (follower,))
+    points = requirement.points(np.array([[0.0, 0.5], [1.0, 1.0]]))
+    assert points == ((70.0, 12.0, 7.0), (110.0, 16.0, 9.0))
+    study = requirement.study(points, partial_exact)
+    assert study.variant(points[1])["cam"]["groove_depth"] == 9.0
+    with pytest.raises(ProfileError, match="given twice"):
+        Requirement(DATA, "", KEYS, (Aim("size", 1.0),), (), (tie("cam.diameter=2*roller.diameter"),))
 
 
 @pytest.mark.slow
