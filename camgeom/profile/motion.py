@@ -17,7 +17,8 @@ from camgeom.profile.sections import MotionSegment
 from camgeom.profile.text import beside
 from camgeom.track.follower import AnyFollower, TurretFollower
 
-MAX_SEGMENTS = 10_000
+MAX_SEGMENTS = 3_000
+"""a whole run of a disc with so many takes some 20 s; a law of a table or a spline holds more points"""
 SLIP = 1e-6
 """deg; digits lost by writing 360 / 7 in decimal"""
 RATES = ("velocity", "acceleration", "jerk")

@@ -210,7 +210,8 @@ class Reader:
             self.problems.append(Problem("motion", "needs an array of tables [[motion]]", plain(segments), "", hint))
             return None
         if len(segments) > MAX_SEGMENTS:
-            self.problems.append(Problem("motion", "too many segments", len(segments), f"at most {MAX_SEGMENTS}"))
+            self.problems.append(Problem("motion", "too many segments", len(segments), f"at most {MAX_SEGMENTS}",
+                                         "a law of a table or a spline holds more points"))  # fmt: skip
             return None
         typed = []
         before = len(self.problems)

@@ -21,7 +21,7 @@ from camgeom.errors import UNSEEN, Problem, ProfileError
 from camgeom.reading import lines_of, os_reason, read_bytes, refuse
 
 MAX_BYTES = 1_000_000
-"""B; a profile with 10 000 segments is half of that"""
+"""B; a profile of 3 000 segments and tables is half of that"""
 MAX_TABLE_BYTES = 10_000_000
 """B; a measured table beside the profile"""
 MAX_DEPTH = 12

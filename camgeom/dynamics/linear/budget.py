@@ -29,9 +29,8 @@ VERIFIED = 1.5
 PER_STEP = 1.8e-5
 """s a step, linear, where a contact varies alone or the method is of the Newmark family"""
 PER_ENTRY = 7e-9
-"""s for each entry of the cube of a step's matrix, stages times coordinates wide"""
-PER_PASSES = 3e-6
-"""s a step for each of the stages times coordinates, in the dozen passes that a non-linear contact usually takes"""
+"""s for each entry of the cube of a step's matrix, stages times coordinates wide; the dozen passes that a non-linear
+contact usually takes are in it"""
 
 
 def step_cost(system: System, method: Method) -> tuple[float, float]:
@@ -43,8 +42,6 @@ def step_cost(system: System, method: Method) -> tuple[float, float]:
     wide = m * len(method.b)
     apart = system.linear and system.coefficients(np.zeros((1, 1))).contact is not None and method.c[-1] < 1.0
     seconds = PER_STEP if apart else PER_STEP + PER_ENTRY * wide**3
-    if not system.linear:
-        seconds += PER_PASSES * wide
     return seconds, kept if system.linear else kept + 8.0 * (wide * wide + wide * (2 * m + 1) + 4 * m * (m + 1))
 
 
