@@ -25,12 +25,15 @@ from camgeom.profile.text import MAX_BYTES, Path_, load
 from camgeom.profile.twice import contradictions
 from camgeom.reading import decode, read_bytes
 from camgeom.track import TURN
-from camgeom.track.follower import AnyFollower, AnyRoller, Setup
+from camgeom.track.follower import AnyFollower, AnyRoller, Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.dynamics.impact.spec import ImpactSpec
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.machining.spec import CutterSpec
+
+MOST_ROWS = 20_000
+"""of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
 
 
 @final
@@ -204,8 +207,14 @@ def _warnings_beyond(limits: Limits) -> list[Problem]:
 
 
 def _forces(profile: Profile, setup: Setup) -> Iterator[Problem]:
-    """Applied forces that have no value somewhere along the ideal motion, looked at every half degree."""
+    """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows."""
     if profile.operation is None or not profile.operation.force:
+        return
+    rows = sum(len(force.table or ()) for force in profile.operation.force)
+    most = MOST_ROWS // 4 if isinstance(profile.follower, TurretFollower) else MOST_ROWS
+    if rows > most:
+        hint = "the force is followed from row to row, round all rollers that bear: fewer rows, or an expression"
+        yield Problem("operation.force", "has too many rows in its tables", rows, f"at most {most}", hint)
         return
     theta, omega = np.linspace(0.0, TURN, 721), profile.operation.speed * TURN / 60.0
     s, v, a = setup.program.jet(theta, 2)

@@ -105,6 +105,18 @@ def test_a_force_without_a_value_is_told_when_it_is_read(text: str, told: bool) 
         from_data(data, "part.toml")
 
 
+@pytest.mark.parametrize(("case", "most"), [("disc, roller", 20_000), ("globoid", 5_000)])
+def test_force_tables_have_so_many_rows_and_no_more(case: str, most: int) -> None:
+    for rows in (most, most + 1):
+        table = tuple((360.0 * k / rows, 1.0) for k in range(rows))
+        data = data_of(case, {"operation.force": ({"table": table},)})
+        if rows == most:
+            assert from_data(data, "")
+        else:
+            with pytest.raises(ProfileError, match=rf"operation\.force: .*\(found {rows}\); allowed: at most {most}"):
+                from_data(data, "")
+
+
 def test_a_profile_made_in_python_is_told_by_the_solver() -> None:
     """It was not read; the same rule stands at the solver's door."""
     profile = from_data(data_of("drum, impact", {}), "")
