@@ -331,7 +331,7 @@ def _parallel(dice: Dice, plates: int) -> Data:
     stops, count = {2: (4, 8), 3: (5, 15), 4: (4, 16)}[plates]
     pitch = dice.between(70.0, 100.0)
     center = pitch * (dice.between(1.26, 1.29) if plates == 3 else dice.between(1.72, 1.78))
-    radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.13, 0.145))
+    radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.105, 0.12))
     segments, _, lift = _index(dice, 360.0 / stops, 200.0, 225.0)
     width = dice.between(12.0, 18.0)
     cam: Data = {"kind": "parallel-index", "center_distance": center, "width": width}

@@ -228,21 +228,23 @@ def sharpness(data: Data) -> float:
 def undercut(data: Data, dice: Dice) -> None:
     """A roller larger than the radius of its path: moves so sharp that r k is above one by far.
 
-    A steep path is less curved than a level one: a drum's stroke shrinks until its own path is sharp enough.
+    A steep path is less curved than a level one: a drum's moves are pressed on, its stroke shrinks, until its own path
+    is sharp enough.
     """
     _steeper(data, by=dice.between(6.0, 7.0))
     if data["cam"]["kind"] != "cylindrical":
         return
     stroke = max(segment.get("to", 0.0) for segment in data["motion"])
-    for share in np.linspace(1.0, 0.05, 96):
-        for segment in data["motion"]:
-            if segment.get("to"):
-                segment["to"] = float(share * stroke)
-        if sharpness(data) > 1.2:
-            data["cam"]["length"] -= (1.0 - float(share)) * stroke
-            return
-    # No stroke of such short moves is sharp enough: the roller is too small for its drum, so a larger drum is none.
-    raise AssertionError("no stroke folds this drum: press its moves more")
+    for _ in range(6):
+        for share in np.linspace(1.0, 0.05, 96):
+            for segment in data["motion"]:
+                if segment.get("to"):
+                    segment["to"] = float(share * stroke)
+            if sharpness(data) > 1.2:
+                data["cam"]["length"] -= (1.0 - float(share)) * stroke
+                return
+        _steeper(data, by=1.3)
+    raise AssertionError("no stroke of such short moves folds this drum")
 
 
 def overlapping(data: Data, dice: Dice) -> None:
