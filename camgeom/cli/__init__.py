@@ -50,6 +50,8 @@ COMMANDS: tuple[Command, ...] = (
             "camgeom.cli.study:run", ("profile", "laws", "study")),
     Command("optimise", "the variants that no other beats in every aim, each judged by the exact model",
             "camgeom.cli.optimise:run", ("profile", "laws", "optimise")),
+    Command("law", "the best motion law for a requirement, its lower bound and its front", "camgeom.cli.law:run",
+            ("law",)),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
@@ -260,6 +262,23 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
     _add_json(sub)
 
 
+def _add_law(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--least", metavar="WHAT", default="acceleration",
+                     help="acceleration (default), jerk, residual or rms; all for unit lift over unit travel")
+    sub.add_argument("--vmax", metavar="V", help="limit of the velocity")
+    sub.add_argument("--amax", metavar="A", help="limit of the acceleration")
+    sub.add_argument("--jmax", metavar="J", help="limit of the jerk")
+    sub.add_argument("--band", metavar="A:B", help="rise time over natural period, where the residual counts")
+    sub.add_argument("--residual", metavar="E", help="limit of the vibration left behind, a share of the lift")
+    sub.add_argument("--damping", metavar="Z", help="share of critical damping of the vibration, default 0")
+    sub.add_argument("--monotone", action="store_true", help="the motion may never turn back")
+    sub.add_argument("--order", metavar="N", help="1: the acceleration may jump at the ends; 2: it may not; default 2 "
+                                                  "where the jerk is limited or least, else 1")
+    sub.add_argument("--front", action="store_true", help="with --band: the least residual over the peak acceleration")
+    sub.add_argument("--out", metavar="DIR", help="write law.toml, law.csv and law.html (with the front) there")
+    _add_json(sub)
+
+
 def _add_validate(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("name", metavar="NAME", nargs="?", help="one source: S1 to S5, or its name; default all")
     sub.add_argument("--out", metavar="DIR", help="write validation.html, validation.md and validation.json there")
@@ -277,6 +296,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "schema": _add_schema,
     "design": _add_design,
     "inspect": _add_inspect,
+    "law": _add_law,
     "validate": _add_validate,
 }
 

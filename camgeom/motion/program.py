@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, final
+from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
 from camgeom.motion.segment import TURN, Segment, Span
 from camgeom.motion.table import Peak, Piece, Side, Table
+
+if TYPE_CHECKING:
+    from camgeom.motion.optimal.best import Best
 
 LEAST_WIDTH = math.radians(1e-9)
 MOST_LIFT = 1e5
@@ -145,6 +148,19 @@ class Program:
         sizes = self._steps[order, piece]
         jumps = tuple(Jump(float(angles[p]), int(r), float(v)) for p, r, v in zip(piece, order, sizes, strict=True))
         return Continuity(int(min(self._lowest_jumps.min() - 1, ORDER_LIMIT)), jumps)
+
+    @cached_property
+    def best_laws(self) -> tuple[tuple[int, Best], ...]:
+        """The segments whose law is the best for a requirement, each with its least value and bound, normalised."""
+        if not any(segment.law == "optimal" for segment in self.segments):
+            return ()
+        from camgeom.motion.laws_optimal import best_law
+
+        return tuple(
+            (i, best_law(ends, **LAWS["optimal"].complete(dict(segment.params))))
+            for i, (segment, ends) in enumerate(zip(self.segments, self.ends, strict=True))
+            if segment.law == "optimal"
+        )
 
     def peak(self, order: int) -> Peak:
         """The extreme (signed; lift per rad^order) of a derivative and its cam angle (rad), refined to rounding."""

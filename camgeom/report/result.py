@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import degrees, pi
+from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
     from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
+    from camgeom.motion.optimal.best import Best
     from camgeom.track.planar import Planar
 
 PRODUCTS = (
@@ -209,6 +210,9 @@ def motion_data(model: Model) -> dict[str, Any]:
             for j in program.continuity.jumps
         ],
     }
+    if program.best_laws:
+        stated = len(model.profile.motion)
+        data["best_laws"] = {str(i): _best_law(found) for i, found in program.best_laws if i < stated}
     operation = model.profile.operation
     if operation is not None:
         omega = operation.speed * pi / 30.0
@@ -216,6 +220,19 @@ def motion_data(model: Model) -> dict[str, Any]:
             key = f"peak_{word}_{name}_per_s{'' if order == 1 else order}"
             data[key] = unit * abs(peaks[order - 1].value) * omega**order
     return data
+
+
+def _best_law(found: Best) -> dict[str, Any]:
+    """The least value of a best law, its bound and its peaks, for unit lift over unit travel; None where one jumps."""
+    peaks = {name.replace("-", "_"): value if isfinite(value) else None for name, value in found.peaks.items()}
+    return {
+        "minimise": found.wish.aim,
+        "value": found.value,
+        "lower_bound": found.bound,
+        "gap": found.gap,
+        "bound_holds_for": found.holds_for,
+        **peaks,
+    }
 
 
 def _stroke(model: Model) -> float:

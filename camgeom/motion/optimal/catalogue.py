@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camgeom.maths import Floats, gauss_rule
+from camgeom.maths import gauss_rule
 from camgeom.motion.law import LAWS, Law, make
 from camgeom.motion.optimal.shape import decay
+from camgeom.motion.optimal.wish import Wish
 
 
 class Rival(NamedTuple):
@@ -20,6 +21,14 @@ class Rival(NamedTuple):
     acceleration: float
     jerk: float
     residual: float
+
+    def keeps(self, wish: Wish) -> bool:
+        """Whether the law keeps what a wish says of velocity and jerk, and of jumps of the acceleration."""
+        return self.velocity <= wish.velocity * TRUE and self.jerk <= (wish.jerk if wish.smooth else math.inf) * TRUE
+
+
+TRUE = 1.0 + 1e-4
+"""limits are often copied from a table's digits"""
 
 
 def residual_of(law: Law, band: tuple[float, float], damping: float) -> float:
@@ -48,19 +57,12 @@ def residual_of(law: Law, band: tuple[float, float], damping: float) -> float:
 def rivals(band: tuple[float, float], damping: float) -> list[Rival]:
     """Every law of the catalogue that moves from rest to rest without a jump of velocity, least residual first."""
     found: list[Rival] = []
+    told: set[object] = set()
     for name, entry in LAWS.items():
-        if name == "optimal" or entry.claims.order < 1:
-            continue
         claims = entry.claims
+        # Splines between rest and rest are the polynomial of their order: one law, told once.
+        if name == "optimal" or claims.order < 1 or claims in told:
+            continue
+        told.add(claims)
         found.append(Rival(name, claims.vm, claims.am, claims.jm, residual_of(make(name), band, damping)))
     return sorted(found, key=lambda rival: rival.residual)
-
-
-def front(points: Floats) -> list[int]:
-    """The rows (n, 2) that no other row is better than in both columns, rising in the first."""
-    kept, least = [], math.inf
-    for i in np.lexsort((points[:, 1], points[:, 0])).tolist():
-        if points[i, 1] < least:
-            kept.append(i)
-            least = points[i, 1]
-    return kept

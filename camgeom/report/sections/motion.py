@@ -84,7 +84,9 @@ WORDS = ("lift", "velocity", "acceleration", "jerk")
 
 def motion(model: Model) -> tuple[Block, ...]:
     """The s, v, a, j diagrams over one turn and the table of segments."""
-    return diagrams(model), segments(model), Text((continuity(model.setup.program),))
+    best = best_laws(model)
+    told = () if best is None else (best,)
+    return diagrams(model), segments(model), *told, Text((continuity(model.setup.program),))
 
 
 def samples(program: Program) -> tuple[Floats, Floats]:
@@ -175,6 +177,20 @@ def segments(model: Model) -> Table:
         Column("To", unit), Column("Peak v", axes[1].unit), Column("Peak a", axes[2].unit),
     )  # fmt: skip
     return Table("Segments of the motion", columns, tuple(rows))
+
+
+def best_laws(model: Model) -> Table | None:
+    """What the best laws reach, and the bound that no law of their class can go below; None where there is none."""
+    rows: list[tuple[Cell, ...]] = []
+    for i, found in model.setup.program.best_laws:
+        if i < len(model.profile.motion):
+            peaks = [found.peaks.get(name) for name in ("velocity", "acceleration", "jerk", "residual")]
+            shown = [None if value is None or not np.isfinite(value) else value for value in peaks]
+            aim = found.wish.aim.replace("-", " ")
+            rows.append((f"motion[{i}]", aim, found.value, found.bound, *shown, found.holds_for))
+    heads = ("Segment", "Least", "Value", "Lower bound", "Velocity", "Acceleration", "Jerk", "Residual", "Bound for")
+    columns = tuple(Column(head) for head in heads)
+    return Table("Best laws, peaks for unit lift over unit travel", columns, tuple(rows)) if rows else None
 
 
 def continuity(program: Program) -> str:

@@ -1,0 +1,111 @@
+"""`camgeom law`, and the best law's figures on their way from a profile's keys to every place that shows them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from camgeom.cli import main
+from camgeom.cli.study import measure
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+from camgeom.report.sections.motion import best_laws
+from tests.places import PROFILES
+
+MODIFIED = ["--vmax", "1.7596", "--jmax", "69.466", "--band", "2:6"]
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: str, status: int = 0) -> dict[str, object]:
+    assert main(["law", "--json", *words]) == status
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_json_has_the_promised_names(capsys: pytest.CaptureFixture[str]) -> None:
+    data = told(capsys, "--jmax", "60")
+    assert data["peak_acceleration"] == pytest.approx(4.753049234, rel=1e-8)
+    assert data["lower_bound"] == pytest.approx(data["peak_acceleration"], rel=1e-6)
+    assert {"peak_velocity", "peak_jerk", "residual", "bound_holds_for"} <= set(data)
+    assert all(len(data[key]) >= 1001 for key in ("x", "lift", "acceleration"))  # type: ignore[arg-type]
+    assert (data["lift"][0], data["lift"][-1]) == (0.0, 1.0)  # type: ignore[index]
+
+
+def test_without_a_jerk_limit_the_acceleration_may_jump(capsys: pytest.CaptureFixture[str]) -> None:
+    data = told(capsys)
+    assert data["peak_acceleration"] == pytest.approx(4.0, rel=1e-9)
+    assert data["peak_jerk"] is None
+
+
+def test_a_band_alone_is_measured_and_asks_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    free, banded = told(capsys, "--jmax", "60"), told(capsys, "--jmax", "60", "--band", "2:6")
+    assert free["residual"] is None
+    assert banded["residual"] > 0.0  # type: ignore[operator]
+    assert banded["peak_acceleration"] == free["peak_acceleration"]
+
+
+def test_what_no_law_can_do_ends_with_status_1_and_the_proof(capsys: pytest.CaptureFixture[str]) -> None:
+    data = told(capsys, "--jmax", "31", status=1)
+    assert data["possible"] is False
+    assert data["bound"] > 1.0  # type: ignore[operator]
+    assert main(["law", "--jmax", "31"]) == 1
+    assert "no law at all keeps jerk 31" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--least", "lift"], "--least"),
+        (["--jmax", "0"], "--jmax"),
+        (["--vmax", "x"], "--vmax: needs a number"),
+        (["--least", "jerk", "--jmax", "40"], "--jmax: says nothing beside"),
+        (["--least", "residual", "--band", "2:6"], "--amax or --jmax"),
+        (["--damping", "0.1"], "--damping"),
+        (["--residual", "0.1"], "--band: is missing"),
+    ],
+)
+def test_wrong_options_are_named(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["law", *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_files_and_the_front(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = told(capsys, *MODIFIED, "--residual", "0.0426", "--out", str(tmp_path))
+    points = data["front"]
+    assert len(points) >= 5  # type: ignore[arg-type]
+    for point in points:  # type: ignore[attr-defined]
+        assert point["lower_bound"] <= point["residual"] * (1.0 + 1e-6)
+        for rival in data["catalogue"]:  # type: ignore[attr-defined]
+            if rival["keeps_limits"] and rival["acceleration"] <= point["acceleration"]:
+                assert rival["residual"] >= point["lower_bound"]
+    keys = tomllib.loads((tmp_path / "law.toml").read_text(encoding="utf-8"))
+    assert keys == {**data["segment"], "band": [2, 6]}  # type: ignore[dict-item]
+    rows = list(csv.reader((tmp_path / "law.csv").read_text(encoding="utf-8").splitlines()))
+    assert rows[0] == ["x", "lift", "velocity", "acceleration", "jerk"]
+    assert "modified-sine" in (tmp_path / "law.html").read_text(encoding="utf-8")
+
+
+def indexer(text: str = "") -> Model:
+    source = (PROFILES / "optimal_indexer.toml").read_text(encoding="utf-8")
+    return Model(parse(source.replace("residual_limit = 0.04 ", text or "residual_limit = 0.04 ")))
+
+
+def test_the_figures_reach_study_and_report() -> None:
+    model = indexer()
+    figures, _, _ = measure(model, ("motion",), ())
+    assert figures["motion.best_laws.1.value"] == pytest.approx(5.0441606, rel=1e-6)
+    assert figures["motion.best_laws.1.lower_bound"] <= figures["motion.best_laws.1.value"]  # type: ignore[operator]
+    table = best_laws(model)
+    assert table is not None
+    assert table.rows[0][0] == "motion[1]"
+    looser = measure(indexer("residual_limit = 0.05 "), ("motion",), ())[0]
+    assert looser["motion.best_laws.1.value"] < figures["motion.best_laws.1.value"]  # type: ignore[operator]
+
+
+def test_an_impossible_wish_of_a_profile_names_the_key() -> None:
+    with pytest.raises(ProfileError, match=r"motion\[1\]\.\w+_limit: no law at all keeps"):
+        _ = indexer("residual_limit = 0.01 ").setup.program
