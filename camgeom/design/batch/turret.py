@@ -310,15 +310,15 @@ class Indexer(ABC):
     def _worst(self, what: Callable[[Floats, Seat], Floats], *stations: Floats) -> Floats:
         """Largest of a quantity over the turn, all rollers beside the cam, and some places along them, (n,)."""
         offsets, seat, here = self._surveyed
-        best = np.full(self.motion.size, -np.inf)
+        values = what(stations[0], seat)
+        for station in stations[1:]:
+            np.maximum(values, what(station, seat), out=values)
+        row, piece, step, best = self._candidate(np.where(here, values, -np.inf))
+        near = self.motion.around(piece, step)
+        at = offsets[row]
+        inner, beside = (np.abs(near.s + at) <= self.reach).all(axis=0), self.seat(near, at)
         for station in stations:
-            values = np.where(here, what(station, seat), -np.inf)
-            row, piece, step, value = self._candidate(values)
-            near = self.motion.around(piece, step)
-            at = offsets[row]
-            inner = (np.abs(near.s + at) <= self.reach).all(axis=0)
-            refined = vertex(*what(station, self.seat(near, at)))[1]
-            best = np.maximum(best, np.where(inner, refined, value))
+            best = np.maximum(best, np.where(inner, vertex(*what(station, beside))[1], -np.inf))
             if self._ends is not None:
                 seats, there = self._ends
                 best = np.maximum(best, np.where(there, what(station, seats), -np.inf).max(axis=0))
