@@ -117,6 +117,20 @@ def test_force_tables_have_so_many_rows_and_no_more(case: str, most: int) -> Non
                 from_data(data, "")
 
 
+def test_a_motion_that_jumps_is_a_finding_and_no_refusal() -> None:
+    """It leaves a parallel indexer without tracks: its drive and body are refused one by one, the rest is there."""
+    changes = {"dynamics.kind": "indexing", "dynamics.input_stiffness": 2e5, "dynamics.output_stiffness": 5e5}
+    data = data_of("plates", changes)
+    for segment in data["motion"]:
+        if "to" in segment:
+            segment["law"] = "constant-velocity"
+    products = compute(Model(from_data(data, "")), ("motion", "solid", "dynamics")).products
+    assert products["motion"].status == "made"
+    for name in ("solid", "dynamics"):
+        assert (products[name].status, products[name].exit_status) == ("refused", 1)
+        assert "velocity jumps" in products[name].reason
+
+
 def test_a_profile_made_in_python_is_told_by_the_solver() -> None:
     """It was not read; the same rule stands at the solver's door."""
     profile = from_data(data_of("drum, impact", {}), "")

@@ -75,8 +75,8 @@ class ImpactSpec(Section):
     inertia: Annotated[
         Positive | None, Field(description="kg m² (swinging) or kg; default: the follower's inertia or mass")
     ] = None
-    turns: Annotated[int, Field(ge=2, le=200, description="turns that are solved")] = 6
-    settle: Annotated[int, Field(ge=0, le=199, description="turns at the start that are not counted")] = 1
+    turns: Annotated[int, Field(ge=2, le=100, description="turns that are solved")] = 6
+    settle: Annotated[int, Field(ge=0, le=99, description="turns at the start that are not counted")] = 1
     tolerance: Annotated[float, Field(ge=1e-12, le=1e-4, description="relative tolerance of the solver")] = 1e-9
     study: Annotated[
         tuple[Length, ...], Field(max_length=1000, strict=False, description="mm; clearances of a study; empty: none")
