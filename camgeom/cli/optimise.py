@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
 from time import perf_counter
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from camgeom.cli.study import STUDIED, engine_of, measure
 from camgeom.cli.tables import aligned, number
 from camgeom.design.engine import Engine
 from camgeom.design.front import (
+    PASSING,
     Aim,
     Archive,
     Bools,
@@ -27,6 +28,7 @@ from camgeom.design.front import (
     ByBatch,
     ByModel,
     Evaluator,
+    Foretelling,
     Free,
     Front,
     Ints,
@@ -35,7 +37,9 @@ from camgeom.design.front import (
     bounded,
     figure_name,
     free,
-    judged_front,
+    front_of,
+    judged,
+    learnt,
     limits_of,
     members_in,
     nothing,
@@ -67,11 +71,16 @@ from camgeom.report.delivery import finite
 from camgeom.report.page import render
 from camgeom.report.result import compute
 
+if TYPE_CHECKING:
+    from camgeom.profile import Profile
+
 POPULATION = {True: 128, False: 48}
 """points of a generation, by the batch and by exact models"""
 POINTS = {True: 25_600, False: 768}
 """points of a search; a batch looks at some ten thousand a second, a process at some ten"""
 MEMBERS = 24
+SEARCHES = 3
+"""searches, each after the first with bounds that foretell what checks the members before them failed"""
 EVERY = ("motion", "blank", "flank", "checks", "contact", "fatigue")
 """products of a member, with all checks"""
 HEAVY = ("solid", "dynamics", "cutter")
@@ -117,16 +126,29 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
         known: Sequence[str] = of_batch(profile)
     else:
-        known = [figure for figure in base.figures if figure.split(".")[0] in STUDIED]
+        searched = {*STUDIED, *HEAVY} - {"checks"}  # exact models search without judging
+        known = [figure for figure in base.figures if figure.split(".")[0] in searched]
     given = {bound.figure for bound in asked}
     own = tuple(bound for bound in limits_of(base, findings, known) if bound.figure not in given)
     wanted = Requirement(data, arguments.profile, keys, aims, (*asked, *own), ties)
 
     began = perf_counter()
-    archive = _searched(wanted, profile, engine, why_not, points, console)
+    evaluate = _evaluator(wanted, profile, engine, why_not)
+    rows: list[Row] = []
+    evaluated, foretold = 0, wanted
+    for _ in range(SEARCHES):
+        archive = _searched(foretold, evaluate, why_not is None, points, console)
+        evaluated += archive.evaluated
+        new = _judged(archive, engine, members or MEMBERS, console)
+        rows += new
+        bounds, checks = learnt(wanted, rows, findings)
+        if not bounds or all(row.verdict in PASSING for row in new):
+            break
+        foretold = replace(wanted, bounds=(*wanted.bounds, *bounds))
+        evaluate = Foretelling(_evaluator(wanted, profile, engine, why_not), wanted, checks)
     took = perf_counter() - began
-    front = _judged(archive, engine, members, console)
-    return Told(name, wanted, archive, front, why_not, took, folder).deliver(console, arguments.json)
+    front = front_of(wanted, rows, members or MEMBERS)
+    return Told(name, wanted, archive, evaluated, front, why_not, took, folder).deliver(console, arguments.json)
 
 
 def _count(text: str | None, key: str, low: int, high: int) -> int | None:
@@ -137,7 +159,7 @@ def _count(text: str | None, key: str, low: int, high: int) -> int | None:
     return int(text)
 
 
-def _own(profile: Any, words: Sequence[str]) -> tuple[Row, list[dict[str, Any]], list[str]]:
+def _own(profile: Profile, words: Sequence[str]) -> tuple[Row, list[dict[str, Any]], list[str]]:
     """The profile's own figures, findings, and the names of all figures; the costly ones where a word asks for one."""
     from camgeom.design import light_checks
     from camgeom.design.batch import offered
@@ -172,7 +194,7 @@ def _bound(text: str, key: str, sign: float, known: Sequence[str]) -> Bound:
     return Bound(figure, sign, value, f"{key} {text}")
 
 
-def _why_not(profile: Any, wanted: Requirement) -> str | None:
+def _why_not(profile: Profile, wanted: Requirement) -> str | None:
     """Why the exact model has to search; None where the batch does."""
     from camgeom.design.batch import offered, supports
 
@@ -185,17 +207,20 @@ def _why_not(profile: Any, wanted: Requirement) -> str | None:
     return f"the batch does not give {', '.join(missing)}" if missing else None
 
 
+def _evaluator(wanted: Requirement, profile: Profile, engine: Engine, why_not: str | None) -> Evaluator:
+    """What searches: the batch, or exact models without checks."""
+    if why_not is None:
+        return ByBatch(profile, wanted)
+    heavy = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
+    light = tuple(name for name in STUDIED if name != "checks")
+    return ByModel(wanted, partial(measure, products=(*light, *heavy), checks=()), engine)
+
+
 def _searched(
-    wanted: Requirement, profile: Any, engine: Engine, why_not: str | None, points: int | None, console: Console
+    wanted: Requirement, evaluate: Evaluator, by_batch: bool, points: int | None, console: Console
 ) -> Archive:
-    by_batch = why_not is None
     population = min(POPULATION[by_batch], points or POPULATION[by_batch])
     total = points or POINTS[by_batch]
-    evaluate: Evaluator = ByBatch(profile, wanted)
-    if not by_batch:
-        heavy = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
-        light = tuple(name for name in STUDIED if name != "checks")
-        evaluate = ByModel(wanted, partial(measure, products=(*light, *heavy), checks=()), engine)
 
     def said(count: int) -> None:
         console.progress(f"searched {count} of {total} points")
@@ -205,7 +230,7 @@ def _searched(
     return archive
 
 
-def _judged(archive: Archive, engine: Engine, members: int | None, console: Console) -> Front:
+def _judged(archive: Archive, engine: Engine, members: int, console: Console) -> list[Row]:
     wanted = archive.requirement
     asked = [name for name in HEAVY if any(figure.startswith(f"{name}.") for figure in wanted.figures)]
     tables = (("dynamics", "dynamics"), ("impact", "dynamics"), ("cutter", "cutter"))
@@ -215,9 +240,9 @@ def _judged(archive: Archive, engine: Engine, members: int | None, console: Cons
     def said(count: int) -> None:
         console.progress(f"judged {count} members")
 
-    front = judged_front(archive, partial(measure, products=products, checks=None), engine, members or MEMBERS, said)
+    rows = judged(archive, partial(measure, products=products, checks=None), engine, members, said)
     console.progress("")
-    return front
+    return rows
 
 
 @final
@@ -225,12 +250,14 @@ def _judged(archive: Archive, engine: Engine, members: int | None, console: Cons
 class Told:
     """A finished search on its way to the user.
 
-    why_not  why exact models searched, None where the batch did; took: s of the search
+    archive    of the last search; evaluated: points of all searches, which with the judging took so many seconds
+    why_not    why exact models searched, None where the batch did
     """
 
     name: str
     wanted: Requirement
     archive: Archive
+    evaluated: int
     front: Front
     why_not: str | None
     took: float
@@ -308,8 +335,8 @@ class Told:
             ],
             "searched_by": "exact model" if self.why_not else "batch",
             "why_not_batch": self.why_not,
-            "searched": self.archive.evaluated,
-            "search_s": self.took,
+            "searched": self.evaluated,
+            "took_s": self.took,
             "judged": self.front.judged,
             "refused": dict(self.front.refused.most_common()),
             "chosen": None if self.chosen is None else self.chosen + 1,
@@ -333,8 +360,8 @@ class Told:
 
     def _story(self) -> str:
         """What was done, in a sentence."""
-        count, by = self.archive.evaluated, "exact models" if self.why_not else "points of the batch"
-        return f"{self._head()}; {count} {by} searched in {self.took:.3g} s, {self.front.judged} exact models judged"
+        count, by = self.evaluated, "exact models" if self.why_not else "points of the batch"
+        return f"{self._head()}; {count} {by} searched and {self.front.judged} exact models judged in {self.took:.3g} s"
 
     def _head(self) -> str:
         """How many members there are, and what they pass."""

@@ -174,6 +174,15 @@ class Requirement:
             columns[tied.key] = np.broadcast_to(tied.values(columns, self.data), (len(shares),)).tolist()
         return tuple(zip(*columns.values()))
 
+    def placed(self, points: Sequence[tuple[Value, ...]]) -> Floats:
+        """Where points stand in the ranges of the free keys that are numbers, (n, k), 0 to 1."""
+        columns = []
+        for one, column in zip(self.free, zip(*points)):
+            if not any(isinstance(value, str) for value in one.axis.values):
+                ends = np.array(one.axis.values, dtype=np.float64)
+                columns.append((np.array(column, dtype=np.float64) - ends.min()) / (np.ptp(ends) or 1.0))
+        return np.stack(columns, axis=1) if columns else np.zeros((len(points), 0))
+
     def study(self, points: Sequence[tuple[Value, ...]], measure: Measure) -> Study:
         """Exact models of some points."""
         return Study(self.data, self.file, self.axes, measure, tuple(points))
@@ -371,14 +380,14 @@ class Front:
 
 
 PASSING = ("pass", "warn")
-ROUNDS = 12
-"""at most so many times the archive is asked for other members where the exact model refused some"""
-MOST_JUDGED = 5
-"""exact models for each member that is wanted"""
+ROUNDS = 6
+"""at most so many times an archive is asked for other members where the exact model refused some"""
+MOST_JUDGED = 3
+"""exact models for each member that is wanted, of one archive"""
 
 
-def judged_front(archive: Archive, measure: Measure, engine: Engine, count: int, said: Callable[[int], None]) -> Front:
-    """Up to `count` members of the archive's front, well spread, each passing the exact model's checks.
+def judged(archive: Archive, measure: Measure, engine: Engine, count: int, said: Callable[[int], None]) -> list[Row]:
+    """Rows of the exact model of up to `count` well spread members of an archive's front, and of those that failed.
 
     Where members fail, others are taken: with more room to a bound that the exact figures pass where the search's do
     not (they differ by their errors), and away from points that fail for what the search does not know of.
@@ -401,7 +410,12 @@ def judged_front(archive: Archive, measure: Measure, engine: Engine, count: int,
             said(len(known))
         room = _room(archive, known)
         away = _away(archive, known, room)
-    passing = [row for row in known.values() if row.verdict in PASSING]
+    return list(known.values())
+
+
+def front_of(requirement: Requirement, rows: Sequence[Row], count: int) -> Front:
+    """The rows that pass, keep every bound and are not beaten by another such row, at most `count` of them."""
+    passing = [row for row in rows if row.verdict in PASSING]
     figures, _ = figures_of(passing, requirement.figures)
     keep = np.all(requirement.excess(figures) <= 0.0, axis=1) if passing else np.zeros(0, dtype=bool)
     kept = [row for row, good in zip(passing, keep) if good]
@@ -409,8 +423,60 @@ def judged_front(archive: Archive, measure: Measure, engine: Engine, count: int,
     best = [kept[i] for i in spread(scores, np.flatnonzero(undominated(scores)), count)]
     first = requirement.aims[0]
     best.sort(key=lambda row: first.sign * float(row.figures[first.figure] or 0.0))
-    reasons = (word for row in known.values() if row.verdict not in PASSING for word in row.reason.split("; "))
-    return Front(tuple(best), len(known), Counter(reasons))
+    reasons = (word for row in rows if row.verdict not in PASSING for word in row.reason.split("; "))
+    return Front(tuple(best), len(rows), Counter(reasons))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Foretelling:
+    """An evaluator that foretells beside its figures what checks of the exact model will find.
+
+    checks  by figure (`checks.wall`), what interpolates the findings of rows that were judged
+    """
+
+    evaluate: Evaluator
+    requirement: Requirement
+    checks: Mapping[str, Callable[[Floats], Floats]]
+
+    def __call__(self, points: Sequence[tuple[Value, ...]]) -> tuple[Mapping[str, Floats], Bools]:
+        figures, exist = self.evaluate(points)
+        at = self.requirement.placed(points)
+        return {**figures, **{name: np.asarray(foretold(at)) for name, foretold in self.checks.items()}}, exist
+
+
+def learnt(
+    requirement: Requirement, rows: Sequence[Row], findings: Sequence[Mapping[str, Any]]
+) -> tuple[tuple[Bound, ...], dict[str, Callable[[Floats], Floats]]]:
+    """Bounds for checks that refused rows for what the search does not know of, and what foretells their findings.
+
+    findings  of the profile itself, for the limits; a check without a number in every row is left to the judging
+    """
+    from scipy.interpolate import RBFInterpolator
+
+    told = list({row.values: row for row in rows if "not_judged" in row.figures}.values())
+    refused = {word for row in told if row.verdict not in PASSING for word in row.reason.split("; ")}
+    bounds: dict[str, Bound] = {}
+    checks: dict[str, Callable[[Floats], Floats]] = {}
+    if len(told) < 3 or not requirement.placed([told[0].values]).size:
+        return (), {}
+    at = requirement.placed([row.values for row in told])
+    for finding in findings:
+        check, sign = finding["check"], {"<": 1.0, ">": -1.0}.get(str(finding["comparison"])[:1])
+        if check not in refused or sign is None or finding["limit"] is None:
+            continue
+        for name in dict.fromkeys(key for row in told for key in row.figures if _of(key, check)):
+            values = [row.figures.get(name) for row in told]
+            if name in requirement.figures or not all(isinstance(value, int | float) for value in values):
+                continue
+            bounds[name] = Bound(name, sign, finding["limit"], f"check {check}, foretold", own=True)
+            checks[name] = RBFInterpolator(at, np.array(values, dtype=np.float64), kernel="linear", degree=0)
+    return tuple(bounds.values()), checks
+
+
+def _of(figure: str, check: str) -> bool:
+    """Whether a figure is a finding of a check: `checks.wall`, `checks.wall profile to bore`."""
+    return figure == f"checks.{check}" or figure.startswith(f"checks.{check} ")
 
 
 def _room(archive: Archive, known: Mapping[int, Row]) -> Floats:

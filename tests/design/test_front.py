@@ -15,12 +15,15 @@ from camgeom.design.front import (
     Aim,
     Archive,
     Bound,
+    Foretelling,
     Requirement,
     balanced,
     bounded,
     figure_name,
     free,
-    judged_front,
+    front_of,
+    judged,
+    learnt,
     limits_of,
     search,
     spread,
@@ -126,12 +129,13 @@ def wanted(*bounds: Bound) -> Requirement:
     return Requirement(DATA, "", KEYS, (Aim("size", 1.0), Aim("pressure", 1.0)), bounds)
 
 
-def exactly(model: Model, worse: float = 1.0, forbidden: float = 0.0) -> tuple[Figures, str, str]:
+def exactly(model: Model, worse: float = 1.0) -> tuple[Figures, str, str]:
     """The toy's exact model: a figure a little worse, and a check that the search does not know of."""
     figures, _ = toy([(model.profile.cam.diameter, model.profile.roller.diameter)])  # type: ignore[attr-defined,union-attr]
-    if model.profile.cam.diameter > 100.0 - forbidden:  # type: ignore[attr-defined]
-        return {**{k: float(v[0]) for k, v in figures.items()}, "not_judged": ""}, "fail", "too-large"
     found = {"size": float(figures["size"][0]), "pressure": worse * float(figures["pressure"][0])}
+    found["checks.too-large"] = model.profile.cam.diameter  # type: ignore[attr-defined]
+    if model.profile.cam.diameter > 100.0:  # type: ignore[attr-defined]
+        return {**found, "not_judged": ""}, "fail", "too-large"
     bad = found["pressure"] > 240.0
     return {**found, "not_judged": ""}, "fail" if bad else "pass", "contact-pressure" if bad else ""
 
@@ -155,7 +159,7 @@ def test_members_pass_where_the_exact_model_differs_from_the_search() -> None:
     """The exact pressure is 2 % higher than the search's, and a check of its own forbids large cams."""
     requirement = wanted(Bound("pressure", 1.0, 240.0, "limit"))
     archive = search(requirement, toy, 64, 40, lambda count: None)
-    front = judged_front(archive, partial_exact, Alone(), 12, lambda count: None)
+    front = front_of(requirement, judged(archive, partial_exact, Alone(), 12, lambda count: None), 12)
     assert len(front.members) >= 8
     assert {row.verdict for row in front.members} == {"pass"}
     sizes = [float(row.figures["size"] or 0.0) for row in front.members]
@@ -164,6 +168,27 @@ def test_members_pass_where_the_exact_model_differs_from_the_search() -> None:
     assert min(sizes) == pytest.approx(1.02 * 2e4 / 240.0, rel=0.01)
     assert max(sizes) > 97.0
     assert front.refused["too-large"] > 0
+
+
+@pytest.mark.usefixtures("_pymoo")
+def test_a_check_that_refused_members_is_foretold_in_the_next_search() -> None:
+    requirement = wanted(Bound("pressure", 1.0, 240.0, "limit"))
+    archive = search(requirement, toy, 64, 40, lambda count: None)
+    rows = judged(archive, exactly, Alone(), 12, lambda count: None)
+    limit = {"check": "too-large", "value": 80.0, "limit": 100.0, "comparison": "<="}
+    other = {"check": "undercut", "value": 0.5, "limit": 0.0, "comparison": ">"}
+    bounds, checks = learnt(requirement, rows, [limit, other])
+    assert [(b.figure, b.sign, b.value, b.own) for b in bounds] == [("checks.too-large", 1.0, 100.0, True)]
+    foretold = replace(requirement, bounds=(*requirement.bounds, *bounds))
+    again = search(foretold, Foretelling(toy, requirement, checks), 64, 40, lambda count: None)
+    more = judged(again, exactly, Alone(), 12, lambda count: None)
+    passing = [row for row in more if row.verdict == "pass"]
+    assert len(passing) >= 0.6 * len(more)
+    front = front_of(requirement, [*rows, *more], 12)
+    assert {row.verdict for row in front.members} == {"pass"}
+    assert 99.5 < max(float(row.figures["size"] or 0.0) for row in front.members) <= 100.0
+    assert learnt(requirement, rows, [other]) == ((), {})
+    assert learnt(requirement, rows[:2], [limit]) == ((), {})
 
 
 def partial_exact(model: Model) -> tuple[Figures, str, str]:
@@ -176,9 +201,9 @@ def test_nothing_passes_is_told_with_the_reasons() -> None:
         raise DesignError("no such body")
 
     archive = search(wanted(), toy, 32, 5, lambda count: None)
-    front = judged_front(archive, never, Alone(), 5, lambda count: None)
+    front = front_of(wanted(), judged(archive, never, Alone(), 5, lambda count: None), 5)
     assert front.members == ()
-    assert front.judged <= 40
+    assert front.judged <= 20
     assert set(front.refused) == {"no such body"}
 
 
