@@ -306,12 +306,13 @@ def front_chart(found: Best, points: list[tuple[float, float, float]], rivals: l
     if points:
         a, least, _ = np.array(points).T
         series.append(Series("least residual within these limits", a, least))
-    for name, kept, style in (("catalogue, within these limits", True, 2), ("catalogue, beyond one", False, 3)):
-        if at := [(r.acceleration, r.residual) for r in near if r.keeps(found.wish) == kept]:
-            across, up = np.array(at).T
-            series.append(Series(name, across, up, style=style, dots=True))
-    marks = [Mark(r.acceleration, r.residual, r.name) for r in near]
+    marks = [
+        Mark(r.acceleration, r.residual, r.name if r.keeps(found.wish) else f"({r.name})") for r in near
+    ]
     marks.append(Mark(found.peaks["acceleration"], found.peaks["residual"], "this law"))
-    caption = f"Peak acceleration against the largest residual over n = {number(band[0])} to {number(band[1])}"
+    caption = (
+        f"Peak acceleration against the largest residual over n = {number(band[0])} to {number(band[1])}; "
+        "laws of the catalogue in brackets exceed another limit"
+    )
     panel = Panel(Axis("Residual, share of the lift", zero=True), tuple(series), marks=tuple(marks), height=2.2)
     return Chart(caption, Axis("Peak acceleration"), (panel,))
