@@ -314,5 +314,8 @@ def front_chart(found: Best, points: list[tuple[float, float, float]], rivals: l
         f"Peak acceleration against the largest residual over n = {number(band[0])} to {number(band[1])}; "
         "laws of the catalogue in brackets exceed another limit"
     )
-    panel = Panel(Axis("Residual, share of the lift", zero=True), tuple(series), marks=tuple(marks), height=2.2)
-    return Chart(caption, Axis("Peak acceleration"), (panel,))
+    # The line alone would set the axes, and what lies beyond it would stand at their edges.
+    across = [mark.x for mark in marks] + [a for a, _, _ in points]
+    top = 1.1 * max([mark.y for mark in marks] + [least for _, least, _ in points])
+    panel = Panel(Axis("Residual, share of the lift", "", 0.0, top), tuple(series), marks=tuple(marks), height=2.2)
+    return Chart(caption, Axis("Peak acceleration", "", 0.95 * min(across), 1.05 * max(across)), (panel,))
