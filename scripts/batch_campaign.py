@@ -126,7 +126,9 @@ def loads(rng: np.random.Generator, n: int) -> dict[str, Floats]:
     }
 
 
-CYLINDER = {"shape": "cylinder", "diameter": 22.0, "length": 12.0}
+CYLINDER = {
+    "shape": "cylinder", "diameter": 22.0, "length": 12.0, "dynamic_rating": 5200.0, "static_rating": 6100.0,
+}  # fmt: skip
 
 
 def disc_roller(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import TURN, Panels
+from camgeom.maths.panels import TURN, Panels, highest
 
 ROLLER_EXPONENT = 10.0 / 3.0
 """Load exponent of roller bearings, line contact (ISO 281); 3 for ball bearings."""
@@ -47,7 +47,8 @@ def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius
     travel = where.integral(np.abs(path_rate))
     radius, cam = np.asarray(roller_radius, dtype=np.float64), np.asarray(speed, dtype=np.float64)
     roller_speed = cam * travel / (TURN * radius)
-    safety = static_safety(static_rating, np.abs(normal).max(axis=(-1, -2)))
+    largest = np.maximum(highest(where, normal)[0], highest(where, -normal)[0])
+    safety = static_safety(static_rating, largest) if static_rating is not None else None
     return BearingLife(rated_hours(rating, mean, roller_speed, exponent), mean, np.asarray(roller_speed), safety)
 
 

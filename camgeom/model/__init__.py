@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from camgeom.track.planar import Planar
 
 
+ALIKE = 1e-6
+"""share by which the pressures of two rollers may differ that are pressed alike: what their solution leaves open"""
 RIM = 1e-9
 """mm beside a plate's rim within which its wall is the rim"""
 
@@ -522,7 +524,7 @@ class Model(Sealed):
 
     @fact
     def duty(self) -> RollerDuty:
-        """Force, contact stress, life and torque of the hardest pressed roller.
+        """Force, contact stress, life and torque of the hardest pressed roller; of two pressed alike of the first.
 
         Raises ProfileError where the profile has no [operation], DesignError where no roller is pressed alone.
         """
@@ -533,7 +535,8 @@ class Model(Sealed):
             raise DesignError(f"a {self.setup.follower.kind} follower has no roller that bears alone")
         if len(self.duties) == 1:
             return self.duties[0]
-        return max(self.duties, key=lambda duty: duty.peak_pressure.value)
+        most = max(duty.peak_pressure.value for duty in self.duties)
+        return next(duty for duty in self.duties if duty.peak_pressure.value >= (1.0 - ALIKE) * most)
 
     @property
     def carrier(self) -> Duty | None:

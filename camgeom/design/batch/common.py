@@ -363,6 +363,11 @@ class Motion:
         before, lift, width = (stacked(getattr(leg, name) for leg in legs) for name in ("before", "lift", "width"))
         return begin, long, before, lift, width
 
+    @property
+    def widths(self) -> Floats:
+        """Width of every piece, rad, (K, n or 1)."""
+        return np.asarray(self._columns[1][:, 0])
+
     @cached_property
     def _table(self) -> Floats:
         """Jets of all pieces, (4, K, FINE + 1)."""

@@ -24,16 +24,20 @@ from camgeom.design.batch.common import Ints, Mask, Motion, Points, Variants, mo
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.applied import Applied, Expression
+from camgeom.mechanics.bearing import ROLLER_EXPONENT, rated_hours
 from camgeom.mechanics.duty import MEAN_OF_NOTHING, MILLI
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import inertia_force, thrust_share
+from camgeom.model import ALIKE
 from camgeom.track.outline import Pair, face_contact, outward_normal, pitch_curvature, swung_face
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
 CHUNK = 1024
+LEAST_LOAD = 1e-200
+"""N; a load below it is none"""
 
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
@@ -76,10 +80,20 @@ def offered(profile: Profile) -> tuple[str, ...]:
         fatigue += ["cam_life_h"]
     if face == "roller":
         contact += ["peak_slice_pressure_mpa", "contact_length_mm", "least_contact_length_mm"]
-        fatigue += ["cam_slice_life_h", "path_per_turn_m"]
+        fatigue += ["roller_life_h", "roller_slice_life_h", "cam_slice_life_h", "path_per_turn_m"]
+        if profile.roller is not None and profile.roller.dynamic_rating is not None:
+            fatigue += ["bearing_life_h", "bearing_mean_load_n"]
+            fatigue += ["bearing_static_safety"] if profile.roller.static_rating is not None else []
     if kind == "disc" and getattr(profile.cam, "form", "") == "external":
         contact += ["least_force_n", "preload_needed"]
+        if not any(isinstance(one, Expression) and one.variables & {"v", "a"} for one in _values(profile)):
+            contact += ["leaving_speed_rpm"]
     return (*names, *(f"contact.{name}" for name in contact), *(f"fatigue.{name}" for name in fatigue))
+
+
+def _values(profile: Profile) -> list[object]:
+    """What the applied forces are made of."""
+    return [one.applied().value for one in profile.operation.force] if profile.operation is not None else []
 
 
 def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
@@ -331,6 +345,16 @@ class Seen:
         """Squared peak pressure, MPa²."""
         scale = self.cams.length * np.pi * self.cams.compliance
         return np.asarray(self.pressing / (scale * np.maximum(self.relative_radius, 1e-9)))
+
+    @cached_property
+    def signed_square(self) -> Floats:
+        """The same, negative where this touch would have to pull: without a kink where the load leaves it."""
+        cosine = np.minimum(np.abs(self.lever), 1.0)
+        share = np.ones(1)
+        if self.cams.guide is not None:
+            share = thrust_share(self.force, cosine, self.cams.guide, self.points.side) / cosine
+        scale = self.touch.way * self.cams.length * np.pi * self.cams.compliance * np.abs(self.lever) * share
+        return np.asarray(self.force / (scale * np.maximum(self.relative_radius, 1e-9)))
 
     @cached_property
     def spread(self) -> Floats:
@@ -644,8 +668,9 @@ class Cams:
 
     @cached_property
     def hardest(self) -> Ints:
-        """Number of the touch with the largest pressure, (n,)."""
-        return np.asarray(np.argmax([square for square, _ in self.peaks], axis=0))
+        """Number of the touch with the largest pressure, (n,); of two alike the first."""
+        squares = np.array([square for square, _ in self.peaks])
+        return np.asarray(np.argmax(squares >= (1.0 - 2.0 * ALIKE) * squares.max(axis=0), axis=0))
 
     def hard(self, values: Sequence[Floats]) -> Floats:
         """Of a figure of every touch that of the hardest pressed one."""
@@ -687,20 +712,89 @@ class Cams:
         p = self.motion.samples
         given = sum(touch.way * seen.pushed for touch, seen in zip(self.touches, self.all))
         force = self.all[0].force
-        lossy = np.asarray(given - force + self.friction * p.side)
-        for one in self.applied:
-            lossy = lossy + self._applied(one, p)
-        work = self.variants.full(self.motion.integral(lossy * p.ds))
+        work = self.variants.full(self.motion.integral(self._lossy(p, np.asarray(given))))
+        if self.guide is not None:
+            work = self.motion.fine_integral(self._lossy)
         kept = self.variants.full(force.min(axis=0)) >= 0.0
         if len(self.touches) == 1 and not kept.all():
             work = np.where(kept, work, self.motion.fine_integral(self.torque))
         mean = work / (2.0 * pi)
         return np.where(np.abs(mean) < MEAN_OF_NOTHING * np.abs(self.peak_torque), 0.0, mean)
 
+    def _lossy(self, p: Points, given: Floats | None = None) -> Floats:
+        """Torque, N mm, that no spring, weight or inertia gives back."""
+        if given is None:
+            given = np.asarray(sum(touch.way * Seen(self, touch, p).pushed for touch in self.touches))
+        force = given - self.force(p) + self.friction * p.side
+        for one in self.applied:
+            force = force + self._applied(one, p)
+        return np.asarray(force * p.ds)
+
     @cached_property
     def peak_torque(self) -> Floats:
         """Largest size of the torque, N mm."""
         return self.motion.largest(lambda p: np.abs(self.torque(p)))
+
+    def hard_samples(self, what: str) -> Floats:
+        """Samples (P, n) of a quantity of the hardest pressed of two rollers; of a groove's roller that of all."""
+        shape = (self.motion.samples.s.shape[0], self.variants.size)
+        each = [np.broadcast_to(getattr(seen, what), shape) for seen in self.all]
+        if not self.alone:
+            return np.asarray(np.max(each, axis=0))
+        return np.asarray(np.choose(self.hardest[None], each))
+
+    @cached_property
+    def roller_life(self) -> Floats:
+        """h, of the hardest pressed roller's hot spot."""
+        from camgeom.design.batch.rolling import roller_damage
+
+        v = self.variants
+        limit, cycles, power = (
+            v.number(f"material.roller.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
+        )
+        walls = [np.zeros(1), np.zeros(1)]
+        for number, seen in enumerate(self.all):
+            pressed = seen.signed_square / limit**2
+            if self.alone:
+                pressed = np.where(self.hardest == number, pressed, 0.0)
+            walls[number] = np.broadcast_to(pressed, (self.motion.samples.s.shape[0], v.size))
+        if len(self.all) == 1:
+            walls[1] = np.zeros_like(walls[0])
+        rate = self.hard_samples("pace")
+        damage = roller_damage(self.motion, rate, walls[0], walls[1], self.radius, power)
+        return hours(damage / cycles, self.omega)
+
+    @cached_property
+    def bearing_load(self) -> Floats:
+        """Equivalent load of the roller's bearing, N."""
+        force, rate = self.hard_samples("pressing"), self.hard_samples("pace")
+        most = np.maximum(force.max(axis=0), LEAST_LOAD)
+        share = self.motion.integral((force / most) ** ROLLER_EXPONENT * rate) / self.motion.integral(rate)
+        return np.asarray(most * share ** (1.0 / ROLLER_EXPONENT))
+
+    @cached_property
+    def bearing_life(self) -> Floats:
+        """h."""
+        turning = self.omega * self.motion.integral(self.hard_samples("pace")) / (2.0 * pi * self.radius)
+        return rated_hours(self.variants.number("roller.dynamic_rating"), self.bearing_load, turning)
+
+    @cached_property
+    def leaving_speed(self) -> Floats:
+        """Cam speed, r/min, from which the follower leaves a cam that only pushes; infinite where it never does."""
+        rotating = self.variants.profile.rotating
+
+        def static(p: Points) -> tuple[Floats, Floats]:
+            inertia = inertia_force(self.mass, self.omega, p.dds, rotating)
+            return self.force(p) - inertia, inertia
+
+        def share(p: Points) -> Floats:
+            rest, inertia = static(p)
+            return np.asarray(-inertia / np.where(rest > 0.0, rest, 1.0))
+
+        holds = self.variants.full(static(self.motion.samples)[0].min(axis=0)) > 0.0
+        most = self.motion.largest(share)
+        speed = self.omega * 30.0 / pi / np.sqrt(np.where(most > 0.0, most, 1.0))
+        return np.where(holds, np.where(most > 0.0, speed, np.inf), 0.0)
 
     @cached_property
     def cam_life(self) -> Floats:
@@ -766,6 +860,13 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     "contact.least_contact_length_mm": lambda c: c.length,
     "contact.least_force_n": lambda c: c.smallest("needed", c.all[0]),
     "contact.preload_needed": lambda c: np.maximum(c.preload - c.smallest("force", c.all[0]), 0.0),
+    "contact.leaving_speed_rpm": lambda c: c.leaving_speed,
+    "fatigue.roller_life_h": lambda c: c.roller_life,
+    "fatigue.roller_slice_life_h": lambda c: c.roller_life,
+    "fatigue.bearing_life_h": lambda c: c.bearing_life,
+    "fatigue.bearing_mean_load_n": lambda c: c.bearing_load,
+    "fatigue.bearing_static_safety": lambda c: c.variants.number("roller.static_rating")
+    / np.maximum(c.of_duty("pressing"), LEAST_LOAD),
     "fatigue.cam_life_h": lambda c: c.cam_life,
     "fatigue.cam_slice_life_h": lambda c: c.cam_life,
     "fatigue.path_per_turn_m": lambda c: c.hard([c.motion.integral(seen.pace) for seen in c.all]) * MILLI,

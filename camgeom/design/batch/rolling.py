@@ -1,0 +1,117 @@
+"""Fatigue life of a roller's hot spot for many variants, by the published count of contacts (`mechanics.life`).
+
+Path and squared pressure are known at the samples of the motion, polynomials between them. A roller's point meets
+a wall every half turn of it, so that on a grid of the path that divides half a turn evenly all contacts of a point fall
+on the grid: its damage is a sum of rows. The largest is looked for there, and on both sides of every jump.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from camgeom.design.batch.common import SAMPLES, Motion
+from camgeom.maths import Floats
+
+ORDER = 6
+"""samples that a polynomial between two of them goes through"""
+FINER = 8
+"""points a step of the samples, between which path and pressure are taken as straight"""
+LEAST_GRID = 32
+"""grid points in half a turn of the roller, at least"""
+GRID = 2048
+"""grid points over the path, where that is more"""
+EDGE = 1e-9
+"""of the path: how near a jump is asked on either side"""
+
+
+@lru_cache(maxsize=1)
+def _between() -> tuple[Floats, Floats]:
+    """Matrices from SAMPLES values to FINER times as many: of the polynomials between them, and of their integrals.
+
+    Integrals are over the share of the piece, from its beginning.
+    """
+    count = FINER * (SAMPLES - 1) + 1
+    value, total = np.zeros((count, SAMPLES)), np.zeros((count, SAMPLES))
+    running = np.zeros(SAMPLES)
+    for i in range(SAMPLES - 1):
+        first = int(np.clip(i - ORDER // 2 + 1, 0, SAMPLES - ORDER))
+        powers = np.vander(np.arange(float(ORDER)) + first - i, ORDER, increasing=True)
+        basis = np.linalg.inv(powers)
+        for k in range(FINER + 1):
+            x = k / FINER
+            row = np.zeros(SAMPLES)
+            row[first : first + ORDER] = (x ** np.arange(1, ORDER + 1) / np.arange(1, ORDER + 1)) @ basis
+            value[FINER * i + k, :] = 0.0
+            value[FINER * i + k, first : first + ORDER] = (x ** np.arange(ORDER)) @ basis
+            total[FINER * i + k] = running + row
+        running = total[FINER * (i + 1)]
+    return value, total / (SAMPLES - 1)
+
+
+def _unrolled(motion: Motion, values: Floats, widths: Floats | None = None) -> list[Floats]:
+    """Samples (P, n) as pieces in the order of the cam angle, finer: (m, n) each; integrals with `widths` (pieces, n).
+    """
+    matrix = _between()[0 if widths is None else 1]
+    full = np.broadcast_to(values, (values.shape[0], motion.size))
+    found = []
+    for number, row in sorted(enumerate(motion.rows), key=lambda one: one[1][:2]):
+        del row
+        if number < motion.moving:
+            piece = matrix @ full[number * SAMPLES : (number + 1) * SAMPLES]
+        else:
+            still = full[motion.moving * SAMPLES + number - motion.moving]
+            piece = np.stack([still, still]) if widths is None else np.stack([0.0 * still, still])
+        found.append(piece if widths is None else piece * widths[number])
+    return found
+
+
+def roller_damage(motion: Motion, rate: Floats, behind: Floats, ahead: Floats, radius: Floats, power: Floats) -> Floats:
+    """Largest damage of a turn over a roller's circumference, (n,), in shares of the cycles at the contact limit.
+
+    rate    path per rad of cam angle, mm, (P, n) at the samples
+    behind, ahead  squared pressure over the contact limit on either wall, (P, n), 0 where it bears nothing
+    """
+    widths = np.broadcast_to(motion.widths, (len(motion.rows), motion.size))
+    paths = _unrolled(motion, rate, widths)
+    ends = np.cumsum([piece[-1] for piece in paths], axis=0)
+    begins = np.concatenate([np.zeros((1, motion.size)), ends[:-1]])
+    path = np.concatenate([piece + begin for piece, begin in zip(paths, begins)]).T
+    each = [np.concatenate(_unrolled(motion, wall)).T for wall in (behind, ahead)]
+    exponent, r = 0.5 * np.broadcast_to(power, (motion.size,)), np.broadcast_to(radius, (motion.size,))
+    walls = [np.maximum(wall, 0.0) ** exponent[:, None] for wall in each]
+    jumps = np.concatenate([np.zeros((1, motion.size)), ends]).T
+    return np.array([
+        _largest(path[i], walls[0][i], walls[1][i], float(r[i]), jumps[i]) for i in range(motion.size)
+    ])  # fmt: skip
+
+
+def _largest(path: Floats, behind: Floats, ahead: Floats, radius: float, jumps: Floats) -> float:
+    """The largest damage of one roller's points; path (m,), damage of either wall there, path at every jump."""
+    half, long = np.pi * radius, float(path[-1])
+    contacts = int(np.ceil(long / half)) + 2
+    contacts += contacts % 2
+    steps = max(LEAST_GRID, -(-GRID // contacts))
+    grid = (np.arange(contacts * steps) + 0.5) * (half / steps)
+    total = np.zeros(2 * steps)
+    beside = np.concatenate([jumps - EDGE * long, jumps + EDGE * long])
+    best = 0.0
+    edges = []
+    for wall, shift in ((behind, 0), (ahead, 1)):
+        if wall.any():
+            found = np.interp(grid[shift * steps :], path, wall, right=0.0)
+            rows = found[: len(found) // (2 * steps) * 2 * steps].reshape(-1, 2 * steps)
+            total += rows.sum(axis=0)
+            total[: len(found) % (2 * steps)] += found[rows.size :]
+            edges.append((beside / radius - shift * np.pi) % (2.0 * np.pi))
+    best = float(total.max())
+    if edges:
+        theta = np.concatenate(edges)
+        meets = theta[:, None] * radius + half * np.arange(contacts)
+        damage = np.zeros(len(theta))
+        for wall, shift in ((behind, 0), (ahead, 1)):
+            if wall.any():
+                damage += np.interp(meets[:, shift::2], path, wall, left=0.0, right=0.0).sum(axis=1)
+        best = max(best, float(damage.max()))
+    return best
