@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
@@ -88,7 +88,7 @@ class Cylindrical(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, and of followers of planar cams."""
-        found = keyway_idle(self.bore)
+        found = keyway_idle(self.bore) | (NO_GAPS if isinstance(setup.roller, SphereRoller) else {})
         if self.form == "groove":
             found |= idle("only form = 'rib' has a thickness", "cam.rib_thickness") | NO_RIB
             found |= idle("the play in a drum's groove is one for the chord and the normal", "impact.clearance_kind")

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_GAPS, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._plate import (
     SLIDE,
     SQUARE,
@@ -93,6 +93,7 @@ class Disc(Cam):
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY
             found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
         if not follower.rotating:
+            found |= NO_GAPS if self.form == "external" else {}
             found |= SQUARE if follower.face == "flat" else {}
             return found | idle("only a swinging follower has a pivot", "cam.center_distance")
         return found | idle("belongs to a drum's follower", "follower.pivot_distance", "follower.start_angle")

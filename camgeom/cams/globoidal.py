@@ -103,6 +103,9 @@ class Globoidal(TurretKeys):
 
     def _preload_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         """A closer turret presses the rollers that stand beside the cam in a dwell, off the line of centres."""
+        if self.preload and self.running_clearance:
+            limit = f"0 beside running_clearance = {self.running_clearance:g} mm: flanks that stand back press nothing"
+            return [problem("cam.preload", self.preload, limit)]
         roller = asin(min(1.0, 0.5 * mechanism.roller.diameter / mechanism.quoted_radius))
         away, reach = degrees(mechanism.preload_angle), degrees(mechanism.reach + roller)
         if self.preload and away >= reach:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "crowned load", "face load", "turret load",
-               "dynamics", "impact"]
+               "dynamics", "impact", "cutter"]
 KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
@@ -76,6 +76,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "turret load": lambda model: _load(model, model.mechanism.turret),
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
     "impact": lambda model: _load(model, model.profile.impact_spec),
+    "cutter": lambda model: model.profile.cutter_spec is not None,
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.
 
@@ -146,7 +147,7 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
 
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
-    "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"),
+    "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"), "cutter": ("cutter",),
 }  # fmt: skip
 """Files of checks of which each needs one of these: not imported for a model that has none of them."""
 

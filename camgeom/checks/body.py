@@ -39,7 +39,7 @@ def chord_error(model: Model) -> Iterable[Finding]:
 @check("interference", "solid")
 def interference(model: Model) -> Iterable[Finding]:
     """Least distance between follower and final mesh over the whole turn; negative is penetration."""
-    limit = model.profile.limits.clearance_mm - model.mechanism.allowed_interference
+    limit = 0.0 - model.mechanism.allowed_interference
     advice = (
         "the follower cuts into the cam away from its contact, or the mesh is rougher than it says: check undercut, "
         "clearances and chord error"

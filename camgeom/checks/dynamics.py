@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
+from camgeom.checks.flank import unheld
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.mechanics.duty import least_lives
+from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -48,6 +50,12 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
         "dynamic-pressure", peak.value, "<=", model.pressure_limit, "MPa", LESS, cam_angle=peak.cam_angle,
         where=model.dynamic_duty.spot(peak), rigid=rigid.value if rigid is not None else None,
     )  # fmt: skip
+
+
+@solved("dynamic-run-out", "dynamics")
+def dynamic_run_out(model: Model) -> Iterable[Finding]:
+    """Force of the elastic follower that presses where its groove has run out: it is solved as if held there."""
+    yield from unheld("dynamic-run-out", model, model.dynamic_duties)
 
 
 @solved("dynamic-life", "dynamics")
@@ -127,6 +135,11 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("settling", f"the {what}'s deviation is known to {per * unsure:.3g} {unit}, the band is "
                         f"{band}: more dynamics.steps, or a smaller tolerance")  # fmt: skip
         return
+    free = _free(model)
+    if free > study.band:
+        yield NotJudged("settling", f"in its play the {what} stands free within {per * free:.4g} {unit} of what is "
+                        f"solved without it, the band is {band}: less clearance, or a wider band")  # fmt: skip
+        return
     dwell = 1e3 * (left.end_rad - left.begin_rad) / study.speed
     value = dwell if study.settling_time is None else 1e3 * study.settling_time
     # What comes into the band for less than half a swing has not settled: it only passes through.
@@ -144,6 +157,15 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
     worst: Level = "fail" if given else "warn"
     yield judged("settling", value, "<=", limit, "ms", advice, cam_angle=left.begin_rad, worst=worst,
                  where=f"into {band}, before the longest dwell ends")  # fmt: skip
+
+
+def _free(model: Model) -> float:
+    """By how much a follower that nothing holds to one wall stands free in its play, m or rad, from end to end."""
+    mechanism = model.mechanism
+    if mechanism.drive is Drive.ALONE:
+        return 0.0
+    radius = mechanism.follower.swing_radius
+    return mechanism.free_play / radius if radius else 1e-3 * mechanism.free_play
 
 
 @solved("resonance", "dynamics")

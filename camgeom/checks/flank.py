@@ -13,6 +13,7 @@ from camgeom.checks.verdict import NO_GAP, Finding, judged
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
+    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.track import Track
     from camgeom.track.section import Level
@@ -103,6 +104,17 @@ def floor_gap(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
+def unheld(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]:
+    """Largest force of each duty that presses its follower where a groove has run out of the drum."""
+    for force in filter(None, (duty.unheld for duty in duties)):
+        yield judged(
+            name, force.value, "<=", 0.0, "N mm" if model.setup.follower.rotating else "N",
+            "the follower is pressed where it has no wall, and leaves its motion there: hold it by a stop, or turn the "
+            "spring, the weight or the run-out round",
+            cam_angle=force.cam_angle, where="force that no wall takes",
+        )  # fmt: skip
+
+
 @check("run-out", "tracks")
 def run_out(model: Model) -> Iterable[Finding]:
     """How far the contact stays within a drum's ends; where it leaves on purpose, over how much of a turn."""
@@ -132,11 +144,5 @@ def run_out(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
     if not any(model.lost_contact.values()):
         yield Finding("run-out", "warn", 0.0, "", None, "deg", advice="the groove stays within the drum: no `run_out`")
-    forces = [duty.unheld for duty in model.duties if duty.unheld] if model.profile.operation is not None else []
-    for force in forces:
-        yield judged(
-            "run-out", force.value, "<=", 0.0, "N mm" if model.setup.follower.rotating else "N",
-            "the follower is pressed where it has no wall, and leaves its motion there: hold it by a stop, or turn the "
-            "spring, the weight or the run-out round",
-            cam_angle=force.cam_angle, where="force that no wall takes",
-        )  # fmt: skip
+    if model.profile.operation is not None:
+        yield from unheld("run-out", model, model.duties)

@@ -47,7 +47,8 @@ def play(model: Model) -> Iterable[Finding | NotJudged]:
         f"more than the loosest running fit of {size:.6g} mm has (H11/c11 of ISO 286): the follower strikes from wall "
         "to wall, and stands anywhere between them; a smaller clearance, or limits.play_mm where so much is meant"
         if given is None else "a smaller clearance",
-        where="between both walls", worst="warn" if given is None else "fail",
+        where="between both walls" + (" at the ends of dwells" if mechanism.turret and mechanism.turret.relief else ""),
+        worst="warn" if given is None else "fail",
     )  # fmt: skip
     yield found
     if found.level != "pass" and model.profile.impact_spec is None:

@@ -96,7 +96,7 @@ def write_apt(path: Path, machining: Machining) -> int:
         f"PARTNO/{_capitals(machining.title, _IN_APT)[:64]}",
         "PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN AND Z ON THE CAM AXIS",
         f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
-        f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, STOCK LEFT {spec.allowance:.6g} MM",
+        f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, ALLOWANCE {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
         *(["PPRINT/NO CUTTER TABLE: TOOL, SPINDLE AND FEED ARE ASSUMED"] if machining.assumed else []),
         "UNITS/MM",
@@ -179,7 +179,7 @@ def write_gcode(path: Path, machining: Machining) -> int:
         f"TOOL T{spec.tool_number}: {machining.tool.about}; COORDINATES OF THE {where}",
         *machine.about,
         f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
-        f"STOCK LEFT {spec.allowance:.6g} MM",
+        f"ALLOWANCE {spec.allowance:.6g} MM",
         f"G54 ON THE CAM AXIS; G43 H{spec.tool_number}; G53 {machine.retreat}0 CLEARS THE PART",
         *(["THE TOOL PLUNGES STRAIGHT DOWN: IT CUTS TO ITS CENTRE, OR THE START IS OPEN"] if 0.0 in leads else []),
         f"{'G93: F IS 1/MIN' if inverse else 'G94'}; SURFACE SPEED {spec.feed:.6g} MM/MIN AT THE CONTACT",

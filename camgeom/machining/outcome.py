@@ -94,18 +94,24 @@ class Outcome:
             return
         least, limit = self.least, self.machining.spec.gouge_limit
         if least is not None and least.value < -limit - SAME:
-            far = self.opposite
-            wall = "the opposite wall" if far is not None and far.value <= least.value + SAME else "the flank"
+            wall = self._wall(least)
             # A point inside a thin wheel is near one of its sides: the wall loses more than that.
             size = "at least " if self.machining.tool.kind == "disc" else ""
             raise DesignError(
                 f"the {self.machining.tool.about} cuts {size}{-least.value:.4g} mm into {wall} at cam angle "
                 f"{degrees(least.cam_angle) % 360.0:.6g} deg, {least.delta:.6g} mm along the roller "
-                f"(cutter.gouge_limit {limit:g} mm); {self._advice(wall)}"
+                f"(cutter.gouge_limit {limit:g} mm); {self.advice}"
             )
 
-    def _advice(self, wall: str) -> str:
+    def _wall(self, least: RestExtreme) -> str:
+        far = self.opposite
+        return "the opposite wall" if far is not None and far.value <= least.value + SAME else "the flank"
+
+    @cached_property
+    def advice(self) -> str:
+        """What to do against a gouge."""
         spec = self.machining.spec
+        wall = "the flank" if self.certain or self.least is None else self._wall(self.least)
         if spec.kind == "wheel":
             return "use a smaller or narrower wheel" if wall != "the flank" else "use a smaller wheel, or its rim"
         if spec.kind == "ball":

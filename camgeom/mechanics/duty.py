@@ -60,6 +60,10 @@ class Duty(Protocol):
     def deepest_shear(self) -> Extreme | None:
         """Largest depth, mm, over the turn and along the contact, of the largest shear below it; None likewise."""
 
+    @property
+    def unheld(self) -> Extreme | None:
+        """Largest force, N (N mm), that presses where no wall is; None where a wall is all round."""
+
     def spot(self, at: Extreme) -> str:
         """A place on what presses the cam, in words: which contact, where along a roller, how much of it touches."""
 

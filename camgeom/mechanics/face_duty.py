@@ -191,6 +191,11 @@ class FaceDuty:
         k = float(touch.at(np.array([peak.cam_angle])).relative[0])
         return beneath_line(peak.value, k, pair_compliance(self.follower, self.cam)) if k > 0.0 else None
 
+    @property
+    def unheld(self) -> Extreme | None:
+        """None: only the groove of a drum runs out."""
+        return None
+
     @cached_property
     def deepest_shear(self) -> Extreme | None:
         """Where the largest shear lies deepest over the turn, mm; None of a knife edge and of a wall undercut."""

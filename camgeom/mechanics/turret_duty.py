@@ -371,6 +371,11 @@ class TurretDuty:
         k = float(self._walls(self.engagement.curvature)[self._hardest])
         return beneath_line(pressure, k if k > 0.0 else 1.0, pair_compliance(self.roller, self.cam))
 
+    @property
+    def unheld(self) -> Extreme | None:
+        """None: only the groove of a drum runs out."""
+        return None
+
     @cached_property
     def deepest_shear(self) -> Extreme | None:
         """Where the largest shear lies deepest over the turn, all rollers and slices, mm; None where one undercuts."""

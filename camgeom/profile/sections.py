@@ -179,7 +179,9 @@ class Limits(Section):
     warn_rib_share: Share = Field(
         0.2, description="1, share by which a drum's rib may be thinner than in a level dwell before a warning"
     )
-    clearance_mm: Gap = Field(0.0, description="mm, smallest gap between parts that must not touch")
+    clearance_mm: Gap = Field(
+        0.0, description="mm, smallest gap to what must not be touched: floor, other disc, pivot, blank"
+    )
     play_mm: Gap | None = Field(
         None, description="mm, largest play of a follower that is driven both ways; default: beyond the loosest "
         "running fit of ISO 286, H11/c11 of the roller's diameter (frame, yoke: of the cam's width), a warning"

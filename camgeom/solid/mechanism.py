@@ -238,7 +238,9 @@ class Mechanism(ABC):
 
     @property
     def free_play(self) -> float:
-        """Play of a follower that is driven both ways, mm: its own, or that of a groove from wall to wall."""
+        """Play of a follower driven both ways, mm: its own, or from wall to wall, of a turret where it is largest."""
+        if self.turret is not None:
+            return 2.0 * max(0.0, self.allowed_backlash - self.turret.preload)
         return self.follower.clearance or 2.0 * self.running_clearance
 
     @property

@@ -134,6 +134,11 @@ class Follower(Section, ABC):
     pressure_angle_limit: ClassVar[float]
     """deg, customary, where the profile states none"""
 
+    @property
+    def swing_radius(self) -> float:
+        """From the axis about which it swings or turns to its roller, mm; 0 where it slides."""
+        return 0.0
+
     @abstractmethod
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Mass, kg, or inertia, kg m2, of the follower with the load that it carries."""
@@ -182,6 +187,11 @@ class SwingingFollower(Follower):
     face_offset: SignedLength = Field(0.0, description="mm, face = flat: from the pivot back to the face's line")
     face_width: Length | None = Field(None, description="mm, face = flat: length of the face, from the pivot on")
 
+    @property
+    def swing_radius(self) -> float:
+        """The arm, mm."""
+        return self.arm
+
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Inertia, kg m2, of the arm with its load."""
         del load_mass
@@ -203,6 +213,11 @@ class TurretFollower(Follower):
     rollers: Annotated[int, Field(ge=2, le=192)] | None = Field(None, description="rollers; default: one per stop")
     pitch_radius: Length = Field(description="mm, turret axis to the middle of the roller's contact length")
     inertia: Inertia = Field(0.0, description="kg m2 of the turret and its load")
+
+    @property
+    def swing_radius(self) -> float:
+        """The pitch radius, mm."""
+        return self.pitch_radius
 
     @property
     def count(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cbrt, sqrt
+from math import cbrt, radians, sqrt
 from typing import Any
 
 import pytest
@@ -106,3 +106,35 @@ def test_the_table_follows_the_formulas_it_was_made_by() -> None:
 def test_beyond_the_table_the_fit_grows_no_more() -> None:
     assert loose_fit(2000.0) == loose_fit(500.0)
     assert all(loose_fit(high + 1e-9) >= loose_fit(high) for high in SIZES)
+
+
+@pytest.mark.parametrize("kind", ["globoidal", "cylindrical-index"])
+def test_a_relief_is_play_at_the_ends_of_dwells(kind: str) -> None:
+    """Both flanks stand back by the relief there, on a globoid by its share at the flank's foot."""
+    data = load(starter(kind), kind)[0]
+    for relief, level in ((0.05, "pass"), (5.0, "warn")):
+        data["cam"] |= {"relief": relief}
+        (found,) = judge(Model(from_data(data, kind)), ["play"]).findings
+        assert found.level == level
+        assert found.value is not None
+        assert 2.0 * relief <= found.value < 2.4 * relief
+
+
+def test_flanks_that_stand_back_have_no_preload() -> None:
+    data = load(starter("globoidal"), "globoidal")[0]
+    data["cam"] |= {"preload": 0.02}
+    from_data(data, "globoidal")
+    data["cam"] |= {"running_clearance": 0.001}
+    with pytest.raises(ProfileError, match=r"cam.preload.*running_clearance"):
+        from_data(data, "globoidal")
+
+
+@pytest.mark.parametrize(("share", "answer"), [(0.998, "pass"), (1.002, "not judged")])
+def test_a_dwell_holds_no_band_that_its_play_exceeds(share: float, answer: str) -> None:
+    data = load((PROFILES / "tool_changer.toml").read_text(), "tool changer")[0]
+    radius, band = data["follower"]["pitch_radius"], 0.1
+    data["dynamics"] |= {"settling_band": band}
+    data["cam"] |= {"running_clearance": 0.5 * share * radians(band) * radius}
+    verdict = judge(Model(from_data(data, "tool changer")), ["settling"])
+    said = [f.level for f in verdict.findings] + ["not judged" for _ in verdict.not_judged]
+    assert said == [answer]

@@ -1,0 +1,45 @@
+"""What the [cutter] tool makes of the flanks: how deep it cuts into them, and what it leaves that jams the follower."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from camgeom.checks import check
+from camgeom.checks.verdict import Finding, NotJudged, judged
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+
+@check("gouge", "cutter")
+def gouge(model: Model) -> Iterable[Finding]:
+    """Deepest cut of the tool into a finished flank, against `cutter.gouge_limit`; a tool that does not fit fails."""
+    outcome = model.machined
+    least, spec = outcome.least, outcome.machining.spec
+    value = 0.0 if outcome.certain or least is None else max(0.0, -least.value)
+    yield judged(
+        "gouge", value, "<=", spec.gouge_limit, "mm", outcome.advice if value > spec.gouge_limit else "",
+        cam_angle=least.cam_angle if least is not None and value else None, where=outcome.machining.tool.about,
+    )  # fmt: skip
+
+
+@check("stock-left", "cutter")
+def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
+    """What the tool leaves on a flank beyond the allowance, where a follower touches it, against the flank's form.
+
+    A flank may stand proud by as much as it may be cut into, `cutter.gouge_limit`, or by the ridges of a ball.
+    """
+    outcome = model.machined
+    most, spec = outcome.most, outcome.machining.spec
+    if spec.allowance:
+        yield NotJudged("allowance", f"the tool leaves {spec.allowance:g} mm on the flanks: all else is said of "
+                        "the cam that is ground to size")  # fmt: skip
+    if most is None:
+        return
+    limit = max(spec.gouge_limit, spec.scallop + spec.tolerance if spec.kind == "ball" else 0.0)
+    advice = "the follower jams on it: path = 'flank', a tool as large as the roller, or a smaller ball"
+    yield judged(
+        "stock-left", max(0.0, most.value - spec.allowance), "<=", limit, "mm", advice, cam_angle=most.cam_angle,
+        where=f"beyond the allowance, {outcome.machining.tool.about}",
+    )  # fmt: skip
