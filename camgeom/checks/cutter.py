@@ -18,6 +18,13 @@ def gouge(model: Model) -> Iterable[Finding]:
     outcome = model.machined
     least, spec = outcome.least, outcome.machining.spec
     value = 0.0 if outcome.certain or least is None else max(0.0, -least.value)
+    if mouth := outcome.mouth():
+        yield judged(
+            "gouge", mouth, "<=", spec.gouge_limit, "mm",
+            "the tool is thicker below than the groove's mouth, into which it plunges: open the groove at an end "
+            "(run_out), or use a smaller tool",
+            where=f"mouth, {outcome.machining.tool.about}",
+        )  # fmt: skip
     yield judged(
         "gouge", value, "<=", spec.gouge_limit, "mm", outcome.advice if value > spec.gouge_limit else "",
         cam_angle=least.cam_angle if least is not None and value else None, where=outcome.machining.tool.about,

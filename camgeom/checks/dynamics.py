@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
-from camgeom.checks.flank import unheld
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.mechanics.duty import least_lives
 from camgeom.solid.mechanism import Drive
@@ -50,12 +49,6 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
         "dynamic-pressure", peak.value, "<=", model.pressure_limit, "MPa", LESS, cam_angle=peak.cam_angle,
         where=model.dynamic_duty.spot(peak), rigid=rigid.value if rigid is not None else None,
     )  # fmt: skip
-
-
-@solved("dynamic-run-out", "dynamics")
-def dynamic_run_out(model: Model) -> Iterable[Finding]:
-    """Force of the elastic follower that presses where its groove has run out: it is solved as if held there."""
-    yield from unheld("dynamic-run-out", model, model.dynamic_duties)
 
 
 @solved("dynamic-life", "dynamics")

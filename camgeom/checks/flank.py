@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import check
+from camgeom.checks import check, solved
 from camgeom.checks.verdict import NO_GAP, Finding, judged
 
 if TYPE_CHECKING:
@@ -146,3 +146,9 @@ def run_out(model: Model) -> Iterable[Finding]:
         yield Finding("run-out", "warn", 0.0, "", None, "deg", advice="the groove stays within the drum: no `run_out`")
     if model.profile.operation is not None:
         yield from unheld("run-out", model, model.duties)
+
+
+@solved("dynamic-run-out", "dynamics")
+def dynamic_run_out(model: Model) -> Iterable[Finding]:
+    """Force of the elastic follower that presses where its groove has run out: it is solved as if held there."""
+    yield from unheld("dynamic-run-out", model, model.dynamic_duties)

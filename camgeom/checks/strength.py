@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from camgeom.checks import KNIFE, LIFTED, Need, check, judged_lives, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
+from camgeom.mechanics.roller_duty import RollerDuty
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
@@ -56,8 +57,13 @@ for _name, _need, _judge, _remedy in JUDGEMENTS:
 @check("crown-length", "roller load", "crowned load")
 def crown_length(model: Model) -> Iterable[Finding]:
     """Whether the contact ellipse of a crowned roller ends within its length; beyond it the ends press too."""
-    for duty in model.duties:
-        if duty.ellipse is None:
+    yield from crown_lengths("crown-length", model.duties)
+
+
+def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
+    """The longest ellipse of each duty of a roller with a crown against the room that the roller has for it."""
+    for duty in duties:
+        if not isinstance(duty, RollerDuty) or duty.ellipse is None:
             continue
         along, room = duty.ellipse.along, duty.crown_room
         at = int((along / room).argmax())
@@ -65,17 +71,25 @@ def crown_length(model: Model) -> Iterable[Finding]:
         low = float(along.flat[at]) > 2.0 * float(room.flat[at])
         shown = "what is shown for them is up to 9 % low over a ninth of the length" if low else "the middle bears most"
         yield judged(
-            "crown-length",
-            float(along.flat[at]),
-            "<=",
-            float(room.flat[at]),
-            "mm",
+            name, float(along.flat[at]), "<=", float(room.flat[at]), "mm",
             f"the roller's ends bear ({shown}; a sharp edge has no bound): use a stronger crown (a smaller "
             "crown_radius) or a longer roller",
             cam_angle=float(duty.force.panels.theta.flat[at]),
-            where=f"half-length of the contact ellipse, {duty.track.name}",
-            worst="warn",
-        )
+            where=f"half-length of the contact ellipse, {duty.track.name}", worst="warn",
+        )  # fmt: skip
+
+
+@solved("dynamic-crown-length", "dynamics")
+def dynamic_crown_length(model: Model) -> Iterable[Finding]:
+    """Whether a crown's contact ellipse ends within its roller under the periodic contact force."""
+    yield from crown_lengths("dynamic-crown-length", model.dynamic_duties)
+
+
+@solved("impact-crown-length", "impact")
+def impact_crown_length(model: Model) -> Iterable[Finding]:
+    """The same under the forces of the counted turns, of which the longest ellipse counts."""
+    found = [one for duties in model.impact_duties for one in crown_lengths("impact-crown-length", duties)]
+    yield from sorted(found, key=lambda one: -(one.value or 0.0))[:1]
 
 
 @check("load")

@@ -187,7 +187,7 @@ class Outcome:
         data |= self.most.data("most_rest") if self.most else {}
         wide = [2.0 * narrowest(track) for track in machining.tracks if len(track.sides) > 1]
         data |= {"largest_tool_diameter_mm": min(wide)} if wide else {}
-        if mouth := self._mouth():
+        if mouth := self.mouth():
             data["mouth_gouge_mm"] = mouth
         if self.opposite is not None:
             data["opposite_wall_mm"] = self.opposite.value
@@ -195,7 +195,7 @@ class Outcome:
             data["shop_errors"] = shop
         return data
 
-    def _mouth(self) -> float:
+    def mouth(self) -> float:
         """By how much a tool like the roller is thicker than its groove's mouth, where it comes down into it, mm."""
         if self.machining.spec.kind != "roller":
             return 0.0

@@ -94,13 +94,15 @@ class FaceDuty:
 
     @cached_property
     def least_force(self) -> Extreme | None:
-        """Least normal force that contact needs, N: negative where the follower must be pulled: contact is lost.
+        """Least normal force, N, guides included; negative where the follower must be pulled: contact is lost.
 
         Of a force-closed cam; None of a form-closed one, which has no such limit.
         """
         if self.form_closed:
             return None
-        pull = peak_of(self.force.panels, -self.force.force / self._levers[0])
+        lever, force = self._levers[0], self.force.force
+        pressed = np.where(force > 0.0, self._given(self.touches[0], lever), force)
+        pull = peak_of(self.force.panels, -pressed / lever)
         return Extreme(-pull.value, pull.cam_angle, where=self.touches[0].name)
 
     @cached_property

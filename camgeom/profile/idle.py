@@ -36,6 +36,10 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     turret = isinstance(setup.follower, TurretFollower)
     if not turret:
         found["limits.output_torque_n_m"] = "only a turret has an output shaft"
+    elif setup.program.advance:
+        found["operation.spring_rate"] = (
+            "a turret that goes on in one direction would wind it up: give its torque as an [[operation.force]]"
+        )
     if roller is not None and roller.dynamic_rating is None:
         found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
     if roller is None or roller.static_rating is None:

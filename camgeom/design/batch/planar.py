@@ -332,7 +332,7 @@ class Seen:
     @cached_property
     def needed(self) -> Floats:
         """Normal force that the follower needs, N: below zero it would have to be pulled."""
-        return np.asarray(self.force / self.lever)
+        return np.asarray(np.where(self.force > 0.0, self.pressing, self.force / self.lever))
 
     @cached_property
     def relative_radius(self) -> Floats:

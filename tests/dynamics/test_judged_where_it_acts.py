@@ -1,0 +1,77 @@
+"""Checks that ask the solved forces, not the rigid ones: run-outs without a wall, crowns longer than their rollers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from camgeom.cams import starter
+from camgeom.checks import judge
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from tests.places import PROFILES
+
+
+def feeder(balance: float) -> Model:
+    """The feeder with its slider's vibration, lifted by a cylinder of so many N."""
+    data = load((PROFILES / "feeder_runout.toml").read_text(), "feeder")[0]
+    data["operation"]["force"] = ({**data["operation"]["force"][0], "expression": f"-{balance}"},)
+    data["cam"] |= {"start": 6}
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": 300, "linkage_damping": 20, "settling_band": 0.5}
+    return Model(from_data(data, "feeder"))
+
+
+def test_a_vibration_that_presses_where_no_wall_is_fails_though_the_rigid_force_does_not() -> None:
+    verdict = judge(feeder(75.0), ("run-out", "dynamic-run-out"))
+    levels = {(found.check, found.unit): found.level for found in verdict.findings}
+    assert levels["run-out", "N"] == "pass"
+    assert levels["dynamic-run-out", "N"] == "fail"
+    held = judge(feeder(200.0), ("dynamic-run-out",)).findings
+    assert [found.level for found in held] == ["pass"]
+
+
+def crowned(clearance: float) -> Model:
+    data = load(starter("cylindrical"), "drum")[0]
+    data["roller"] |= {"shape": "crowned", "crown_radius": 500.0, "flank": "straight"}
+    data["cam"] |= {"running_clearance": 0.5 * clearance}
+    data["impact"] = {"turns": 4, "settle": 2}
+    return Model(from_data(data, "drum"))
+
+
+def test_a_crown_is_asked_under_the_impacts() -> None:
+    """The longest ellipse grows with the cube root of the force, as the pressure does."""
+    made = crowned(0.2)
+    (rigid,) = judge(made, ("crown-length",)).findings
+    (struck,) = judge(made, ("impact-crown-length",)).findings
+    peak = made.impact_pressure
+    assert made.carrier is not None
+    still = made.carrier.peak_pressure
+    assert still is not None
+    assert rigid.value is not None
+    assert struck.value == pytest.approx(rigid.value * peak.value / still.value, rel=0.25)
+    assert struck.value > 1.5 * rigid.value
+
+
+def test_a_spring_on_a_turret_that_goes_on_is_refused() -> None:
+    data: dict[str, Any] = load(starter("globoidal"), "globoid")[0]
+    data["operation"] = {"speed": 100.0, "spring_rate": 2000.0}
+    with pytest.raises(ProfileError, match=r"operation\.spring_rate.*wind it up"):
+        from_data(data, "globoid")
+    data["operation"]["spring_rate"] = 0.0
+    from_data(data, "globoid")
+
+
+def test_the_least_contact_force_has_the_friction_of_the_guides() -> None:
+    data = load(starter("disc"), "disc")[0]
+    for friction in (0.0, 0.2):
+        data["operation"] |= {"guide_friction": friction}
+        made = Model(from_data(data, "disc"))
+        assert made.drive is not None
+        found = made.drive.least_force
+        assert found is not None
+        normal = made.drive.contact_forces
+        assert found.value <= float(normal.min()) + 1e-6 * float(normal.max())
+        assert found.value == pytest.approx(float(normal.min()), rel=2e-3)
