@@ -8,6 +8,10 @@ import sys
 import time
 from pathlib import Path
 
+from camgeom.design.study import Figures
+from camgeom.errors import DesignError, NotConverged
+from camgeom.model import Model
+from camgeom.profile.text import load
 from tests.places import ROOT
 
 ABSENT = "scripts/test_extras installs it and runs these tests"
@@ -36,6 +40,7 @@ law = "modified-sine"
 [operation]
 speed = 300
 """
+DATA = load(TEXT, "")[0]
 VARIED = ["--vary", "cam.diameter=70:110:41", "--vary", "operation.speed=200,300,x", "--only", "motion,flank"]
 """123 variants, a third of them no profile"""
 DRIVER = """
@@ -74,3 +79,13 @@ def wait_for_parts(folder: Path, count: int, running: subprocess.Popen[bytes]) -
         assert running.poll() is None, running.communicate()
         assert time.monotonic() < until
         time.sleep(0.01)
+
+
+def light(model: Model) -> tuple[Figures, str, str]:
+    """A cheap measure that refuses where the tests want it to."""
+    diameter = model.profile.cam.diameter  # type: ignore[attr-defined]
+    if diameter == 90.0:
+        raise DesignError("ninety")
+    if diameter == 91.0:
+        raise NotConverged("ninety-one")
+    return {"radius": 0.5 * diameter, "tracks": len(model.tracks)}, "pass", ""

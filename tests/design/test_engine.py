@@ -14,7 +14,7 @@ from camgeom.design.engine import GROWTH, PIECE_S, TRIES, Alone, Cluster, Cutter
 from camgeom.design.study import Figures, Study, axis
 from camgeom.errors import CamgeomError, ProfileError
 from camgeom.model import Model
-from tests.design.test_study import DATA, light
+from tests.design.runs import DATA, light
 
 
 def dying(model: Model, folder: str, at: float, times: int) -> tuple[Figures, str, str]:

@@ -36,8 +36,7 @@ from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.profile.text import dump, load
 from camgeom.report.page import sheet
-from tests.design.runs import ABSENT
-from tests.design.test_study import DATA
+from tests.design.runs import ABSENT, DATA
 from tests.places import PROFILES
 
 

@@ -11,25 +11,11 @@ import pytest
 from camgeom.cli import main
 from camgeom.design import study as study_module
 from camgeom.design.engine import Alone, Local
-from camgeom.design.study import Figures, Row, Study, axis, replaced
+from camgeom.design.study import Row, Study, axis, replaced
 from camgeom.drawing.content import Chart, Table
-from camgeom.errors import DesignError, NotConverged, ProfileError
-from camgeom.model import Model
-from camgeom.profile.text import load
-from tests.design.runs import TEXT
+from camgeom.errors import ProfileError
+from tests.design.runs import DATA, TEXT, light
 from tests.places import PROFILES
-
-DATA = load(TEXT, "")[0]
-
-
-def light(model: Model) -> tuple[Figures, str, str]:
-    """A cheap measure that refuses where the tests want it to."""
-    diameter = model.profile.cam.diameter  # type: ignore[attr-defined]
-    if diameter == 90.0:
-        raise DesignError("ninety")
-    if diameter == 91.0:
-        raise NotConverged("ninety-one")
-    return {"radius": 0.5 * diameter, "tracks": len(model.tracks)}, "pass", ""
 
 
 def made(*texts: str) -> Study:

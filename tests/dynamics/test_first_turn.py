@@ -12,7 +12,7 @@ from camgeom.model import Model
 from camgeom.model.vibration import least_contact
 from camgeom.profile import parse
 from camgeom.report.result import compute
-from tests.dynamics.test_dynamic_checks import IMPACTS, changed, changer, finding, follower, levels, limited
+from tests.dynamics.machines import IMPACTS, changed, changer, finding, follower, levels, limited
 from tests.places import PROFILES
 from tests.reference.planar_machines import ELASTIC, disc
 
