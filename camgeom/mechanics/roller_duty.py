@@ -54,7 +54,7 @@ class Walls:
     behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
     lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
     cosine         of the pressure angle
-    path_rate      path of the roller centre relative to the cam across its axis, mm/rad
+    rolled         path by which the roller's rim turns about its pin on either wall, mm/rad (see `Flank.rolled`)
     here           whether the walls behind and ahead exist beside the roller, which may leave the cam on purpose
     """
 
@@ -62,7 +62,7 @@ class Walls:
     ahead: Floats
     lever: Floats
     cosine: Floats
-    path_rate: Floats
+    rolled: tuple[Floats, Floats]
     here: tuple[Mask, Mask]
 
 
@@ -162,10 +162,7 @@ class RollerDuty:
         ahead = next((s for s in flanks if s != behind), None)
         some = next(iter(flanks.values()))
         zero = np.zeros(shape)
-        pose = some.pose
-        delta = self.track.meridian.jet(t)[0].T[0]
-        v, u = pose.a[1] + delta * pose.u[1], pose.u[0]
-        across = v - dot(v, u) * u
+        rolled = {side: flank.rolled.reshape(shape) for side, flank in flanks.items()}
         here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
         curvature = {
             # A fold in free air is nobody's stress: a plane stands for it.
@@ -179,7 +176,7 @@ class RollerDuty:
             curvature[ahead] if ahead is not None else zero,
             np.abs(some.lever()).reshape(shape),
             np.cos(some.pressure_angle()).reshape(shape),
-            np.sqrt(dot(across, across)).reshape(shape),
+            (rolled.get(behind, zero), rolled.get(ahead, zero)),
             (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
         )
 
@@ -191,6 +188,13 @@ class RollerDuty:
     def reference(self) -> Walls:
         """The flank at the quoted station."""
         return self.walls(np.array([self.station]))
+
+    @cached_property
+    def path_rate(self) -> Floats:
+        """Path that the roller rolls on the wall that it presses, mm/rad, (p, n)."""
+        behind, ahead = self.reference.rolled
+        pressed = self.normal >= 0.0 if len(self.track.sides) > 1 else behind > 0.0
+        return np.where(pressed, behind, ahead)
 
     @cached_property
     def radius(self) -> float:
@@ -222,7 +226,7 @@ class RollerDuty:
         """Contact at the quoted station as a line over the whole length, as if there were no crown."""
         w = self.reference
         pair = pair_compliance(self.roller, self.cam)
-        return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, w.path_rate, self.length, pair)
+        return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, self.path_rate, self.length, pair)
 
     @property
     def _middle(self) -> float:
@@ -350,7 +354,7 @@ class RollerDuty:
             line,
             np.moveaxis(behind, -1, 0),
             np.moveaxis(ahead, -1, 0),
-            np.broadcast_to(self.reference.path_rate, line.shape),
+            np.broadcast_to(self.path_rate, line.shape),
             1.0,
             pair,
         )
@@ -503,7 +507,7 @@ class RollerDuty:
         """Life of the roller as a bearing; None where it has no rating."""
         if self.rating is None:
             return None
-        return bearing_life(self.force.panels, self.normal, self.reference.path_rate, self.radius, self.speed,
+        return bearing_life(self.force.panels, self.normal, self.path_rate, self.radius, self.speed,
                             self.rating, self.static_rating)
 
     @cached_property

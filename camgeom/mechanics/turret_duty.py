@@ -245,7 +245,9 @@ class TurretDuty:
         Tracks of one name are walls that one roller meets.
         """
         where = self.force.panels
-        rate, weight = self.engagement.path_rate[self._nodes], weight[self._nodes]
+        chosen = np.where(self.turret_torque >= 0.0, 0, 1)
+        rate = self.engagement.path_rate[chosen, np.arange(len(chosen))][self._nodes]
+        weight = weight[self._nodes]
         scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
         shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
         whole = where.integral(shaped)

@@ -92,6 +92,10 @@ class Slide:
         order, n = len(coordinate) - 1, coordinate.shape[1]
         return slide_jet(np.array(point), np.array(self.direction), coordinate), constant_jet(np.array(axis), order, n)
 
+    def spin(self, rate: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+        """Turning of the follower, cam frame, (3, n), at a rate of the coordinate: none."""
+        return np.zeros((3, len(turn)))
+
     def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Velocity of follower points per unit of the coordinate, cam frame: (3, n, ...) for x (3, n, ...)."""
         e = _turned(np.array(self.direction), turn)
@@ -112,6 +116,10 @@ class Swing:
         points = swing_jet(np.array(point) - centre, spin, circle)
         points[0] += centre[:, None]
         return points, swing_jet(np.array(axis), spin, circle)
+
+    def spin(self, rate: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+        """Turning of the follower, cam frame, (3, n), at a rate of the coordinate (n,)."""
+        return np.asarray(rate * _turned(np.array(self.axis), turn))
 
     def velocity(self, x: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Velocity of follower points per radian of the coordinate, cam frame: axis x (x - centre)."""
@@ -234,6 +242,12 @@ class Track:
             # An axis along Z stays along Z: nothing turns it.
             return Pose(seen_from_turning(point, turn, self.sense), direction, turn)
         return Pose(seen_from_turning(point, turn, self.sense), seen_from_turning(direction, turn, self.sense), turn)
+
+    def spin(self, phi: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
+        """Turning of what carries the roller relative to the cam, cam frame, rad per rad of the cam, (3, n)."""
+        turning = self.joint.spin(self.coordinate(phi, 1)[1], turn)
+        turning[2] -= self.sense
+        return turning
 
     def knots(self) -> Floats:
         """Cam angles in the span where a derivative of the motion may jump, with both ends of the span, rad."""

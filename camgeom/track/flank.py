@@ -98,6 +98,19 @@ class Flank:
             )
 
     @cached_property
+    def rolled(self) -> Floats:
+        """Path, mm/rad, (n, m), that the roller's rim turns by about its own pin as it rolls along the flank, >= 0.
+
+        No slip across the axis: r (spin + w . u) = -v . q, where w is the turning of the carrier relative to the cam and
+        v the velocity of the axis. About a cam whose axis is parallel to the roller's that is a turn of the roller more
+        or less than its middle's path gives, by the side on which the flank lies.
+        """
+        u, _, v = self._vectors
+        q, r = self._contact[1], self._stations[3]
+        w = self.track.spin(self.phi, self.pose.turn)[:, :, None]
+        return np.abs(dot(v, q) + r * dot(w, u))
+
+    @cached_property
     def x(self) -> Floats:
         """Contact points in the cam frame, mm, component-major (3, n, m)."""
         u, _, _ = self._vectors

@@ -179,7 +179,7 @@ class Engagement:
             "cover": np.zeros((2, n, k, m)),
             "place": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
-            "rate": np.zeros((n, k)),
+            "rate": np.zeros((2, n, k)),
             "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
         for place, (index, turn) in enumerate(self.places):
@@ -210,10 +210,8 @@ class Engagement:
             out["place"][way, rows, place] = delta(t)[0]
             out["normal"][way, rows, place] = flank.normals
             out["angle"][way, rows, place] = flank.pressure_angle("axis")
-        pose, middle = flank.pose, float(track.meridian.jet(self.stations)[0].mean())
-        v, u = pose.a[1] + middle * pose.u[1], pose.u[0]
-        across = v - dot(v, u) * u
-        out["rate"][rows, place] = np.sqrt(dot(across, across))
+            middle = Flank(track, phi, self.stations.mean(keepdims=True), side, given_pose=flank.pose)
+            out["rate"][way, rows, place] = middle.rolled[:, 0]
 
     @cached_property
     def lever(self) -> Floats:
@@ -253,7 +251,7 @@ class Engagement:
 
     @cached_property
     def path_rate(self) -> Floats:
-        """Path of the roller's middle across its axis relative to the cam, mm/rad, (n, k); 0 away from the cam."""
+        """Path that the roller's rim turns by on either wall, mm/rad, (2, n, k), see `Flank.rolled`; 0 off the cam."""
         return self._walls["rate"]
 
     @cached_property

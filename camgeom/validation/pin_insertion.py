@@ -190,7 +190,7 @@ SOURCE = Source(
               partial(_over_turn, lambda d: d.contact_forces[0],
                       lambda d: np.abs(d.force.force) * np.hypot(67.0, d.force.ds) / 67.0)),
         Entry("(9)", "Equation (9)", "speed of the roller's centre along the groove", "", "mm/s",
-              partial(_over_turn, lambda d: d.speed * d.reference.path_rate,
+              partial(_over_turn, lambda d: d.speed * d.path_rate,
                       lambda d: d.speed * np.hypot(67.0, d.force.ds))),
         Entry("(10) (11)", "Equations (10), (11)", "relative curvature of roller and loaded wall", "", "1/mm",
               partial(_over_turn, _surface_curvature, partial(_wall_curvature, "developed"),

@@ -206,8 +206,17 @@ class Seen:
 
     @cached_property
     def pace(self) -> Floats:
-        """The size of that: the path that a roller rolls, mm/rad."""
+        """The size of that, mm/rad."""
         return np.asarray(np.sqrt(self.d[0] * self.d[0] + self.d[1] * self.d[1]))
+
+    @cached_property
+    def rolled(self) -> Floats:
+        """Path that a roller's rim turns by about its pin, mm/rad: it turns with the arm, and once less (more) a turn
+        round a convex (hollow) flank than its middle's path gives."""
+        r, joint = self.touch.radius, self.touch.joint
+        assert r is not None
+        turning = 1.0 if isinstance(joint, Slide) else 1.0 - (self.cams.sense * joint.way) * self.moving.ds
+        return np.abs(self.pace - (self.touch.material * r) * turning)
 
     @cached_property
     def bend(self) -> Floats:
@@ -869,5 +878,5 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     / np.maximum(c.of_duty("pressing"), LEAST_LOAD),
     "fatigue.cam_life_h": lambda c: c.cam_life,
     "fatigue.cam_slice_life_h": lambda c: c.cam_life,
-    "fatigue.path_per_turn_m": lambda c: c.hard([c.motion.integral(seen.pace) for seen in c.all]) * MILLI,
+    "fatigue.path_per_turn_m": lambda c: c.hard([c.motion.integral(seen.rolled) for seen in c.all]) * MILLI,
 }
