@@ -176,7 +176,10 @@ class RollerDuty:
             curvature[ahead] if ahead is not None else zero,
             np.abs(some.lever()).reshape(shape),
             np.cos(some.pressure_angle()).reshape(shape),
-            (rolled.get(behind, zero), rolled.get(ahead, zero)),
+            (
+                rolled[behind] if behind is not None else zero,
+                rolled[ahead] if ahead is not None else zero,
+            ),
             (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
         )
 

@@ -101,8 +101,8 @@ class Flank:
     def rolled(self) -> Floats:
         """Path, mm/rad, (n, m), that the roller's rim turns by about its own pin as it rolls along the flank, >= 0.
 
-        No slip across the axis: r (spin + w . u) = -v . q, where w is the turning of the carrier relative to the cam and
-        v the velocity of the axis. About a cam whose axis is parallel to the roller's that is a turn of the roller more
+        No slip across the axis: r (spin + w . u) = -v . q, with w the turning of the carrier relative to the cam and v
+        the velocity of the axis. About a cam whose axis is parallel to the roller's that is a turn of the roller more
         or less than its middle's path gives, by the side on which the flank lies.
         """
         u, _, v = self._vectors

@@ -21,7 +21,6 @@ import numpy.typing as npt
 from camgeom.maths import Floats
 from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.surface import dot
 from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance

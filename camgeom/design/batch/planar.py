@@ -80,8 +80,11 @@ def offered(profile: Profile) -> tuple[str, ...]:
         fatigue += ["cam_life_h"]
     if face == "roller":
         contact += ["peak_slice_pressure_mpa", "contact_length_mm", "least_contact_length_mm"]
-        fatigue += ["roller_life_h", "roller_slice_life_h", "cam_slice_life_h", "path_per_turn_m"]
-        if profile.roller is not None and profile.roller.dynamic_rating is not None:
+        fatigue += ["cam_slice_life_h"]
+        # In a groove the roller turns round with the wall it presses: its path has jumps that the samples do not meet.
+        one_wall = getattr(profile.cam, "form", "") != "groove"
+        fatigue += ["roller_life_h", "roller_slice_life_h", "path_per_turn_m"] if one_wall else []
+        if one_wall and profile.roller is not None and profile.roller.dynamic_rating is not None:
             fatigue += ["bearing_life_h", "bearing_mean_load_n"]
             fatigue += ["bearing_static_safety"] if profile.roller.static_rating is not None else []
     if kind == "disc" and getattr(profile.cam, "form", "") == "external":
@@ -215,7 +218,7 @@ class Seen:
         round a convex (hollow) flank than its middle's path gives."""
         r, joint = self.touch.radius, self.touch.joint
         assert r is not None
-        turning = 1.0 if isinstance(joint, Slide) else 1.0 - (self.cams.sense * joint.way) * self.moving.ds
+        turning = 1.0 if isinstance(joint, Slide) else 1.0 + (self.cams.sense * joint.way) * self.moving.ds
         return np.abs(self.pace - (self.touch.material * r) * turning)
 
     @cached_property
@@ -753,6 +756,11 @@ class Cams:
         return np.asarray(np.choose(self.hardest[None], each))
 
     @cached_property
+    def rolled(self) -> Floats:
+        """Path, mm/rad, (P, n), that the roller rolls on the flank it presses: of two rollers the hardest pressed."""
+        return self.hard_samples("rolled")
+
+    @cached_property
     def roller_life(self) -> Floats:
         """h, of the hardest pressed roller's hot spot."""
         from camgeom.design.batch.rolling import roller_damage
@@ -769,14 +777,13 @@ class Cams:
             walls[number] = np.broadcast_to(pressed, (self.motion.samples.s.shape[0], v.size))
         if len(self.all) == 1:
             walls[1] = np.zeros_like(walls[0])
-        rate = self.hard_samples("pace")
-        damage = roller_damage(self.motion, rate, walls[0], walls[1], self.radius, power)
+        damage = roller_damage(self.motion, self.rolled, walls[0], walls[1], self.radius, power)
         return hours(damage / cycles, self.omega)
 
     @cached_property
     def bearing_load(self) -> Floats:
         """Equivalent load of the roller's bearing, N."""
-        force, rate = self.hard_samples("pressing"), self.hard_samples("pace")
+        force, rate = self.hard_samples("pressing"), self.rolled
         most = np.maximum(force.max(axis=0), LEAST_LOAD)
         share = self.motion.integral((force / most) ** ROLLER_EXPONENT * rate) / self.motion.integral(rate)
         return np.asarray(most * share ** (1.0 / ROLLER_EXPONENT))
@@ -784,7 +791,7 @@ class Cams:
     @cached_property
     def bearing_life(self) -> Floats:
         """h."""
-        turning = self.omega * self.motion.integral(self.hard_samples("pace")) / (2.0 * pi * self.radius)
+        turning = self.omega * self.motion.integral(self.rolled) / (2.0 * pi * self.radius)
         return rated_hours(self.variants.number("roller.dynamic_rating"), self.bearing_load, turning)
 
     @cached_property
@@ -878,5 +885,5 @@ FIGURES: dict[str, Callable[[Cams], Floats]] = {
     / np.maximum(c.of_duty("pressing"), LEAST_LOAD),
     "fatigue.cam_life_h": lambda c: c.cam_life,
     "fatigue.cam_slice_life_h": lambda c: c.cam_life,
-    "fatigue.path_per_turn_m": lambda c: c.hard([c.motion.integral(seen.rolled) for seen in c.all]) * MILLI,
+    "fatigue.path_per_turn_m": lambda c: c.motion.integral(c.rolled) * MILLI,
 }

@@ -1,0 +1,78 @@
+"""How far a roller turns about its pin: one turn more or less than its middle's path gives, by the side of the flank."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from camgeom.cams import starter
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from camgeom.track.flank import Flank
+from tests.places import PROFILES
+
+
+def made(name: str, **changed: dict[str, object]) -> Model:
+    text = (PROFILES / f"{name}.toml").read_text() if "_" in name else starter(name)
+    data = load(text, name)[0]
+    for section, keys in changed.items():
+        data[section] = {key: value for key, value in {**data.get(section, {}), **keys}.items() if value is not None}
+    return Model(from_data(data, name))
+
+
+def turned(model: Model, side: float) -> tuple[float, float, float]:
+    """Path of the roller's middle across its axis, path of its rim, and its circumference, mm, of one turn of the cam,
+    by a fine midpoint sum."""
+    track = model.tracks[0]
+    n = 20_000
+    phi = (np.arange(n) + 0.5) * (2.0 * pi / n)
+    flank = Flank(track, phi, np.array([0.5 * sum(track.contact)]), side)
+    pose = flank.pose
+    delta = 0.5 * sum(track.contact)
+    v, u = pose.a[1] + delta * pose.u[1], pose.u[0]
+    across = v - (v * u).sum(axis=0) * u
+    step = 2.0 * pi / n
+    radius = 0.5 * model.profile.roller.diameter if model.profile.roller else 0.0
+    return step * float(np.sqrt((across**2).sum(axis=0)).sum()), step * float(flank.rolled.sum()), 2.0 * pi * radius
+
+
+@pytest.mark.parametrize("name", ["disc", "disc_face_groove"])
+def test_round_a_disc_the_roller_turns_once_less_or_more_than_its_path_gives(name: str) -> None:
+    """What rolls round the outside of a circle turns by path - circumference against its carrier, inside by path +."""
+    model = made(name)
+    found = []
+    for side in model.tracks[0].sides:
+        middle, rim, around = turned(model, side)
+        found.append(round((rim - middle) / around, 6))
+    assert sorted(found) == ([-1.0, 1.0] if len(found) == 2 else [-1.0])
+
+
+def test_the_rim_on_a_flank_is_as_long_as_the_flank() -> None:
+    """No slip, seen from the cam: over a closed turn rim and flank are one length, counted along the flank's points."""
+    model = made("disc_offset_roller", roller={"shape": "cylinder", "crown_radius": None, "flank": None})
+    track = model.tracks[0]
+    phi = np.linspace(0.0, 2.0 * pi, 40_001)
+    flank = Flank(track, phi, np.array([0.5 * sum(track.contact)]), track.sides[0])
+    x = flank.points[:, 0, :2]
+    length = float(np.hypot(*np.diff(x, axis=0).T).sum())
+    assert turned(model, track.sides[0])[1] == pytest.approx(length, rel=1e-6)
+
+
+def test_in_a_drums_groove_the_middles_path_is_what_it_rolls() -> None:
+    model = made("pin_insertion")
+    for side in model.tracks[0].sides:
+        middle, rim, _ = turned(model, side)
+        assert rim == pytest.approx(middle, rel=1e-12)
+
+
+def test_the_bearing_of_a_roller_on_the_outer_flank_counts_all_its_turns() -> None:
+    """Revolutions are the rim's path over the circumference."""
+    model = made("disc_face_groove", roller={"dynamic_rating": 669.0})
+    (duty,) = model.duties
+    assert duty.bearing is not None
+    rate = duty.force.panels.integral(duty.path_rate)
+    expected = duty.speed * rate / (2.0 * pi * duty.radius)
+    assert float(duty.bearing.speed) == pytest.approx(expected, rel=1e-9)
