@@ -1,4 +1,4 @@
-"""How far a roller turns about its pin: one turn more or less than its middle's path gives, by the side of the flank."""
+"""How far a roller turns about its pin: a turn more or less than its middle's path gives, by the side of the flank."""
 
 from __future__ import annotations
 
