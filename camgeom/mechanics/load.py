@@ -178,7 +178,7 @@ class Load:
             force = self.solved(on.theta.ravel()).reshape(on.theta.shape)
         return FollowerForce(on, jet[0], jet[1], jet[2], side, force, inertia)
 
-    @property
+    @cached_property
     def demand(self) -> Demand:
         """The numbers of the sum above, ready to meet (p, n)."""
         return Demand(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -22,6 +23,8 @@ from camgeom.motion.table import Table
 TURN = 2.0 * math.pi
 FREE = {"start": (0.0, None), "end": (0.0, None)}
 MODIFIED_SINE = {"velocity": 1.759603, "jerk": 69.466}
+
+long = pytest.mark.skipif("CAMGEOM_JUDGE" not in os.environ, reason="takes minutes: scripts/test --judge")
 
 
 def found(wish: Wish) -> Best:
@@ -187,6 +190,7 @@ def test_limits_hold_everywhere_and_the_bound_is_near(name: str) -> None:
     assert law.gap < 2e-4
 
 
+@long
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["velocity", "moving", "damped", "residual", "high"])
 def test_the_bound_holds_against_a_finer_programme(name: str) -> None:
@@ -296,6 +300,7 @@ def bands() -> list[tuple[float, float]]:
     return [(float(a), float(a * f)) for a, f in zip(low, rng.uniform(1.1, 2.5, 20), strict=True)]
 
 
+@long
 @pytest.mark.slow
 @pytest.mark.parametrize("band", bands())
 def test_no_catalogue_law_is_better_in_any_band(band: tuple[float, float]) -> None:
