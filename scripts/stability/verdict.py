@@ -106,6 +106,9 @@ def of_fault(seed: int) -> tuple[str, str, Data, Data]:
     return name, kind, data, injected(name, data, kind, seed)
 
 
+COSTLY = "so that it swings less often in a turn"
+
+
 def run_fault(seed: int) -> Record:
     """The record of a fault."""
     from camgeom.checks import checks
@@ -150,6 +153,10 @@ def asked(name: str, data: Data, faulty: Data) -> tuple[bool, tuple[str, ...], s
     right = [f for f in verdict.findings if f.check in fault.checks and f.level in levels]
     if right:
         return True, tuple(sorted({f.check for f in right})), right[0].advice
+    # What costs more than is spent is refused with its price: the verdict does not pass, and says why.
+    costly = [n for n in verdict.not_judged if n.check in fault.checks and COSTLY in n.reason]
+    if costly:
+        return True, tuple(f"refused for its cost: {n.check}" for n in costly), costly[0].reason
     heard = [f"{f.check}: {f.value} {f.comparison} {f.limit} {f.level}" for f in verdict.findings]
     heard += [f"{n.check} not judged: {n.reason}" for n in verdict.not_judged]
     return False, (), "; ".join(heard)

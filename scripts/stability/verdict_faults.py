@@ -763,6 +763,11 @@ WITHOUT = {
     "pair": "the return disc is made from the main one, its gap is the clearance",
     "fins": "widths that cut fins off are refused, or told by `horns` first",
     "impact-reproducible": "no formula says which play is chaotic",
+    "gouge": "tools are no part of the designs; tests/claims/test_cutter_checks.py",
+    "stock-left": "the same",
+    "dynamic-run-out": "vibration beside a run-out: tests/dynamics/test_judged_where_it_acts.py",
+    "dynamic-crown-length": "follows its rigid check: tests/dynamics/test_judged_where_it_acts.py",
+    "impact-crown-length": "the same",
 }
 """checks that no fault of a random design can wake, each with the reason"""
 FIRST = 27

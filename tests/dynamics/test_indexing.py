@@ -528,11 +528,11 @@ class TestHardCases:
         assert (coarse.solution.error > 0.1).all()
 
     @pytest.mark.slow
-    def test_a_million_steps(self, mt: Program) -> None:
-        found = from_rest(DRIVE, mt, 1000.0 * RPM, accuracy=Accuracy(steps=1_000_000, method="gauss2"))
+    def test_a_hundred_thousand_steps(self, mt: Program) -> None:
+        found = from_rest(DRIVE, mt, 1000.0 * RPM, accuracy=Accuracy(steps=100_000, method="gauss2"))
         expected = [-2.253817033279e-06, -3.428965208113e-06, -1.612016758197e-05]
         assert found.solution.position[0, -1] == pytest.approx(expected, rel=1e-8)
-        assert found.solution.grid.steps >= 1_000_000
+        assert found.solution.grid.steps >= 100_000
 
     def test_bad_data_is_named(self) -> None:
         with pytest.raises(ProfileError, match="load_inertia") as caught:
