@@ -128,11 +128,6 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("settling", f"the {what}'s deviation is known to {per * unsure:.3g} {unit}, the band is "
                         f"{band}: more dynamics.steps, or a smaller tolerance")  # fmt: skip
         return
-    free = _free(model)
-    if free > study.band:
-        yield NotJudged("settling", f"in its play the {what} stands free within {per * free:.4g} {unit} of what is "
-                        f"solved without it, the band is {band}: less clearance, or a wider band")  # fmt: skip
-        return
     dwell = 1e3 * (left.end_rad - left.begin_rad) / study.speed
     value = dwell if study.settling_time is None else 1e3 * study.settling_time
     # What comes into the band for less than half a swing has not settled: it only passes through.
@@ -141,6 +136,11 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
         f"the {what} swings by {per * left.deviation[0]:.4g} {unit} in its dwell and is not within "
         f"{band} when it ends: more damping, a stiffer shaft or linkage, a smoother law or less speed"
     )
+    free = _free(model)
+    if free > study.band and value <= limit:
+        yield NotJudged("settling", f"in its play the {what} stands free within {per * free:.4g} {unit} of what is "
+                        f"solved without it, the band is {band}: less clearance, or a wider band")  # fmt: skip
+        return
     given = "settling_band" in spec.model_fields_set
     if not given and model.indexing is None and value <= limit:
         yield NotJudged("settling", f"give dynamics.settling_band, the {unit} that the dwell has to hold: the follower "

@@ -138,3 +138,11 @@ def test_a_dwell_holds_no_band_that_its_play_exceeds(share: float, answer: str) 
     verdict = judge(Model(from_data(data, "tool changer")), ["settling"])
     said = [f.level for f in verdict.findings] + ["not judged" for _ in verdict.not_judged]
     assert said == [answer]
+
+
+def test_what_does_not_settle_fails_whatever_its_play() -> None:
+    data = load((PROFILES / "tool_changer.toml").read_text(), "tool changer")[0]
+    data["dynamics"] |= {"settling_band": 1e-6}
+    data["cam"] |= {"running_clearance": 0.05}
+    verdict = judge(Model(from_data(data, "tool changer")), ["settling"])
+    assert [f.level for f in verdict.findings] == ["fail"]
