@@ -1,0 +1,419 @@
+"""Contact of a roller of real length on a half-space: crown that runs out, ends, end radius, tilt.
+
+The third level of contact, where neither the exact line nor the exact ellipse (`hertz`) is what touches. Units mm, N,
+MPa; x across the roller, y along its axis from its middle; the solver is that of `halfspace`.
+
+A half-space reaches beyond the roller's ends and supports them: the pressure there is that of a roller as stiff as one
+that goes on. `mirror` = 1 takes the roller's part of that support away by its mirrored pressure (de Mul, Kalker and
+Fredriksson, doi 10.1115/1.3261081): **approximate**, since a quarter-space asks for 1.4 to 1.75 times as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, pi, sqrt
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camgeom.errors import NotConverged
+from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, Strips, pressed
+
+ACROSS, ALONG = 64, 64
+"""cells of the solution"""
+STRIPS = 96
+"""of unequal length, where an end bears"""
+INSIDE = 0.5
+"""mm from a sharp end at which the pressure is told instead of the peak that it has not"""
+COARSE = (24, 32)
+"""cells on which the contact is looked for"""
+ROUNDS = 30
+WINDOW = 1.12
+"""window over the contact found before"""
+
+
+@final
+@dataclass(frozen=True)
+class Profile:
+    """Drop of a roller along its axis, mm; y = 0 is the crest of its crown.
+
+    low, high    where its length ends, low < 0 < high
+    crown        radius of its arc, mm; inf without one
+    run_out      factor c of the logarithmic drop c ln(1 / (1 - (2 y / length)²)), mm (ISO/TS 16281); 0 without one
+    end_radius   rounding that follows beyond both ends, mm; 0: sharp edges
+    """
+
+    low: float
+    high: float
+    crown: float = inf
+    run_out: float = 0.0
+    end_radius: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Of the roller without its roundings, mm."""
+        return self.high - self.low
+
+    @property
+    def sharp(self) -> bool:
+        """Whether an end that bears has an edge, whose pressure nothing bounds."""
+        return self.end_radius == 0.0 and self.run_out == 0.0
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Where the body ends, mm."""
+        return self.low - self.end_radius, self.high + self.end_radius
+
+    def drop(self, y: Floats) -> Floats:
+        """Drop, mm, at places y, mm; NOWHERE beyond the body."""
+        total = np.zeros_like(y)
+        if self.crown < inf:
+            square = np.minimum(np.square(y / self.crown), 1.0)
+            total = self.crown * square / (1.0 + np.sqrt(1.0 - square))
+        beyond = np.maximum(np.maximum(self.low - y, y - self.high), 0.0)
+        if self.run_out > 0.0:
+            share = np.square((2.0 * y - self.low - self.high) / self.length)
+            total = total - self.run_out * np.log(np.maximum(1.0 - share, 1e-300))
+            return np.where(beyond > 0.0, NOWHERE, total)
+        if self.end_radius == 0.0:
+            return np.where(beyond > 0.0, NOWHERE, total)
+        square = np.square(beyond / self.end_radius)
+        rounded = self.end_radius * square / (1.0 + np.sqrt(np.maximum(1.0 - square, 0.0)))
+        return np.where(square > 1.0, NOWHERE, total + rounded)
+
+
+@final
+@dataclass(frozen=True)
+class Bodies:
+    """Two bodies about to touch: relative curvature across, 1/mm; profile along; tilt, rad; twist, rad.
+
+    compliance  of both, 1/MPa; own: the roller's share of it
+    tilt        of the roller's axis against the flank: gap tilt * y, so that a positive one presses the low end
+    twist       angle between the axis and the line along which the flank is straight
+    mirror      1 takes the support beyond the roller's ends away, approximately; 0 leaves it
+    """
+
+    curvature: float
+    profile: Profile
+    compliance: float
+    tilt: float = 0.0
+    twist: float = 0.0
+    own: float = 0.5
+    mirror: float = 0.0
+
+    def gap(self, x: Floats, y: Floats) -> Floats:
+        """Unloaded gap, mm, (nx, ny), at places across (nx,) and along (ny,)."""
+        drop = self.profile.drop(y) + self.tilt * y
+        across = x[:, None] * np.cos(self.twist) - y[None, :] * np.sin(self.twist)
+        return np.asarray(0.5 * self.curvature * np.square(across) + drop)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Pressure, MPa, (nx, ny), of cells about x (nx,) and y (ny,), mm, of even width across; along (ny,), mm.
+
+    approach  of both bodies, mm, of points far away; steps: of the conjugate gradients
+    error     share by which the peak differs from that on a grid half as fine
+    """
+
+    bodies: Bodies
+    load: float
+    x: Floats
+    y: Floats
+    along: Floats
+    pressure: Floats
+    approach: float
+    steps: int
+    error: float = inf
+
+    @property
+    def width(self) -> float:
+        """Of a cell across, mm."""
+        return float(self.x[1] - self.x[0])
+
+    @cached_property
+    def ridge(self) -> Floats:
+        """Largest pressure across the roller at every y, MPa, (ny,)."""
+        return _crests(self.pressure)
+
+    @cached_property
+    def line_load(self) -> Floats:
+        """Load per length, N/mm, (ny,)."""
+        return np.asarray(self.pressure.sum(axis=0) * self.width)
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Between which y it touches, mm: to the edges of the outermost pressed cells."""
+        on = np.flatnonzero(self.line_load > 0.0)
+        return (float(self.y[on[0]] - 0.5 * self.along[on[0]]), float(self.y[on[-1]] + 0.5 * self.along[on[-1]]))
+
+    @property
+    def length(self) -> float:
+        """That touches, mm."""
+        return self.span[1] - self.span[0]
+
+    @cached_property
+    def centre(self) -> float:
+        """Where the resultant acts, mm along the roller."""
+        carried = self.line_load * self.along
+        return float((carried * self.y).sum() / carried.sum())
+
+    @cached_property
+    def half_widths(self) -> Floats:
+        """Half of what touches across at every y, mm, (ny,): of half an ellipse of this line load and ridge."""
+        ridge, load = self.ridge, self.line_load
+        return np.divide(2.0 / pi * load, ridge, out=np.zeros_like(load), where=ridge > 0.0)
+
+    @cached_property
+    def bearing_ends(self) -> tuple[bool, bool]:
+        """Whether the roller's low and high end bear."""
+        edge = 1e-9 * self.bodies.profile.length
+        low, high = self.bodies.profile.low, self.bodies.profile.high
+        return self.span[0] <= low + edge, self.span[1] >= high - edge
+
+    @property
+    def unbounded(self) -> bool:
+        """Whether a sharp end bears, where no pressure is the largest."""
+        return self.bodies.profile.sharp and any(self.bearing_ends)
+
+    @cached_property
+    def within(self) -> NDArray[np.bool_]:
+        """Which y lie INSIDE of every sharp end that bears, (ny,)."""
+        low, high = self.bodies.profile.low, self.bodies.profile.high
+        room = min(INSIDE, 0.25 * (high - low)) if self.unbounded else 0.0
+        bears = self.bearing_ends
+        return (self.y >= low + room * bears[0]) & (self.y <= high - room * bears[1])
+
+    @cached_property
+    def peak(self) -> tuple[float, float]:
+        """Largest pressure, MPa, and where along the roller, mm; of an unbounded one that INSIDE of its sharp ends."""
+        if self.unbounded:
+            return max(((self.at(y), y) for y in self._told), key=lambda each: each[0])
+        return _parabola(self.y, self.ridge)
+
+    @property
+    def _told(self) -> list[float]:
+        """Places where a finite pressure may be the largest: INSIDE of the bearing ends, and between."""
+        ends = (self.bodies.profile.low, self.bodies.profile.high)
+        room = min(INSIDE, 0.25 * (ends[1] - ends[0]))
+        found = [end + way * room for end, way, on in zip(ends, (1.0, -1.0), self.bearing_ends) if on]
+        inner = np.where(self.within, self.ridge, 0.0)
+        return [*found, float(self.y[int(np.argmax(inner))])]
+
+    def at(self, y: float) -> float:
+        """Largest pressure across the roller at a place along it, MPa; linear in its square between the cells."""
+        return float(np.sqrt(np.interp(y, self.y, np.square(self.ridge), 0.0, 0.0)))
+
+    def beneath(self, poisson: float) -> tuple[float, float, float]:
+        """Half-width, mm, largest shear, MPa, and its depth, mm, below the peak (Johnson, equation 3.19, summed)."""
+        place = self.peak[1]
+        half = float(np.interp(place, self.y, self.half_widths))
+        middle = float(np.average(self.x, weights=self.pressure[:, int(np.argmin(np.abs(self.y - place)))]))
+        low, high = 0.2 * half, 1.3 * half
+        for _ in range(3):
+            depth = np.linspace(low, high, 9)
+            shear = np.array([self._shear(middle, place, float(z), poisson) for z in depth])
+            at = int(np.argmax(shear))
+            low, high = float(depth[max(at - 1, 0)]), float(depth[min(at + 1, 8)])
+        return half, float(shear[at]), float(depth[at])
+
+    def _shear(self, x: float, y: float, z: float, poisson: float) -> float:
+        """Largest shear, MPa, at depth z, mm, below (x, y)."""
+        nodes, weights = gauss_rule(6)
+        every = self.y[:, None] + 0.5 * self.along[:, None] * nodes
+        area = 0.5 * self.width * self.along[:, None] * weights
+        force = (self.pressure[:, :, None] * area).reshape(len(self.x), -1)
+        return _largest_shear(self.x[:, None] - x, every.ravel() - y, z, force, poisson)
+
+
+def _largest_shear(x: Floats, y: Floats, z: float, force: Floats, poisson: float) -> float:
+    """Largest shear, MPa, from point forces, N, (nx, ny), at x (nx, 1), y (ny,) from a point at depth z."""
+    r = np.sqrt(x * x + y * y + z * z)
+    soft = 1.0 - 2.0 * poisson
+    round_, bend = soft * (r * r - r * z - z * z) / (r**3 * (r + z)), soft * (2.0 * r + z) / (r**3 * (r + z) ** 2)
+    three = 3.0 * z / r**5
+    level, steep = (force * (three - bend)), force * three
+    a = (level * x * x + force * round_).sum()
+    b = (level * y * y + force * round_).sum()
+    c, d, e, f = steep.sum() * z * z, (level * x * y).sum(), (steep * x).sum() * z, (steep * y).sum() * z
+    stress = np.linalg.eigvalsh(np.array([[a, d, e], [d, b, f], [e, f, c]])) / (2.0 * pi)
+    return 0.5 * float(stress[-1] - stress[0])
+
+
+def _crests(pressure: Floats) -> Floats:
+    """Largest pressure across at every y, (ny,), from that of cells (nx, ny): a parabola of the squares, exact below an
+    ellipse."""
+    square = np.square(pressure)
+    at = np.clip(np.argmax(square, axis=0), 1, len(square) - 2)
+    one, two, three = (np.take_along_axis(square, (at + k)[None], axis=0)[0] for k in (-1, 0, 1))
+    bend = one - 2.0 * two + three
+    rise = np.divide((three - one) ** 2, -8.0 * bend, out=np.zeros_like(two), where=bend < 0.0)
+    # A neighbour outside the contact says nothing of the parabola.
+    whole = (one > 0.0) & (three > 0.0)
+    return np.asarray(np.sqrt(np.where(whole, two + rise, square.max(axis=0))))
+
+
+def _parabola(y: Floats, ridge: Floats) -> tuple[float, float]:
+    """Largest of a ridge (ny,) over places y, and where, by a parabola of its squares through three of them."""
+    at = int(np.argmax(ridge))
+    if not 0 < at < len(y) - 1 or min(ridge[at - 1], ridge[at + 1]) == 0.0:
+        return float(ridge[at]), float(y[at])
+    (l, m, r), (a, b, c) = y[at - 1:at + 2], np.square(ridge[at - 1:at + 2])
+    one, two = (b - a) / (m - l), (c - b) / (r - m)
+    bend = (two - one) / (r - l)
+    if bend >= 0.0:
+        return float(ridge[at]), float(y[at])
+    place = float(np.clip(0.5 * (l + m) - 0.5 * one / bend, l, r))
+    return sqrt(float(a + one * (place - l) + bend * (place - l) * (place - m))), place
+
+
+def press(bodies: Bodies, load: float, across: int = ACROSS, along: int = ALONG, strips: int = STRIPS) -> Patch:
+    """The contact of two bodies under a load, N, above 0: found on a coarse grid, solved on one fitted to it.
+
+    Even cells where it ends before the roller does, `strips` that grow from the ends where they bear; each once with
+    half as many cells, from which the error is told. Raises NotConverged where the contact is not found.
+    """
+    rough = _found(bodies, load)
+    patches: list[Patch] = []
+    for part in (2, 1):
+        if any(rough.bearing_ends):
+            rough = _on_strips(bodies, load, patches[-1] if patches else rough, across // part, strips // part)
+        else:
+            rough = _on_cells(bodies, load, rough, across // part, along // part)
+        patches.append(rough)
+    half, fine = patches
+    return replace(fine, error=abs(half.peak[0] / fine.peak[0] - 1.0))
+
+
+def _found(bodies: Bodies, load: float) -> Patch:
+    """A first, coarse contact: a window that grows until it holds what touches and shrinks while it is too wide."""
+    profile = bodies.profile
+    half = 2.0 * sqrt(load * bodies.compliance / (pi * bodies.curvature * profile.length))
+    ends = np.array(profile.reach)
+    if profile.crown < inf:
+        middle = float(np.clip(-profile.crown * bodies.tilt, profile.low, profile.high))
+        reach = 2.0 * np.cbrt(load * bodies.compliance * profile.crown) + half
+        ends = np.array([max(ends[0], middle - reach), min(ends[1], middle + reach)])
+    wide = 3.0 * half + abs(np.sin(bodies.twist)) * (ends[1] - ends[0])
+    for _ in range(ROUNDS):
+        found = _even(bodies, load, wide, (float(ends[0]), float(ends[1])), *COARSE)
+        on = found.pressure > 0.0
+        columns, rows = np.flatnonzero(on.any(axis=1)), np.flatnonzero(on.any(axis=0))
+        spare = wide - max(abs(found.x[columns[0]]), abs(found.x[columns[-1]])) - 0.5 * found.width
+        step = float(found.along[0])
+        grow = np.array([rows[0] == 0, rows[-1] == COARSE[1] - 1]) & (np.abs(ends - np.array(profile.reach)) > 1e-9)
+        long = len(rows) * step
+        if spare < 0.5 * found.width:
+            wide *= 2.0
+        elif grow.any():
+            ends += np.array([-1.0, 1.0]) * grow * 0.5 * (ends[1] - ends[0])
+            ends = np.clip(ends, *profile.reach)
+        elif wide - spare < 0.4 * wide:
+            wide = 1.3 * (wide - spare)
+        elif long < 0.4 * (ends[1] - ends[0]):
+            ends = np.array([found.y[rows[0]], found.y[rows[-1]]]) + np.array([-1.0, 1.0]) * (0.3 * long + step)
+            ends = np.clip(ends, *profile.reach)
+        else:
+            return found
+    raise NotConverged("the contact along the roller was not found: check length, crown and tilt against the load")
+
+
+def _even(bodies: Bodies, load: float, wide: float, ends: tuple[float, float], nx: int, ny: int,
+          before: Patch | None = None) -> Patch:
+    """The contact on even cells of a window, half as wide as `wide` tells, mm."""
+    dx, dy = 2.0 * wide / nx, (ends[1] - ends[0]) / ny
+    x, y = np.asarray((np.arange(nx) + 0.5) * dx - wide), np.asarray((np.arange(ny) + 0.5) * dy + ends[0])
+    influence = Even(nx, ny, dx, dy, bodies.compliance)
+    return _solved(bodies, load, x, y, np.full(ny, dy), influence, before)
+
+
+def _solved(bodies: Bodies, load: float, x: Floats, y: Floats, along: Floats, influence: Influence,
+            before: Patch | None) -> Patch:
+    guess = _carried(before, x, y) if before is not None else None
+    area = (x[1] - x[0]) * along[None, :]
+    found = pressed(bodies.gap(x, y), influence, area, load, guess)
+    return Patch(bodies, load, x, y, along, found.pressure, found.approach, found.steps)
+
+
+def _carried(patch: Patch, x: Floats, y: Floats) -> Floats:
+    """Its pressure between its cells, (nx, ny), as a guess for others: linear, 0 beyond."""
+    rows = np.stack([np.interp(y, patch.y, row) for row in patch.pressure])
+    return np.stack([np.interp(x, patch.x, column, 0.0, 0.0) for column in rows.T], axis=1)
+
+
+def _widest(patch: Patch) -> float:
+    """Half a window across that holds what touches, mm."""
+    on = np.flatnonzero((patch.pressure > 0.0).any(axis=1))
+    return WINDOW * (float(np.abs(patch.x[on]).max()) + 0.5 * patch.width)
+
+
+def _on_cells(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Patch:
+    """The contact on even cells of the window of a rough one, wider where that was too narrow."""
+    wide, (low, high) = _widest(rough), rough.span
+    room = 0.5 * (WINDOW - 1.0) * (high - low)
+    low, high = low - room, high + room
+    for _ in range(ROUNDS):
+        low, high = max(low, bodies.profile.reach[0]), min(high, bodies.profile.reach[1])
+        found = _even(bodies, load, wide, (low, high), nx, ny, rough)
+        p = found.pressure
+        if p[0].any() or p[-1].any():
+            wide *= 1.1
+        elif (p[:, 0].any() and low > bodies.profile.reach[0]) or (p[:, -1].any() and high < bodies.profile.reach[1]):
+            low, high = low - 0.05 * (high - low), high + 0.05 * (high - low)
+        else:
+            return found
+        rough = found
+    raise NotConverged("the contact along the roller was not found: check length, crown and tilt against the load")
+
+
+def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Patch:
+    """The contact on strips that grow away from the ends that bear."""
+    wide, profile, bears = _widest(rough), bodies.profile, rough.bearing_ends
+    mirrors = profile.reach if bodies.mirror > 0.0 else ()
+    over = min(2.0 * float(rough.half_widths.max()) * sqrt(profile.end_radius * bodies.curvature), profile.end_radius)
+    room = 0.5 * (WINDOW - 1.0) * rough.length
+    for _ in range(ROUNDS):
+        low = profile.low - over if bears[0] else max(rough.span[0] - room, profile.low)
+        high = profile.high + over if bears[1] else min(rough.span[1] + room, profile.high)
+        edges = _grown(low, high, [end for end, on in zip((profile.low, profile.high), bears) if on],
+                       over / 10.0 if over > 0.0 else 0.002 * (high - low), ny)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        dx = 2.0 * wide / nx
+        x = np.asarray((np.arange(nx) + 0.5) * dx - wide)
+        influence = Strips(nx, dx, edges, bodies.compliance, mirrors, bodies.mirror * bodies.own)
+        found = _solved(bodies, load, x, middles, np.diff(edges), influence, rough)
+        p = found.pressure
+        first, last = bool(p[:, 0].any()), bool(p[:, -1].any())
+        if p[0].any() or p[-1].any():
+            wide *= 1.1
+        elif over < profile.end_radius and ((first and bears[0]) or (last and bears[1])):
+            over = min(1.5 * over, profile.end_radius)
+        elif (first and not bears[0]) or (last and not bears[1]):
+            room *= 2.0
+            bears = bears[0] or low == profile.low, bears[1] or high == profile.high
+        else:
+            return found
+    raise NotConverged("the contact along the roller was not found: check length, crown and tilt against the load")
+
+
+def _grown(low: float, high: float, fine: list[float], least: float, count: int) -> Floats:
+    """Edges (count + 1,) of strips from low to high that are short about the places `fine` and grow away from them.
+
+    Their length at a distance d is as least + d / 8, scaled to the count.
+    """
+    y = np.unique(np.concatenate([np.linspace(low, high, 2001), *(place + _near(least, high - low) for place in fine)]))
+    y = y[(y >= low) & (y <= high)]
+    off = np.min(np.abs(y[None, :] - np.array(fine)[:, None]), axis=0)
+    density = 1.0 / (least + off / 8.0)
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(y))])
+    return np.asarray(np.interp(np.linspace(0.0, whole[-1], count + 1), whole, y))
+
+
+def _near(least: float, far: float) -> Floats:
+    """Distances from a place, both ways, that resolve `least`."""
+    away = np.geomspace(0.05 * least, far, 400)
+    return np.concatenate([-away[::-1], [0.0], away])

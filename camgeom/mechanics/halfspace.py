@@ -1,0 +1,161 @@
+"""Elastic half-space: deflection of cells under pressure, and the pressure of a contact.
+
+Units mm, N, MPa; x across, y along; compliance (1 - nu1²)/E1 + (1 - nu2²)/E2, 1/MPa.
+
+Deflection: that of a rectangle under constant pressure, Love's closed form (A. E. H. Love, 1929; K. L. Johnson, Contact
+Mechanics, 1985, equation 3.25). Summed over even cells by FFT on a doubled grid, over strips of unequal length by FFT
+across them and a matrix along. Pressure p >= 0, gap >= 0, p gap = 0 under a given load: the constrained conjugate
+gradients of Polonsky and Keer (doi 10.1016/S0043-1648(99)00113-1), with areas as weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Protocol, final
+
+import numpy as np
+from scipy import fft
+
+from camgeom.errors import NotConverged
+from camgeom.maths import Floats
+
+TOLERANCE = 1e-7
+"""change of the pressure in a step, share of the load, at which it has settled"""
+STEPS = 2000
+NOWHERE = 1e6
+"""mm, the gap where there is no body"""
+
+
+def corner(u: Floats, v: Floats) -> Floats:
+    """u asinh(v / |u|) + v asinh(u / |v|), mm: Love's integral of 1/r from a corner; 0 on the axes' crossing."""
+    r, w = np.abs(u), np.abs(v)
+    first = np.arcsinh(np.divide(v, r, out=np.zeros(np.broadcast(u, v).shape), where=r > 0.0))
+    second = np.arcsinh(np.divide(u, w, out=np.zeros(np.broadcast(u, v).shape), where=w > 0.0))
+    return np.asarray(u * first + v * second)
+
+
+class Influence(Protocol):
+    """Deflection, mm, (nx, ny), of cells under a pressure, MPa."""
+
+    def __call__(self, pressure: Floats) -> Floats: ...
+
+
+@final
+class Even:
+    """Of even cells dx by dy mm: the spectrum of their influence on the doubled grid, (2 nx, ny + 1)."""
+
+    def __init__(self, nx: int, ny: int, dx: float, dy: float, compliance: float) -> None:
+        self.shape = nx, ny
+        across, along = (np.asarray((np.arange(n + 2) - 0.5) * d) for n, d in ((nx, dx), (ny, dy)))
+        each = corner(across[:, None], along[None, :])
+        quarter = each[1:, 1:] - each[1:, :-1] - each[:-1, 1:] + each[:-1, :-1]
+        # Even both ways, so that its transform is that of cosines, and real.
+        self.spectrum = compliance / pi * fft.dctn(quarter, type=1)[np.r_[0:nx + 1, nx - 1:0:-1], :]
+
+    def __call__(self, pressure: Floats) -> Floats:
+        nx, ny = self.shape
+        rows = fft.fft(fft.rfft(pressure, 2 * ny, axis=1), 2 * nx, axis=0, overwrite_x=True)
+        rows *= self.spectrum
+        back = fft.ifft(rows, axis=0, overwrite_x=True)[:nx]
+        return np.asarray(fft.irfft(back, 2 * ny, axis=1)[:, :ny])
+
+
+@final
+class Strips:
+    """Of cells dx mm across and strips (ny,) along, between edges (ny + 1,): the spectrum across, (nx + 1, ny, ny).
+
+    The mean of both ways weighted by the strips' lengths, since a strip's middle stands for all of it: what i does to
+    j is then what j does to i.
+    """
+
+    def __init__(
+        self, nx: int, dx: float, edges: Floats, compliance: float, mirrors: Sequence[float] = (), share: float = 0.0
+    ) -> None:
+        """mirrors: places of planes, mm, whose images of the strips press with a share too."""
+        self.nx = nx
+        middles, lengths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+        each = self._strips(nx, dx, middles, edges)
+        for plane in mirrors:
+            each += share * self._strips(nx, dx, middles, 2.0 * plane - edges)
+        each *= lengths[:, None]
+        each = 0.5 * (each + np.swapaxes(each, 1, 2)) / lengths[:, None]
+        self.spectrum = compliance / pi * fft.dct(each, type=1, axis=0)
+
+    @staticmethod
+    def _strips(nx: int, dx: float, middles: Floats, edges: Floats) -> Floats:
+        """Influence over compliance and 1/pi, (nx + 1, i, j), of strip j on the middle of i."""
+        x = np.asarray((np.arange(nx + 2) - 0.5) * dx)
+        each = np.diff(corner(x[:, None, None], edges[None, None, :] - middles[None, :, None]), axis=2)
+        return np.asarray(np.abs(np.diff(each, axis=0)))
+
+    def __call__(self, pressure: Floats) -> Floats:
+        rows = fft.rfft(pressure, 2 * self.nx, axis=0)
+        parts = np.matmul(self.spectrum, rows.view(np.float64).reshape(*rows.shape, 2))
+        across = parts.reshape(rows.shape[0], -1).view(np.complex128)
+        return np.asarray(fft.irfft(across, 2 * self.nx, axis=0)[: self.nx])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """Pressure of every cell, MPa, (nx, ny), approach, mm, and steps taken."""
+
+    pressure: Floats
+    approach: float
+    steps: int
+
+
+def pressed(
+    gap: Floats,
+    influence: Influence,
+    area: Floats,
+    load: float,
+    guess: Floats | None = None,
+    tolerance: float = TOLERANCE,
+) -> Pressed:
+    """Pressure, MPa, of cells of these gaps (nx, ny), mm, and areas, mm² (broadcast), that carry the load, N.
+
+    guess: a pressure to begin with. Raises NotConverged where it has not settled after STEPS.
+    """
+    weight = np.broadcast_to(area, gap.shape)
+    start = np.where(gap < NOWHERE, 1.0 if guess is None else guess, 0.0)
+    p = start * (load / _sum(start, weight))
+    u, way, old = influence(p), np.zeros_like(p), 0.0
+    for step in range(1, STEPS + 1):
+        on = p > 0.0
+        share = weight * on
+        whole = float(share.sum())
+        g = u + gap
+        level = _sum(share, g) / whole
+        g -= level
+        new = _sum(share, g * g)
+        way *= new / old if old > 0.0 else 0.0
+        way += g
+        way *= on
+        bent = influence(way)
+        r = bent - _sum(share, bent) / whole
+        down = _sum(share, r * way)
+        if down <= 0.0:
+            return Pressed(p, level, step)
+        pace = _sum(share, g * way) / down
+        fresh = p - pace * way
+        cut, late = fresh < 0.0, ~on & (g < 0.0)
+        old = 0.0 if late.any() else new
+        changed = old == 0.0 or bool(cut.any())
+        fresh[cut] = 0.0
+        fresh[late] = -pace * g[late]
+        scale = load / _sum(weight, fresh)
+        fresh *= scale
+        moved = _sum(weight, np.abs(fresh - p))
+        # What a step moves adds to the deflection, unless cells came or went.
+        u = influence(fresh) if changed else scale * (u - pace * bent)
+        p = fresh
+        if moved < tolerance * load and not late.any():
+            return Pressed(p, level, step)
+    raise NotConverged("the contact along the roller did not settle: check length, crown and tilt against the load")
+
+
+def _sum(one: Floats, two: Floats) -> float:
+    return float(np.einsum("ij,ij->", one, two))

@@ -1,0 +1,186 @@
+"""Contact of a roller of real length on a half-space, against exact ellipse, line, an independent solver and tamaas."""
+
+from __future__ import annotations
+
+from math import inf, pi
+
+import numpy as np
+import pytest
+
+from camgeom.maths import Floats
+from camgeom.mechanics import hertz
+from camgeom.mechanics.finite_contact import INSIDE, Bodies, Patch, Profile, press
+from camgeom.mechanics.halfspace import Even, Strips, pressed
+from camgeom.mechanics.material import STEEL, pair_compliance
+from scripts.judge_contact import CASES, judged
+from tests.reference import half_space
+
+PAIR = pair_compliance(STEEL, STEEL)
+TABLE = (
+    # relative curvature 1/mm, straight line MPa over 10 mm, peaks of crowns R 5000, 500, 100, 20 mm under 500 N
+    (1.0 / 10.0 + 1.0 / 55.0, 461.4, (596.2, 933.0, 1315.7, 1981.6)),
+    (1.0 / 10.0, 424.432, (550.448, 863.552, 1223.256, 1861.222)),
+)
+CROWNS = (5000.0, 500.0, 100.0, 20.0)
+
+
+@pytest.mark.parametrize(("k", "line", "peaks"), TABLE)
+@pytest.mark.parametrize("number", range(4))
+def test_crowns_against_the_exact_ellipse(k: float, line: float, peaks: tuple[float, ...], number: int) -> None:
+    """64 x 64 within 0.1 %, its error stated, with the approach, the shear below and the centre of the load."""
+    crown = CROWNS[number]
+    exact = hertz.point_contact(500.0, 1.0 / crown, k, PAIR)
+    found = press(Bodies(k, Profile(-5.0, 5.0, crown), PAIR), 500.0)
+    assert found.pressure.shape == (64, 64)
+    assert found.peak[0] == pytest.approx(peaks[number], rel=2e-4)
+    assert found.peak[0] == pytest.approx(float(exact.pressure), rel=1e-3)
+    assert abs(found.peak[0] / float(exact.pressure) - 1.0) < 5.0 * found.error < 2e-3
+    assert found.approach == pytest.approx(float(exact.approach), rel=1e-4)
+    assert found.centre == pytest.approx(0.0, abs=1e-6)
+    assert not found.unbounded
+    assert found.length == pytest.approx(2.0 * float(exact.long), rel=0.03)
+    below = hertz.beneath_point(float(exact.pressure), float(exact.long), float(exact.short), 0.3)
+    half, shear, depth = found.beneath(0.3)
+    assert (half, shear) == pytest.approx((below.half_width, below.shear), rel=1e-3)
+    assert depth == pytest.approx(below.shear_depth, rel=0.02)
+    assert float(hertz.line_pressure(50.0, k, PAIR)) == pytest.approx(line, rel=1e-4)
+
+
+def test_the_error_falls_as_the_square_of_the_cells() -> None:
+    k, crown = 0.1, 500.0
+    exact = hertz.point_contact(500.0, 1.0 / crown, k, PAIR)
+    wide, long = 1.12 * float(exact.short), 1.12 * float(exact.long)
+    errors = []
+    counts = (16, 32, 64, 128)
+    for n in counts:
+        dx, dy = 2.0 * wide / n, 2.0 * long / n
+        x, y = (np.arange(n) + 0.5) * dx - wide, (np.arange(n) + 0.5) * dy - long
+        bodies = Bodies(k, Profile(-50.0, 50.0, crown), PAIR)
+        found = pressed(bodies.gap(x, y), Even(n, n, dx, dy, PAIR), np.array(dx * dy), 500.0)
+        patch = Patch(bodies, 500.0, x, y, np.full(n, dy), found.pressure, found.approach, found.steps)
+        errors.append(abs(patch.peak[0] / float(exact.pressure) - 1.0))
+    assert errors[2] < 1e-4
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] < -1.9
+
+
+def test_the_middle_of_a_long_roller_is_a_line() -> None:
+    found = press(Bodies(0.1, Profile(-50.0, 50.0), PAIR), 5000.0)
+    middle = float(np.interp(0.0, found.y, found.line_load))
+    assert found.at(0.0) == pytest.approx(float(hertz.line_pressure(middle, 0.1, PAIR)), rel=1e-3)
+    half = float(hertz.line_half_width(middle, 0.1, PAIR))
+    assert found.half_widths[len(found.y) // 2] == pytest.approx(half, rel=5e-3)
+    assert middle == pytest.approx(50.0, rel=0.06)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_against_tamaas(case: str) -> None:
+    """Tilt and ends: the same cells, another code."""
+    pytest.importorskip("tamaas")
+    assert judged(case) < 1e-6
+
+
+@pytest.mark.parametrize(("crown", "tilt"), [(inf, 0.0), (inf, 2e-4), (500.0, 1e-3)])
+def test_against_the_reference_solver_with_tilt_and_ends(crown: float, tilt: float) -> None:
+    n, m, wide, length = 24, 40, 0.6, 12.0
+    dx, dy = wide / n, length / m
+    x, y = (np.arange(n) + 0.5) * dx - 0.5 * wide, (np.arange(m) + 0.5) * dy - 0.5 * length
+    gap = Bodies(0.1, Profile(-6.0, 6.0, crown), PAIR, tilt).gap(x, y)
+    found = pressed(gap, Even(n, m, dx, dy, PAIR), np.array(dx * dy), 500.0, tolerance=1e-11)
+    other = half_space.pressed(gap, dx, dy, PAIR, 500.0, 1e-12)
+    assert np.abs(found.pressure - other).max() < 1e-7 * other.max()
+    assert (found.pressure * dx * dy).sum() == pytest.approx(500.0, rel=1e-12)
+
+
+def test_strips_of_one_length_are_even_cells() -> None:
+    p = np.random.default_rng(3).random((16, 12))
+    edges = np.linspace(-1.8, 1.8, 13)
+    even, strips = Even(16, 12, 0.1, 0.3, PAIR), Strips(16, 0.1, edges, PAIR)
+    assert np.abs(even(p) - strips(p)).max() < 1e-13 * np.abs(even(p)).max()
+
+
+def test_a_sharp_end_that_bears_has_no_peak() -> None:
+    """The end cell grows with the grid as its length to the -1/2; half a millimetre inside the pressure settles."""
+    tops, inner = [], []
+    for strips in (48, 96, 192):
+        found = press(Bodies(0.1, Profile(-6.0, 6.0), PAIR, tilt=-2e-4), 500.0, strips=strips)
+        assert found.unbounded
+        assert found.bearing_ends == (False, True)
+        tops.append(found.ridge[-1] * np.sqrt(found.along[-1]))
+        inner.append(found.at(6.0 - INSIDE))
+        assert found.peak[0] == pytest.approx(inner[-1])
+    assert tops[2] == pytest.approx(tops[1], rel=0.03)
+    assert inner[2] == pytest.approx(inner[1], rel=2e-3)
+    assert 2.3 < found.centre < 2.6
+    off = press(Bodies(0.1, Profile(-6.0, 6.0, 500.0), PAIR, tilt=-2e-4), 500.0)
+    assert not off.unbounded
+
+
+@pytest.mark.parametrize(("end", "tilt", "share"), [(0.5, 0.0, 0.02), (1.0, 3e-4, 0.01), (1.0, -3e-4, 0.01)])
+def test_a_rounded_end_has_a_peak_that_settles(end: float, tilt: float, share: float) -> None:
+    fine = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0, strips=192)
+    found = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0)
+    assert not found.unbounded
+    assert found.peak[0] == pytest.approx(fine.peak[0], rel=share)
+    assert abs(found.peak[1]) == pytest.approx(6.0, abs=0.02)
+    assert np.sign(found.centre) == -np.sign(tilt) or tilt == 0.0
+    softer = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=2.0 * end), PAIR, tilt), 500.0)
+    assert softer.peak[0] < found.peak[0]
+
+
+def test_a_tilt_moves_the_ellipse_along_the_crown() -> None:
+    """Exactly by crown radius times tilt, as long as it ends within the roller."""
+    found = press(Bodies(0.1, Profile(-6.0, 6.0, 500.0), PAIR, tilt=-3e-3), 500.0)
+    exact = hertz.point_contact(500.0, 1.0 / 500.0, 0.1, PAIR)
+    assert found.peak == pytest.approx((float(exact.pressure), 1.5), rel=1e-3)
+    assert found.centre == pytest.approx(1.5, abs=1e-3)
+
+
+def test_a_logarithmic_run_out_ends_within_the_roller() -> None:
+    straight = press(Bodies(0.1, Profile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR), 2000.0)
+    assert not straight.unbounded
+    assert straight.length < 12.0
+    tilted = press(Bodies(0.1, Profile(-6.0, 6.0, run_out=0.00035 * 20.0), PAIR, 3e-4), 2000.0)
+    assert tilted.peak[0] > straight.peak[0]
+    assert tilted.peak[1] < straight.peak[1]
+    y = np.array([-5.4, 0.0, 5.4])
+    assert Profile(-6.0, 6.0, run_out=0.007).drop(y) == pytest.approx(0.007 * np.log(1.0 / (1.0 - (y / 6.0) ** 2)))
+
+
+def test_a_twisted_ellipse_has_the_principal_curvatures() -> None:
+    """A flank straight along a line at 0.3 rad to the axis: x² - (k + c) x + k c cos² of it."""
+    k, c, twist = 0.1, 1.0 / 100.0, 0.3
+    found = press(Bodies(k, Profile(-8.0, 8.0, 1.0 / c), PAIR, twist=twist), 500.0)
+    half, root = 0.5 * (k + c), np.sqrt((0.5 * (k + c)) ** 2 - k * c * np.cos(twist) ** 2)
+    exact = hertz.point_contact(500.0, half - root, half + root, PAIR)
+    assert found.peak[0] == pytest.approx(float(exact.pressure), rel=2e-3)
+
+
+def test_a_mirrored_end_is_softer() -> None:
+    bodies = Bodies(0.1, Profile(-6.0, 6.0, end_radius=0.5), PAIR)
+    whole, free = press(bodies, 500.0), press(Bodies(0.1, bodies.profile, PAIR, mirror=1.0), 500.0)
+    assert free.peak[0] < whole.peak[0]
+    assert free.approach > whole.approach
+
+
+def test_the_load_is_carried_and_scales() -> None:
+    """Load times s³, lengths times s: pressure times s, as of any such contact."""
+    small = press(Bodies(0.1, Profile(-6.0, 6.0, 5000.0, end_radius=1.0), PAIR), 800.0)
+    large = press(Bodies(0.05, Profile(-12.0, 12.0, 10000.0, end_radius=2.0), PAIR), 3200.0)
+    assert large.peak[0] == pytest.approx(small.peak[0], rel=1e-6)
+    carried = float((large.line_load * large.along).sum())
+    assert carried == pytest.approx(3200.0, rel=1e-12)
+
+
+def love_by_quadrature(x: float, y: float, a: float, b: float) -> Floats:
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    s, t = a * nodes[:, None] - x, b * nodes[None, :] - y
+    return np.asarray(a * b * (weights[:, None] * weights / np.hypot(s, t)).sum())
+
+
+def test_the_influence_of_a_cell_is_loves() -> None:
+    a, b = 0.05, 0.15
+    spike = np.zeros((8, 8))
+    spike[2, 3] = 1.0
+    found = Even(8, 8, 2 * a, 2 * b, PAIR)(spike) * pi / PAIR
+    for i, j in ((5, 6), (0, 0), (7, 3)):
+        assert found[i, j] == pytest.approx(love_by_quadrature((i - 2) * 2 * a, (j - 3) * 2 * b, a, b), rel=1e-9)
