@@ -16,7 +16,6 @@ from math import pi
 from typing import Protocol, final
 
 import numpy as np
-from scipy import fft
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
@@ -47,6 +46,8 @@ class Even:
     """Of even cells dx by dy mm: the spectrum of their influence on the doubled grid, (2 nx, ny + 1)."""
 
     def __init__(self, nx: int, ny: int, dx: float, dy: float, compliance: float) -> None:
+        from scipy import fft
+
         self.shape = nx, ny
         across, along = (np.asarray((np.arange(n + 2) - 0.5) * d) for n, d in ((nx, dx), (ny, dy)))
         each = corner(across[:, None], along[None, :])
@@ -55,6 +56,8 @@ class Even:
         self.spectrum = compliance / pi * fft.dctn(quarter, type=1)[np.r_[0:nx + 1, nx - 1:0:-1], :]
 
     def __call__(self, pressure: Floats) -> Floats:
+        from scipy import fft
+
         nx, ny = self.shape
         rows = fft.fft(fft.rfft(pressure, 2 * ny, axis=1), 2 * nx, axis=0, overwrite_x=True)
         rows *= self.spectrum
@@ -74,6 +77,8 @@ class Strips:
         self, nx: int, dx: float, edges: Floats, compliance: float, mirrors: Sequence[float] = (), share: float = 0.0
     ) -> None:
         """mirrors: places of planes, mm, whose images of the strips press with a share too."""
+        from scipy import fft
+
         self.nx = nx
         middles, lengths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
         each = self._strips(nx, dx, middles, edges)
@@ -91,6 +96,8 @@ class Strips:
         return np.asarray(np.abs(np.diff(each, axis=0)))
 
     def __call__(self, pressure: Floats) -> Floats:
+        from scipy import fft
+
         rows = fft.rfft(pressure, 2 * self.nx, axis=0)
         parts = np.matmul(self.spectrum, rows.view(np.float64).reshape(*rows.shape, 2))
         across = parts.reshape(rows.shape[0], -1).view(np.complex128)
