@@ -58,7 +58,7 @@ def reference() -> str:
         if name not in needed:
             lines += ["Optional.", ""]
         lines += [f"{sentence(section['description'])}", ""] if section.get("description") else []
-        lines += motion(section) if name == "motion" else parts(name, section, whole["$defs"])
+        lines += motion(section) if name == "motion" else parts(name, section.get("items", section), whole["$defs"])
     return "\n".join(lines).rstrip() + "\n"
 
 

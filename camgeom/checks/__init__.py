@@ -14,9 +14,9 @@ from functools import wraps
 from importlib import import_module
 from math import isfinite, pi
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Literal, final
+from typing import TYPE_CHECKING, Literal, TypeVar, final
 
-from camgeom.checks.verdict import Finding, Loads, NotJudged, Verdict, judged, life_shown
+from camgeom.checks.verdict import RANK, Finding, Loads, NotJudged, Verdict, judged, life_shown
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.maths.overflow import within_range
 
@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from camgeom.model.vibration import Turn
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "roller load", "crowned load", "face load", "turret load",
-               "dynamics", "impact", "cutter"]
+Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "roller load", "crowned load", "face load",
+               "turret load", "dynamics", "impact", "cutter"]
+LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
+"""what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
 KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
@@ -70,6 +72,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "tracks": lambda model: bool(model.tracks),
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
+    "operation": lambda model: True,
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
     "crowned load": lambda model: _load(model, _crowned(model)),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),
@@ -80,33 +83,36 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.
 
-A "body" is judged once for all followers; "solid" marks what takes a mesh."""
+A "body" is judged once for all followers; "solid" marks what takes a mesh, "operation" what hangs on the load."""
 
 
 @final
 @dataclass(frozen=True)
 class Check:
-    """A registered check: its name, what it needs, and the judging function."""
+    """A registered check: its name, what it needs, the judging function, and whether it sums over operating states."""
 
     name: str
     needs: tuple[Need, ...]
     judge: Judge
+    summed: bool = False
 
 
 _REGISTRY: dict[str, Check] = {}
 
 
-def check(name: str, *needs: Need) -> Callable[[Judge], Judge]:
-    """Register a judging function under a name; see `NEEDS`."""
+def check(name: str, *needs: Need, summed: bool = False) -> Callable[[Judge], Judge]:
+    """Register a judging function under a name; see `NEEDS`. summed: it sums over the operating states itself."""
 
     def register(judge: Judge) -> Judge:
-        _REGISTRY[name] = Check(name, needs, judge)
+        _REGISTRY[name] = Check(name, needs, judge, summed)
         return judge
 
     return register
 
 
-def solved(name: str, *needs: Need, turn: Turn = "steady") -> Callable[[Judge], Judge]:
+def solved(
+    name: str, *needs: Need, turn: Turn = "steady", summed: bool = False
+) -> Callable[[Judge], Judge]:
     """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why.
 
     turn: of [dynamics], whose solution has to be fine enough where something is found
@@ -118,12 +124,13 @@ def solved(name: str, *needs: Need, turn: Turn = "steady") -> Callable[[Judge], 
             try:
                 said = list(judge(model))
                 if "dynamics" in needs and any(isinstance(word, Finding) for word in said):
-                    refuse_coarse(model, turn)
+                    for state in model.states if summed else (model,):
+                        refuse_coarse(state, turn)
                 return said
             except NotConverged as lost:
                 return [NotJudged(name, str(lost))]
 
-        return check(name, *needs)(answered)
+        return check(name, *needs, summed=summed)(answered)
 
     return register
 
@@ -197,12 +204,68 @@ def loads_of(model: Model) -> Loads | None:
         return None
     moves = [span.end - span.start for one in model.bindings for span in one.mechanism.program.spans
              if span.law != "dwell"]  # fmt: skip
-    shortest = 1e3 * min(moves) * 30.0 / (pi * profile.operation.speed) if moves else None
+    shortest = 1e3 * min(moves) * 30.0 / (pi * (profile.fastest or 0.0)) if moves else None
     return Loads(profile.dynamics_spec is not None, profile.impact_spec is not None, shortest)
 
 
 def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged]:
-    """What a check says of one follower, which is named where there are several."""
+    """What a check says of one follower, which is named where there are several; of operating states the hardest."""
+    if not model.profile.duty or entry.summed or not LOADED & set(entry.needs):
+        said = _said_of(entry, model)
+    else:
+        said = _hardest([(one.state.name if one.state else "", _said_of(entry, one)) for one in model.states])
+    return _named(f"follower {model.number + 1}", said) if several else said
+
+
+def _hardest(states: list[tuple[str, list[Finding | NotJudged]]]) -> list[Finding | NotJudged]:
+    """Of what a check says in every operating state the worst of each finding, and what is not judged in any of them.
+
+    A check says the same things in the same order, so the n-th finding of every state is of one thing.
+    """
+    findings: dict[int, list[tuple[str, Finding]]] = {}
+    omitted: dict[str, list[str]] = {}
+    for name, said in states:
+        for number, word in enumerate(said):
+            if isinstance(word, Finding):
+                findings.setdefault(number, []).append((name, word))
+            else:
+                omitted.setdefault(word.reason, []).append(name)
+    worst: list[Finding] = []
+    for _, each in sorted(findings.items()):
+        name, hardest = max(each, key=lambda pair: _severity(pair[1]))
+        alike = len(each) == len(states) and all(word == hardest for _, word in each)
+        worst += [hardest] if alike else _named(f"state {name!r}", [hardest])
+    check_name = next((word.check for _, said in states for word in said), "")
+    reasons = [
+        reason if len(names) == len(states) else f"state {', '.join(map(repr, names))}: {reason}"
+        for reason, names in omitted.items()
+    ]
+    return [*worst, *(NotJudged(check_name, reason) for reason in reasons)]
+
+
+def _severity(finding: Finding) -> tuple[int, bool, float]:
+    """The order of findings of one thing: level, then whether it has no value, then how little room is left."""
+    value = finding.value or 0.0
+    sign = -1.0 if finding.comparison in (">=", ">") else 1.0
+    room = finding.margin if finding.margin is not None else -sign * value
+    return RANK[finding.level], finding.value is None and finding.level != "pass", -room
+
+
+F = TypeVar("F", Finding, NotJudged, Finding | NotJudged)
+
+
+def _named(who: str, said: list[F]) -> list[F]:
+    """What is said, with the follower or the state that it is said of."""
+    return [
+        replace(word, where=f"{who}: {word.where}" if word.where else who)
+        if isinstance(word, Finding)
+        else replace(word, reason=f"{who}: {word.reason}")
+        for word in said
+    ]
+
+
+def _said_of(entry: Check, model: Model) -> list[Finding | NotJudged]:
+    """What a check says of a follower in one operating state."""
     answers = [NEEDS[need](model) for need in entry.needs]
     if any(answer is False for answer in answers):
         return []
@@ -215,15 +278,7 @@ def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged
             said = list(entry.judge(model))
     except DesignError as refusal:
         said = [Finding(entry.name, "fail", None, "", None, "", advice=str(refusal))]
-    if not several:
-        return said
-    who = f"follower {model.number + 1}"
-    return [
-        replace(word, where=f"{who}: {word.where}" if word.where else who)
-        if isinstance(word, Finding)
-        else replace(word, reason=f"{who}: {word.reason}")
-        for word in said
-    ]
+    return said
 
 
 def findings(model: Model, only: Iterable[str] | None = None) -> tuple[Finding, ...]:

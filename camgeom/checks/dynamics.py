@@ -15,7 +15,6 @@ import numpy as np
 
 from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
-from camgeom.mechanics.duty import least_lives
 from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
@@ -51,11 +50,11 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     )  # fmt: skip
 
 
-@solved("dynamic-life", "dynamics")
+@solved("dynamic-life", "dynamics", summed=True)
 def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives of roller, cam and bearing under the periodic contact force."""
-    if model.dynamic_duties:
-        yield from judged_lives("dynamic-life", model, least_lives(model.dynamic_duties), LESS)
+    if all(state.dynamic_duties for state in model.states):
+        yield from judged_lives("dynamic-life", model, model.dynamic_lives, LESS)
     elif model.profile.limits.life_h is not None:
         yield NotJudged("dynamic-life", LIFTED)
 
@@ -233,10 +232,17 @@ def impact_pressure(model: Model) -> Iterable[Finding]:
                  where=peak.where, rigid=rigid.value if rigid is not None else None)  # fmt: skip
 
 
-@solved("impact-life", "impact")
+@solved("impact-life", "impact", summed=True)
 def impact_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives under the forces of the counted turns; of turns that cannot be reproduced, of the hardest one."""
-    yield from judged_lives("impact-life", model, model.impact_lives, IMPACTS, model.impact_basis)
+    yield from judged_lives("impact-life", model, model.lives_in_play, IMPACTS, _basis(model))
+
+
+def _basis(model: Model) -> str:
+    """What the lives rest on: in one operating state the hardest turn alone, if in any."""
+    from camgeom.model import MEAN
+
+    return next((one.impact_basis for one in model.states if one.impact_basis != MEAN), MEAN)
 
 
 @solved("impact-reproducible", "impact")

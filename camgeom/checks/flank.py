@@ -115,7 +115,7 @@ def unheld(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]
         )  # fmt: skip
 
 
-@check("run-out", "tracks")
+@check("run-out", "tracks", "operation")
 def run_out(model: Model) -> Iterable[Finding]:
     """How far the contact stays within a drum's ends; where it leaves on purpose, over how much of a turn."""
     drum = model.mechanism.drum

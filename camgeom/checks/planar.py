@@ -122,7 +122,7 @@ def curvature_jumps(model: Model) -> Iterable[Finding]:
     )  # fmt: skip
 
 
-@check("contact-kept", "planar")
+@check("contact-kept", "planar", "operation")
 def contact_kept(model: Model) -> Iterable[Finding]:
     """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
     drive = model.drive

@@ -43,7 +43,7 @@ def _rated(model: Model) -> bool:
     return roller is not None and roller.static_rating is not None
 
 
-@check("torque")
+@check("torque", "operation")
 def torque(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest torque that a rigid cam takes from its shaft or gives it."""
     if model.profile.limits.torque_n_m is None:
@@ -54,7 +54,7 @@ def torque(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("torque", NO_OPERATION)
 
 
-@check("bearing")
+@check("bearing", "operation")
 def bearing(model: Model) -> Iterable[Finding | NotJudged]:
     """Static safety of the rollers' bearings of a rigid follower."""
     if not _rated(model):

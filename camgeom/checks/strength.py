@@ -34,9 +34,7 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudg
 
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue life at the hardest place of roller or face and cam, and of the bearing of a roller that is rated."""
-    from camgeom.mechanics.duty import least_lives
-
-    yield from judged_lives(name, model, least_lives(model.carriers), remedy)
+    yield from judged_lives(name, model, model.lives, remedy)
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding | NotJudged]], str], ...] = (
@@ -51,7 +49,7 @@ JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding 
     ("turret-life", "turret load", life, "lower the load: larger rollers or centre distance, less inertia or speed"),
 )  # fmt: skip
 for _name, _need, _judge, _remedy in JUDGEMENTS:
-    check(_name, _need)(partial(_judge, _name, _remedy))
+    check(_name, _need, summed=_judge is life)(partial(_judge, _name, _remedy))
 
 
 @check("crown-length", "roller load", "crowned load")
@@ -92,7 +90,7 @@ def impact_crown_length(model: Model) -> Iterable[Finding]:
     yield from sorted(found, key=lambda one: -(one.value or 0.0))[:1]
 
 
-@check("load")
+@check("load", "operation")
 def load(model: Model) -> Iterable[Finding]:
     """Whether anything presses the cam at all."""
     if model.carrier is None:
@@ -102,7 +100,7 @@ def load(model: Model) -> Iterable[Finding]:
                  cam_angle=peak.cam_angle, where="largest contact force", worst="warn")  # fmt: skip
 
 
-@check("moving-mass")
+@check("moving-mass", "operation")
 def moving_mass(model: Model) -> Iterable[Finding]:
     """Whether the mass or inertia of what moves is stated, a zero too; what is not stated has none."""
     operation, follower = model.profile.operation, model.mechanism.follower
@@ -115,7 +113,7 @@ def moving_mass(model: Model) -> Iterable[Finding]:
         yield judged("moving-mass", 0.0, ">", 0.0, unit, advice, where=f"follower.{key}", worst="warn")
 
 
-@check("hardness")
+@check("hardness", "operation")
 def hardness(model: Model) -> Iterable[Finding | NotJudged]:
     """The pressure that the verdict lets cam and roller bear against what steel of their surface hardness bears.
 
@@ -165,7 +163,7 @@ def _cased(
                      where=f"{body}, {duty.spot(deepest)}", rigid=max(beside, default=None))  # fmt: skip
 
 
-@check("case-depth")
+@check("case-depth", "operation")
 def case_depth(model: Model) -> Iterable[Finding | NotJudged]:
     """Half the case reaches below the largest shear of the rigid contact, all round."""
     yield from _cased("case-depth", model, model.carriers)

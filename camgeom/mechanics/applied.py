@@ -49,6 +49,8 @@ class Applied:
     length: float
     breaks: tuple[float, ...]
     value: Callable[[Floats, Floats, Floats, Floats], Floats]
+    factor: float = 1.0
+    """by which an operating state multiplies it"""
 
     def __call__(self, theta: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Force at cam angle theta (rad, any turn); broadcast shape of the arguments."""
@@ -60,7 +62,8 @@ class Applied:
         inside |= np.minimum(np.abs(turned - self.length), TURN - turned) <= 1e-14 * TURN
         force = np.zeros(angle.shape)
         if inside.any():
-            force[inside] = self.value(np.mod(angle[inside], TURN), lift[inside], speed[inside], change[inside])
+            value = self.value(np.mod(angle[inside], TURN), lift[inside], speed[inside], change[inside])
+            force[inside] = self.factor * value
         return force
 
 

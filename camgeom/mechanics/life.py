@@ -16,6 +16,7 @@ estimate, the life at the mean damage (`spread_life_h`) what all points sharing 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Literal, final
 
@@ -94,6 +95,18 @@ def hours(damage: ArrayLike, speed: ArrayLike) -> Floats:
     """Life in hours from the damage of one cam turn and the cam speed in rad/s; infinite without damage."""
     each = np.asarray(damage, dtype=np.float64) * np.asarray(speed, dtype=np.float64) / TURN * 3600.0
     return np.asarray(np.divide(1.0, each, out=np.full(each.shape, np.inf), where=each > 0.0))
+
+
+def summed_life(lives: Iterable[tuple[float, float]]) -> float:
+    """Life in hours of running from the (weight, life in hours) of every operating state: 1 / sum(weight / life).
+
+    Miner's rule; weights are shares of the running time. 0 where a state has no life, infinite without any damage.
+    """
+    pairs = [(weight, life) for weight, life in lives if weight > 0.0]
+    if any(life <= 0.0 for _, life in pairs):
+        return 0.0
+    damage = sum(weight / life for weight, life in pairs)
+    return 1.0 / damage if damage > 0.0 else float("inf")
 
 
 def swept_damage(place: Floats, damage: Floats) -> float:

@@ -8,6 +8,7 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import degrees
 from typing import TYPE_CHECKING, Any, final
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
     from camgeom.track.clearance import Clearance
@@ -56,6 +58,11 @@ RIM = 1e-9
 
 MEAN = "hot spots of the counted turns"
 HARDEST = "every turn as the hardest counted one"
+
+
+def _pressed(duty: Duty | None) -> tuple[float, float]:
+    """Largest pressure, MPa, and force, N, of a duty, 0 of none."""
+    return (0.0, 0.0) if duty is None else (_hardness(duty), duty.peak_force.value)
 
 
 def _hardness(duty: Duty) -> float:
@@ -79,6 +86,8 @@ class Model(Sealed):
     profile: Profile
     number: int
     body: Body
+    state: RunningState | None
+    """the operating state of [[duty]] in which this model sees its cam; None as [operation] says"""
     _others: tuple[Model, ...]
 
     def __init__(
@@ -89,9 +98,10 @@ class Model(Sealed):
         *,
         body: Body | None = None,
         number: int = 0,
+        state: RunningState | None = None,
     ) -> None:
         mine = vars(self)
-        mine.update(profile=profile, number=number, body=body, _others=())
+        mine.update(profile=profile, number=number, body=body, state=state, _others=())
         if body is not None:
             return
         allowed = tolerance if tolerance is not None else profile.output.tolerance
@@ -103,13 +113,35 @@ class Model(Sealed):
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Pickling loses what no pickle holds: the weak links of the body, and that arrays are read-only.
         vars(self).update(frozen(state))
-        if self.number == 0:
+        if self.number == 0 and self.state is None:
             self.body.seen_by(self, *self._others)
 
     @property
     def bindings(self) -> tuple[Model, ...]:
         """The models of all followers of the cam, this one among them."""
         return self.body.bindings
+
+    @fact
+    def _running(self) -> tuple[Model, ...]:
+        """A model in every operating state of [[duty]], on the same body and mechanism; none without [[duty]]."""
+        from camgeom.profile.duty import running_states
+
+        models = []
+        for state in running_states(self.profile):
+            models.append(Model(state.profile, body=self.body, number=self.number, state=state))
+            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
+        return tuple(models)
+
+    @property
+    def states(self) -> tuple[Model, ...]:
+        """This cam in every state in which it runs: those of [[duty]], without them the one of [operation]."""
+        return self._running if self.profile.duty else (self,)
+
+    @property
+    def hardest_state(self) -> Model:
+        """The state with the largest pressure, of contacts without one with the largest force; without [[duty]] itself.
+        """
+        return max(self._running, key=lambda one: _pressed(one.carrier), default=self)
 
     @property
     def tolerance(self) -> float:
@@ -354,7 +386,7 @@ class Model(Sealed):
         """What acts on the follower. Raises ProfileError where the profile has no [operation]."""
         from camgeom.model.loads import load_of
 
-        return load_of(self.profile, self.mechanism)
+        return load_of(self.profile, self.mechanism, 1.0 if self.state is None else self.state.load_factor)
 
     @fact
     def drive(self) -> FaceDuty | None:
@@ -552,6 +584,38 @@ class Model(Sealed):
     def carriers(self) -> tuple[Duty, ...]:
         """The duties of all that presses the cam: every roller, or what `carrier` has; none without [operation]."""
         return self.duties or ((self.carrier,) if self.carrier is not None else ())
+
+    @fact
+    def lives(self) -> dict[str, float]:
+        """Life, h, of every body at its hardest place, over all operating states; rigid."""
+        from camgeom.mechanics.duty import least_lives
+
+        return self._summed(lambda state: least_lives(state.carriers))
+
+    @fact
+    def dynamic_lives(self) -> dict[str, float]:
+        """The same under the forces that [dynamics] finds; empty where one state has none."""
+        from camgeom.mechanics.duty import least_lives
+
+        return self._summed(lambda state: least_lives(state.dynamic_duties))
+
+    @fact
+    def lives_in_play(self) -> dict[str, float]:
+        """The same under the history of impacts, over all operating states."""
+        return self._summed(lambda state: state.impact_lives)
+
+    def _summed(self, lives_of: Callable[[Model], dict[str, float]]) -> dict[str, float]:
+        """Lives, h, of bodies by Miner's rule over the operating states; of bodies that have one in every state."""
+        from camgeom.mechanics.life import summed_life
+
+        if not self.profile.duty:
+            return lives_of(self)
+        each = [(one.state.weight, lives_of(one)) for one in self.states if one.state is not None]
+        return {
+            body: summed_life((weight, lives[body]) for weight, lives in each)
+            for body in each[0][1]
+            if all(body in lives for _, lives in each)
+        }
 
     @property
     def pressure_limit(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING
 
@@ -30,8 +31,10 @@ def operation_of(profile: Profile, purpose: str) -> Operation:
     return profile.operation
 
 
-def load_of(profile: Profile, mechanism: Mechanism) -> Load:
+def load_of(profile: Profile, mechanism: Mechanism, load_factor: float = 1.0) -> Load:
     """Inertia, friction, spring, weight and applied forces on the follower; N and mm, or N mm and rad.
+
+    load_factor: by which an operating state multiplies the applied forces
 
     Every solver carries all of it, or refuses a key by name (`vibration`, `impact`); the rigid duties honour all that
     means something for their follower (see `Operation.idle`).
@@ -46,7 +49,7 @@ def load_of(profile: Profile, mechanism: Mechanism) -> Load:
         operation.spring_preload,
         operation.spring_rate * (DEGREES if follower.rotating else 1.0),
         0.0 if follower.rotating else mass * operation.gravity,
-        tuple(force.applied() for force in operation.force),
+        tuple(replace(force.applied(), factor=load_factor) for force in operation.force),
         "rotating" if follower.rotating else "translating",
         operation.guide_friction,
     )

@@ -16,10 +16,11 @@ from pydantic import Field, SerializeAsAny, model_validator
 from camgeom.cams import Cam
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
+from camgeom.profile.duty import MOST_STATES, OperatingState, duty_problems
 from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
-from camgeom.profile.sections import INTERNAL, Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.sections import INTERNAL, Force, Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, load
 from camgeom.profile.twice import contradictions
@@ -48,6 +49,9 @@ class Profile(Section):
         description="segments of the motion round the cam, in order"
     )
     operation: Operation | None = Field(None, description="speed and forces; needed for contact, life and dynamics")
+    duty: Annotated[tuple[OperatingState, ...], Field(max_length=MOST_STATES)] = Field(
+        (), description="operating states, over which damage is summed; without any the machine runs as [operation]"
+    )
     material: Materials = Field(Materials(), description="the two bodies in contact")
     output: Output = Field(Output(), description="what is written")
     limits: Limits = Field(Limits(), description="what the checks judge against")
@@ -102,6 +106,14 @@ class Profile(Section):
         from camgeom.machining.spec import CutterSpec
 
         return self.cutter if isinstance(self.cutter, CutterSpec) else None
+
+    @property
+    def fastest(self) -> float | None:
+        """Cam speed, r/min, of the fastest operating state; None without an [operation]."""
+        if self.operation is None:
+            return None
+        stated = self.operation.speed
+        return max((state.speed or stated for state in self.duty), default=stated)
 
     @property
     def followers(self) -> tuple[AnyFollower, ...]:
@@ -180,7 +192,12 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     except ProfileError as error:
         return error.problems
     idle = idle_problems(profile, setup)
-    idle += [*_warnings_beyond(profile.limits), *_forces(profile, setup)]
+    idle += [*_warnings_beyond(profile.limits), *duty_problems(profile)]
+    if profile.operation is not None:
+        idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
+        for index, state in enumerate(profile.duty):
+            forces = profile.operation.force if state.force is None else state.force
+            idle += _forces(f"duty[{index}]", forces, state.speed or profile.operation.speed, profile, setup)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     if not found and (profile.cutter_spec or profile.dynamics_spec or profile.impact_spec):
@@ -206,21 +223,26 @@ def _warnings_beyond(limits: Limits) -> list[Problem]:
     return found
 
 
-def _forces(profile: Profile, setup: Setup) -> Iterator[Problem]:
-    """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows."""
-    if profile.operation is None or not profile.operation.force:
+def _forces(
+    place: str, forces: tuple[Force, ...], speed: float, profile: Profile, setup: Setup
+) -> Iterator[Problem]:
+    """Forces that have no value somewhere along the ideal motion, looked at every half degree; tables of many rows.
+
+    place: the table that they are of; speed: of the cam, r/min
+    """
+    if not forces:
         return
-    rows = sum(len(force.table or ()) for force in profile.operation.force)
+    rows = sum(len(force.table or ()) for force in forces)
     most = MOST_ROWS // 4 if isinstance(profile.follower, TurretFollower) else MOST_ROWS
     if rows > most:
         hint = "the force is followed from row to row, round all rollers that bear: fewer rows, or an expression"
-        yield Problem("operation.force", "has too many rows in its tables", rows, f"at most {most}", hint)
+        yield Problem(f"{place}.force", "has too many rows in its tables", rows, f"at most {most}", hint)
         return
-    theta, omega = np.linspace(0.0, TURN, 721), profile.operation.speed * TURN / 60.0
+    theta, omega = np.linspace(0.0, TURN, 721), speed * TURN / 60.0
     s, v, a = setup.program.jet(theta, 2)
-    for index, force in enumerate(profile.operation.force):
+    for index, force in enumerate(forces):
         try:
-            force.applied(f"operation.force[{index}].expression")(theta, s, omega * v, omega * omega * a)
+            force.applied(f"{place}.force[{index}].expression")(theta, s, omega * v, omega * omega * a)
         except ProfileError as error:
             yield from error.problems
 

@@ -64,7 +64,9 @@ def _file_problem(name: object, folder: Path | None, key: str) -> Problem | None
 def _stray(key: str, value: object, at: str, law: LawEntry | None, sections: Sections) -> Problem:
     """The problem of a key that is neither a segment's nor the law's."""
     hint = did_you_mean(key, [*keys_of(MotionSegment), *(law.parameters if law else ())])
-    places = [name for name, models in sections.items() if any(key in keys_of(model) for model in models)]
+    # A share of a segment is that of a law, never that of an operating state.
+    places = [name for name, models in sections.items()
+              if name != "duty" and any(key in keys_of(model) for model in models)]  # fmt: skip
     if not hint and places:
         hint = f"did you mean [{places[0]}] {key}?"
     takes = f"parameters of {law.name}: {', '.join(law.parameters) or 'none'}" if law else "a dwell has no parameters"

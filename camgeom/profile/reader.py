@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from camgeom.cams import cam_class, kinds
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
+from camgeom.profile.duty import MOST_STATES, OperatingState
 from camgeom.profile.errors import (
     MOST_PROBLEMS,
     UNKNOWN,
@@ -79,6 +80,7 @@ class Reader:
             if model is not None:
                 parts[name] = self._section(name, model)
         parts["motion"] = self._motion()
+        parts["duty"] = self._duty()
         parts["name"] = self._name()
         if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
             # The motion as a whole is judged even where another section is wrong.
@@ -110,7 +112,7 @@ class Reader:
 
     def _index(self, models: dict[str, Model | None]) -> None:
         """Where every key of a profile belongs, for hints on misplaced keys."""
-        self.sections = {"profile": [self.top], "motion": [MotionSegment]}
+        self.sections = {"profile": [self.top], "motion": [MotionSegment], "duty": [OperatingState]}
         for name, model in {"roller": CylinderRoller, **PLAIN_SECTIONS, **models}.items():
             if model is not None:
                 self.sections[name] = [model]
@@ -138,7 +140,7 @@ class Reader:
 
     def _refuse_unknown_sections(self) -> None:
         """Top-level keys that are no section, with the section that they may belong to."""
-        known = {"name", "cam", "follower", "roller", "motion", *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
+        known = {"name", "cam", "follower", "roller", "motion", "duty", *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
         stray = dict([(key, value) for key, value in self.data.items() if key not in known][:MOST_PROBLEMS])
         if not stray:
             return
@@ -158,7 +160,7 @@ class Reader:
         if name == "cam" and "kind" not in model.model_fields:
             table.pop("kind", None)
         if name == "operation":
-            table = self._with_tables(table)
+            table = self._with_tables(table, ("operation",))
         section: Section | None = self._typed(model, table, (name,))
         return section
 
@@ -173,27 +175,54 @@ class Reader:
             self.problems += error.problems
         return None
 
-    def _with_tables(self, operation: dict[str, Any]) -> dict[str, Any]:
-        """The [operation] table with the data files of its forces read into tables."""
-        forces = operation.get("force")
+    def _with_tables(self, table: dict[str, Any], at: Path_) -> dict[str, Any]:
+        """A table with the data files of its forces read into tables."""
+        forces = table.get("force")
         if not isinstance(forces, tuple):
-            return operation
-        return {**operation, "force": tuple(self._force(force, i) for i, force in enumerate(forces))}
+            return table
+        return {**table, "force": tuple(self._force(force, (*at, "force", i)) for i, force in enumerate(forces))}
 
-    def _force(self, force: Any, index: int) -> Any:
-        if not isinstance(force, dict) or not isinstance(force.get("file"), str):
-            return force
-        key = dotted(("operation", "force", index, "file"))
-        rest = {name: value for name, value in force.items() if name != "file"}
-        place = beside(force["file"], self._folder(), key)
-        table = place if isinstance(place, Problem) else number_table(place, 2, key, force["file"])
-        if isinstance(table, Problem):
-            self.problems.append(table)
-            self.dropped.add(("operation", "force", index))
+    def _force(self, force: Any, at: Path_) -> Any:
+        return self._from_file(force, at, "file", "table", 2, "a force")
+
+    def _from_file(self, table: Any, at: Path_, file: str, key: str, columns: int, what: str) -> Any:
+        """A table whose key `file` names a CSV file, with the file's rows under `key` instead."""
+        if not isinstance(table, dict) or not isinstance(table.get(file), str):
+            return table
+        place = dotted((*at, file))
+        rest = {name: value for name, value in table.items() if name != file}
+        path = beside(table[file], self._folder(), place)
+        rows = path if isinstance(path, Problem) else number_table(path, columns, place, table[file])
+        if isinstance(rows, Problem):
+            self.problems.append(rows)
+            self.dropped.add(at)
             return rest
-        if "table" in rest:
-            self.problems.append(Problem(key, "a force has either a file or a table, not both"))
-        return {**rest, "table": table}
+        if key in rest:
+            self.problems.append(Problem(place, f"{what} has either a file or a {key}, not both"))
+        return {**rest, key: rows if columns > 1 else tuple(row[0] for row in rows)}
+
+    def _duty(self) -> tuple[OperatingState, ...] | None:
+        """The typed operating states; None where the profile has none."""
+        states = self.data.get("duty")
+        if states is None:
+            return None
+        if not isinstance(states, tuple):
+            hint = "write [[duty]] in double brackets" if isinstance(states, dict) else ""
+            self.problems.append(Problem("duty", "needs an array of tables [[duty]]", plain(states), "", hint))
+            return None
+        if len(states) > MOST_STATES:
+            self.problems.append(Problem("duty", "too many states", len(states), f"at most {MOST_STATES}"))
+            return None
+        typed = [self._state(state, ("duty", i)) for i, state in enumerate(states)]
+        return tuple(state for state in typed if state is not None)
+
+    def _state(self, state: Any, at: Path_) -> OperatingState | None:
+        if not isinstance(state, dict):
+            self.problems.append(Problem(dotted(at), "needs a table [[duty]]", plain(state)))
+            return None
+        table = self._from_file(state, at, "history_file", "history", 1, "a state")
+        found: OperatingState | None = self._typed(OperatingState, self._with_tables(table, at), at)
+        return found
 
     def _folder(self) -> Path | None:
         return Path(self.file).parent if self.file else None

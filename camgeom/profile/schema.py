@@ -14,6 +14,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from camgeom.cams import cam_class, kinds
 from camgeom.motion.law import LAWS, LawEntry, Parameter
 from camgeom.profile import Profile
+from camgeom.profile.duty import MOST_STATES, OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLERS
 from camgeom.profile.sections import MotionSegment
@@ -39,6 +40,7 @@ def schema() -> Schema:
             "items": _segment(collected),
         },
         **{name: collected.of(model) for name, model in {**PLAIN_SECTIONS, **optional}.items()},
+        "duty": {"type": "array", "maxItems": MOST_STATES, "description": _meaning("duty"), "items": _state(collected)},
     }
     return {
         "$schema": DIALECT,
@@ -49,6 +51,13 @@ def schema() -> Schema:
         "additionalProperties": False,
         "$defs": collected.definitions,
     }
+
+
+def _state(collected: _Definitions) -> Schema:
+    """An operating state, whose history may stand in a file."""
+    own = collected.of(OperatingState)
+    file = {"type": "string", "description": "CSV file with one column, instead of `history`"}
+    return {**own, "properties": {**own["properties"], "history_file": file}}
 
 
 def _meaning(key: str) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import degrees, isfinite, pi
+from math import degrees, inf, isfinite, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -213,9 +213,8 @@ def motion_data(model: Model) -> dict[str, Any]:
     if program.best_laws:
         stated = len(model.profile.motion)
         data["best_laws"] = {str(i): _best_law(found) for i, found in program.best_laws if i < stated}
-    operation = model.profile.operation
-    if operation is not None:
-        omega = operation.speed * pi / 30.0
+    if model.profile.fastest is not None:
+        omega = model.profile.fastest * pi / 30.0
         for order, word in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
             key = f"peak_{word}_{name}_per_s{'' if order == 1 else order}"
             data[key] = unit * abs(peaks[order - 1].value) * omega**order
@@ -334,14 +333,19 @@ def solid_data(model: Model) -> dict[str, Any]:
 
 
 def contact_data(model: Model) -> dict[str, Any]:
-    """Force, pressure and torque of what presses the cam."""
+    """Force, pressure and torque of what presses the cam; of several operating states in the hardest."""
+    if model.profile.duty:
+        state = model.hardest_state
+        return {"state": state.state.name if state.state else "", **contact_data(state)}
     data = model.carrier.contact_data() if model.carrier is not None else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
     return model.drive.contact_data() | data | model.drive.torque_data() if model.drive is not None else data
 
 
 def fatigue_data(model: Model) -> dict[str, Any]:
-    """Lives of roller, cam and bearing."""
+    """Lives of roller, cam and bearing; of several operating states over all of them, and the damage of each."""
+    if model.profile.duty:
+        return _over_states(model)
     if model.carrier is None:
         return {}
     data = model.carrier.fatigue_data()
@@ -352,8 +356,51 @@ def fatigue_data(model: Model) -> dict[str, Any]:
     return data | bearing_data(model.carrier.bearing)
 
 
+def _over_states(model: Model) -> dict[str, Any]:
+    """Every life, h, summed over the operating states, the other figures of the hardest, and the states themselves."""
+    from camgeom.mechanics.life import summed_life
+
+    each = [(state, fatigue_data(state)) for state in model.states]
+    data = dict(next(found for state, found in each if state is model.hardest_state))
+    for key in [key for key in data if key.endswith("_life_h")]:
+        lives = [(_weight(state), inf if found[key] is None else found[key]) for state, found in each if key in found]
+        data[key] = finite(summed_life(lives))
+    return data | {"states": [state_data(state, model.lives) for state in model.states]}
+
+
+def _weight(state: Model) -> float:
+    return 1.0 if state.state is None else state.state.weight
+
+
+def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
+    """An operating state: how long, how fast, how hard, and its share of the damage of every body.
+
+    lives: over all states, h
+    """
+    assert model.state is not None
+    assert model.carrier is not None, "a state has a load"
+    data: dict[str, Any] = {
+        "name": model.state.name, "weight": model.state.weight, "speed_rpm": model.state.speed,
+        "load_factor": model.state.load_factor, "peak_force_n": model.carrier.peak_force.value,
+    }  # fmt: skip
+    if model.carrier.peak_pressure is not None:
+        data["peak_pressure_mpa"] = finite(model.carrier.peak_pressure.value)
+    if model.shaft is not None:
+        data["peak_torque_n_m"] = model.shaft.peak_torque.value * MILLI
+    for body, hours in model.lives.items():
+        data[f"{body}_life_h"] = finite(hours)
+        whole = lives.get(body, inf)
+        # Of a life of 0 every state that has none has all the damage.
+        share = (1.0 if hours == 0.0 else 0.0) if whole == 0.0 else model.state.weight * whole / hours
+        data[f"{body}_damage_share"] = share if isfinite(whole) else 0.0
+    return data
+
+
 def dynamics_data(model: Model) -> dict[str, Any]:
-    """What the profile's [dynamics] table asks for."""
+    """What the profile's [dynamics] table asks for; of several operating states in the hardest of rigid contact."""
+    if model.profile.duty:
+        state = model.hardest_state
+        return {"state": state.state.name if state.state else "", **dynamics_data(state)}
     data: dict[str, Any] = {}
     if model.indexing is not None:
         data |= model.indexing.summary()
@@ -410,6 +457,9 @@ def impact_data(model: Model) -> dict[str, Any]:
     from camgeom.dynamics.impact.study import clearance_study, statistics, study, tighter_change
     from camgeom.model.impact import impact_laws
 
+    if model.profile.duty:
+        state = model.hardest_state
+        return {"state": state.state.name if state.state else "", **impact_data(state)}
     spec, run, rotating = model.profile.impact_spec, model.impact, model.profile.rotating
     assert spec is not None
     assert run is not None

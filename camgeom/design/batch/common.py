@@ -53,6 +53,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
     """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
     from camgeom.profile.idle import idle_keys
 
+    if profile.duty:
+        return "[[duty]]: damage is summed over its states by the exact model"
     idle = idle_keys(profile, profile.setup())
     for key in varied:
         table = path_of(key)[0]

@@ -52,7 +52,12 @@ MOST_ROWS = 24
 
 
 def dynamics(model: Model) -> tuple[Block, ...]:
-    """Blocks of what the profile's [dynamics] and [impact] tables ask for; none without them."""
+    """Blocks of what the profile's [dynamics] and [impact] tables ask for, in the hardest state; none without them."""
+    if model.profile.duty and (model.profile.dynamics_spec or model.profile.impact_spec):
+        state = model.hardest_state
+        name = state.state.name if state.state else ""
+        whose = Text((f"Of the operating state {name!r}, in which the rigid contact is pressed hardest.",))
+        return whose, *dynamics(state)
     blocks: tuple[Block, ...] = ()
     program, rotating = model.setup.program, model.profile.rotating
     if model.indexing is not None:

@@ -74,7 +74,8 @@ def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tupl
     operation = profile.operation
     details = [("Profile", profile.source.rsplit("/", 1)[-1] or "given in memory"), ("camgeom", __version__)]
     if operation is not None:
-        details.append(("Cam speed", f"{number(operation.speed)} r/min"))
+        states = f", fastest of {len(profile.duty)} operating states" if profile.duty else ""
+        details.append(("Cam speed", f"{number(profile.fastest or 0.0)} r/min{states}"))
     details.append(("Mesh tolerance", f"{number(model.tolerance)} mm"))
     form = model.mechanism.form
     kind = f"{profile.kind.replace('-', ' ')} cam{f', {form}' if form else ''}, {profile.follower.kind} follower"
@@ -126,9 +127,8 @@ def _motion(model: Model) -> Iterator[Figure]:
     lifts = [lift for span in program.spans for lift in (span.before, span.after)]
     name = "Index" if program.advance else "Stroke"
     yield Figure(name, factor * (max(lifts) - min(lifts)), unit)
-    operation = model.profile.operation
-    if operation is not None:
-        omega = operation.speed * pi / 30.0
+    if model.profile.fastest is not None:
+        omega = model.profile.fastest * pi / 30.0
         peak = program.peak(2)
         value = abs(peak.value) * omega**2 * (1.0 if rotating else 1e-3)
         yield Figure("Peak acceleration", value, "rad/s²" if rotating else "m/s²", f"at {degrees(peak.at):.1f}°")

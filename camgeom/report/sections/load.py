@@ -28,6 +28,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
+from camgeom.report.result import state_data
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
 if TYPE_CHECKING:
@@ -65,7 +66,11 @@ _FIGURES = (
 
 
 def contact(model: Model) -> tuple[Block, ...]:
-    """Lines over the turn, the map over turn and roller, and the hardest contact in numbers."""
+    """Lines over the turn, the map over turn and roller, and the hardest contact in numbers, of the hardest state."""
+    if model.profile.duty:
+        state = model.hardest_state
+        name = state.state.name if state.state else ""
+        return Text((f"Of the operating state {name!r}, in which the contact is pressed hardest.",)), *contact(state)
     if model.turret_duty is not None:
         return turret_contact(model, model.turret_duty)
     if model.drive is not None:
@@ -196,7 +201,9 @@ def reversals(duty: RollerDuty) -> Text:
 
 
 def life(model: Model) -> tuple[Block, ...]:
-    """Hot spot, life along the roller and the table of lives."""
+    """Hot spot, life along the roller and the table of lives; of several operating states over all of them."""
+    if model.profile.duty:
+        return life_over_states(model)
     if model.turret_duty is not None:
         return turret_life(model.turret_duty)
     if not model.duties:
@@ -205,6 +212,26 @@ def life(model: Model) -> tuple[Block, ...]:
     spot = hot_spot(model)
     along = along_roller(duty.slice_stations, np.asarray(duty.slice_life.life_h, dtype=float), 1.3, "half")
     return (*(block for block in (spot, along) if block is not None), lives(model))
+
+
+def life_over_states(model: Model) -> tuple[Block, ...]:
+    """Lives over all operating states, the damage that each has in them, and the hardest one by itself."""
+    remark = "Miner's sum over the operating states, each at its hardest place"
+    rows: list[tuple[Cell, ...]] = [(body.capitalize(), hours(life), remark) for body, life in model.lives.items()]
+    lived = Table("Lives over all operating states", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
+    data = [(state, state_data(state, model.lives)) for state in model.states]
+    columns = [Column("State"), Column("Share of time", "%"), Column("Speed", "r/min"), Column("Peak pressure", "MPa")]
+    columns += [Column(f"Damage of the {body}", "%") for body in model.lives]
+    damage = tuple(
+        (one["name"], 100.0 * one["weight"], one["speed_rpm"], one.get("peak_pressure_mpa"),
+         *(100.0 * one[f"{body}_damage_share"] for body in model.lives))
+        for _, one in data
+    )  # fmt: skip
+    by_state = Table("Damage by operating state", tuple(columns), damage)
+    hardest = model.hardest_state
+    name = hardest.state.name if hardest.state else ""
+    alone = Text((f"Below: the state {name!r} by itself, as if it lasted all the time.",))
+    return lived, by_state, alone, *life(hardest)
 
 
 def face_life(drive: FaceDuty) -> tuple[Block, ...]:

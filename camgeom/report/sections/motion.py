@@ -110,15 +110,15 @@ def zones(program: Program) -> tuple[Zone, ...]:
 
 def units(model: Model) -> tuple[tuple[Axis, ...], tuple[float, ...]]:
     """Axes of lift and its derivatives, and the factors from mm (rad) per rad^k: in time where the speed is known."""
-    rotating, operation = model.profile.rotating, model.profile.operation
+    rotating, speed = model.profile.rotating, model.profile.fastest
     lift = Axis("Position" if rotating else "Lift s", "°" if rotating else "mm")
     one = 180.0 / pi if rotating else 1.0
     words = ("Velocity v", "Acceleration a", "Jerk j")
-    if operation is None:
+    if speed is None:
         unit = "°" if rotating else "mm"
         per = (f"{unit}/rad", f"{unit}/rad²", f"{unit}/rad³")
         return (lift, *(Axis(w, u) for w, u in zip(words, per))), (one,) * 4
-    omega = operation.speed * pi / 30.0
+    omega = speed * pi / 30.0
     scale, unit = (1.0, "rad") if rotating else (1e-3, "m")
     per = (f"{unit}/s", f"{unit}/s²", f"{unit}/s³")
     return (lift, *(Axis(w, u) for w, u in zip(words, per))), (one, *(scale * omega**k for k in (1, 2, 3)))
@@ -135,10 +135,8 @@ def diagrams(model: Model) -> Chart:
         y = factor * row
         marks = _extremes(program, order, factor, angle, y)
         panels.append(Panel(axis, (Series(axis.label, angle, y),), marks=marks, height=1.0))
-    operation = model.profile.operation
-    caption = "Motion over one turn" + (
-        f" at {number(operation.speed)} r/min" if operation else ", per radian of cam angle"
-    )
+    speed = model.profile.fastest
+    caption = "Motion over one turn" + (f" at {number(speed)} r/min" if speed else ", per radian of cam angle")
     return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
 
 

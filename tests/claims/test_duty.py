@@ -1,0 +1,166 @@
+"""Operating states: damage adds by Miner's rule, peaks are judged in the hardest, every key acts or is refused."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+import camgeom
+from camgeom.checks import judge
+from camgeom.errors import ProfileError
+from camgeom.mechanics.life import summed_life
+from camgeom.model import Model
+from camgeom.profile import parse
+from camgeom.report.result import compute
+from tests.places import PROFILES
+
+PIN = (PROFILES / "pin_insertion.toml").read_text()
+
+
+def pin(duty: str = "", **changed: str) -> Model:
+    """The pin cam with operating states; changed: texts of the profile by what they replace."""
+    text = PIN
+    for old, new in changed.items():
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return Model(parse(f"{text}\n{duty}"))
+
+
+TWO = """
+[[duty]]
+name = "normal"
+share = 0.75
+
+[[duty]]
+name = "fast"
+speed = 750
+load_factor = 1.5
+share = 0.25
+"""
+
+
+def refused(duty: str, text: str = PIN) -> str:
+    with pytest.raises(ProfileError) as caught:
+        parse(f"{text}\n{duty}")
+    return str(caught.value)
+
+
+def test_two_states_by_hand():
+    whole = pin(TWO)
+    slow, fast = pin(), Model(parse(PIN.replace("speed = 600", "speed = 750").replace("79.55 *", "119.325 *")))
+    for body in ("roller", "cam"):
+        by_hand = 1.0 / (0.75 / slow.lives[body] + 0.25 / fast.lives[body])
+        assert whole.lives[body] == pytest.approx(by_hand, rel=1e-9)
+    assert slow.lives["roller"] == pytest.approx(25739.855, rel=1e-6)
+    data = compute(whole, ("contact", "fatigue")).data
+    assert data["contact"]["state"] == "fast"
+    assert data["contact"]["peak_slice_pressure_mpa"] == pytest.approx(fast.duty.peak_pressure.value, rel=1e-9)
+    assert data["fatigue"]["roller_slice_life_h"] == pytest.approx(whole.lives["roller"])
+    shares = [state["roller_damage_share"] for state in data["fatigue"]["states"]]
+    assert sum(shares) == pytest.approx(1.0)
+    assert shares[1] == pytest.approx(0.25 * whole.lives["roller"] / fast.lives["roller"])
+
+
+def test_life_is_judged_on_the_sum_and_pressure_on_the_hardest_state():
+    life, peak = pin(TWO).lives["roller"], pin(TWO).hardest_state.duty.peak_pressure.value
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        said = judge(pin(TWO, **{"life_h = 10000": f"life_h = {share * life!r}"}), ["life"]).findings
+        assert [one.level for one in said if one.where == "roller"] == [level]
+        said = judge(pin(TWO, **{"life_h = 10000": f"contact_pressure_mpa = {peak / share!r}"}),
+                     ["contact-pressure"]).findings  # fmt: skip
+        assert [one.level for one in said] == [level]
+        assert "state 'fast'" in said[0].where
+
+
+def test_hours_are_shares_and_starts_come_on_top():
+    hours = TWO.replace("share = 0.75", "hours = 6000").replace("share = 0.25", "hours = 2000")
+    assert pin(hours).lives == pytest.approx(pin(TWO).lives)
+    more = '[[duty]]\nname = "start"\nspeed = 750\nload_factor = 1.5\nstarts = 90\nturns = 25\n'
+    fast = pin(TWO).states[1].lives["roller"]
+    # 90 starts of 25 turns at 750 r/min are three minutes in an hour.
+    expected = 1.0 / (1.0 / pin(TWO).lives["roller"] + 0.05 / fast)
+    assert pin(TWO + more).lives["roller"] == pytest.approx(expected, rel=1e-9)
+    assert pin(TWO + more.replace("turns = 25\n", "")).lives["roller"] > expected
+
+
+def test_a_history_is_counted_into_states(tmp_path: Path):
+    # Maxima of the cycles: 2 (five whole cycles of 1 to 2, and half a one), 1.
+    values = [0.0, *([2.0, 1.0] * 5), 2.0, 0.0]
+    one = pin(f"[[duty]]\nshare = 1\nhistory = {values}\n")
+    factors = [state.state.load_factor for state in one.states if state.state]
+    assert factors == pytest.approx([2.0])
+    assert one.lives["roller"] == pytest.approx(pin("[[duty]]\nshare = 1\nload_factor = 2\n").lives["roller"])
+    (tmp_path / "loads.csv").write_text("factor\n" + "\n".join(map(str, [1.0, 3.0, 1.0, 1.5, 1.0, 3.0])))
+    (tmp_path / "pin.toml").write_text(PIN + '\n[[duty]]\nshare = 1\nhistory_file = "loads.csv"\n')
+    two = camgeom.read(str(tmp_path / "pin.toml"))
+    found = {round(s.state.load_factor, 9): s.state.weight for s in two.states if s.state}
+    # 1-3, 3-1 and 1-3 half each, 1-1.5 whole.
+    assert found == pytest.approx({3.0: 0.6, 1.5: 0.4})
+    single = [Model(s.state.profile, state=s.state, body=s.body).lives["roller"] for s in two.states if s.state]
+    expected = 1.0 / sum(weight / life for weight, life in zip(found.values(), single, strict=True))
+    assert two.lives["roller"] == pytest.approx(expected)
+
+
+def test_a_state_has_its_own_forces():
+    own = '[[duty]]\nshare = 1\n[[duty.force]]\nexpression = "400"\nfrom = 250\nuntil = 280\n'
+    other = PIN.replace("from = 255.30999351    # deg, 4.456 rad", "from = 250")
+    start = other.index('expression = "79')
+    end = other.index("\n", start)
+    same = Model(parse(other[:start] + 'expression = "400"' + other[end:]))
+    assert pin(own).lives == pytest.approx(same.lives)
+
+
+def test_without_duty_nothing_changes():
+    model = pin()
+    assert model.states == (model,)
+    assert model.hardest_state is model
+    assert model.lives == model.duty.lives
+    assert "state" not in compute(model, ("contact",)).data["contact"]
+    once = pin("[[duty]]\nshare = 1\n")
+    assert once.lives == pytest.approx(model.lives)
+    assert [f.value for f in judge(once).findings] == [f.value for f in judge(model).findings]
+
+
+def test_states_survive_pickling():
+    model = pin(TWO)
+    life = model.lives["roller"]
+    again = pickle.loads(pickle.dumps(model))
+    assert again.bindings == (again,)
+    assert again.lives["roller"] == life
+    assert again.states[1].state.name == "fast"
+
+
+@pytest.mark.parametrize(
+    ("duty", "words"),
+    [
+        ("[[duty]]\nshare = 0.5\n[[duty]]\nshare = 0.4", "add up to 1"),
+        ("[[duty]]\nshare = 0.5\n[[duty]]\nhours = 40", "mixes share and hours"),
+        ("[[duty]]\nstarts = 3", "starts alone"),
+        ("[[duty]]\nspeed = 40", "needs one of share"),
+        ("[[duty]]\nshare = 1\nturns = 4", "`turns`"),
+        ("[[duty]]\nshare = 1\nhistory = [1, 1]", "never changes"),
+        ("[[duty]]\nshare = 1\nhistory = [1, 2]\nload_factor = 2", "`load_factor` beside"),
+        ('[[duty]]\nshare = 1\nhistory_file = "loads.csv"', "read from a file"),
+        ("[[duty]]\nshare = 1\nspeeed = 3", "did you mean 'speed'"),
+        ("[duty]\nshare = 1", "double brackets"),
+        ('[[duty]]\nshare = 1\n[[duty.force]]\nexpression = "1/0"', "duty[0].force[0].expression"),
+    ],
+)
+def test_what_a_duty_cannot_mean_is_refused(duty: str, words: str):
+    assert words in refused(duty)
+
+
+def test_a_factor_of_no_force_and_a_duty_without_operation_are_refused():
+    start, end = PIN.index("[[operation.force]]"), PIN.index("[material.cam]")
+    bare = PIN[:start] + PIN[end:]
+    assert "duty[0].load_factor" in refused("[[duty]]\nshare = 1\nload_factor = 2", bare)
+    start = PIN.index("[operation]")
+    assert "give [operation]" in refused("[[duty]]\nshare = 1", PIN[:start] + PIN[end:])
+
+
+def test_a_state_without_life_ends_all():
+    assert summed_life([(0.5, 100.0), (0.5, 0.0)]) == 0.0
+    assert summed_life([(0.5, float("inf")), (0.5, 100.0)]) == pytest.approx(200.0)
+    assert summed_life([(1.0, float("inf"))]) == float("inf")
