@@ -1,9 +1,9 @@
-"""Planar cams: folds under a flat face, crossings, faces too small, widths, jumps of curvature, contact kept."""
+"""Planar cams: folds under a flat face, crossings, faces too small, widths, jumps of curvature."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import degrees, pi
+from math import degrees
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +19,6 @@ WIDTH_SLACK = 1e-9
 """mm; rounding of a width that is constant by construction"""
 PAIR_SLACK = 1e-9
 """mm; rounding of a pair without play"""
-FORCE_SLACK = 1e-9
-"""share of the peak force that rounding leaves where contact just holds"""
 
 
 @check("face-curvature", "planar")
@@ -120,24 +118,3 @@ def curvature_jumps(model: Model) -> Iterable[Finding]:
         "curvature-jumps", float(len(jumps)), "", None, "jumps", "",
         cam_angle=jumps[0].cam_angle if jumps else None, where=", ".join(places),
     )  # fmt: skip
-
-
-@check("contact-kept", "planar", "operation")
-def contact_kept(model: Model) -> Iterable[Finding]:
-    """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
-    drive = model.drive
-    least = drive.least_force if drive is not None else None
-    if drive is None or least is None:
-        return
-    slack = FORCE_SLACK * float(drive.contact_forces.max())
-    advice = where = ""
-    if least.value < -slack:
-        ranges = [f"{degrees(lost.begin):.6g} to {degrees(lost.end):.6g}" for lost in drive.lost]
-        where = ", ".join(f"no contact from {angles} deg" for angles in ranges)
-        rpm = drive.leaving_speed * 30.0 / pi
-        unit = "N mm" if model.profile.rotating else "N"
-        advice = f"contact is lost above {rpm:.6g} r/min: raise spring_preload to {drive.preload_needed:.6g} {unit}"
-        advice += " or more, lower the mass or the speed, or use a form-closed cam"
-    yield judged(
-        "contact-kept", least.value, ">=", 0.0, "N", advice, slack=slack, cam_angle=least.cam_angle, where=where
-    )

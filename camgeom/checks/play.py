@@ -1,9 +1,10 @@
-"""Play between a cam and a follower that it drives both ways: what was asked for, against what a running fit has."""
+"""What holds a follower: the force that keeps it on a cam that only pushes, the play of one driven both ways."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable
+from math import degrees, pi
 from typing import TYPE_CHECKING
 
 from camgeom.checks import check
@@ -13,6 +14,8 @@ from camgeom.solid.mechanism import Drive
 if TYPE_CHECKING:
     from camgeom.model import Model
 
+FORCE_SLACK = 1e-9
+"""share of the peak force that rounding leaves where contact just holds"""
 SIZES = (3.0, 6.0, 10.0, 18.0, 30.0, 40.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 225.0, 250.0,
          280.0, 315.0, 355.0, 400.0, 450.0, 500.0)  # fmt: skip
 """mm, upper ends of the steps of nominal sizes; each step holds its upper end"""
@@ -55,3 +58,24 @@ def play(model: Model) -> Iterable[Finding | NotJudged]:
         why = model.cam.idle(model.setup).get("impact")
         reason = f"no solver for impacts: {why}" if why else "no [impact]"
         yield NotJudged("play", f"impacts in a play of {mechanism.free_play:.6g} mm: {reason}")
+
+
+@check("contact-kept", "operation")
+def contact_kept(model: Model) -> Iterable[Finding]:
+    """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
+    shaft = model.shaft
+    if shaft is None or shaft.kept is None:
+        return
+    kept, least = shaft.kept, shaft.kept.least
+    slack = FORCE_SLACK * float(shaft.contact_forces.max())
+    advice = where = ""
+    if least.value < -slack:
+        ranges = [f"{degrees(lost.begin):.6g} to {degrees(lost.end):.6g}" for lost in kept.lost]
+        where = ", ".join(f"no contact from {angles} deg" for angles in ranges)
+        rpm = kept.leaving_speed * 30.0 / pi
+        unit = "N mm" if model.profile.rotating else "N"
+        advice = f"contact is lost above {rpm:.6g} r/min: raise spring_preload to {kept.preload_needed:.6g} {unit}"
+        advice += " or more, lower the mass or the speed, or use a form-closed cam"
+    yield judged(
+        "contact-kept", least.value, ">=", 0.0, "N", advice, slack=slack, cam_angle=least.cam_angle, where=where
+    )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import degrees, isfinite, pi
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import ArrayLike
 
@@ -19,6 +19,9 @@ from camgeom.maths.panels import Panels, highest
 from camgeom.mechanics.bearing import BearingLife
 from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.kept import Kept
 
 MILLI = 1e-3
 MEAN_OF_NOTHING = 1e-12
@@ -72,8 +75,8 @@ class Duty(Protocol):
         """Work of the cam over a turn, N mm: what all friction and applied forces consume."""
 
     @property
-    def least_force(self) -> Extreme | None:
-        """Least normal force, N, below zero where contact is lost; None where both directions are driven."""
+    def kept(self) -> Kept | None:
+        """What keeps the follower on a cam that pushes one way; None where both directions are driven."""
 
     @property
     def lives(self) -> Mapping[str, float]:

@@ -1,44 +1,31 @@
-"""Force, torque and contact stress of a planar cam round the turn; contact lost, the spring that keeps it, its speed.
+"""Force, torque and contact stress of a planar cam round the turn.
 
-A force-closed cam only pushes: where the follower would have to be pulled the contact is lost, and from there on the
-follower does not run as the motion says. A form-closed cam has a second touch that takes over.
+A force-closed cam only pushes (see `kept`); a form-closed cam has a second touch that takes over.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees, inf, isfinite, pi
+from math import degrees, isfinite, pi
 from typing import Any, final
 
 import numpy as np
 
-from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import highest, roots
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
 from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth
+from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
+from camgeom.mechanics.load import FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Swing
 from camgeom.track.touch import Touch
 
-ROUNDS = 60
 FINE = 7200
 """cam angles at which the damage along a face is summed: twentieths of a degree"""
-
-
-@dataclass(frozen=True)
-class Lost:
-    """A range of cam angle (rad, end may pass the turn) without contact, with the largest missing force N and where."""
-
-    begin: float
-    end: float
-    missing: float
-    cam_angle: float
 
 
 @final
@@ -59,11 +46,7 @@ class FaceDuty:
     @cached_property
     def force(self) -> FollowerForce:
         """Motion and force (N, or N mm about the pivot) that the follower needs, with a panel edge at every zero."""
-        full = self.load.sampled()
-        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
-        if not zeros.size:
-            return full
-        return self.load.sampled(full.panels.split(zeros))
+        return zeroed(self.load)
 
     @cached_property
     def _levers(self) -> list[Floats]:
@@ -93,40 +76,12 @@ class FaceDuty:
         return np.asarray(given * self.force.ds)
 
     @cached_property
-    def least_force(self) -> Extreme | None:
-        """Least normal force, N, guides included; negative where the follower must be pulled: contact is lost.
-
-        Of a force-closed cam; None of a form-closed one, which has no such limit.
-        """
+    def kept(self) -> Kept | None:
+        """What keeps the follower on a force-closed cam; None of a form-closed one, which has no such limit."""
         if self.form_closed:
             return None
-        lever, force = self._levers[0], self.force.force
-        pressed = np.where(force > 0.0, self._given(self.touches[0], lever), force)
-        pull = peak_of(self.force.panels, -pressed / lever)
-        return Extreme(-pull.value, pull.cam_angle, where=self.touches[0].name)
-
-    @cached_property
-    def lost(self) -> tuple[Lost, ...]:
-        """Ranges of cam angle where a force-closed cam loses its follower."""
-        least = self.least_force
-        if least is None or least.value >= 0.0:
-            return ()
-        where, force = self.force.panels, self.force.force
-        bad = force.mean(axis=-1) < 0.0
-        if bad.all():
-            return (Lost(0.0, 2.0 * pi, -least.value, least.cam_angle),)
-        ranges = []
-        begins = np.flatnonzero(bad & ~np.roll(bad, 1))
-        for first in begins:
-            count = int(np.argmin(np.roll(bad, -first)))
-            index = (first + np.arange(count)) % len(bad)
-            pull = np.where(np.isin(np.arange(len(bad)), index)[:, None], -force / self._levers[0], -inf)[index]
-            part = np.unravel_index(int(np.argmax(pull)), pull.shape)
-            last = int(index[-1])
-            end = float(where.edges[last + 1]) + (2.0 * pi if last < first else 0.0)
-            at = float(where.theta[index][part])
-            ranges.append(Lost(float(where.edges[first]), end, float(pull[part]), at))
-        return tuple(ranges)
+        lever = self._levers[0]
+        return Kept(self.load, self.force, lever, np.minimum(np.abs(lever), 1.0), self.touches[0].name)
 
     @cached_property
     def _relative(self) -> dict[str, Floats]:
@@ -252,59 +207,6 @@ class FaceDuty:
     def bearing(self) -> None:
         """None: a roller's bearing is judged with its roller (`roller_duty`)."""
 
-    @cached_property
-    def preload_needed(self) -> float:
-        """Least spring force at zero lift that keeps contact at the given rate and speed, N (N mm)."""
-        rest = float(np.asarray(self.load.preload))
-        value, _ = highest(self.force.panels, rest - self.force.force)
-        return max(0.0, float(value))
-
-    @cached_property
-    def rate_needed(self) -> float:
-        """Least spring rate that keeps contact at the given preload, N/mm (N mm/rad); inf where none does.
-
-        At zero lift the spring has its preload whatever its rate, so a force that is missing there asks for preload.
-        """
-        where, lift = self.force.panels, self.force.lift
-        rate = float(np.asarray(self.load.rate))
-        without = self.force.force - rate * lift
-        small = 1e-9 * float(np.abs(lift).max(initial=0.0))
-        if np.any((without < 0.0) & (lift <= small)):
-            return inf
-        if not np.any(without < 0.0):
-            return 0.0
-        # The ratio is smooth where the force is missing; elsewhere only its sign matters.
-        safe = np.where(lift > small, lift, 1.0)
-        value, _ = highest(where, np.where(without < 0.0, -without / safe, 0.0))
-        return float(value)
-
-    @cached_property
-    def leaving_speed(self) -> float:
-        """Cam speed, rad/s, from which the follower leaves a force-closed cam; inf where it never does.
-
-        Contact needs static + omega² m s'' >= 0, so omega² = 1 / max(-m s'' / static). Forces that hang on the speed
-        are followed by repeating. 0 where contact fails at standstill. Raises NotConverged where that does not settle.
-        """
-        if self.form_closed:
-            return inf
-        speed = self.load.omega
-        for _ in range(ROUNDS):
-            new = self._leaving(replace(self.load, speed=speed))
-            if not isfinite(new) or new == 0.0 or abs(new - speed) <= 1e-12 * new:
-                return new
-            speed = new
-        raise NotConverged("the speed at which contact is lost did not settle: the applied forces hang on the speed")
-
-    @staticmethod
-    def _leaving(load: Load) -> float:
-        found = load.sampled()
-        speed = load.omega
-        static = found.force - found.inertia
-        if static.min() <= 0.0:
-            return 0.0
-        share, _ = highest(found.panels, -found.inertia / static)
-        return speed / float(np.sqrt(share)) if share > 0.0 else inf
-
     def torque_data(self) -> dict[str, Any]:
         """Torque of the camshaft over all touches as plain data."""
         return torque_data(self.peak_torque, self.work)
@@ -312,20 +214,12 @@ class FaceDuty:
     def contact_data(self) -> dict[str, Any]:
         """Force, torque, pressure, and what keeps the contact, as plain data for result.json."""
         data: dict[str, Any] = {"peak_force_n": self.peak_force.value, **self.torque_data()}
-        peak, least = self.peak_pressure, self.least_force
+        peak = self.peak_pressure
         if peak is not None:
             place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
             data |= {"peak_pressure_mpa": finite(peak.value), **place}
             data |= hertz_data(self.peak_contact, self.deepest_shear)
-        if least is None:
-            return data
-        return data | {
-            "least_force_n": least.value,
-            "least_force_at_deg": degrees(least.cam_angle) % 360.0,
-            "lost_contact_deg": [[degrees(lost.begin), degrees(lost.end)] for lost in self.lost],
-            "leaving_speed_rpm": finite(self.leaving_speed * 30.0 / pi),
-            "preload_needed": self.preload_needed,
-        }
+        return data | (self.kept.data() if self.kept is not None else {})
 
     def fatigue_data(self) -> dict[str, Any]:
         """Lives of cam and face as plain data; empty of a knife edge."""

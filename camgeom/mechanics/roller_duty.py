@@ -32,6 +32,7 @@ from camgeom.mechanics.hertz import (
     line_depth,
     point_depths,
 )
+from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
 from camgeom.mechanics.material import Material, pair_compliance
@@ -78,6 +79,7 @@ class RollerDuty:
     rating  of the roller's bearing, dynamic and static, N; None where it is not known
     beside  which contact points (3, ...) have a wall; None where the whole contact stretch always has one
     runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
+    alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
     """
 
     track: Track
@@ -91,6 +93,7 @@ class RollerDuty:
     static_rating: float | None = None
     beside: Callable[[Floats], Mask] | None = None
     runs_out: bool = False
+    alone: bool = False
 
     @property
     def speed(self) -> float:
@@ -569,9 +572,14 @@ class RollerDuty:
         """Length that touches where the pressure is largest, mm."""
         return self._at(self.touching, self.peak_pressure.cam_angle)
 
-    @property
-    def least_force(self) -> None:
-        """None: what holds a roller on its cam is judged on the cam's touches (`face_duty`)."""
+    @cached_property
+    def kept(self) -> Kept | None:
+        """What keeps the follower on this roller's track; None where other rollers or touches hold it too."""
+        if not self.alone:
+            return None
+        force = zeroed(self.load)
+        walls = replace(self, load=replace(self.load, solved_on=force.panels)).reference
+        return Kept(self.load, force, walls.lever, walls.cosine, self.track.name)
 
     def contact_data(self) -> dict[str, Any]:
         """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear, as plain data."""
@@ -586,6 +594,7 @@ class RollerDuty:
             **hertz_data(self.peak_contact, self.deepest_shear),
             **torque_data(self.peak_torque, self.work),
             "wall_reversals_deg": [degrees(r.taken) for r in self.force.reversals()[0]],
+            **(self.kept.data() if self.kept is not None else {}),
         }
 
     def _crown_data(self) -> dict[str, Any]:

@@ -397,7 +397,7 @@ class TurretDuty:
         return f"at {at.place:.4g} mm along the roller axis{share}"
 
     @property
-    def least_force(self) -> None:
+    def kept(self) -> None:
         """None: the turret is driven both ways."""
 
     @property

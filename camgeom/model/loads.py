@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.load import Load
+from camgeom.solid.mechanism import Drive
 from camgeom.track import Arc
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
     from camgeom.mechanics.roller_duty import RollerDuty
 
     quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
+    alone = mechanism.drive is Drive.ALONE and not mechanism.touches
     duties = []
     for track in mechanism.tracks:
         low, high = track.contact
@@ -73,7 +75,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating,
-                       mechanism.beside, mechanism.runs_out)
+                       mechanism.beside, mechanism.runs_out, alone)
         )  # fmt: skip
     return tuple(duties)
 

@@ -70,7 +70,7 @@ def test_the_least_contact_force_has_the_friction_of_the_guides() -> None:
         data["operation"] |= {"guide_friction": friction}
         made = Model(from_data(data, "disc"))
         assert made.drive is not None
-        found = made.drive.least_force
+        found = made.drive.kept.least
         assert found is not None
         normal = made.drive.contact_forces
         assert found.value <= float(normal.min()) + 1e-6 * float(normal.max())

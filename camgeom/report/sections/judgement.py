@@ -14,6 +14,7 @@ from camgeom.report.sections.bodies import kept
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
     from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
@@ -184,14 +185,19 @@ def _shared(duty: TurretDuty) -> Iterator[Figure]:
     yield Figure("Peak camshaft torque", data["peak_torque_n_m"], "N m", torque)
 
 
+def _least(holds: Kept | None) -> Iterator[Figure]:
+    if holds is not None:
+        note = f"{_at(holds.least.cam_angle)}, must stay above 0"
+        yield Figure("Least contact force", holds.least.value, "N", note)
+
+
 def _touched(model: Model, drive: FaceDuty) -> Iterator[Figure]:
     """A planar cam by all that touches it."""
-    peak, least = drive.peak_pressure, drive.least_force
+    peak = drive.peak_pressure
     if peak is not None and not model.duties:
         yield Figure("Peak contact pressure", peak.value, "MPa", _at(peak.cam_angle))
     yield Figure("Peak contact force", drive.peak_force.value, "N", _at(drive.peak_force.cam_angle))
-    if least is not None:
-        yield Figure("Least contact force", least.value, "N", f"{_at(least.cam_angle)}, must stay above 0")
+    yield from _least(drive.kept)
     yield Figure("Peak drive torque", drive.peak_torque.value * 1e-3, "N m", _at(drive.peak_torque.cam_angle))
 
 
@@ -212,6 +218,7 @@ def _contact(model: Model) -> Iterator[Figure]:
         return
     force, torque = duty.peak_force, duty.peak_torque
     yield Figure("Peak contact force", force.value, "N", f"at {degrees(force.cam_angle):.1f}°")
+    yield from _least(duty.kept)
     yield Figure("Peak drive torque", torque.value * 1e-3, "N m", f"at {degrees(torque.cam_angle):.1f}°")
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from camgeom.maths.panels import Panels
     from camgeom.mechanics.face_duty import FaceDuty
     from camgeom.mechanics.hertz import Beneath
+    from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
@@ -111,11 +112,11 @@ def lines(model: Model) -> Chart:
               marks=(mark(degrees(float(peak.theta)), top),)),
         torque(panels, duty.torque),
     ]  # fmt: skip
-    kept = tuple(panel for panel in shown if panel.series)
+    told = tuple(panel for panel in shown if panel.series)
     caption = (
         "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
     )
-    return Chart(caption, CAM_ANGLE, kept, zones(model.setup.program))
+    return Chart(caption, CAM_ANGLE, told, zones(model.setup.program) + unheld_zones(duty.kept))
 
 
 def torque(panels: Panels, values: Floats) -> Panel:
@@ -171,7 +172,7 @@ def hardest(model: Model) -> Table:
             ("Largest half-length of the contact ellipse", float(duty.ellipse.along.max()), "mm", None),
         ]
     name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
-    return quantities(name, rows)
+    return quantities(name, [*rows, *kept_rows(duty.kept)])
 
 
 def _beneath(beneath: Beneath | None, deepest: Extreme | None) -> list[tuple[Cell, ...]]:
@@ -310,7 +311,7 @@ def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
 
     if model.duties and not _sound(model.duty):
         return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
-    blocks: list[Block] = [touch_lines(model, drive), held(drive)]
+    blocks: list[Block] = [touch_lines(model, drive), held(drive.kept)]
     blocks += [*pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
     return tuple(blocks)
 
@@ -320,7 +321,7 @@ def touch_lines(model: Model, drive: FaceDuty) -> Chart:
     panels, names = drive.force.panels, tuple(touch.name for touch in drive.touches)
     force = tuple(Series(name, *over_turn(panels, drive.normals[name])) for name in names)
     high = extremes(panels, drive.contact_forces.max(axis=0))
-    marks = (*high[:1], *_least(drive))
+    marks = (*high[:1], *_least(drive.kept))
     shown = [Panel(Axis("Normal force", "N", zero=True), force, marks=marks)]
     peak = drive.peak_pressure
     if peak is not None:
@@ -332,35 +333,52 @@ def touch_lines(model: Model, drive: FaceDuty) -> Chart:
         limits = pressure_limit(model, peak.value)
         shown.append(Panel(Axis("Contact pressure", "MPa", zero=True), tuple(lines), limits=limits, marks=(top,)))
     shown.append(torque(panels, drive.torque))
-    still = zones(model.setup.program) + tuple(
-        Zone(degrees(one.begin), degrees(one.end), "no contact") for one in drive.lost
-    )
+    still = zones(model.setup.program) + unheld_zones(drive.kept)
     line = ", as a line contact over the whole length" if model.duties and model.duty.crown is not None else ""
     return Chart(f"Contact of cam and follower over one turn{line}", CAM_ANGLE, tuple(shown), still)
 
 
-def _least(drive: FaceDuty) -> tuple[Mark, ...]:
+def unheld_zones(kept: Kept | None) -> tuple[Zone, ...]:
+    """The cam angles at which the follower leaves its cam."""
+    lost = kept.lost if kept is not None else ()
+    return tuple(Zone(degrees(one.begin), degrees(one.end), "no contact") for one in lost)
+
+
+def _least(kept: Kept | None) -> tuple[Mark, ...]:
     """The least force of a follower that only its spring or weight holds; it must stay above zero."""
-    least = drive.least_force
-    return () if least is None or least.value < 0.0 else (mark(degrees(least.cam_angle) % 360.0, least.value),)
+    if kept is None or kept.least.value < 0.0:
+        return ()
+    return (mark(degrees(kept.least.cam_angle) % 360.0, kept.least.value),)
 
 
-def held(drive: FaceDuty) -> Text:
+def held(kept: Kept | None) -> Text:
     """A sentence on what keeps the follower at the cam, and how far that holds."""
-    if drive.least_force is None:
+    if kept is None:
         return Text(("The cam drives its follower both ways; where the force changes sign the play is taken up.",))
-    rpm = drive.leaving_speed * 30.0 / pi
+    rpm = kept.leaving_speed * 30.0 / pi
     reach = f"up to {number(rpm)} r/min" if isfinite(rpm) else "at any speed"
-    if drive.least_force.value >= 0.0:
+    if kept.least.value >= 0.0:
         return Text((f"Spring and load keep the follower at the cam {reach}.",))
-    ranges = ", ".join(f"{number(degrees(one.begin))}° to {number(degrees(one.end))}°" for one in drive.lost)
+    ranges = ", ".join(f"{number(degrees(one.begin))}° to {number(degrees(one.end))}°" for one in kept.lost)
     reach = f"it holds {reach}" if rpm > 0.0 else "it holds at no speed"
     return Text((f"The follower leaves the cam from {ranges}: contact would need a pull there; {reach}.",))
 
 
+def kept_rows(kept: Kept | None) -> list[tuple[Cell, ...]]:
+    """What keeps the follower at its cam, in numbers."""
+    if kept is None:
+        return []
+    rpm, least = kept.leaving_speed * 30.0 / pi, kept.least
+    return [
+        ("Least contact force", least.value, "N", degrees(least.cam_angle) % 360.0),
+        ("Contact is lost above", rpm if isfinite(rpm) else "no speed", "r/min" if isfinite(rpm) else "", None),
+        ("Preload that just keeps contact", kept.preload_needed, "N mm" if kept.load.rotating else "N", None),
+    ]
+
+
 def touch_figures(drive: FaceDuty) -> Table:
     """The hardest contact and the drive in numbers."""
-    force, torque, peak, least = drive.peak_force, drive.peak_torque, drive.peak_pressure, drive.least_force
+    force, torque, peak = drive.peak_force, drive.peak_torque, drive.peak_pressure
     rows: list[tuple[Cell, ...]] = [("Peak contact force", force.value, "N", degrees(force.cam_angle) % 360.0)]
     if peak is not None:
         where = f", {peak.where}" if len(drive.touches) > 1 else ""
@@ -370,15 +388,7 @@ def touch_figures(drive: FaceDuty) -> Table:
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
         ("Mean drive torque", 1e-3 * _unless_rounding(drive.work / (2.0 * pi), torque.value), "N m", None),
     ]
-    if least is not None:
-        rpm = drive.leaving_speed * 30.0 / pi
-        rotating = drive.load.rotating
-        rows += [
-            ("Least contact force", least.value, "N", degrees(least.cam_angle) % 360.0),
-            ("Contact is lost above", rpm if isfinite(rpm) else "no speed", "r/min" if isfinite(rpm) else "", None),
-            ("Preload that just keeps contact", drive.preload_needed, "N mm" if rotating else "N", None),
-        ]
-    return quantities("Contact and drive", rows)
+    return quantities("Contact and drive", [*rows, *kept_rows(drive.kept)])
 
 
 def turret_contact(model: Model, duty: TurretDuty) -> tuple[Block, ...]:
