@@ -83,7 +83,10 @@ def idle(reason: str, *keys: str) -> dict[str, str]:
 
 
 NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
-NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
+NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid") | idle(
+    "flanks that end at a face have no root, and other grooves than a drum's are made with a sharp one so far",
+    "cutter.corner_radius",
+)
 NO_GAPS = idle(
     "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
     "limits.clearance_mm",

@@ -20,8 +20,19 @@ from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
 from camgeom.track import Joint, Slide, Swing, Track
-from camgeom.track.follower import AnyRoller, CylinderRoller, Setup, SphereRoller, SwingingFollower, TranslatingFollower
+from camgeom.track.follower import (
+    AnyRoller,
+    CrownedRoller,
+    CylinderRoller,
+    Setup,
+    SphereRoller,
+    SwingingFollower,
+    TranslatingFollower,
+)
 from camgeom.track.section import Level, cylinder_level
+
+LEAST_ROOT = 0.01
+"""mm; a smaller radius is a sharp edge to any tool"""
 
 
 @final
@@ -46,6 +57,10 @@ class Cylindrical(Cam):
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
     rib_thickness: Length | None = Field(None, description="mm, rib form: axial thickness of the rib in a dwell")
     running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    root_radius: Gap = Field(
+        0.0, description="mm, groove form: of the root between flank and floor, that of the tool's corner where there "
+        "is no [cutter] corner_radius"
+    )
     run_out: bool = Field(
         False, description="true where the groove leaves the drum through an end face on purpose: nothing holds the "
         "roller there, and nothing is judged where there is no wall"
@@ -83,6 +98,7 @@ class Cylindrical(Cam):
             bore=self.bore_spec,
             outside_diameter=self.diameter,
             running_clearance=self.running_clearance,
+            root_radius=setup.corner or self.root_radius,
             cam=self,
         )
 
@@ -95,6 +111,10 @@ class Cylindrical(Cam):
             found |= idle("the roller in a drum's groove does not turn in this solver", "impact.roller_inertia")
         else:
             found |= ONE_WAY
+            found |= idle(
+                "the drum beside a rib is turned, not left by the tool's end: its root is sharp so far",
+                "cam.root_radius", "cutter.corner_radius",
+            )  # fmt: skip
         kind = f"a drum's {setup.follower.kind} follower"
         found |= idle(f"{kind} has none; a disc's translating follower has", "follower.offset")
         found |= idle(f"{kind} has none; give cam.running_clearance", "follower.clearance")
@@ -112,7 +132,23 @@ class Cylindrical(Cam):
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
             found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
-        return [*found, *self._start_problems(setup), *self._follower_problems(setup)]
+        return [*found, *self._root_problems(setup), *self._start_problems(setup), *self._follower_problems(setup)]
+
+    def _root_problems(self, setup: Setup) -> list[Problem]:
+        """The root is swept by the corner of a tool as wide as the groove: within its depth and half its width."""
+        key, root = ("cutter.corner_radius", setup.corner) if setup.corner else ("cam.root_radius", self.root_radius)
+        roller = setup.roller
+        if not root or roller is None or self.form == "rib":
+            return []
+        if setup.corner and self.root_radius and setup.corner != self.root_radius:
+            return [problem("cam.root_radius", self.root_radius, f"cutter.corner_radius, {setup.corner:g} mm, or none")]
+        straight = isinstance(roller, CrownedRoller) and roller.flank == "straight"
+        if not straight and not isinstance(roller, CylinderRoller):
+            return [problem(key, root, "0 for a roller whose flank is not cut by a cylindrical tool")]
+        most = min(self.groove_depth, 0.5 * roller.diameter)
+        if LEAST_ROOT <= root < most:
+            return []
+        return [problem(key, root, f"{LEAST_ROOT:g} mm, and below {most:g} mm, the groove's depth and half its width")]
 
     def _size_problems(self) -> list[Problem]:
         found = []
@@ -315,7 +351,11 @@ class CylindricalMechanism(Mechanism):
         cam, ball = self.cam, isinstance(self.roller, SphereRoller)
         floor = cam.floor_radius if cam.form == "groove" else cam.floor_radius - 0.1 * cam.groove_depth
         return tuple(
-            replace(track.grown(cam.running_clearance), tip=track.tip - cam.running_clearance if ball else floor)
+            replace(
+                track.grown(cam.running_clearance),
+                tip=track.tip - cam.running_clearance if ball else floor,
+                root=self.root_radius,
+            )
             for track in map(self.cutting, self.tracks)
         )
 

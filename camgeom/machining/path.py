@@ -99,9 +99,9 @@ def up_of(track: Track) -> float:
 
 
 def wall_ends(track: Track) -> tuple[float, float]:
-    """Meridian parameters of the cut wall: at the tool's end (a ball's contact: its lower end) and at the top."""
+    """Meridian parameters of the cut wall: at its foot (a ball's contact: its lower end) and at the top."""
     top = track.contact[0] if track.tip_sign > 0.0 else track.contact[1]
-    foot = track.tip
+    foot = track.foot
     t = track.meridian.parameter(foot)
     if abs(abs(t) - 0.25 * TURN) < 1e-9:
         foot = track.contact[1] if track.tip_sign > 0.0 else track.contact[0]

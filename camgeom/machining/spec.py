@@ -29,6 +29,9 @@ class CutterSpec(Section):
         "roller", description="roller: shaped as the roller; flat: end mill; ball: ball mill; wheel: grinding wheel"
     )
     diameter: Length | None = Field(None, description="mm, of the tool; for kind roller that of the roller")
+    corner_radius: Gap = Field(
+        0.0, description="mm, of the tool's end, which rounds the groove's root; 0: a sharp end"
+    )
     length: Length | None = Field(None, description="mm, cutting length; default: as deep as the tool goes")
     neck: Gap | None = Field(
         None, description="mm, by which a ball's shank is thinner (in radius); default a tenth of the ball's radius"
@@ -84,6 +87,8 @@ class CutterSpec(Section):
         found = {}
         if self.kind != "ball":
             found["scallop"] = "only a ball cuts in rows that leave ridges"
+        if self.kind == "ball" or (self.kind == "wheel" and self.contact == "side"):
+            found["corner_radius"] = "a ball, or a wheel that works with its side, has no corner of its own"
         if self.kind != "wheel":
             found["contact"] = "only a wheel works with its rim or its side"
         if self.machine == "plain":
@@ -104,7 +109,21 @@ class CutterSpec(Section):
             found.append(_problem("machine", self.machine, "rotary: this cam's flanks run round it"))
         if self.axis == "radial" and not all(is_radial(track) for track in tracks):
             found.append(_problem("axis", self.axis, "roller or fitted where the roller does not point at the axis"))
-        return [*found, *self._width_problems(tracks)]
+        return [*found, *self._width_problems(tracks), *self._root_problems(tracks)]
+
+    def _root_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
+        """A rounded root is swept by a tool whose end has that radius."""
+        root = max(track.root for track in tracks)
+        if not root:
+            return []
+        if self.kind == "ball" or (self.kind == "wheel" and self.contact == "side"):
+            return [_problem("kind", self.kind, "roller, flat, or a wheel's rim, where the root is rounded")]
+        if self.axis != "roller":
+            return [_problem("axis", self.axis, "roller where the root is rounded")]
+        if self.diameter is not None and root > 0.5 * self.diameter:
+            limit = f"at least twice the root's radius, {2.0 * root:g} mm"
+            return [_problem("diameter", self.diameter, limit)]
+        return []
 
     def _own_problems(self) -> list[Problem]:
         found = []

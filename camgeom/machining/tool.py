@@ -23,6 +23,7 @@ class Tool:
     meridian, tip, sign  of kind roller: its shape, where its end is on it, and delta = tip + sign * s
     width    mm, of a disc; else infinite (the shank is as thick as the tool)
     neck     mm, by which a ball's shank is thinner in radius
+    corner   mm, radius of the rounding between a flat tool's side and its end
     """
 
     kind: str
@@ -32,6 +33,7 @@ class Tool:
     sign: float = 1.0
     width: float = inf
     neck: float = 0.0
+    corner: float = 0.0
 
     def distance(self, s: Floats, across: Floats) -> Floats:
         """Signed distance, mm, to the tool of points at s along and `across` from its axis; negative inside."""
@@ -39,6 +41,10 @@ class Tool:
             ball = np.hypot(across, s - self.radius) - self.radius
             shank = np.where(s < self.radius, np.inf, across - (self.radius - self.neck))
             return np.asarray(np.minimum(ball, shank))
+        if self.corner:
+            side, under = across - (self.radius - self.corner), self.corner - s
+            outside = np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0))
+            return np.asarray(outside + np.minimum(np.maximum(side, under), 0.0) - self.corner)
         wall = self._wall(s, across)
         end = np.maximum(-s, s - self.width) if self.width < inf else -s
         outside = np.hypot(np.maximum(wall, 0.0), np.maximum(end, 0.0))
@@ -64,7 +70,8 @@ class Tool:
         if self.kind == "ball":
             return 2.0 * self.radius, self.radius, 0.0, self.radius, 0.0, 0.0, height
         if self.meridian is None:
-            return 2.0 * self.radius, 0.0, self.radius, 0.0, 0.0, 0.0, min(height, self.width)
+            flat = self.radius - self.corner
+            return 2.0 * self.radius, self.corner, flat, self.corner, 0.0, 0.0, min(height, self.width)
         if isinstance(self.meridian, Straight):
             slope = self.sign * self.meridian.slope
             end = self.meridian.radius + self.meridian.slope * (self.tip - self.meridian.centre)
@@ -79,7 +86,8 @@ class Tool:
         if isinstance(self.meridian, Straight):
             return f"conical mill like the roller, {size} at its middle"
         words = {"flat": "end mill", "ball": "ball mill", "disc": f"wheel {self.width:.6g} mm wide,"}
-        return f"{words.get(self.kind, 'form mill like the roller,')} {size}"
+        corner = f", corner radius {self.corner:.6g} mm" if self.corner else ""
+        return f"{words.get(self.kind, 'form mill like the roller,')} {size}{corner}"
 
 
 def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None = None) -> Tool:
@@ -93,11 +101,12 @@ def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None =
         radius = float(track.meridian.jet(np.array([track.meridian.parameter(middle)]))[3][0])
         meridian: Any = track.meridian
         plain = isinstance(meridian, Straight) and meridian.slope == 0.0
-        return Tool("flat", radius) if plain else Tool("roller", radius, meridian, track.tip, sign)
+        return Tool("flat", radius, corner=track.root) if plain else Tool("roller", radius, meridian, track.tip, sign)
     assert spec.diameter is not None
     radius = 0.5 * spec.diameter
     if spec.kind == "wheel" and spec.contact == "side":
         assert spec.width is not None
         return Tool("disc", radius, width=spec.width)
+    root = track.root if track is not None else 0.0
     neck = 0.1 * radius if spec.neck is None else spec.neck
-    return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius)
+    return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius, corner=root)

@@ -148,7 +148,8 @@ class Profile(Section):
         if problems:
             raise ProfileError(problems, self.source)
         program = program_of(self.motion, follower, self.cam.MOTION_SPAN, _folder_name(self.source))
-        return Setup(follower, self.roller, program)
+        corner = self.cutter_spec.corner_radius if self.cutter_spec is not None else 0.0
+        return Setup(follower, self.roller, program, corner)
 
 
 def read(path: str | Path) -> Profile:

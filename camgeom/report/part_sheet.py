@@ -115,6 +115,9 @@ def rows(model: Model) -> list[tuple[str, str]]:
     ]  # fmt: skip
     for word, section in sections:
         found += [] if section is None else _section_rows(word, section, profile.rotating)
+    tool = profile.cutter_spec
+    if tool is not None and tool.corner_radius:
+        found.append(("root, by the tool's corner", f"{number(tool.corner_radius)} mm"))
     unit = "°" if profile.rotating else " mm"
     start = 0.0
     for segment in profile.motion:

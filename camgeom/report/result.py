@@ -327,6 +327,8 @@ def solid_data(model: Model) -> dict[str, Any]:
             }
         )
     first = dict(bodies[0])
+    if model.mechanism.root_radius:
+        first["root_radius_mm"] = model.mechanism.root_radius
     if len(bodies) > 1:
         first["bodies"] = bodies
     return first

@@ -12,7 +12,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 
 Mask = npt.NDArray[np.bool_]
-TOOL = ("flank", "edge", "floor", "back", "cap")
+TOOL = ("flank", "edge", "root", "floor", "back", "cap")
 """groups of the faces that tools leave"""
 ENDS_CUT = "direct, ends cut"
 UNION = "union of rollers"

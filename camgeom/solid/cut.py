@@ -143,6 +143,9 @@ class RollerUnion(QuickPart):
 
     def solid(self, tolerance: float) -> Solid:
         """At most MOST_ROLLERS positions a track; `chord_error` says what that leaves. Raises GeometryEngineError."""
+        if any(track.root for track in self.tracks):
+            raise DesignError("the body of an undercut drum is made of straight rollers, with a sharp root: leave out "
+                              "the corner radius, or mend the undercut")  # fmt: skip
         tools = [unite(self._positions(track, tolerance)) for track in self.tracks]
         mesh = subtract(self.blank.mesh(tolerance), tools)
         deepest = min(least_clearance(track, mesh.vertices).value for track in self.tracks)

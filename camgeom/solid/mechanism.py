@@ -109,6 +109,7 @@ class Mechanism(ABC):
     base_radius        of a planar cam's profile at zero lift
     outside_diameter   nominal, of a body that has one
     running_clearance  normal gap between roller and each flank
+    root_radius        of the root between flanks and floor; 0: sharp, or none
     """
 
     follower: AnyFollower
@@ -122,6 +123,7 @@ class Mechanism(ABC):
     base_radius: float | None = None
     outside_diameter: float | None = None
     running_clearance: float = 0.0
+    root_radius: float = 0.0
 
     @property
     @abstractmethod

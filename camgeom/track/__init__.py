@@ -192,6 +192,7 @@ class Track:
     span       cam angles over which the roller cuts, rad; one turn for a closed track
     sides      the flanks it works on: +1 and -1, or one of them (a rib's roller, a disc cam's)
     relief     by which a tool's flanks recede, or None; ease: the side whose relief the poses have, 0 for none
+    root       corner radius of a tool's end, mm: of the torus between its side and its flat end
     """
 
     meridian: Meridian
@@ -209,6 +210,7 @@ class Track:
     sides: tuple[float, ...] = (1.0, -1.0)
     relief: Relief | None = None
     ease: float = 0.0
+    root: float = 0.0
 
     @property
     def closed(self) -> bool:
@@ -220,6 +222,20 @@ class Track:
     def tip_sign(self) -> float:
         """+1 where the tip is at the high end of delta, -1 at the low end."""
         return 1.0 if self.tip > 0.5 * (self.contact[0] + self.contact[1]) else -1.0
+
+    @property
+    def foot(self) -> float:
+        """delta where the flank ends at the free end, mm: at the tip, or where the corner of a rounded tool begins."""
+        return self.tip - self.tip_sign * self.root
+
+    @property
+    def corner(self) -> Track:
+        """The same track with the torus of a cylindrical tool's corner alone.
+
+        Its parameter runs from 0, where the side ends, to tip_sign * pi / 2, where the flat end begins.
+        """
+        assert isinstance(self.meridian, Straight)
+        return replace(self, meridian=Arc(self.meridian.radius, self.foot, self.root), root=0.0)
 
     def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:
         """Jet of the joint coordinate (mm or rad) by the cam angle, (order + 1, n)."""

@@ -257,8 +257,12 @@ AnyFollower = TranslatingFollower | SwingingFollower | TurretFollower | FrameFol
 
 @dataclass(frozen=True)
 class Setup:
-    """What drives a cam: follower, roller (None for flat and knife followers) and the motion round the cam."""
+    """What drives a cam: follower, roller (None for flat and knife followers) and the motion round the cam.
+
+    corner  corner radius of the tool that cuts it, mm, where the profile names one
+    """
 
     follower: AnyFollower
     roller: AnyRoller | None
     program: Program
+    corner: float = 0.0

@@ -5,6 +5,8 @@ the end circle touches that surface along the arc from the flank's foot (where t
 end of the floor's chord (where the flat end touches): in between both the side and the end of the roller are moving
 into the material. The floor is the envelope of the flat end itself: the chord of the end disc along which the velocity
 has no component along the roller axis. A ball has no flat end: both flanks meet at the bottom.
+Where the end has a corner radius the torus of its corner sweeps the root instead: it touches along a curve from the
+flank's foot, a corner radius above the floor, to the end of the floor's chord, in the closed form of any meridian.
 """
 
 from __future__ import annotations
@@ -98,8 +100,8 @@ class Column:
 
     @cached_property
     def tip_t(self) -> float:
-        """Meridian parameter of the roller's free end."""
-        return self.track.meridian.parameter(self.track.tip)
+        """Meridian parameter of the roller's free end, or of where its corner begins."""
+        return self.track.meridian.parameter(self.track.foot)
 
     @property
     def ball_ended(self) -> bool:
@@ -215,7 +217,7 @@ class Column:
     def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
         """Centre (3, n) and radius of the flat end, chord offset vector (3, n) and half chord vector (3, n)."""
         _, _, _, r, _, _ = self.track.meridian.jet(np.array([self.tip_t]))
-        radius = float(r[0])
+        radius = float(r[0]) - self.track.root
         a, u = self.pose.a, self.pose.u
         centre, v = a[0] + self.track.tip * u[0], a[1] + self.track.tip * u[1]
         turn = dot(u[1], u[1])
@@ -231,6 +233,10 @@ class Column:
                 "roller dives into the cam; reduce the motion along the roller axis"
             )
         return centre, radius, offset, np.sqrt(left / turn) * cross(u[0], u[1])
+
+    @cached_property
+    def _corner(self) -> Track:
+        return self.track.corner
 
     def chord_end(self, side: float) -> Floats:
         """End of the floor's chord on one side, (3, n)."""
@@ -254,7 +260,13 @@ class Column:
         return start, third, np.arctan2(dot(stop, third), dot(stop, start))
 
     def edge(self, side: float, share: Floats) -> Floats:
-        """Points of the end-circle sweep, (3, n, k), at shares (k,) or (n, k) of the arc: 0 the foot, 1 the floor."""
+        """Points of the end-circle sweep, (3, n, k), at shares (k,) or (n, k) of the arc: 0 the foot, 1 the floor.
+
+        Of a rounded end those of the root, at shares of the corner's quarter circle.
+        """
+        if self.track.root:
+            x = Flank(self._corner, self.phi, self.track.tip_sign * 0.5 * pi * share, side, given_pose=self.pose).x
+            return np.where(share == 1.0, self.chord_end(side)[:, :, None], x)
         centre, radius, _, _ = self._end_disc
         start, third, angle = self.edge_angle(side)
         turn = angle[:, None] * share
@@ -322,7 +334,12 @@ class GrooveSection:
         """Face-group names of the bands."""
         if self._ball:
             return ("flank", "flank")
-        return ("flank", "edge", "floor", "edge", "flank")
+        return ("flank", self.foot_name, "floor", self.foot_name, "flank")
+
+    @property
+    def foot_name(self) -> str:
+        """Face-group name of what lies between a flank and the floor."""
+        return "root" if self.track.root else "edge"
 
     @cached_property
     def _ball(self) -> bool:
@@ -340,9 +357,8 @@ class GrooveSection:
         up = self._wall(column, last, counts[-1])[:, :, ::-1]
         if self._ball:
             return np.concatenate([down, up[:, :, 1:]], axis=2)
-        # The edge sweep bends sharply beside the flank's foot and hardly beside the floor: rows at squared shares.
-        arc1 = column.edge(first, (np.arange(1, counts[1] + 1) / counts[1]) ** 2)
-        arc2 = column.edge(last, (np.arange(counts[3], 0, -1) / counts[3]) ** 2)
+        arc1 = column.edge(first, self._spread(np.arange(1, counts[1] + 1) / counts[1]))
+        arc2 = column.edge(last, self._spread(np.arange(counts[3], 0, -1) / counts[3]))
         floor = self._floor(arc1[:, :, -1], arc2[:, :, 0], counts[2])
         return np.concatenate([down, arc1, floor, arc2, up], axis=2)
 
@@ -358,7 +374,7 @@ class GrooveSection:
             return np.where(pole, column.ball_bottom(), x) if pole.any() else x
 
         def edge(side: float, column: Column, share: Floats) -> Floats:
-            return column.edge(side, share[:, None] ** 2)[:, :, 0]
+            return column.edge(side, self._spread(share)[:, None])[:, :, 0]
 
         def floor(column: Column, share: Floats) -> Floats:
             start, stop = column.chord_end(first), column.chord_end(last)
@@ -369,8 +385,17 @@ class GrooveSection:
             bands[1:1] = [partial(edge, first), floor, lambda column, share: edge(last, column, 1.0 - share)]
         return _banded(self.track, phi, row, counts, bands)
 
+    def _spread(self, share: Floats) -> Floats:
+        """Shares of rows between flank and floor: an edge sweep bends sharply beside the flank's foot alone."""
+        return share if self.track.root else share**2
+
     def _wall(self, column: Column, side: float, count: int) -> Floats:
         top = column.reach(side, self.level, self.guess)
+        if self.track.root and float((self.track.tip_sign * (column.bottom_t() - top)).min()) <= 0.0:
+            raise DesignError(
+                f"track {self.track.name!r}: the root, {self.track.root:g} mm in radius, reaches the groove's outer "
+                "edge and leaves no flank: a smaller corner radius or a deeper groove"
+            )
         share = np.arange(count + 1) / count
         if not self._ball:
             return column.wall(side, top + (column.bottom_t() - top) * share)

@@ -154,9 +154,12 @@ class Survey:
 
     @cached_property
     def wall(self) -> Floats:
-        """Meridian stations (m,) over the whole cut wall, from the tool's tip to the end of the contact."""
+        """Meridian stations (m,) over the whole cut wall, from its foot to the end of the contact."""
+        return self._wall(self.cutter.foot)
+
+    def _wall(self, foot: float) -> Floats:
         parameter = self.cutter.meridian.parameter
-        ends = sorted((parameter(self.cutter.tip), *(parameter(d) for d in self.cutter.contact)))
+        ends = sorted((parameter(foot), *(parameter(d) for d in self.cutter.contact)))
         low, high = ends[0], ends[-1]
         inset = 1e-3 * (high - low)
         if abs(abs(low) - 0.5 * np.pi) < 1e-6 and self.cutter.meridian.jet(np.array([low]))[3][0] < 1e-6:
@@ -211,10 +214,12 @@ class Survey:
 
     @cached_property
     def margin(self) -> Extreme:
-        """Smallest undercut margin 1 - r k over the cut wall."""
+        """Smallest undercut margin 1 - r k over the cut wall, down to the tool's end."""
         plain = self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended
+        # A rounded tool lies within the sharp one: where that one leaves no fold, its root has none.
+        wall = self._wall(self.cutter.tip)
         walls = (
-            FlankContact(self.cutter, side, self._grid, self.wall if plain else partial(self._footed, side))
+            FlankContact(self.cutter, side, self._grid, wall if plain else partial(self._footed, side))
             for side in self.cutter.sides
         )
         return smallest(walls, self._counted(lambda flank: flank.margin, np.inf))

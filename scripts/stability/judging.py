@@ -157,7 +157,7 @@ def _surface(mesh: Any, oracle: Any, tolerance: float, rng: np.random.Generator,
     """Largest distance of sampled points from both blank and follower, and deepest place inside the follower, mm."""
     names = np.array(mesh.groups)[mesh.group if mesh.group is not None else np.zeros(len(mesh.faces), int)]
     area = mesh.face_areas
-    cut = np.isin(names, ("flank", "edge", "floor"))
+    cut = np.isin(names, ("flank", "edge", "root", "floor"))
     chosen = []
     for mask, count in ((cut, SAMPLES), (~cut, SAMPLES // 2)):
         if mask.any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -113,3 +114,13 @@ def test_triangles(tmp_path: Path) -> None:
     assert set(verdict.face_names) == set(mesh.groups)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     assert verdict.box == pytest.approx((*low, *high), abs=1e-2)
+
+
+def test_a_rounded_root(tmp_path: Path) -> None:
+    body = replace(drum(rise_and_return()), track=replace(drum(rise_and_return()).track, root=1.2))
+    solid = grooved_solid(body)
+    verdict = judged(tmp_path, solid)
+    assert (verdict.solids, verdict.free_shells, verdict.valid) == (1, 0, True), verdict.complaints
+    assert verdict.tolerance <= 1e-7
+    assert verdict.volume == pytest.approx(check_solid(solid).volume, rel=1e-6)
+    assert "root" in {name.split(".")[0].rstrip("0123456789- ") for name in verdict.face_names}

@@ -74,6 +74,8 @@ def _golden(f, lo, hi, rounds):
 def judges_of(data, lift, low, high, ends):
     """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end."""
     cam = data["cam"]
+    if corner := data.get("cutter", {}).get("corner_radius"):
+        cam = {**cam, "root_radius": corner}
     judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
     marks = np.unique(np.concatenate([[0.0, TURN], ends]))
     for judge in judges:
@@ -266,6 +268,8 @@ def _drum(cam, follower, roller, lift, low, high):
     ball = roller.get("shape") == "sphere"
     centre = floor + 0.5 * roller["diameter"] if ball else outer - 0.5 * roller["length"]
     radius, shape = _shape(roller, centre, True)(gap)
+    if cam.get("root_radius"):
+        shape = ("rounded", cam["root_radius"], None)
     half = 0.5 * (cam.get("rib_thickness", 0.0) + roller["diameter"])
     offsets = np.array([0.0]) if cam.get("form", "groove") == "groove" else np.array([-half, half])
 

@@ -13,7 +13,8 @@ GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
 def roller_distance(x, a, u, radius, tip, tip_high=False, shape=None):
-    """Signed distance of points x to a roller; shape is (kind, slope or arc radius, centre of the meridian).
+    """Signed distance of points x to a roller; shape is (kind, slope or arc radius, centre of the meridian), or
+    ("rounded", corner radius, None) of a cylinder whose end has a rounded edge.
 
     x, a, u broadcast to (..., 3); the roller is unbounded away from its tip.
     """
@@ -21,6 +22,11 @@ def roller_distance(x, a, u, radius, tip, tip_high=False, shape=None):
     axial = np.einsum("...i,...i->...", d, u)
     if shape is not None and shape[0] in ("sphere", "crowned"):
         return _arc_distance(d, axial, radius, tip, tip_high, shape)
+    if shape is not None and shape[0] == "rounded":
+        across = np.sqrt(np.maximum(np.einsum("...i,...i->...", d, d) - axial**2, 0.0))
+        side, under = across - radius + shape[1], ((axial - tip) if tip_high else (tip - axial)) + shape[1]
+        outside = np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0))
+        return outside + np.minimum(np.maximum(side, under), 0.0) - shape[1]
     slope, centre = (0.0, 0.0) if shape is None else (shape[1], shape[2])
     across = np.sqrt(np.maximum(np.einsum("...i,...i->...", d, d) - axial**2, 0.0))
     wall = (across - radius - slope * (axial - centre)) / np.sqrt(1.0 + slope * slope)

@@ -157,12 +157,14 @@ def groove_bands(walls: Walls, first: float) -> list[Band]:
     def sweep(side: float) -> SurfacePoints:
         return lambda phi, share: points_last(walls.column(phi).edge(side, share))
 
+    foot = "root" if walls.track.root else "edge"
+
     def floor(phi: Floats, share: Floats) -> Floats:
         column = walls.column(phi)
         low, high = column.chord_end(first)[:, :, None], column.chord_end(-first)[:, :, None]
         return points_last(low * (1.0 - share) + high * share)
 
-    middle = [Band("edge", sweep(first)), Band("floor", floor, degree=1), Band("edge", flipped(sweep(-first)))]
+    middle = [Band(foot, sweep(first)), Band("floor", floor, degree=1), Band(foot, flipped(sweep(-first)))]
     return [down, *middle, up]
 
 
@@ -192,7 +194,7 @@ def points_last(x: Floats) -> Floats:
 def split_knots(track: Track, samples: int = 48) -> Floats:
     """The track's knots, and between them the cam angles where an edge sweep narrows to a point, rad."""
     knots = track.knots()
-    if Column(track, knots[:1]).ball_ended:
+    if track.root or Column(track, knots[:1]).ball_ended:
         return knots
     narrow = [knots]
     for side in (1.0, -1.0):

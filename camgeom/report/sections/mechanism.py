@@ -39,7 +39,7 @@ AROUND = 2881
 NEAR = 0.01
 """a vertex belongs to the profile within this share of the cam's size"""
 COLOURED = ("flank",)
-GROOVE = ("flank", "floor", "edge")
+GROOVE = ("flank", "floor", "edge", "root")
 """faces that a clearance is shown on"""
 NOTHING = 1e-3
 """mm; a clearance nowhere larger than this is contact all over and no picture"""
