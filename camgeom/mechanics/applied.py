@@ -54,16 +54,18 @@ class Applied:
 
     def __call__(self, theta: ArrayLike, s: ArrayLike = 0.0, v: ArrayLike = 0.0, a: ArrayLike = 0.0) -> Floats:
         """Force at cam angle theta (rad, any turn); broadcast shape of the arguments."""
-        angle, lift, speed, change = np.broadcast_arrays(
-            np.asarray(theta, dtype=np.float64), *(np.asarray(x, dtype=np.float64) for x in (s, v, a)))
+        angle, *state = (np.asarray(x, dtype=np.float64) for x in (theta, s, v, a))
         turned = np.mod(angle - self.begin, TURN)
         inside = (turned <= self.length) | (self.length >= TURN)
         # The closing end belongs to the range although it may round to just past it or to a whole turn.
         inside |= np.minimum(np.abs(turned - self.length), TURN - turned) <= 1e-14 * TURN
-        force = np.zeros(angle.shape)
+        shape = np.broadcast_shapes(angle.shape, *(x.shape for x in state))
+        force = np.zeros(shape)
         if inside.any():
-            value = self.value(np.mod(angle[inside], TURN), lift[inside], speed[inside], change[inside])
-            force[inside] = self.factor * value
+            within = np.broadcast_to(inside, shape)
+            angle = np.mod(angle, TURN)
+            value = self.value(*(np.broadcast_to(x, shape)[within] for x in (angle, *state)))
+            force[within] = self.factor * value
         return force
 
 

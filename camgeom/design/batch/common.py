@@ -306,6 +306,10 @@ class Points:
     dds: Floats
     side: Floats
 
+    def of(self, rows: Ints) -> Points:
+        """These samples alone."""
+        return Points(self.theta[rows], self.s[rows], self.ds[rows], self.dds[rows], self.side[rows])
+
 
 Row = tuple[int, float, float]
 """A piece: the leg it is of, and its ends in the leg's own travel."""

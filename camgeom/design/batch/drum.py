@@ -22,7 +22,6 @@ from camgeom.design.batch.common import Motion, Points, Variants, motion_of, mot
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.duty import MILLI
-from camgeom.mechanics.groove import pitch_curvature
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, flexibility
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import Demand, thrust_share
@@ -33,7 +32,7 @@ from camgeom.track.survey import STATIONS
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 256
+CHUNK = 1024
 TURNS = 4
 """times that flexibilities and slice loads are computed in turn: each leaves about a tenth of the error before"""
 STEEP = float(np.sqrt(2.0))
@@ -203,27 +202,43 @@ class Groove:
 
     def folding(self, radius: Floats, points: Points) -> Floats:
         """r k of the pitch surface towards the wall that it undercuts first, k its larger curvature."""
-        square = radius * radius + points.ds * points.ds
-        kappa = radius * points.dds / (square * np.sqrt(square))
-        twist = points.ds / square
-        return np.asarray((0.5 * self.cutter) * (np.abs(kappa) + np.sqrt(kappa * kappa + 4.0 * (twist * twist))))
+        # With q = 1 / (R² + s'²) that curvature is q (w + sqrt(w² + 4 s'²)) / 2, w = R |s''| sqrt q.
+        slope = points.ds * points.ds
+        q = 1.0 / (radius * radius + slope)
+        w = np.sqrt(q)
+        w *= radius * np.abs(points.dds)
+        root = w * w
+        root += 4.0 * slope
+        np.sqrt(root, out=root)
+        root += w
+        root *= q
+        return np.asarray(root * (0.5 * self.cutter))
 
     def effective_radius(self, sign: float, radius: Floats, points: Points) -> Floats:
         """Relative radius times sign, mm: +1 on the wall where it is larger, -1 where it is less (a cusp has none)."""
-        square = radius * radius + points.ds * points.ds
-        kappa = np.abs(radius * points.dds / (square * np.sqrt(square)))
-        turned = self.roller * points.ds / square
-        twist2 = turned * turned
-        return np.asarray(sign * self.roller * (1.0 + sign * self.roller * kappa - twist2) / (1.0 + twist2))
+        q = 1.0 / (radius * radius + points.ds * points.ds)
+        turned = q * (self.roller * points.ds)
+        turned *= turned
+        q *= np.sqrt(q)
+        bent = q * ((sign * radius * self.roller) * np.abs(points.dds))
+        bent += 1.0
+        bent -= turned
+        turned += 1.0
+        bent /= turned
+        bent *= sign * self.roller
+        return bent
 
     def _across(self, signed: Floats, twist2: Floats) -> Floats:
         """Relative curvature of a wall whose pitch curve is curved by `signed` away from it, 1/mm.
 
         The denominator is kept from zero, as that of the exact flank is.
         """
-        rest = 1.0 + self.roller * signed - twist2
-        rest = np.where(np.abs(rest) > 1e-12, rest, 1e-12)
-        return np.asarray((1.0 + twist2) / (self.roller * rest))
+        rest = self.roller * signed
+        rest += 1.0
+        rest -= twist2
+        rest[np.abs(rest) <= 1e-12] = 1e-12
+        rest *= self.roller
+        return np.asarray((1.0 + twist2) / rest)
 
     def _worst(self, what: Callable[[Floats, Points], Floats], low: Floats) -> Floats:
         """Largest of a quantity over the turn and over the stations from `low` to the land, (n,)."""
@@ -232,12 +247,16 @@ class Groove:
             return motion.largest(partial(what, low))
         share = np.linspace(0.0, 1.0, STATIONS)
         radii = low + (self.radius - low) * share[:, None]
-        tried = [what(radius, motion.samples) for radius in radii[[0, STATIONS // 2, -1]]]
-        piece, step = motion.peak(np.max(tried, axis=0))
+        values = np.array(what(low, motion.samples))
+        # The others matter on steep flanks alone.
+        rows = np.flatnonzero((np.abs(motion.samples.ds) > STEEP * low).any(axis=1))
+        steep = motion.samples.of(rows)
+        values[rows] = np.max([values[rows], *(what(radius, steep) for radius in radii[[STATIONS // 2, -1]])], axis=0)
+        piece, step = motion.peak(values)
         near = motion.around(piece, step)
         height = np.stack([what(radius, near)[1] for radius in radii])
         best = np.broadcast_to(radii, height.shape)[height.argmax(axis=0), np.arange(motion.size)]
-        return motion.largest(partial(what, best))
+        return motion.top(partial(what, best), values)[1]
 
     @cached_property
     def margin(self) -> Floats:
@@ -363,10 +382,13 @@ class Groove:
     def square(self, points: Points, force: Floats | None = None) -> Floats:
         """Square of the pressure at the quoted radius, MPa²."""
         normal = self.normal(points, force)
-        kappa = pitch_curvature(self.quoted, points.ds, points.dds)
-        turned = self.roller * points.ds / (self.quoted * self.quoted + points.ds * points.ds)
-        k = self._across(np.where(normal >= 0.0, kappa, -kappa), turned * turned)
-        return np.asarray(np.abs(normal) * k / (self.length * pi * self.pair))
+        q = 1.0 / (self.quoted * self.quoted + points.ds * points.ds)
+        kappa = self.quoted * points.dds * q * np.sqrt(q)
+        turned = self.roller * points.ds * q
+        turned *= turned
+        k = self._across(np.copysign(1.0, normal) * kappa, turned)
+        k *= np.abs(normal)
+        return np.asarray(k / (self.length * pi * self.pair))
 
     @cached_property
     def pressure(self) -> Floats:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from math import pi
 from typing import TYPE_CHECKING, final
+from weakref import proxy
 
 import numpy as np
 
@@ -186,7 +187,9 @@ class Seen:
     """One touch at samples of the motion; each (P, n) or a shape that meets it."""
 
     def __init__(self, cams: Cams, touch: Touch, points: Points) -> None:
-        self.cams, self.touch, self.points = cams, touch, points
+        # A cam has these: what they need of it must not keep it, and all its arrays, alive in turn.
+        self.cams: Cams = proxy(cams)
+        self.touch, self.points = touch, points
         p = points
         if touch.shift is not None:
             p = replace(p, s=p.s + touch.shift)

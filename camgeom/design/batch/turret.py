@@ -54,7 +54,15 @@ from camgeom.track.turret import SLICES
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 128
+CHUNK = 256
+THIN = 2
+"""of so many samples of the motion one is taken where rollers are surveyed"""
+PER = (SAMPLES - 1) // THIN + 1
+"""samples of a piece then"""
+STEP = FINE // (PER - 1)
+"""fine steps between two of them"""
+ROUNDS = 2
+"""times that a largest quantity is laid a parabola through, each about where the one before has its top"""
 TURNS = 3
 """times that flexibilities and slice loads are computed in turn"""
 SHARED = {
@@ -63,9 +71,9 @@ SHARED = {
     "force": {"contact.peak_force_n", "contact.stud_stress_mpa"},
 }
 """figures that rest on how rollers share the torque"""
-LEVELS = ((1e-2, 7, 8), (3e-3, 13, 14))
-"""level of the pressures; samples about a largest one; halvings of the distance of two samples between which a roller
-comes to bear, to 2e-4 and to 4e-6 of a piece"""
+LEVELS = ((1e-2, 4, 7, 8), (3e-3, 8, 13, 14))
+"""level of the pressures; parts of a step between samples in which a largest one is looked for; places about it;
+halvings of the distance of two samples between which a roller comes to bear"""
 NEAR = 6
 """fine steps to either side of a largest pressure that are computed once more"""
 Mask = NDArray[np.bool_]
@@ -168,12 +176,11 @@ class Seat:
 @final
 @dataclass(frozen=True, eq=False)
 class Line:
-    """The pitch surface at one place along the rollers: 2H, M²/D (D the first form's determinant), lever, root of D."""
+    """The pitch surface at one place along the rollers: 2H, M²/D (D the first form's determinant), lever."""
 
     bend: Floats
     twist2: Floats
     lever: Floats
-    root: Floats
 
 
 @final
@@ -205,7 +212,7 @@ class Indexer(ABC):
         assert isinstance(cam, TurretKeys)
         self.base = 0.5 * self.pitch if cam.form == "rib" else 0.0
         self.advance = program_of(self.profile).advance
-        self.around, self.halvings = next((one[1:] for one in LEVELS if level >= one[0]), LEVELS[-1][1:])
+        self.finer, self.around, self.halvings = next((one[1:] for one in LEVELS if level >= one[0]), LEVELS[-1][1:])
         self.centre, self.width = number("cam.center_distance"), number("cam.width")
         self.gap = number("cam.running_clearance")
         self.roller, self.length = 0.5 * number("roller.diameter"), number("roller.length")
@@ -288,12 +295,26 @@ class Indexer(ABC):
         return np.asarray(self.base + self.pitch * np.arange(first, last + 1))
 
     @cached_property
-    def _surveyed(self) -> tuple[Floats, Seat, Mask]:
-        """The rollers while their middles are beside the cam: offsets (k,), seats, and where they are, (k, P, n)."""
-        offsets = self.offsets(self.reach)
-        at = offsets[:, None, None]
-        points = self.motion.samples
-        return offsets, self.seat(points, at), np.abs(points.s + at) <= self.reach
+    def points(self) -> Points:
+        """PER points of every piece that moves, one of every other, (P, n)."""
+        inner = np.arange(SAMPLES) % THIN == 0
+        moving = np.tile(inner, self.motion.moving)
+        rests = np.ones(len(self.motion.rows) - self.motion.moving, dtype=bool)
+        return self.motion.samples.of(np.flatnonzero(np.concatenate([moving, rests])))
+
+    @cached_property
+    def _surveyed(self) -> tuple[Floats, Ints, Seat, Mask]:
+        """The rollers while their middles are beside the cam: offsets (k,), which samples of all of theirs that is for
+        some variant, (m,) of k P, the seats there, and where they are, (m, n)."""
+        offsets, points = self.offsets(self.reach), self.points
+        roller, sample = np.nonzero(self._beside(points, offsets, self.reach))
+        near, at = points.of(sample), offsets[roller][:, None]
+        return offsets, roller * len(points.s) + sample, self.seat(near, at), np.abs(near.s + at) <= self.reach
+
+    @staticmethod
+    def _beside(points: Points, offsets: Floats, limit: Floats) -> Mask:
+        """Whether rollers at offsets (k,) are within +-limit of the line of centres for some variant, (k, P)."""
+        return np.asarray((np.abs(points.s + offsets[:, None, None]) <= limit).any(axis=2))
 
     @cached_property
     def _ends(self) -> tuple[Seat, Mask] | None:
@@ -309,43 +330,61 @@ class Indexer(ABC):
 
     def _worst(self, what: Callable[[Floats, Seat], Floats], *stations: Floats) -> Floats:
         """Largest of a quantity over the turn, all rollers beside the cam, and some places along them, (n,)."""
-        offsets, seat, here = self._surveyed
+        offsets, rows, seat, here = self._surveyed
         values = what(stations[0], seat)
         for station in stations[1:]:
             np.maximum(values, what(station, seat), out=values)
-        row, piece, step, best = self._candidate(np.where(here, values, -np.inf))
-        near = self.motion.around(piece, step)
+        row, piece, step, best = self._candidates(offsets, rows, here, values)
         at = offsets[row]
-        inner, beside = (np.abs(near.s + at) <= self.reach).all(axis=0), self.seat(near, at)
-        for station in stations:
-            best = np.maximum(best, np.where(inner, vertex(*what(station, beside))[1], -np.inf))
-            if self._ends is not None:
-                seats, there = self._ends
+        for _ in range(ROUNDS):
+            near = self.motion.at(piece, step + REACH * np.array([-1, 0, 1])[:, None, None])
+            beside = self.seat(near, at)
+            tried = [vertex(*what(station, beside)) for station in stations]
+            move = np.rint(tried[0][0] * REACH).astype(np.intp)
+            step = np.clip(step + move, REACH, FINE - REACH)
+        for share, value in tried:
+            # It is smooth beyond the edge of the cam, but of no account there.
+            place = near.s[1] + 0.5 * share * (near.s[2] - near.s[0])
+            best = np.maximum(best, np.where(np.abs(place + at) <= self.reach, value, -np.inf).max(axis=0))
+        if self._ends is not None:
+            seats, there = self._ends
+            for station in stations:
                 best = np.maximum(best, np.where(there, what(station, seats), -np.inf).max(axis=0))
         return best
 
-    def _candidate(self, values: Floats) -> tuple[Ints, Ints, Ints, Floats]:
-        """Roller, piece, fine step and value of the largest of samples (k, P, n), -inf where none is, (n,) each."""
-        rollers, _, size = values.shape
-        moving, one = self.motion.moving, np.arange(size)
-        v = values[:, : moving * SAMPLES].reshape(rollers * moving, SAMPLES, size)
+    def _candidates(self, offsets: Floats, rows: Ints, here: Mask, values: Floats) -> tuple[Ints, Ints, Ints, Floats]:
+        """Roller, piece and fine step of the two largest peaks of the samples surveyed, (2, n) each, and the largest
+        sample, (n,)."""
+        rollers, size, moving = len(offsets), self.motion.size, self.motion.moving
+        every = np.full((2, rollers, len(self.points.s), size), -np.inf)
+        every[0].reshape(-1, size)[rows] = np.where(here, values, -np.inf)
+        every[1].reshape(-1, size)[rows] = values
+        one = np.arange(size)
+        v, beyond = every[:, :, : moving * PER].reshape(2, rollers * moving, PER, size)
         top = v.argmax(axis=1)
         most = np.take_along_axis(v, top[:, None], axis=1)[:, 0]
-        middle = np.clip(top, 1, SAMPLES - 2)
-        three = [np.take_along_axis(v, middle[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1)]
-        smooth = np.isfinite(three[0]) & np.isfinite(three[1]) & np.isfinite(three[2])
+        middle = np.clip(top, 1, PER - 2)
+        three = [np.take_along_axis(beyond, middle[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1)]
+        smooth = np.isfinite(most) & np.isfinite(three[0]) & np.isfinite(three[1]) & np.isfinite(three[2])
         at, peak = vertex(*(np.where(smooth, each, 0.0) for each in three))
-        rest = values[:, moving * SAMPLES :].reshape(-1, size)
+        # Beyond the edge of the cam a quantity goes on, but is of no account there.
+        begin = np.tile(PER * np.arange(moving), rollers)[:, None] + middle
+        lift = np.broadcast_to(self.points.s, (len(self.points.s), size))
+        low, high = (lift[begin + k, one] + np.repeat(offsets, moving)[:, None] for k in (-1, 1))
+        smooth &= np.abs(0.5 * (low + high + at * (high - low))) <= self.reach
+        rest = every[0, :, moving * PER :].reshape(-1, size)
         height = np.concatenate([np.where(smooth, peak, most), rest])
-        row = height.argmax(axis=0)
+        first = height.argmax(axis=0)
+        height[first, one] = -np.inf
+        row = np.stack([first, height.argmax(axis=0)])
         still = row >= rollers * moving
-        place = np.where(smooth, middle + at, top)[np.where(still, 0, row), one] * (FINE // (SAMPLES - 1))
+        place = np.where(smooth, middle + at, top)[np.where(still, 0, row), one] * STEP
         rests = max(len(rest) // rollers, 1)
         roller: Ints = np.where(still, (row - rollers * moving) // rests, row // moving)
         piece = np.where(still, moving + (row - rollers * moving) % rests, row % moving)
         step = np.where(still, FINE // 2, np.clip(np.rint(place), REACH, FINE - REACH)).astype(np.intp)
-        lowest = np.concatenate([most, rest])[row, one]
-        return roller.astype(np.intp), piece.astype(np.intp), step, np.asarray(lowest)
+        found = np.maximum(most.max(axis=0), rest.max(axis=0, initial=-np.inf))
+        return roller.astype(np.intp), piece.astype(np.intp), step, np.asarray(found)
 
     def angle(self, surface: bool, *stations: Floats) -> Floats:
         """Largest pressure angle, deg."""
@@ -427,32 +466,42 @@ class Indexer(ABC):
         """Squares of the largest pressures of all slices and of the middle one, MPa², and the largest force on a
         roller, N, (P, n) each; whether no roller bears; which do, (k, P, n).
 
-        Rollers at `offsets` (k, 1, 1) share by their levers, as if all slices were alike flexible.
+        Rollers at `offsets` (k,) share by their levers, as if all slices were alike flexible.
         """
+        beside = self._beside(points, offsets, self.clear)
+        beside[0, ~beside.any(axis=0)] = True
+        sample, roller = np.nonzero(beside.T)
+        starts = np.flatnonzero(np.diff(sample, prepend=-1))
+        near, at = points.of(sample), offsets[roller][:, None]
         torque = self.torque(points)
-        side = np.where(torque >= 0.0, self.pushing, -self.pushing)
-        seat = self.seat(points, offsets)
-        begin, stop, on = self._bearing(points, seat, offsets, side)
-        cover = np.where(on, stop - begin, 0.0)
-        middle = 0.5 * (begin + stop)
-        ends = [self.lever(seat, delta) for delta in (begin, middle, stop)]
-        first = np.where(on, cover * (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0, 0.0)
-        second = np.where(on, cover * (ends[0] ** 2 + 4.0 * ends[1] ** 2 + ends[2] ** 2) / 6.0, 0.0)
-        total = second.sum(axis=0)
+        side = (self.pushing * np.copysign(1.0, torque))[sample]
+        seat = self.seat(near, at)
+        begin, stop, on = self._bearing(near, seat, at, side)
+        cover = np.where(on, stop - begin, 0.0) / 6.0
+        ends = [self.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
+        first = cover * (ends[0] + 4.0 * ends[1] + ends[2])
+        second = cover * (ends[0] ** 2 + 4.0 * ends[1] ** 2 + ends[2] ** 2)
+        total = np.add.reduceat(second, starts, axis=0)
         scale = np.divide(np.abs(torque), total, out=np.zeros_like(total), where=total > 0.0)
         share = self.length / SLICES
-        near = self.low + share * np.floor((begin - self.low) / share + 1.0)
-        far = self.low + share * np.ceil((stop - self.low) / share - 1.0)
-        inner = self.low + share * (SLICES // 2)
-        low, high = np.maximum(inner, begin), np.minimum(inner + share, stop)
-        places = [(0.5 * (begin + np.minimum(near, stop)), on), (0.5 * (np.maximum(far, begin) + stop), on)]
-        if "middle" in self.asked:
-            places.append((0.5 * (low + high), on & (low < high)))
-        squares = [np.where(there, self._square(seat, place, side), 0.0).max(axis=0) for place, there in places]
+        nearest = self.low + share * np.floor((begin - self.low) / share + 1.0)
+        farthest = self.low + share * np.ceil((stop - self.low) / share - 1.0)
+        squares = self._square(seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
+        squares = np.maximum(squares, self._square(seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
         scaled = scale / (pi * self.pair)
+        middle = np.zeros(1)
+        if "middle" in self.asked:
+            inner = self.low + share * (SLICES // 2)
+            low, high = np.maximum(inner, begin), np.minimum(inner + share, stop)
+            there = np.where(on & (low < high), self._square(seat, 0.5 * (low + high), side), 0.0)
+            squares = np.maximum(squares, there)
+            middle = np.maximum.reduceat(there, starts, axis=0) * scaled
+        squares = np.where(on, squares, 0.0)
         lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
-        force = first.max(axis=0) * scale
-        return np.maximum.reduce(squares) * scaled, squares[-1] * scaled, force, lost, on
+        force = np.maximum.reduceat(first, starts, axis=0) * scale
+        bearing = np.zeros((*beside.shape, self.motion.size), dtype=bool)
+        bearing[roller, sample] = on
+        return np.maximum.reduceat(squares, starts, axis=0) * scaled, middle, force, lost, bearing
 
     def _bearing(self, points: Points, seat: Seat, offsets: Floats, side: Floats) -> tuple[Floats, Floats, Mask]:
         """Ends of what the rollers touch, mm, and whether they touch: as `track.runout.touching` finds it, at one of
@@ -509,13 +558,12 @@ class Indexer(ABC):
         """The contact under load: sampled, then where rollers come and go and about the largest values, at last with
         the flexibility of every slice."""
         motion, one = self.motion, np.arange(self.motion.size)
-        offsets = self.offsets(self.clear)[:, None, None]
-        *sampled, lost, bearing = self.press(motion.samples, offsets)
+        offsets = self.offsets(self.clear)
+        *sampled, lost, bearing = self.press(self.points, offsets)
         wanted = [n for n, word in enumerate(("slice", "middle", "force")) if word in self.asked]
-        tops = [np.broadcast_to(sampled[n], lost.shape)[: motion.moving * SAMPLES].argmax(axis=0) for n in wanted]
-        wide = FINE // (SAMPLES - 1)
-        windows = [(top // SAMPLES, top % SAMPLES * wide) for top in {top.tobytes(): top for top in tops}.values()]
-        around = np.arange(-wide, wide + 1, wide // 8)[:, None]
+        tops = [np.broadcast_to(sampled[n], lost.shape)[: motion.moving * PER].argmax(axis=0) for n in wanted]
+        windows = [(top // PER, top % PER * STEP) for top in {top.tobytes(): top for top in tops}.values()]
+        around = np.arange(-STEP, STEP + 1, STEP // self.finer)[:, None]
         tried = [(np.broadcast_to(piece, (len(around), motion.size)), np.clip(step + around, 0, FINE).astype(float))
                  for piece, step in windows]
         if coming := self._comings(bearing, offsets):
@@ -526,19 +574,19 @@ class Indexer(ABC):
         for n in wanted:
             best = np.broadcast_to(again[n], steps.shape).argmax(axis=0)
             j = np.clip(steps[best, one] + near, 0.0, FINE)
-            shared = self.share(motion.at(pieces[best, one], j), offsets)[n]
+            shared = self.share(motion.at(pieces[best, one], j), offsets[:, None, None])[n]
             found[n] = np.broadcast_to(shared, j.shape).max(axis=0)
         return Pressed(found[0], found[1], found[2], np.asarray(lost.any(axis=0)))
 
     def _comings(self, bearing: Mask, offsets: Floats) -> tuple[Ints, Floats] | None:
-        """Where rollers come to bear or cease to, on the side on which they do: pieces and fine steps (t, n).
+        """Where rollers come to bear or cease to, on either side of it: pieces and fine steps (t, n).
 
-        bearing  which of the rollers at `offsets` bear at the samples, (k, P, n)
+        bearing  which of the rollers at `offsets`, (k,), bear at the samples, (k, P, n)
         """
-        motion, wide = self.motion, FINE // (SAMPLES - 1)
-        v = bearing[:, : motion.moving * SAMPLES].reshape(len(bearing), motion.moving, SAMPLES, motion.size)
+        motion = self.motion
+        v = bearing[:, : motion.moving * PER].reshape(len(bearing), motion.moving, PER, motion.size)
         places: list[Ints] = []
-        rollers: list[Floats] = []
+        rollers: list[float] = []
         comes: list[bool] = []
         for roller, row in enumerate(v):
             for comes_on in (True, False):
@@ -550,21 +598,21 @@ class Indexer(ABC):
                 for at in (first, last) if several.any() else (first,):
                     if flat.any():
                         places.append(at)
-                        rollers.append(offsets[roller, 0])
+                        rollers.append(offsets[roller])
                         comes.append(comes_on)
         if not places:
             return None
-        piece, sample = np.divmod(np.array(places), SAMPLES - 1)
-        low = sample * float(wide)
-        high = low + wide
-        at, coming = np.array(rollers), np.array(comes)[:, None]
+        piece, sample = np.divmod(np.array(places), PER - 1)
+        low = sample * float(STEP)
+        high = low + STEP
+        at, coming = np.array(rollers)[:, None], np.array(comes)[:, None]
         for _ in range(self.halvings):
             middle = 0.5 * (low + high)
             points = motion.at(piece, middle)
             side = np.where(self.torque(points) >= 0.0, self.pushing, -self.pushing)
             on = self._bearing(points, self.seat(points, at), at, side)[2] == coming
             low, high = np.where(on, low, middle), np.where(on, middle, high)
-        return np.asarray(piece, dtype=np.intp), np.where(coming, high, low)
+        return np.concatenate([piece, piece]), np.concatenate([low, high])
 
     @property
     def peak_slice(self) -> Floats:
@@ -578,6 +626,9 @@ class Indexer(ABC):
             self.variants.number(f"material.cam.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
         )
         return hours((self.peak_slice / limit) ** exponent / cycles, self.speed)
+
+
+Place = Callable[[Seat, Floats, Floats], Floats]
 
 
 @final
@@ -657,7 +708,7 @@ class Globoid(Indexer):
         root = np.sqrt(form)
         bend = (delta * seat.two * away - seat.sin * (square + 2.0 * forward)) / (form * root)
         twist = self.centre * seat.one / form
-        return Line(bend, twist * twist, away * delta / root, root)
+        return Line(bend, twist * twist, away * delta / root)
 
     def tangent2(self, surface: bool, delta: Floats, seat: Seat) -> Floats:
         """tan² at the axis; at the surface (r / delta)² more."""
@@ -665,34 +716,48 @@ class Globoid(Indexer):
         found = tangent * tangent
         return np.asarray(found + (self.roller / delta) ** 2 if surface else found)
 
-    def _place(self, seat: Seat, side: Floats, delta: Floats) -> tuple[Floats, Floats]:
-        """Distance of the contact point from the turret's axis, seen along the cam, and its height z, mm."""
+    def _arm(self, seat: Seat, side: Floats, delta: Floats) -> tuple[Floats, Floats, Floats]:
+        """How far a place along the roller is from the cam's axis, mm, its speed, mm/rad, and roller radius by the
+        root of the sum of their squares."""
         away, swept = self.centre - delta * seat.cos, delta * seat.one
-        arm = side * self.roller / np.sqrt(away * away + swept * swept)
-        x, y = away * (1.0 + arm * seat.sin), arm * swept
+        form = away * away
+        form = form + swept * swept
+        return away, swept, np.asarray(side * self.roller / np.sqrt(form, out=form))
+
+    def _rim(self, seat: Seat, side: Floats, delta: Floats) -> Floats:
+        """Distance of the contact point from the turret's axis, seen along the cam, mm."""
+        away, swept, arm = self._arm(seat, side, delta)
         z = delta * seat.sin + arm * away * seat.cos
-        rim = self.centre - np.sqrt(x * x + y * y)
-        return np.sqrt(rim * rim + z * z), z
+        away = away * (1.0 + arm * seat.sin)
+        swept = swept * arm
+        rim = self.centre - np.sqrt(away * away + swept * swept)
+        return np.sqrt(rim * rim + z * z)
+
+    def _height(self, seat: Seat, side: Floats, delta: Floats) -> Floats:
+        """Height z of the contact point, mm."""
+        away, _, arm = self._arm(seat, side, delta)
+        return np.asarray(delta * seat.sin + arm * away * seat.cos)
 
     def stretch(self, seat: Seat, side: Floats) -> tuple[Floats, Floats]:
         """From the globoid, or the end faces, to the roller's end: roots of smooth functions by two secant steps."""
-        low, high, half = self.low, self.high, 0.5 * self.width
-        (near, z_low), (far, z_high) = self._place(seat, side, low), self._place(seat, side, high)
+        low, high, half, outside = self.low, self.high, 0.5 * self.width, self.outside
+        near, far = self._rim(seat, side, low), self._rim(seat, side, high)
         wide = high - low
 
-        def root(at_low: Floats, at_high: Floats, level: Floats, part: int) -> Floats:
+        def root(what: Place, at_low: Floats, at_high: Floats, level: Floats) -> Floats:
             slope = (at_high - at_low) / wide
             slope = np.where(np.abs(slope) > 1e-12, slope, 1e-12)
             x = np.clip(low + (level - at_low) / slope, low, high)
-            x = x + (level - self._place(seat, side, x)[part]) / slope
+            x = x + (level - what(seat, side, x)) / slope
             return np.clip(x, low, high)
 
-        begin = np.where(near >= self.outside, low, root(near, far, self.outside, 0))
-        stop = np.where(far >= self.outside, high, low)
-        z_begin = self._place(seat, side, begin)[1]
+        begin = np.where(near >= outside, low, root(self._rim, near, far, outside))
+        stop = np.where(far >= outside, high, low)
+        z_low, z_high, z_begin = (self._height(seat, side, delta) for delta in (low, high, begin))
         leaves, comes = np.abs(z_high) > half, np.abs(z_begin) > half
         if np.any(leaves | comes):
-            edge = root(z_low, z_high, np.where(leaves, np.sign(z_high), np.sign(z_begin)) * half, 1)
+            level = np.where(leaves, np.sign(z_high), np.sign(z_begin)) * half
+            edge = root(self._height, z_low, z_high, level)
             stop = np.where(leaves, np.minimum(edge, stop), stop)
             begin = np.where(comes, np.maximum(edge, begin), begin)
             begin = np.where(leaves & comes, stop, begin)
@@ -767,7 +832,7 @@ class Barrel(Indexer):
         form = a * a + across
         root = np.sqrt(form)
         twist = b / form
-        return Line((a * z - b * y) / (form * root), twist * twist, arm * delta / root, root)
+        return Line((a * z - b * y) / (form * root), twist * twist, arm * delta / root)
 
     def tangent2(self, surface: bool, delta: Floats, seat: Seat) -> Floats:
         """The contact's arm about the turret along the normal, at the surface by r longer, over that across it."""
