@@ -1,7 +1,7 @@
 """Exact cam geometry, watertight solids, contact stress, fatigue life and dynamics from one profile.
 
-The public names are read, Model, check, write, LAWS, law with what a law is made of, and the errors; each is imported
-when it is first asked for, so that `import camgeom` costs a millisecond.
+The public names are read, Model, check, write, encode, study, to_build123d, LAWS, law with what a law is made of, and
+the errors; each is imported when it is first asked for, so that `import camgeom` costs a millisecond.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
         Problem,
         ProfileError,
     )
-    from camgeom.model import Model, read
     from camgeom.motion import LAWS, Claims, Parameter, Piece
     from camgeom.motion.law import law
     from camgeom.report.files import write
+    from camgeom.seat import Model, read
+    from camgeom.seat.files import encode, to_build123d
+    from camgeom.seat.variants import study
 
 __all__ = [
     "LAWS",
@@ -39,18 +41,24 @@ __all__ = [
     "Problem",
     "ProfileError",
     "check",
+    "encode",
     "law",
     "read",
+    "study",
+    "to_build123d",
     "write",
 ]
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "read": "camgeom.model",
-    "Model": "camgeom.model",
+    "read": "camgeom.seat",
+    "Model": "camgeom.seat",
     "check": "camgeom.checks:findings",
     "write": "camgeom.report.files",
+    "encode": "camgeom.seat.files",
+    "to_build123d": "camgeom.seat.files",
+    "study": "camgeom.seat.variants",
     "LAWS": "camgeom.motion",
     "law": "camgeom.motion.law",
     "Claims": "camgeom.motion",

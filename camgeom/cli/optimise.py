@@ -16,7 +16,7 @@ import numpy as np
 
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import output_folder, refuse_nameless, refuse_unwritable
-from camgeom.cli.study import STUDIED, engine_of, measure
+from camgeom.cli.study import engine_of
 from camgeom.cli.tables import aligned, number
 from camgeom.design.engine import Engine
 from camgeom.design.front import (
@@ -70,6 +70,7 @@ from camgeom.profile.text import dump
 from camgeom.report.delivery import finite
 from camgeom.report.page import render
 from camgeom.report.result import compute
+from camgeom.seat.variants import STUDIED, measure
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile

@@ -25,20 +25,16 @@ from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Axis as Varied
-from camgeom.design.study import Figures, Row, Study, axis
+from camgeom.design.study import Row, Study, axis
 from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
 from camgeom.errors import Problem, ProfileError
 from camgeom.report.delivery import finite
-from camgeom.report.result import PRODUCTS, chosen, compute
+from camgeom.report.result import PRODUCTS, chosen
+from camgeom.seat.variants import STUDIED, columns, measure, refuse_unsolved, solving
 
 if TYPE_CHECKING:
-    from camgeom.checks.verdict import Verdict
-    from camgeom.model import Model
+    pass
 
-STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
-"""Products of a study where none are named: everything that needs no solid."""
-MOVING = ("dynamics", "impact", "operation")
-"""tables of a profile whose keys, when they are varied, ask for the dynamics too"""
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
 
@@ -90,10 +86,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         from camgeom.cli.bulk import run as run_bulk
 
         return run_bulk(arguments, console, bulk, engine_of(arguments))
-    if only is None and ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
-        products = (*products, "dynamics")
-    if only is None and any(one.path[0] == "cutter" for one in axes):
-        products = (*products, "cutter")
+    products = solving(products, data, axes) if only is None else products
     refuse_unsolved(data, axes)
     measured = partial(measure, products=products, checks=checks, only=figures)
     combined = None if plan.method == "grid" and not plan.ties else plan
@@ -147,16 +140,6 @@ def left_to_the_model(arguments: argparse.Namespace, bulk: Bulk) -> str | None:
     return why
 
 
-def refuse_unsolved(data: dict[str, Any], axes: Sequence[Varied]) -> None:
-    """Raise ProfileError for keys of a solver's table that the profile does not have: their rows would be equal."""
-    for one in axes:
-        table = one.path[0]
-        if table in ("dynamics", "impact") and table not in data:
-            text = f"the profile has no [{table}] table, so nothing is solved that this key changes"
-            hint = f"give the profile an [{table}] table first (camgeom schema lists its keys)"
-            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", hint)])
-
-
 def _jobs(text: str | None) -> int | None:
     if text is None:
         return None
@@ -202,59 +185,6 @@ def streamed(study: Study, engine: Engine, parts: Parts, console: Console, whole
     figures = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))
     return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, figures, records)]
-
-
-def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:
-    """The rows by columns; a varied key is of words in every row where it is in one."""
-    figures = dict.fromkeys(key for row in rows for key in row.figures)
-    found: dict[str, list[Any]] = {}
-    for i, one in enumerate(study.varied):
-        words = any(isinstance(row.values[i], str) for row in rows)
-        found[one.key] = [str(row.values[i]) if words else row.values[i] for row in rows]
-    found |= {key: [row.figures.get(key) for row in rows] for key in figures}
-    return {**found, "verdict": [row.verdict for row in rows], "reason": [row.reason for row in rows]}
-
-
-def measure(
-    model: Model, products: tuple[str, ...], checks: tuple[str, ...] | None, only: tuple[str, ...] = ()
-) -> tuple[Figures, str, str]:
-    """The figures of one variant (of these names; default all), its verdict and the reason of that."""
-    result = compute(model, products, checks)
-    figures: Figures = {}
-    for section in ("motion", "blank", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
-        figures |= _flat(result.data.get(section, {}), section)
-    for finding in result.findings:
-        name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
-        figures[name] = finite(finding.value)
-    failed = [finding.check for finding in result.findings if not finding.passed]
-    unmade = [product.reason for product in result.products if product.exit_status]
-    words = {0: result.verdict.level, 1: "fail", 2: "bad input", 3: "no result"}
-    if result.verdict.loads is not None:
-        figures["loads"] = result.verdict.loads.whose
-    figures = {name: value for name, value in figures.items() if not only or name in only}
-    figures["not_judged"] = _not_judged(model, result.verdict, checks)
-    return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
-
-
-def _not_judged(model: Model, verdict: Verdict, checks: tuple[str, ...] | None) -> str:
-    """Names of the checks that a variant's verdict leaves out: told by the verdict, or not asked for by the study."""
-    from camgeom.checks import applies
-    from camgeom.checks import checks as registered
-
-    asked = registered(model).items() if checks is not None else ()
-    left = [name for name, entry in asked if name not in (checks or ()) and applies(entry, model)]
-    return " ".join(dict.fromkeys([*(omitted.check for omitted in verdict.not_judged), *left]))
-
-
-def _flat(data: dict[str, Any], name: str) -> Figures:
-    """The numbers of a table and of the tables in it, by dotted names."""
-    found: Figures = {}
-    for key, value in data.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{name}.{key}")
-        elif value is None or isinstance(value, bool | int | float):
-            found[f"{name}.{key}"] = finite(value)
-    return found
 
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:

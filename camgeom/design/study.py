@@ -7,7 +7,6 @@ last axis fastest, whatever order the workers of an engine finish in.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,6 +21,7 @@ import numpy as np
 from camgeom.design.engine import Cutter, Engine
 from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
 from camgeom.motion.own import loaded_copies
+from camgeom.profile import text as text_module
 from camgeom.profile.text import MAX_TABLE_BYTES, beside
 from camgeom.reading import read_bytes
 
@@ -80,19 +80,16 @@ def axis(text: str, drawn: bool = False) -> Axis:
     key, written = key.strip(), written.strip()
     forms, example = "needs KEY=A:B:N, KEY=A:B:N:log or KEY=a,b,c", "for example cam.diameter=120:150:7"
     problem = Problem("--vary", forms, text[:200], example)
-    if not equals or not re.fullmatch(r"[\w-]+(\[\d{1,5}\])?(\.[\w-]+(\[\d{1,5}\])?)*", key) or not written:
+    path = text_module.key_path(key)
+    if not equals or path is None or not written:
         raise ProfileError([problem])
-    path: list[str | int] = []
-    for part in key.split("."):
-        name, _, index = part.partition("[")
-        path += [name, int(index[:-1])] if index else [name]
     ends = [_value(word) for word in written.split(":")]
     if drawn and len(ends) == 2 and all(isinstance(end, int | float) and math.isfinite(end) for end in ends):
-        return Axis(key, tuple(path), tuple(ends), between=True)
+        return Axis(key, path, tuple(ends), between=True)
     values = _span(written, problem) if ":" in written else tuple(_value(word) for word in written.split(","))
     if any(isinstance(v, float) and not math.isfinite(v) for v in values) or "" in values:
         raise ProfileError([Problem("--vary", "needs finite numbers or words", text[:200])])
-    return Axis(key, tuple(path), values)
+    return Axis(key, path, values)
 
 
 def _value(word: str) -> Value:
@@ -134,18 +131,7 @@ PLAY = {"follower.clearance": 1.0, "cam.running_clearance": 0.5}
 
 def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> Any:
     """The data with the value at a path replaced, or added to a table. Raises ProfileError where the path breaks."""
-    if not path:
-        return value
-    head, rest = path[0], path[1:]
-    if isinstance(head, int):
-        if not isinstance(data, tuple) or head >= len(data):
-            allowed = f"0 to {len(data) - 1}" if isinstance(data, tuple) and data else "no array there"
-            raise ProfileError([Problem(f"--vary {key}", "no such entry", head, allowed)])
-        return tuple(replaced(item, rest, value, key) if i == head else item for i, item in enumerate(data))
-    if not isinstance(data, dict):
-        hint = f"write {key.partition('.')[0]}[0] for the first entry" if isinstance(data, tuple) else ""
-        raise ProfileError([Problem(f"--vary {key}", f"there is no table that could hold {head!r}", hint=hint)])
-    return {**data, head: replaced(data.get(head, {}), rest, value, key)}
+    return text_module.replaced(data, tuple(path), value, f"--vary {key}")
 
 
 @final

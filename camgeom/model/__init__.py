@@ -8,20 +8,24 @@ There are no flags: what nobody asks for is not computed and what only it needs 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import degrees
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property, frozen
+from camgeom.model import arrays
+from camgeom.model.arrays import Motion
 from camgeom.model.body import Body, MassProperties
 from camgeom.model.facts import Ledger, Observer, Sealed, fact
-from camgeom.profile import Profile
+from camgeom.profile import Profile, Readable, given
 from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
@@ -47,6 +51,7 @@ if TYPE_CHECKING:
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
     from camgeom.track.clearance import Clearance
+    from camgeom.track.flank import Flank
     from camgeom.track.pair import PairResidual
     from camgeom.track.planar import Planar
 
@@ -69,6 +74,11 @@ def _hardness(duty: Duty) -> float:
     """Largest pressure of a duty, MPa; 0 of a knife edge, which has none."""
     return duty.peak_pressure.value if duty.peak_pressure is not None else 0.0
 
+
+TELLERS: list[Callable[[Model], str]] = []
+"""what layers above add to the line that shows a model, such as its verdict where it was judged"""
+PAINTERS: list[Callable[[Model], str]] = []
+"""how a layer above shows a model in a notebook, as HTML; the first is asked"""
 
 SAG = 1.01
 """of the chord error, to which a facet may stand off: it is measured by a quadratic patch and one normal a cell, which
@@ -617,6 +627,68 @@ class Model(Sealed):
             if all(body in lives for _, lives in each)
         }
 
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **keys: Any) -> Model:
+        """Another model with other values in its profile, read and judged like a file.
+
+            model.with_({"cam.diameter": 150, "motion[1].to": 40})
+            model.with_(cam__diameter=150, operation__speed=300)
+
+        Keys are dotted as in messages and in `camgeom study`; as a keyword two underscores stand for the dot. None
+        takes a key away. Raises ProfileError with every problem found; the model itself stays as it is.
+        """
+        every = {**(changes or {}), **{key.replace("__", "."): value for key, value in keys.items()}}
+        return Model(self.profile.with_(every))
+
+    def toml(self) -> str:
+        """The profile as TOML: what was stated, without comments; `camgeom.read` reads it back."""
+        return self.profile.toml()
+
+    def motion(self, theta: npt.ArrayLike | None = None) -> Motion:
+        """Position and derivatives per rad, arrays (n,), at cam angles theta (n,), rad; default 721 round a turn."""
+        return arrays.motion(self, theta)
+
+    def pitch_curve(self, theta: npt.ArrayLike | None = None, track: int = 0) -> Floats:
+        """Centre of the roller at the middle of its contact, (n, 3) mm in the cam frame, at cam angles theta (n,), rad.
+
+        Of a planar cam this is its pitch curve. Raises DesignError for a follower without a roller.
+        """
+        return arrays.pitch_curve(self, theta, track)
+
+    def outline(self, theta: npt.ArrayLike | None = None, touch: int = 0) -> Floats:
+        """The profile of a planar cam, (n, 2) mm in the cam frame: its points of contact at cam angles theta (n,), rad.
+
+        `touch` numbers what touches the cam: a pair or a face groove has two. (`model.profile` is what the file says.)
+        Raises DesignError for cams whose profile is no plane curve.
+        """
+        return arrays.outline(self, theta, touch)
+
+    def flank(
+        self, side: float | None = None, theta: npt.ArrayLike | None = None, stations: int = 9, track: int = 0
+    ) -> Flank:
+        """A flank at cam angles theta (n,), rad, and stations along the roller's contact (m).
+
+        side  +1 or -1 as `track.sides` has it; the first where none is named
+        Of the result: `points` (n, m, 3) mm in the cam frame, `normals` (n, m, 3) from the roller into the cam,
+        `pressure_angle()` (n, m) rad, `k_rel` (n, m) 1/mm (relative curvature). Raises DesignError without a roller.
+        """
+        return arrays.flank(self, side, theta, stations, track)
+
+    def plot(self, axes: Any = None) -> Any:
+        """The motion drawn on four matplotlib axes (made where none are given), which are returned.
+
+        Position mm (rad), velocity, acceleration and jerk over the cam angle, deg: per second where the profile has a
+        speed, else per rad. Raises CamgeomError where matplotlib is not installed.
+        """
+        return arrays.plot(self, axes)
+
+    def __repr__(self) -> str:
+        kind = f"{self.profile.kind} cam, {self.profile.follower.kind} follower"
+        return f"<camgeom.Model {self.profile.name!r}: {kind}{''.join(f', {say(self)}' for say in TELLERS)}>"
+
+    def _repr_html_(self) -> str | None:
+        """How a notebook shows the model, where a layer above has entered how."""
+        return next((draw(self) for draw in PAINTERS), None)
+
     @property
     def pressure_limit(self) -> float:
         """Largest contact pressure allowed, MPa: the profile's, else what the weaker material's fatigue line bears."""
@@ -649,8 +721,10 @@ class Model(Sealed):
         return self.duty.roller_life
 
 
-def read(path: str) -> Model:
-    """The model of a profile file. Raises ProfileError with every problem found."""
-    from camgeom.profile import read as read_profile
+def read(source: str | Path | Mapping[str, Any] | Readable, file: str = "") -> Model:
+    """The model of a profile: the path of its file, its TOML text, plain data (dict) or an open file.
 
-    return Model(read_profile(path))
+    A string of several lines or with a `=` is a text, any other a path. `file` is named in messages, and what a profile
+    names (lift tables) is looked for beside it. Raises ProfileError with every problem found.
+    """
+    return Model(given(source, file))

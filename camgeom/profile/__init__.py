@@ -6,12 +6,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, final
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, final, runtime_checkable
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
 
 from camgeom.cams import Cam
 from camgeom.errors import Problem, ProfileError
@@ -22,7 +22,7 @@ from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import INTERNAL, Force, Limits, Materials, MotionSegment, Operation, Output
 from camgeom.profile.solvers import solver_problems
-from camgeom.profile.text import MAX_BYTES, Path_, load
+from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
 from camgeom.profile.twice import contradictions
 from camgeom.reading import decode, read_bytes
 from camgeom.track import TURN
@@ -35,6 +35,14 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 20_000
 """of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
+
+
+@runtime_checkable
+class Readable(Protocol):
+    """An open file."""
+
+    def read(self) -> str | bytes:
+        """All that is left of it."""
 
 
 @final
@@ -59,6 +67,7 @@ class Profile(Section):
     impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
     cutter: SerializeAsAny[Section] | None = Field(None, description="the tool that makes the flanks")
     source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
+    _stated: dict[str, Any] | None = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
@@ -120,6 +129,33 @@ class Profile(Section):
         """Everything that runs on the cam; a profile states one."""
         return (self.follower,)
 
+    @property
+    def stated(self) -> dict[str, Any]:
+        """The plain data it was read from (tables as dict, arrays as tuple): what was stated, no defaults.
+
+        Raises ProfileError for a profile that was made of typed sections.
+        """
+        if self._stated is None:
+            raise ProfileError([Problem("profile", "was made of typed sections and has no text; read it from data")])
+        return self._stated
+
+    def toml(self) -> str:
+        """What was stated, as TOML. Raises ProfileError for a profile that was made of typed sections."""
+        return dump(self.stated)
+
+    def with_(self, changes: Mapping[str, Any]) -> Profile:
+        """The profile with other values under dotted keys (`cam.diameter`, `motion[1].to`), judged like a file.
+
+        None as a value takes the key away. Raises ProfileError with every problem found.
+        """
+        data = self.stated
+        for key, value in changes.items():
+            path = key_path(key)
+            if path is None:
+                raise ProfileError([Problem(key, "is no dotted key", None, "for example cam.diameter or motion[1].to")])
+            data = replaced(data, path, value, key)
+        return from_data(*_clean(data, self.source))
+
     def digest(self) -> str:
         """SHA-256 of all that the design rests on: every key, the tables it names and the laws of the user's own files.
 
@@ -165,6 +201,31 @@ def read_data(path: str | Path) -> dict[str, Any]:
     return data
 
 
+def given(source: str | Path | Mapping[str, Any] | Readable, file: str = "") -> Profile:
+    """The profile in a file's path, a TOML text, plain data, or an open file (text or binary).
+
+    A text is a string of several lines or with a `=`; any other string is a path. `file` is named in messages, and
+    data files that the profile names are looked for beside it; an open file of a name has that. Raises ProfileError
+    with every problem found.
+    """
+    if isinstance(source, Path):
+        return read(source)
+    if isinstance(source, str):
+        return parse(source, file) if "\n" in source or "=" in source else read(source)
+    if isinstance(source, Mapping):
+        return from_data(*_clean(dict(source), file))
+    if not isinstance(source, Readable):
+        raise TypeError(f"a profile is a path, a TOML text, a dict or an open file, not a {type(source).__name__}")
+    content = source.read()
+    text = content if isinstance(content, str) else decode(content, file)
+    return parse(text, file)
+
+
+def _clean(data: dict[str, Any], file: str) -> tuple[dict[str, Any], str, list[Problem], set[Path_]]:
+    clean, problems, dropped = cleaned(data, file)
+    return clean, file, problems, dropped
+
+
 def _text(path: str | Path) -> str:
     return decode(read_bytes(Path(path), MAX_BYTES, str(path)), str(path))
 
@@ -181,6 +242,7 @@ def from_data(
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
     reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
     profile = Profile(**reader.parts(), source=file)
+    profile._stated = data
     if found := _cross_checks(profile):
         raise ProfileError(first_of(found), file)
     return profile

@@ -17,6 +17,8 @@ from datetime import date, time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from camgeom.errors import UNSEEN, Problem, ProfileError
 from camgeom.reading import lines_of, os_reason, read_bytes, refuse
 
@@ -71,6 +73,11 @@ def load(text: str, file: str) -> tuple[dict[str, Any], list[Problem], set[Path_
         # int() refuses numbers of more than a few thousand digits, dates may be impossible ones.
         reason = "a whole number has too many digits" if "digits" in str(error) else str(error)
         raise refuse(reason, file, key="TOML value") from None
+    return cleaned(data, file)
+
+
+def cleaned(data: dict[str, Any], file: str = "") -> tuple[dict[str, Any], list[Problem], set[Path_]]:
+    """Plain data of a program (tables as dict, arrays as list or tuple) under the bounds of a text's; see `load`."""
     cleaner = _Cleaner(file)
     return cleaner.table(data, ()), cleaner.problems, cleaner.dropped
 
@@ -107,15 +114,19 @@ class _Cleaner:
 
     def table(self, data: dict[str, Any], path: Path_) -> dict[str, Any]:
         self._count(path, len(data))
+        if strange := [key for key in data if not isinstance(key, str)]:
+            raise refuse("a key must be a text", self.file, key=dotted(path), value=strange[0])
         pairs = ((key, self.value(value, (*path, key))) for key, value in data.items())
         return {key: value for key, value in pairs if value is not None}
 
     def value(self, value: Any, path: Path_) -> Any:
         if isinstance(value, dict):
             return self.table(value, path)
-        if isinstance(value, list):
+        if isinstance(value, list | tuple):
             self._count(path, len(value))
             return tuple(self.value(item, (*path, i)) for i, item in enumerate(value))
+        if isinstance(value, np.generic | np.ndarray):
+            return self.value(value.tolist(), path)
         if isinstance(value, bool):
             return value
         if isinstance(value, int):
@@ -141,6 +152,38 @@ class _Cleaner:
             raise refuse("arrays or tables are nested too deeply", self.file, allowed=f"at most {MAX_DEPTH} levels")
         if self.entries > MAX_ENTRIES:
             raise refuse("the profile has too many entries", self.file, allowed=f"at most {MAX_ENTRIES}")
+
+
+def key_path(key: str) -> Path_ | None:
+    """The path that a dotted key of a program or a command names: `motion[3].until`; None where it is no such key."""
+    if not re.fullmatch(r"[\w-]+(\[\d{1,5}\])?(\.[\w-]+(\[\d{1,5}\])?)*", key):
+        return None
+    path: list[str | int] = []
+    for part in key.split("."):
+        name, _, index = part.partition("[")
+        path += [name, int(index[:-1])] if index else [name]
+    return tuple(path)
+
+
+def replaced(data: Any, path: Path_, value: Any, shown: str) -> Any:
+    """The data with the value at a path replaced, or added to a table; None takes the key away.
+
+    Raises ProfileError, which names what is `shown`, where the path breaks.
+    """
+    if not path:
+        return value
+    head, rest = path[0], path[1:]
+    if isinstance(head, int):
+        if not isinstance(data, tuple) or head >= len(data):
+            allowed = f"0 to {len(data) - 1}" if isinstance(data, tuple) and data else "no array there"
+            raise ProfileError([Problem(shown, "no such entry", head, allowed)])
+        return tuple(replaced(item, rest, value, shown) if i == head else item for i, item in enumerate(data))
+    if not isinstance(data, dict):
+        hint = f"write {shown.split()[-1].partition('.')[0]}[0] for the first entry" if isinstance(data, tuple) else ""
+        raise ProfileError([Problem(shown, f"there is no table that could hold {head!r}", hint=hint)])
+    if value is None and not rest:
+        return {key: item for key, item in data.items() if key != head}
+    return {**data, head: replaced(data.get(head, {}), rest, value, shown)}
 
 
 def beside(name: str, folder: Path | None, key: str) -> Path | Problem:

@@ -150,3 +150,8 @@ def test_files_that_the_readme_names_exist() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for name in re.findall(r"`((?:scripts|profiles|camgeom)/[\w./*-]+)`", text):
         assert list(ROOT.glob(name.rstrip("/"))), name
+
+
+def test_the_reference_of_python_names_is_that_of_the_docstrings() -> None:
+    done = subprocess.run([sys.executable, "scripts/api_reference.py", "--check"], cwd=ROOT, check=False)
+    assert done.returncode == 0, "run scripts/api_reference.py"

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from camgeom.cli import main
-from camgeom.cli.study import measure
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.sections.motion import best_laws
+from camgeom.seat.variants import measure
 from tests.places import PROFILES
 
 MODIFIED = ["--vmax", "1.7596", "--jmax", "69.466", "--band", "2:6"]
