@@ -281,7 +281,8 @@ def _add_law(sub: argparse.ArgumentParser) -> None:
 
 def _add_validate(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("name", metavar="NAME", nargs="?", help="one source: S1 to S5, or its name; default all")
-    sub.add_argument("--out", metavar="DIR", help="write validation.html, validation.md and validation.json there")
+    sub.add_argument("--out", metavar="DIR",
+                     help="write validation.html, with the figures, validation.md and validation.json there")
     _add_json(sub)
 
 

@@ -14,6 +14,7 @@ from camgeom.cli.model import refuse_nameless, refuse_unwritable
 from camgeom.cli.tables import aligned
 
 if TYPE_CHECKING:
+    from camgeom.drawing.content import Block
     from camgeom.validation import Row, Source
 
 
@@ -34,8 +35,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if folder is not None:
         refuse_unwritable(folder)
     rows = validate(sources, watch=lambda source, entry: console.progress(f"{source.short} {entry.item}"))
+    files = [] if folder is None else _written(folder, sources, rows, console)
     console.progress("")
-    files = [] if folder is None else _written(folder, sources, rows)
     if arguments.json:
         console.out(_json(rows))
         return 0
@@ -69,14 +70,20 @@ def _json(rows: Sequence[Row]) -> str:
     return json.dumps({"rows": [row.as_dict() for row in rows]}, indent=2, allow_nan=False, ensure_ascii=False)
 
 
-def _written(folder: Path, sources: Sequence[Source], rows: Sequence[Row]) -> list[Path]:
-    """The page as HTML and Markdown and the data, each whole or not at all."""
+def _written(folder: Path, sources: Sequence[Source], rows: Sequence[Row], console: Console) -> list[Path]:
+    """The page as HTML, with the figures, and as Markdown, and the data, each whole or not at all."""
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
+    from camgeom.validation.figures import figures
     from camgeom.validation.page import markdown, page
 
+    drawn: dict[str, tuple[Block, ...]] = {}
+    for source in sources:
+        for figure in figures(source):
+            console.progress(f"{source.short} {figure.place}")
+            drawn[source.short] = (*drawn.get(source.short, ()), *figure.draw())
     texts = {
-        "validation.html": render(page(sources, rows, __version__)),
+        "validation.html": render(page(sources, rows, __version__, drawn)),
         "validation.md": markdown(sources, rows),
         "validation.json": _json(rows) + "\n",
     }

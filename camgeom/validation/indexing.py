@@ -35,14 +35,14 @@ RPM = pi / 30.0
 
 
 @cache
-def _study(law: str = LAW_NAMES[0], rpm: float = 655.64) -> IndexingStudy:
+def drive_study(law: str = LAW_NAMES[0], rpm: float = 655.64) -> IndexingStudy:
     study = machine(NAME, ("motion.1.law", law), ("operation.speed", rpm)).indexing
     assert study is not None
     return study
 
 
 def _drive() -> IndexingDrive:
-    return _study().drive
+    return drive_study().drive
 
 
 def _steepest(law: str = LAW_NAMES[0]) -> float:
@@ -50,7 +50,7 @@ def _steepest(law: str = LAW_NAMES[0]) -> float:
     return LAWS[law].claims.vm * INDEX / MOTION
 
 
-def _torsion(slope: float) -> tuple[Floats, Floats]:
+def torsion(slope: float) -> tuple[Floats, Floats]:
     """Mass and stiffness (3, 3) of the torsion at a slope, SI."""
     d = _drive()
     mass = d.matrix(d.inertia_terms(), TORSION)
@@ -66,34 +66,34 @@ def _hertz(mass: Floats, stiffness: Floats) -> float:
 
 def _without_square(slope: float) -> float:
     """Lowest frequency, Hz, with K12 tau'^2 left out of the cam's stiffness but the coupling kept on both sides."""
-    mass, stiffness = _torsion(slope)
+    mass, stiffness = torsion(slope)
     stiffness[0, 0] -= _drive().contact_stiffness * slope**2
     return sqrt(float(squared_frequencies(mass, stiffness)[0])) / (2.0 * pi)
 
 
 def _as_printed(slope: float) -> float:
     """Lowest frequency, Hz, of the stiffness as (25) prints it: triangular."""
-    mass, stiffness = _torsion(slope)
+    mass, stiffness = torsion(slope)
     stiffness[0, 0] -= _drive().contact_stiffness * slope**2
     stiffness[1, 0] = 0.0
     return _hertz(mass, stiffness)
 
 
 def _first_frequency() -> Answer:
-    readings = [Reading(f"exact, {law}", _study(law).modes.lowest_hz()[0]) for law in LAW_NAMES[1:]]
+    readings = [Reading(f"exact, {law}", drive_study(law).modes.lowest_hz()[0]) for law in LAW_NAMES[1:]]
     readings += [Reading(f"K12 tau'^2 left out, {law}", _without_square(_steepest(law))) for law in LAW_NAMES]
     readings.append(Reading("(25) as printed", _as_printed(_steepest())))
-    return Answer(_study().modes.lowest_hz()[0], tuple(readings))
+    return Answer(drive_study().modes.lowest_hz()[0], tuple(readings))
 
 
 def _stiffness_of_25() -> Answer:
-    mass, stiffness = _torsion(_steepest())
+    mass, stiffness = torsion(_steepest())
     corrected = Reading("K12 tau'^2 q1 in its first row, -K12 tau' q1 in its second", _hertz(mass, stiffness))
-    return Answer(_study().modes.lowest_hz()[0], (corrected,), _as_printed(_steepest()))
+    return Answer(drive_study().modes.lowest_hz()[0], (corrected,), _as_printed(_steepest()))
 
 
 def _critical() -> Answer:
-    return Answer(_study().classes.first_critical_rpm)
+    return Answer(drive_study().classes.first_critical_rpm)
 
 
 def _class_bound(which: int, lowest: float) -> Answer:
@@ -103,7 +103,7 @@ def _class_bound(which: int, lowest: float) -> Answer:
 
 def _peak(law: str, rpm: float) -> float:
     """Largest acceleration of the load plate in the steady state, rad/s²."""
-    return float(_study(law, rpm).steady.peak("load_acceleration").magnitude[0])
+    return float(drive_study(law, rpm).steady.peak("load_acceleration").magnitude[0])
 
 
 def _plate(rpm: float) -> Answer:
@@ -127,7 +127,7 @@ def _least_possible(rpm: float) -> Answer:
 def _lateral() -> Answer:
     """Smallest eigenvalue of the output shaft's bending block, scaled to a unit diagonal."""
     block = ("x2", "x3")
-    found = next(item for item in _study().modes.indefinite if item.block == block)
+    found = next(item for item in drive_study().modes.indefinite if item.block == block)
     d = _drive()
     mass = d.matrix(d.inertia_terms(), block)
 
@@ -143,7 +143,7 @@ def _lateral() -> Answer:
 
 def _lowest_three() -> Answer:
     """The third torsional frequency against the lowest of the others, Hz."""
-    modes = _study().modes
+    modes = drive_study().modes
     others = [mode.frequency_hz().min() for mode in modes.modes if mode.block != TORSION and mode.oscillates]
     return Answer(float(modes.torsional()[2].frequency_hz().max()), (), float(min(others)))
 
@@ -152,7 +152,7 @@ def _wilson_bound() -> Answer:
     """Least theta with which Wilson's method lets no mode grow in steps far longer than its period, by bisection."""
     undamped = replace(_drive(), input_damping=0.0, output_damping=0.0, contact_damping=0.0)
     dwell, step = np.array([radians(335.0)]), np.array([0.1])
-    system = TorsionSystem(undamped, _study().motion, np.array([1e-4]))
+    system = TorsionSystem(undamped, drive_study().motion, np.array([1e-4]))
 
     def grows(theta: float) -> bool:
         maps = step_maps(wilson(theta), system, dwell, step)[0, 0, :, :-1]
@@ -240,7 +240,7 @@ def _losses_of_16() -> Answer:
 
 def _chain() -> Answer:
     """Turret speed, rad/s, at mid-stroke and 1000 r/min: (19) prints d tau / d theta for it."""
-    study = _study(rpm=1000.0)
+    study = drive_study(rpm=1000.0)
     slope = float(study.motion.jet(np.array([pi]), 1)[1][0])
     turned = study.steady.system.rates(np.array([[pi]]))[0][0, 0] * slope
     return Answer(float(turned), (Reading("tau'(theta1) times the cam's speed", slope * 1000.0 * RPM),), slope)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from camgeom.drawing.content import Chapter, Column, Page, Table, Text
+from camgeom.drawing.content import Block, Chapter, Column, Page, Table, Text
 from camgeom.validation.entry import Row, Source
 
 VERDICTS = ("confirmed", "misprint", "not reproducible")
@@ -61,17 +61,25 @@ def _facts(row: Row) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def page(sources: Sequence[Source], rows: Sequence[Row], version: str) -> Page:
-    """The HTML page: a section for each source, its results and the reasons to read beside them."""
+def results(source: Source, rows: Sequence[Row]) -> tuple[Block, ...]:
+    """The results of a source and the reasons to read beside them."""
     heads = ("Item", "Where", "What", "Printed", "Ours", "Unit", "Difference", "Verdict")
-    chapters = []
-    for source in sources:
-        own = [row for row in rows if row.source == source.short]
-        told = tuple((row.item, row.verdict, row.reason) for row in own if row.reason)
-        caption = f"{source.reference}: {counted(own)}"
-        results = Table(caption, tuple(map(Column, heads)), tuple(map(_facts, own)))
-        reasons = Table("Reasons", tuple(map(Column, ("Item", "Verdict", "Why"))), told)
-        chapters.append(Chapter(source.key, f"{source.short}: {source.title}", (results, reasons)))
+    own = [row for row in rows if row.source == source.short]
+    told = tuple((row.item, row.verdict, row.reason) for row in own if row.reason)
+    caption = f"{source.reference}: {counted(own)}"
+    return (
+        Table(caption, tuple(map(Column, heads)), tuple(map(_facts, own))),
+        Table("Reasons", tuple(map(Column, ("Item", "Verdict", "Why"))), told),
+    )
+
+
+def page(
+    sources: Sequence[Source], rows: Sequence[Row], version: str, figures: Mapping[str, tuple[Block, ...]]
+) -> Page:
+    """The HTML page: a section for each source, its results, reasons and, by its short name, its figures."""
+    chapters = [
+        Chapter(s.key, f"{s.short}: {s.title}", (*results(s, rows), *figures.get(s.short, ()))) for s in sources
+    ]
     intro = Text((
         "Every printed result of the sources, computed from its own data by the package. Confirmed: within half a unit "
         "of the last printed digit. Misprint: one changed term explains the difference. Not reproducible: neither; the "

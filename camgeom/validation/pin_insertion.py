@@ -32,17 +32,17 @@ AS_PRINTED: dict[Convention, str] = {
 Change = tuple[str, float]
 
 
-def _drum(diameter: float) -> tuple[Change, ...]:
+def drum(diameter: float) -> tuple[Change, ...]:
     """The drum with the pitch radius on its outside, as the paper takes it; mm."""
     return (("cam.diameter", diameter), ("cam.pitch_radius", 0.5 * diameter))
 
 
-def _long(length: float) -> tuple[Change, ...]:
+def long(length: float) -> tuple[Change, ...]:
     return (("roller.length", length), ("cam.groove_depth", length + 1.0))
 
 
 @cache
-def _figures(*changes: Change) -> dict[str, tuple[float, float, float]]:
+def lives(*changes: Change) -> dict[str, tuple[float, float, float]]:
     """Peak pressure, MPa, its cam angle, deg, and roller life, h, by convention; life 0 of an undercut wall."""
     radius = dict(changes).get("cam.pitch_radius", 67.0)
     found = machine(NAME, *changes).duty.conventions(radius)
@@ -50,7 +50,7 @@ def _figures(*changes: Change) -> dict[str, tuple[float, float, float]]:
 
 
 def _figure(which: int, *changes: Change) -> Answer:
-    figures = _figures(*changes)
+    figures = lives(*changes)
     readings = [Reading(text, figures[name][which]) for name, text in AS_PRINTED.items()]
     if which == LIFE:
         readings.append(Reading("'+' with 1e8 cycles at the limit", 10.0 * figures["published"][LIFE]))
@@ -59,7 +59,7 @@ def _figure(which: int, *changes: Change) -> Answer:
 
 def _life_ratio(over: tuple[Change, ...], under: tuple[Change, ...], scale: float = 1.0, less: float = 0.0) -> Answer:
     """Life of one machine over that of another, times `scale`, less `less`; where the latter's walls exist."""
-    high, low = _figures(*over), _figures(*under)
+    high, low = lives(*over), lives(*under)
     ratios = {k: scale * high[k][LIFE] / low[k][LIFE] - less for k in high if low[k][LIFE] > 0.0}
     readings = tuple(Reading(text, ratios[k]) for k, text in AS_PRINTED.items() if k in ratios)
     # Without a flank of the smaller drum there is no exact life to grow from: 0 stands for it.
@@ -72,16 +72,16 @@ def _program(angle: float, order: int) -> float:
 
 def _margin(diameter: float, roller: float) -> Answer:
     """Least undercut margin along the roller on a drum of a diameter, mm."""
-    return Answer(machine(NAME, *_drum(diameter), ("roller.diameter", roller)).flanks[0].margin.value)
+    return Answer(machine(NAME, *drum(diameter), ("roller.diameter", roller)).flanks[0].margin.value)
 
 
-def _smallest_drum(roller: float) -> Answer:
+def smallest_drum(roller: float) -> Answer:
     """Smallest drum, mm, whose groove for a roller is not undercut anywhere, by bisection."""
     low, high = 50.0, 140.0
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
         try:
-            sound = machine(NAME, *_drum(middle), ("roller.diameter", roller)).flanks[0].margin.value > 0.0
+            sound = machine(NAME, *drum(middle), ("roller.diameter", roller)).flanks[0].margin.value > 0.0
         except DesignError:
             sound = False
         low, high = (low, middle) if sound else (middle, high)
@@ -214,27 +214,27 @@ SOURCE = Source(
               partial(_figure, ANGLE), "No reading peaks there; a flat wall comes nearest.", within=0.018),
         Entry("life", "Fig. 9", "roller life at 600 r/min", "178588", "h", partial(_figure, LIFE), _LIFE_WHY),
         Entry("life-drum-50", "Fig. 7", "roller life, drum of 50 mm", "22510", "h",
-              partial(_figure, LIFE, *_drum(50.0)), _SMALL_WHY),
+              partial(_figure, LIFE, *drum(50.0)), _SMALL_WHY),
         Entry("life-drum-140", "Fig. 7", "roller life, drum of 140 mm", "191341", "h",
-              partial(_figure, LIFE, *_drum(140.0)), _LIFE_WHY),
+              partial(_figure, LIFE, *drum(140.0)), _LIFE_WHY),
         Entry("life-length-5", "Fig. 8", "roller life, contact length 5 mm", "12919", "h",
-              partial(_figure, LIFE, *_long(5.0)), _LIFE_WHY),
+              partial(_figure, LIFE, *long(5.0)), _LIFE_WHY),
         Entry("life-length-15", "Fig. 8", "roller life, contact length 15 mm", "348804", "h",
-              partial(_figure, LIFE, *_long(15.0)), _LIFE_WHY),
+              partial(_figure, LIFE, *long(15.0)), _LIFE_WHY),
         Entry("life-speed-1300", "Fig. 9", "roller life at 1300 r/min", "801", "h",
               partial(_figure, LIFE, ("operation.speed", 1300.0)), _LIFE_WHY),
         Entry("trend-length", "Abstract, Fig. 8", "life of 15 mm over that of 5 mm contact length, '26.0 times more'",
-              "27.0", "1", partial(_life_ratio, _long(15.0), _long(5.0)),
+              "27.0", "1", partial(_life_ratio, long(15.0), long(5.0)),
               "The third power of the length: p goes with its root, damage with p to the sixth."),
         Entry("trend-length-12", "Figs. 8, 9", "178588 h of 12 mm over 12919 h of 5 mm", "13.8237", "1",
-              partial(_life_ratio, (), _long(5.0)), "The printed lives agree among themselves.", within=6e-4),
+              partial(_life_ratio, (), long(5.0)), "The printed lives agree among themselves.", within=6e-4),
         Entry("trend-roller", "Abstract, Fig. 7", "life of a roller of 26 mm over that of 10 mm, '14.1 times more'",
               "15.1", "1", partial(_life_ratio, (("roller.diameter", 26.0),), (("roller.diameter", 10.0),)),
               _CONVEX_WHY),
         Entry("trend-drum", "Abstract, Fig. 7", "life on a drum of 140 mm over that on 50 mm, '7.5 times more'", "8.5",
-              "1", partial(_life_ratio, _drum(140.0), _drum(50.0)), _SMALL_WHY),
+              "1", partial(_life_ratio, drum(140.0), drum(50.0)), _SMALL_WHY),
         Entry("trend-drum-134", "Figs. 7, 9", "191341 h on 140 mm over 178588 h on 134 mm", "1.07141", "1",
-              partial(_life_ratio, _drum(140.0), ()), "No reading grows so little.", within=5e-6),
+              partial(_life_ratio, drum(140.0), ()), "No reading grows so little.", within=5e-6),
         Entry("trend-speed", "Abstract, Fig. 9", "life at 1300 r/min over that at 600, of the lives 801 h and 178588 h",
               "0.44852", "%", partial(_life_ratio, (("operation.speed", 1300.0),), (), 100.0),
               f"{_CONVEX_WHY} Rounded to 0.449 in the text; '+' rounds to 0.448.", within=2.9e-4),
@@ -243,7 +243,7 @@ SOURCE = Source(
         Entry("undercut-50-10", "Fig. 7", "undercut margin of the groove on a drum of 50 mm, roller 10 mm", "0", "1",
               partial(_margin, 50.0, 10.0), _SMALL_WHY, ">"),
         Entry("smallest-drum", "Fig. 7", "smallest drum with a groove for the 22 mm roller; drawn from 50 mm on", "50",
-              "mm", partial(_smallest_drum, 22.0), "All drums below are undercut: the left part of Fig. 7 is of cams "
+              "mm", partial(smallest_drum, 22.0), "All drums below are undercut: the left part of Fig. 7 is of cams "
               "that do not exist."),
     ),
 )  # fmt: skip

@@ -19,7 +19,7 @@ from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.impact.solver import LONGEST_STEP
 from camgeom.dynamics.impact.study import clearance_study
 from camgeom.errors import NotConverged
-from tests.reference.impact_fixed import solve_fixed
+from camgeom.validation.fixed_step import solve_fixed
 from tests.reference.impact_reference import b1_problem
 
 END = math.radians(140.0)

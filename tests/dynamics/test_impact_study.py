@@ -18,7 +18,7 @@ from camgeom.dynamics.impact.study import (
     study,
 )
 from camgeom.errors import NotConverged, ProfileError
-from tests.reference.impact_fixed import solve_fixed
+from camgeom.validation.fixed_step import solve_fixed
 from tests.reference.impact_press import SPEED as FRAME_SPEED
 from tests.reference.impact_press import pressing_problem
 from tests.reference.impact_reference import b1_pair, b1_problem, free_flight
