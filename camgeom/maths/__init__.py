@@ -19,6 +19,14 @@ def distinct(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
     return ordered[np.append(True, ordered[1:] != ordered[:-1])] if ordered.size else ordered
 
 
+def among(known: Floats, asked: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+    """Where each asked value (n,) stands in the known ones (k,), which rise, and whether it is one of them."""
+    if not known.size:
+        return np.zeros(asked.shape, dtype=np.intp), np.zeros(asked.shape, dtype=bool)
+    index = np.minimum(np.searchsorted(known, asked), known.size - 1)
+    return index, known[index] == asked
+
+
 @cache
 def gauss_rule(count: int) -> tuple[Floats, Floats]:
     """Nodes in [-1, 1], rising, and weights of the rule exact to degree 2 count - 1.

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.surface import cross, dot
 
 Ints = npt.NDArray[np.int32]
 Index = npt.NDArray[np.int64]
@@ -174,12 +175,15 @@ def mass_properties(mesh: Mesh, density: float) -> tuple[float, float, Vector, t
     """
     origin = mesh.vertices.mean(axis=0)
     p = mesh.vertices[mesh.faces] - origin
-    volume = np.einsum("fi,fi->f", p[:, 0], np.cross(p[:, 1], p[:, 2])) / 6.0
+    a, b, c = (np.ascontiguousarray(p[:, k].T) for k in range(3))
+    volume = dot(a, cross(b, c)) / 6.0
     total = float(volume.sum())
-    together = p.sum(axis=1)
-    first = (volume[:, None] * together).sum(axis=0) / 4.0
-    centre = first / total
-    second = (np.einsum("f,fki,fkj->ij", volume, p, p) + np.einsum("f,fi,fj->ij", volume, together, together)) / 20.0
+    together = a + b + c
+    centre = (volume * together).sum(axis=1) / 4.0 / total
+    second = np.zeros((3, 3))
+    for x in (a, b, c, together):
+        for i, row in enumerate(volume * x):
+            second[i] += (row * x).sum(axis=1) / 20.0
     about = second - total * np.outer(centre, centre)
     inertia = (np.trace(about) * np.eye(3) - about) * density * 1e-15
     where = origin + centre

@@ -35,7 +35,7 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
-from camgeom.track.turret import Engagement, Inside, comings
+from camgeom.track.turret import Beside, Engagement
 
 FAR = 1e6
 """mm; gap of a slice with nothing to bear on"""
@@ -65,8 +65,7 @@ class TurretDuty:
     rating   of a roller's bearing, dynamic and static, N; None where it is not known
     """
 
-    tracks: tuple[Track, ...]
-    inside: Inside
+    beside: Beside
     load: Load
     roller: Material
     cam: Material
@@ -77,6 +76,11 @@ class TurretDuty:
     static_rating: float | None = None
 
     @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The grooves that the rollers bear in."""
+        return self.beside.tracks
+
+    @property
     def speed(self) -> float:
         """Cam speed, rad/s."""
         return self.load.omega
@@ -84,17 +88,12 @@ class TurretDuty:
     @cached_property
     def force(self) -> FollowerForce:
         """Motion and torque (N mm) of the turret on panels, which end where a roller comes to bear or ceases to."""
-        return self.load.sampled(self.load.panels().split(self._comings[0]))
-
-    @cached_property
-    def _comings(self) -> tuple[Floats, Floats]:
-        """Cam angles at which a roller, and its middle slice, comes to bear or ceases to, rad."""
-        return comings(self.tracks, self.inside)
+        return self.load.sampled(self.load.panels().split(self.beside.comings[0]))
 
     @cached_property
     def theta(self) -> Floats:
         """Cam angles of the sample points, rad, (n,): those of the panels, and both sides of where a roller comes."""
-        beside = np.concatenate([angles + way for angles in self._comings for way in (-BESIDE, BESIDE)])
+        beside = np.concatenate([angles + way for angles in self.beside.comings for way in (-BESIDE, BESIDE)])
         beside = beside[(beside > 0.0) & (beside < TURN)]
         return np.sort(np.concatenate([self.force.panels.theta.ravel(), beside]))
 
@@ -111,7 +110,7 @@ class TurretDuty:
     @cached_property
     def engagement(self) -> Engagement:
         """The rollers beside the cam at every sample point."""
-        return Engagement(self.tracks, self.inside, self.theta)
+        return self.beside.at(self.theta)
 
     @cached_property
     def loaded(self) -> npt.NDArray[np.intp]:
@@ -216,7 +215,7 @@ class TurretDuty:
         """
         step = TURN / COUNT
         theta = (np.arange(COUNT * WITHIN) - WITHIN // 2) * step / WITHIN
-        slices = self.slices(Engagement(self.tracks, self.inside, theta))
+        slices = self.slices(Engagement(self.tracks, self.beside.inside, theta))
         held = slices.held(self.torque_at(theta, bool(slices.preload.any())))
         each = MILLI * slices.stiffness(held.line_load, estimate)
         return tuple(float(value) for value in each.reshape(COUNT, WITHIN).mean(axis=1))

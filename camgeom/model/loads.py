@@ -97,11 +97,12 @@ def carriers(material: Materials, mechanism: Mechanism, load: Load) -> tuple[Dut
 def turret_duty(material: Materials, mechanism: Mechanism, turret: Turret, load: Load) -> TurretDuty:
     """Load sharing, stress and life of a turret's rollers."""
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.track.turret import Beside
 
     bore = mechanism.bore.diameter if mechanism.bore else 0.0
     return TurretDuty(
-        turret.bearing, mechanism.inside, load, material.roller, material.cam, turret.preload, mechanism.width, bore,
-        *_rating(mechanism.roller),
+        Beside(turret.bearing, mechanism.inside), load, material.roller, material.cam, turret.preload, mechanism.width,
+        bore, *_rating(mechanism.roller),
     )  # fmt: skip
 
 

@@ -6,22 +6,22 @@ whole [operation]: Coulomb friction has the sign of the ideal motion, applied fo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
-from camgeom.maths import Floats
+from camgeom.maths import Floats, among
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.duty import largest_of
 from camgeom.mechanics.load import QUIET
-from camgeom.model.loads import carriers, turret_duty
+from camgeom.model.loads import carriers
 from camgeom.profile.solvers import refuse
 from camgeom.solid.mechanism import Drive
-from camgeom.track.turret import Engagement
 
 if TYPE_CHECKING:
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -233,6 +233,27 @@ def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load) -> F
     )  # fmt: skip
 
 
+@final
+class Kept:
+    """A force over cam angles (n,), rad, that costs steps of a solver: where it is known it is not solved again."""
+
+    def __init__(self, force: Callable[[Floats], Floats]) -> None:
+        self._force = force
+        self._known = np.zeros(0), np.zeros(0)
+
+    def __call__(self, theta: Floats) -> Floats:
+        """The force, N (N mm), (n,)."""
+        angles, values = self._known
+        index, there = among(angles, theta)
+        if not there.all():
+            angles = np.concatenate([angles, theta[~there]])
+            values = np.concatenate([values, self._force(theta[~there])])
+            order = np.argsort(angles)
+            self._known = angles, values = angles[order], values[order]
+            index, _ = among(angles, theta)
+        return np.asarray(values[index])
+
+
 class Vibrating(Indexer, Protocol):
     """What the duty of a cam under solved forces takes from a model."""
 
@@ -274,14 +295,15 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
         return ()
     if mechanism.turret is not None:
         # The contact torque holds the turret back where it is positive.
-        load = replace(model.load, solved=lambda theta: -found.at(theta, "contact_torque")[0] / MILLI)
-        beside = Engagement(mechanism.turret.bearing, mechanism.inside, np.zeros(0)).places
-        load = replace(load, solved_on=load.panels(most=MOST_BESIDE // len(beside)))
-        return (turret_duty(material, mechanism, mechanism.turret, load),)
+        load = replace(model.load, solved=Kept(lambda theta: -found.at(theta, "contact_torque")[0] / MILLI))
+        duty = model.turret_duty
+        assert duty is not None, "there is a turret, and a speed"
+        load = replace(load, solved_on=load.panels(most=MOST_BESIDE // len(duty.engagement.places)))
+        return (replace(duty, load=load),)
     if least_contact(model, turn) is not None and bool(found.peak("contact_force").minimum[0] < 0.0):
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
-    load = replace(model.load, solved=lambda theta: unit * found.at(theta, "contact_force")[0])
+    load = replace(model.load, solved=Kept(lambda theta: unit * found.at(theta, "contact_force")[0]))
     return carriers(material, mechanism, replace(load, solved_on=load.panels()))
 
 

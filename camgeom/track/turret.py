@@ -18,7 +18,7 @@ from math import ceil, floor, pi
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats
+from camgeom.maths import Floats, among
 from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -139,11 +139,13 @@ class Engagement:
     """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
 
     inside  which points lie within the blank: beyond it a roller has no wall to bear on
+    known   of the same rollers at other cam angles, in rising order: where it stands at one of these it is believed
     """
 
     tracks: tuple[Track, ...]
     inside: Inside
     theta: Floats
+    known: Engagement | None = None
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:
@@ -181,10 +183,16 @@ class Engagement:
             "rate": np.zeros((2, n, k)),
             "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
+        fresh = np.ones(n, dtype=bool)
+        if self.known is not None:
+            at, there = among(self.known.theta, self.theta)
+            fresh = ~there
+            for name, values in out.items():
+                values[:, there] = self.known._walls[name][:, at[there]]
         for place, (index, turn) in enumerate(self.places):
             track = self.tracks[index]
             phi = self.theta + TURN * turn
-            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
+            rows = np.nonzero(fresh & (phi >= track.span[0]) & (phi <= track.span[1]))[0]
             if len(rows):
                 self._fill(out, track, phi[rows], rows, place)
         return out
@@ -262,6 +270,32 @@ class Engagement:
     def count(self) -> npt.NDArray[np.intp]:
         """Number of rollers that touch a wall of each direction with any slice, (2, n)."""
         return np.asarray(self.on.any(axis=3).sum(axis=2))
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """The rollers of a turret beside its cam, asked at several sets of cam angles: nothing is sought twice."""
+
+    tracks: tuple[Track, ...]
+    inside: Inside
+
+    @cached_property
+    def comings(self) -> tuple[Floats, Floats]:
+        """Cam angles at which a roller, and its middle slice, comes to bear or ceases to, rad."""
+        return comings(self.tracks, self.inside)
+
+    def at(self, theta: Floats) -> Engagement:
+        """The engagement at cam angles (n,), rad, in rising order."""
+        for one in self._asked:
+            if np.array_equal(one.theta, theta):
+                return one
+        self._asked.append(Engagement(self.tracks, self.inside, theta, self._asked[-1] if self._asked else None))
+        return self._asked[-1]
+
+    @cached_property
+    def _asked(self) -> list[Engagement]:
+        """Engagements that were asked for."""
+        return []
 
 
 def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> Extreme:

@@ -470,8 +470,8 @@ class TestResponse:
         assert abs(other.peak("load_acceleration").maximum[0] / plain - 1.0) > 1e-4
         fine = np.linspace(0.0, 2.0 * pi, 1000)
         values = np.cos(3.0 * angles)
-        assert np.abs(periodic_spline(values, fine) - np.cos(3.0 * fine)).max() < 3e-5
-        assert np.abs(periodic_spline(values, angles) - values).max() < 1e-14
+        assert np.abs(periodic_spline(tuple(values), fine) - np.cos(3.0 * fine)).max() < 3e-5
+        assert np.abs(periodic_spline(tuple(values), angles) - values).max() < 1e-14
 
 
 class TestHardCases:

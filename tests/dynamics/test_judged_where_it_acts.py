@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
+from camgeom.maths import Floats
 from camgeom.model import Model
+from camgeom.model.vibration import Kept
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from tests.places import PROFILES
@@ -75,3 +78,18 @@ def test_the_least_contact_force_has_the_friction_of_the_guides() -> None:
         normal = made.drive.contact_forces
         assert found.value <= float(normal.min()) + 1e-6 * float(normal.max())
         assert found.value == pytest.approx(float(normal.min()), rel=2e-3)
+
+
+def test_a_solved_force_is_solved_once_at_each_cam_angle() -> None:
+    asked: list[int] = []
+
+    def force(theta: Floats) -> Floats:
+        asked.append(len(theta))
+        return np.cos(theta)
+
+    kept, theta = Kept(force), np.linspace(0.0, 3.0, 31)
+    assert np.array_equal(kept(theta), np.cos(theta))
+    more = np.concatenate([theta, theta[:-1] + 0.05])[::-1]
+    assert np.array_equal(kept(more), np.cos(more))
+    assert np.array_equal(kept(theta), np.cos(theta))
+    assert asked == [31, 30]

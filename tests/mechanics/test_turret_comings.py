@@ -10,7 +10,7 @@ from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.track import TURN
-from camgeom.track.turret import Engagement, comings
+from camgeom.track.turret import Beside, Engagement, comings
 
 
 def barrel() -> Model:
@@ -33,10 +33,31 @@ def test_the_hardest_slice_is_that_of_dense_samples() -> None:
 def test_rollers_come_where_they_are_said_to() -> None:
     duty = barrel().turret_duty
     assert duty is not None
-    whole, middle = comings(duty.tracks, duty.inside)
+    whole, middle = comings(duty.tracks, duty.beside.inside)
     assert len(whole) >= 4
     assert len(middle) >= 4
-    count = {way: Engagement(duty.tracks, duty.inside, whole + way).cover.any(axis=3).sum(axis=(0, 2))
+    count = {way: Engagement(duty.tracks, duty.beside.inside, whole + way).cover.any(axis=3).sum(axis=(0, 2))
              for way in (-1e-7, 1e-7)}
     assert (np.abs(count[1e-7] - count[-1e-7]) == 1).all()
     assert ((whole > 0.0) & (whole < TURN)).all()
+
+
+def test_what_is_known_at_a_cam_angle_is_not_sought_again() -> None:
+    duty = barrel().turret_duty
+    assert duty is not None
+    beside = Beside(duty.tracks, duty.beside.inside)
+    first = beside.at(np.linspace(0.0, TURN, 37))
+    assert beside.at(np.linspace(0.0, TURN, 37)) is first
+    finer = np.linspace(0.0, TURN, 73)
+    one, fresh = beside.at(finer), Engagement(duty.tracks, duty.beside.inside, finer)
+    assert one.known is first
+    for name in ("on", "cover", "lever", "curvature", "place", "normal", "path_rate", "drive_angle"):
+        assert np.array_equal(vars(type(one))[name].func(one), vars(type(one))[name].func(fresh)), name
+
+
+def test_a_duty_under_another_load_asks_for_its_rollers_once() -> None:
+    duty = barrel().turret_duty
+    assert duty is not None
+    heavier = replace(duty, load=replace(duty.load, friction=50_000.0))
+    assert heavier.beside.comings is duty.beside.comings
+    assert heavier.peak_force.value > duty.peak_force.value

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from math import sqrt
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy as np
 from camgeom.dynamics.linear.method import Motion
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
+from camgeom.maths.frozen import frozen
 
 NAMES = ("theta1", "theta2", "theta3", "x1", "y1", "z1", "x2", "y2", "x3", "y3", "z23")
 TORSION = NAMES[:3]
@@ -312,7 +314,7 @@ class IndexingDrive:
         """K12 in N m/rad at cam angles theta (rad): the constant, or the periodic cubic spline through the table."""
         if not self.contact_table:
             return np.full(np.shape(theta), self.contact_stiffness)
-        return periodic_spline(np.array(self.contact_table), theta)
+        return periodic_spline(self.contact_table, theta)
 
     def stiffness(self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None) -> Floats:
         """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms)."""
@@ -356,15 +358,23 @@ def contact_dyad(slope: Floats, names: tuple[str, ...]) -> Floats:
     return np.asarray(direction[:, :, None] * direction[:, None, :])
 
 
-def periodic_spline(values: Floats, theta: Floats) -> Floats:
-    """Periodic cubic spline through values (k,) at equal steps over one turn, at cam angles theta (rad).
+@lru_cache(maxsize=16)
+def _spline(table: tuple[float, ...]) -> tuple[Floats, Floats]:
+    """Values (k,) of a table over one turn and the second derivatives of the periodic cubic spline through them.
 
-    The second derivatives solve a circulant system, so a Fourier transform inverts it exactly.
+    These solve a circulant system, so a Fourier transform inverts it exactly.
     """
-    count = len(values)
+    values, count = np.array(table), len(table)
     h = 2.0 * np.pi / count
     wave = np.cos(2.0 * np.pi * np.arange(count) / count)
     curve = np.fft.ifft(np.fft.fft(values) * (2.0 * wave - 2.0) / (h * h) * 6.0 / (4.0 + 2.0 * wave)).real
+    return frozen((values, np.ascontiguousarray(curve)))
+
+
+def periodic_spline(table: tuple[float, ...], theta: Floats) -> Floats:
+    """Periodic cubic spline through the values of a table at equal steps over one turn, at cam angles theta (rad)."""
+    (values, curve), count = _spline(table), len(table)
+    h = 2.0 * np.pi / count
     place = np.mod(theta, 2.0 * np.pi) / h
     left = np.minimum(place.astype(int), count - 1)
     u = place - left

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.dynamics.indexing.system import DriveResponse
-from camgeom.dynamics.linear.peaks import INSIDE, peak, sampled
+from camgeom.dynamics.linear.peaks import peak, sampled
 from camgeom.dynamics.linear.response import output
-from camgeom.dynamics.linear.solve import Solution, advance
+from camgeom.dynamics.linear.solve import INSIDE, Solution, advance
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property

@@ -12,18 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from camgeom.dynamics.linear.method import Side, System
-from camgeom.dynamics.linear.solve import AT_ONCE, Solution, acceleration, advance
+from camgeom.dynamics.linear.solve import AT_ONCE, INSIDE, Solution, advance
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
 Output = Callable[[Floats, Floats, Floats, Side], Floats]
 """Value (b, n) from cam angles theta (1 or b, n), q (b, n, m), q' (b, n, m) and the side at a knot."""
 
-SIDES: tuple[Side, Side] = ("right", "left")
 CANDIDATES = 3
 TRUST = 0.01
 """share of the range by which interpolated samples may exceed the true extreme"""
-INSIDE = np.array([1.0, 2.0, 3.0, 4.0, 5.0]) / 6.0
 SWEEP = np.linspace(0.0, 1.0, 9)
 QUARTIC = np.linspace(-1.0, 1.0, 5)
 FIT = np.linalg.inv(np.vander(QUARTIC, increasing=True))
@@ -151,42 +149,23 @@ def truly_sampled(solution: Solution, output: Output) -> Floats:
     width = np.broadcast_to(np.diff(theta), begin.shape)
     state = np.concatenate([solution.position, solution.rate], -1)[:, :-1]
     share = np.broadcast_to(INSIDE, (*begin.shape, len(INSIDE)))
-    return np.concatenate([_inside(solution.system, output, begin, width, state, share), _ends(solution, output)], -1)
+    values = _inside(solution.system, output, begin, width, state, share)
+    return np.concatenate([values, _ends(solution, output, 0, len(theta) - 1)], -1)
 
 
-def _ends(solution: Solution, output: Output) -> Floats:
-    """The output (b, steps, 2) at the start and at the end of every step."""
-    theta, q, v = solution.theta[None], solution.position, solution.rate
+def _ends(solution: Solution, output: Output, low: int, high: int) -> Floats:
+    """The output (b, steps, 2) at the start and at the end of the steps low .. high."""
+    nodes = slice(low, high + 1)
+    theta, q, v = solution.theta[None, nodes], solution.position[:, nodes], solution.rate[:, nodes]
     return np.stack([output(theta, q, v, "right")[:, :-1], output(theta, q, v, "left")[:, 1:]], -1)
 
 
 def sampled(solution: Solution, output: Output) -> Floats:
     """The output (b, steps, k) inside and at the ends of every step, by quintic Hermite interpolation."""
     count, part = len(solution.theta) - 1, max(1, AT_ONCE // solution.system.batch)
-    parts = [_sampled(solution, output, low, min(low + part, count)) for low in range(0, count, part)]
+    parts = []
+    for low in range(0, count, part):
+        high = min(low + part, count)
+        values = output(*solution.inside(low, high), "right").reshape(solution.system.batch, high - low, len(INSIDE))
+        parts.append(np.concatenate([values, _ends(solution, output, low, high)], -1))
     return np.concatenate(parts, 1)
-
-
-def _sampled(solution: Solution, output: Output, low: int, high: int) -> Floats:
-    """The same of the steps low .. high."""
-    theta = solution.theta[low : high + 1]
-    h = np.diff(theta)[None, :, None, None]
-    q, v = solution.position[:, low : high + 1], solution.rate[:, low : high + 1]
-    right, left = (acceleration(solution.system, theta, q, v, side) for side in SIDES)
-    x = INSIDE[None, None, :, None]
-    q0, v0, a0 = q[:, :-1, None], v[:, :-1, None] * h, right[:, :-1, None] * h * h
-    gap = q[:, 1:, None] - q0 - v0 - a0 / 2.0
-    slope = v[:, 1:, None] * h - v0 - a0
-    bend = left[:, 1:, None] * h * h - a0
-    c3, c4, c5 = (
-        10.0 * gap - 4.0 * slope + bend / 2.0,
-        -15.0 * gap + 7.0 * slope - bend,
-        6.0 * gap - 3.0 * slope + bend / 2.0,
-    )
-    place = q0 + x * (v0 + x * (a0 / 2.0 + x * (c3 + x * (c4 + x * c5))))
-    speed = (v0 + x * (a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h
-    b, n, k, m = place.shape
-    angles = (theta[:-1, None] + np.diff(theta)[:, None] * INSIDE).reshape(1, n * k)
-    middle = output(angles, place.reshape(b, n * k, m), speed.reshape(b, n * k, m), "right").reshape(b, n, k)
-    ends = output(theta[None], q, v, "right")[:, :-1], output(theta[None], q, v, "left")[:, 1:]
-    return np.concatenate([middle, np.stack(ends, -1)], -1)

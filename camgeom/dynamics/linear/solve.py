@@ -19,7 +19,7 @@ from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, fin
 from camgeom.dynamics.linear.walk import Chain, Grid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.maths.frozen import cached_property
+from camgeom.maths.frozen import cached_property, frozen
 
 NEUTRAL = 1e-9
 """a multiplier within this of the unit circle neither grows nor decays"""
@@ -30,6 +30,9 @@ SURE = 12
 """passes after which it is told from their changes whether PASSES will do"""
 AT_ONCE = 32_768
 """steps x speeds whose maps or stages are formed together"""
+SIDES: tuple[Side, Side] = ("right", "left")
+INSIDE = np.array([1.0, 2.0, 3.0, 4.0, 5.0]) / 6.0
+"""shares of a step at which a solution is interpolated"""
 SETTLED = 2e-15
 """change of the state, as a share of its largest value, at which a pass has converged"""
 LOOSE = 1e-7
@@ -86,6 +89,43 @@ class Solution:
     def acceleration(self, side: Side = "right") -> Floats:
         """q'' (b, n + 1, m) per rad^2 from the equation of motion, at knots the limit from the given side."""
         return acceleration(self.system, self.theta, self.position, self.rate, side)
+
+
+    def inside(self, low: int, high: int) -> tuple[Floats, Floats, Floats]:
+        """Cam angles (1, n), q and q' (b, n, m) at the shares INSIDE of the steps low .. high, by the quintic that has
+        place, rate and acceleration of both ends; kept where it is one part."""
+        if (low, high) not in self._inside:
+            found = frozen(self._interpolated(low, high))
+            if high - low < len(self.theta) - 1:
+                return found
+            self._inside[low, high] = found
+        return self._inside[low, high]
+
+    @cached_property
+    def _inside(self) -> dict[tuple[int, int], tuple[Floats, Floats, Floats]]:
+        """What was interpolated."""
+        return {}
+
+    def _interpolated(self, low: int, high: int) -> tuple[Floats, Floats, Floats]:
+        theta = self.theta[low : high + 1]
+        h = np.diff(theta)[None, :, None, None]
+        q, v = self.position[:, low : high + 1], self.rate[:, low : high + 1]
+        right, left = (acceleration(self.system, theta, q, v, side) for side in SIDES)
+        x = INSIDE[None, None, :, None]
+        q0, v0, a0 = q[:, :-1, None], v[:, :-1, None] * h, right[:, :-1, None] * h * h
+        gap = q[:, 1:, None] - q0 - v0 - a0 / 2.0
+        slope = v[:, 1:, None] * h - v0 - a0
+        bend = left[:, 1:, None] * h * h - a0
+        c3, c4, c5 = (
+            10.0 * gap - 4.0 * slope + bend / 2.0,
+            -15.0 * gap + 7.0 * slope - bend,
+            6.0 * gap - 3.0 * slope + bend / 2.0,
+        )
+        place = q0 + x * (v0 + x * (a0 / 2.0 + x * (c3 + x * (c4 + x * c5))))
+        speed = (v0 + x * (a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h
+        b, n, k, m = place.shape
+        angles = (theta[:-1, None] + np.diff(theta)[:, None] * INSIDE).reshape(1, n * k)
+        return angles, place.reshape(b, n * k, m), speed.reshape(b, n * k, m)
 
 
 def acceleration(system: System, theta: Floats, position: Floats, rate: Floats, side: Side = "right") -> Floats:
