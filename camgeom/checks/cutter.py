@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.errors import DesignError
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -37,7 +38,11 @@ def stock_left(model: Model) -> Iterable[Finding | NotJudged]:
 
     A flank may stand proud by as much as it may be cut into, `cutter.gouge_limit`, or by the ridges of a ball.
     """
-    outcome = model.machined
+    try:
+        outcome = model.machined
+    except DesignError:
+        # A tool that cannot cut the cam fails `gouge`, with the reason.
+        return
     most, spec = outcome.most, outcome.machining.spec
     if spec.allowance:
         yield NotJudged("allowance", f"the tool leaves {spec.allowance:g} mm on the flanks: all else is said of "

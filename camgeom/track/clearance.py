@@ -98,7 +98,7 @@ def least_distances(track: Track, points: Floats) -> Floats:
         low = (value <= np.hstack([edge, value[:, :-1]])) & (value <= np.hstack([value[:, 1:], edge]))
         row, column = np.nonzero(low & (value < radius))
         start = np.asarray(step * index[row, column], dtype=np.float64)
-        np.minimum.at(best, row, roller_distance(track, x[:, row], _stationary(track, x[:, row], start, step)))
+        np.minimum.at(best, row, roller_distance(track, x[:, row], _stationary(track, x[:, row], start, step)[0]))
         found[near] = np.minimum(found[near], best)
     return found
 
@@ -316,11 +316,11 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     rows = np.arange(len(x))
     best = np.argmin(value, axis=1)
     centre, coarse = step * index[rows, best], value[rows, best]
-    refined = _stationary(track, xt, centre, step)
+    refined, settled = _stationary(track, xt, centre, step)
     fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
     refined = np.where(fine < coarse, refined, centre)
     least = float(fine.min())
-    unsure = (coarse - 0.5 * speed * step < least) & (fine > least + 1e-9) & (fine == coarse)
+    unsure = (coarse - 0.5 * speed * step < least) & (fine > least + 1e-9) & ((fine == coarse) | ~settled)
     point, low, high = np.flatnonzero(unsure), centre[unsure] - step, centre[unsure] + step
     for number in range(ROUNDS):
         if not len(point):
@@ -345,8 +345,9 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     return Clearance.at(fine[i], refined[i], x[i])
 
 
-def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
-    """Cam angles (v,) where the distance of points (3, v) to the roller is stationary, by secant from phi."""
+def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Cam angles (v,) where the distance of points (3, v) to the roller is stationary, by secant from phi, and whether
+    the secants have settled there."""
     low, high = phi - step, phi + step
 
     def slope(at: Floats, x: Floats) -> Floats:
@@ -368,6 +369,7 @@ def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
     p, q = phi - 0.25 * step, phi + 0.25 * step
     fp, fq = slope(p, x), slope(q, x)
     found, live = q.copy(), np.arange(len(phi))
+    settled = np.ones(len(phi), dtype=bool)
     for number in range(SECANTS):
         change = fq - fp
         move = np.where(change != 0.0, fq * (q - p) / np.where(change != 0.0, change, 1.0), 0.0)
@@ -379,7 +381,8 @@ def _stationary(track: Track, x: Floats, phi: Floats, step: float) -> Floats:
         if number + 1 == SECANTS or not len(live):
             break
         fq = slope(q, x[:, live])
-    return found
+    settled[live] = False
+    return found, settled
 
 
 def _parameter(track: Track, axial: Floats) -> Floats:
@@ -474,8 +477,8 @@ def largest_gap(
             better = distance < least[near]
             least[near[better]], when[near[better]] = distance[better], angles[better]
     # A point whose nearest passage lay between the samples seems far: the farthest ones are looked at again.
-    for _ in range(GAP_ROUNDS):
-        worst = np.argsort(least - slack)[::-1][:GAP_POINTS]
+    for number in range(GAP_ROUNDS):
+        worst = np.argsort(least - slack)[::-1][: GAP_POINTS << number]
         before = least[worst].copy()
         for longer, whole, turn in passes:
             angles, distance = _nearest_pass(longer, whole, turn, points[worst])
@@ -490,7 +493,8 @@ def largest_gap(
 
 MOST_POINTS = 4000
 GAP_ROUNDS, GAP_POINTS, GAP_SAMPLES = 8, 32, 91
-"""rounds, points and samples a window of the second look at what seems far from every roller"""
+"""rounds, points of the first one and samples a window of the second look at what seems far from every roller; each
+round takes twice as many, the last ones all: beside the point of a cone a passage may be shorter than a sample"""
 
 
 def _nearest_pass(track: Track, window: _Window, turn: int, x: Floats) -> tuple[Floats, Floats]:
@@ -513,6 +517,6 @@ def _passing(track: Track, window: _Window, turn: int, x: Floats, samples: int) 
     value = _at_steps(track, xt[:, :, None], index, step)
     rows, best = np.arange(len(x)), np.argmin(value, axis=1)
     centre, coarse = step * index[rows, best], value[rows, best]
-    refined = _stationary(track, xt, centre, step)
+    refined, _ = _stationary(track, xt, centre, step)
     fine = roller_distance(track, xt, refined)
     return np.where(fine < coarse, refined, centre), np.minimum(fine, coarse)

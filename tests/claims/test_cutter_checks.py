@@ -56,6 +56,9 @@ def test_a_tool_that_is_too_short_fails() -> None:
     found = one(model(DRUM, kind="flat", diameter=16, length=3), "gouge")
     assert found.level == "fail"
     assert "cutter.length" in found.advice
+    both = judge(model(DRUM, kind="flat", diameter=16, length=3), ("gouge", "stock-left"))
+    assert [word.check for word in both.findings] == ["gouge"]
+    assert not both.not_judged
     assert one(model(DRUM, kind="flat", diameter=16, length=12), "gouge").level == "pass"
 
 

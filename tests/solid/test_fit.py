@@ -226,3 +226,41 @@ def test_the_rim_between_the_flanks_of_a_plate_is_no_backlash(by, level) -> None
     found = judge(made, ["backlash"]).findings
     assert [f.level for f in found] == [level, level]
     assert [f.value for f in found] == pytest.approx([by, by], abs=2e-6)
+
+
+def steep_cone(half_angle: float) -> Model:
+    """A groove for a cone whose point is close to the groove's floor: there a passage lasts a quarter of a degree."""
+    data = load((PROFILES / "pin_insertion.toml").read_text(), "steep cone")[0]
+    data["cam"] |= {"diameter": 120, "length": 80, "start": 22, "groove_depth": 12, "bore": 35}
+    data["cam"].pop("pitch_radius", None)
+    data["roller"] = {"shape": "cone", "diameter": 19, "length": 11, "half_angle": half_angle}
+    data["motion"] = (
+        {"until": 120, "to": 30, "law": "modified-sine"}, {"until": 180},
+        {"until": 320, "to": 0, "law": "cycloidal"}, {"until": 360},
+    )  # fmt: skip
+    data.pop("operation")
+    data["limits"] = {"pressure_angle_deg": 70}
+    return Model(from_data(data))
+
+
+@pytest.mark.parametrize("half_angle", [45, 52, 55])
+def test_a_groove_of_a_steep_cone_fits_down_to_its_point(half_angle) -> None:
+    made = steep_cone(half_angle)
+    assert {f.level for f in judge(made, ["interference", "backlash"]).findings} == {"pass"}
+
+
+def test_one_vertex_beside_the_point_of_a_cone_is_found() -> None:
+    """Moved along the cam's axis, into the lower wall of the dwell, and a roller that is larger everywhere."""
+    made = steep_cone(55)
+    (solid,) = made.solids
+    assert min(c.value for c in made.clearances_with(5e-3)) == pytest.approx(-5e-3, abs=1e-6)
+    vertices = solid.mesh.vertices.copy()
+    flank = np.flatnonzero(solid.mesh.group_vertices("flank"))
+    radius, z = np.hypot(*vertices[flank, :2].T), vertices[flank, 2]
+    angle = np.degrees(np.arctan2(vertices[flank, 1], vertices[flank, 0])) % 360.0
+    low = flank[(radius < 48.5) & (z < 22.0) & (z > 20.0) & (angle > 5.0) & (angle < 35.0)]
+    vertices[low[len(low) // 2], 2] -= 0.02
+    made.body.__dict__["solids"] = (replace(solid, mesh=replace(solid.mesh, vertices=vertices)),)
+    finding = told(made, "backlash")
+    assert finding.level == "fail"
+    assert finding.value == pytest.approx(0.02 * np.cos(np.radians(55.0)), rel=0.01)
