@@ -244,8 +244,7 @@ class TurretDuty:
         Tracks of one name are walls that one roller meets.
         """
         where = self.force.panels
-        chosen = np.where(self.turret_torque >= 0.0, 0, 1)
-        rate = self.engagement.path_rate[chosen, np.arange(len(chosen))][self._nodes]
+        rate = self.path_rate[self._nodes]
         weight = weight[self._nodes]
         scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
         shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
@@ -253,6 +252,29 @@ class TurretDuty:
         names = [self.tracks[t].name for t, _ in self.engagement.places]
         rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
         return np.stack([whole[r].sum(axis=0) for r in rows])
+
+    @cached_property
+    def path_rate(self) -> Floats:
+        """Path that each roller's rim turns by at the middle of its length, mm/rad, (n, k).
+
+        A slice whose wall asks for another turning slides. The friction mu N r of the slices that are dragged on equals
+        that of those that are held back (a free bearing): the roller turns as the weighted median of its slices, on
+        both walls where a preload presses both. Without load, as the middle slice beside the wall that the torque
+        chooses.
+        """
+        e, radii = self.engagement, self.tracks[0].meridian.jet(self.engagement.stations)[3]
+        if self.preload > 0.0:
+            weight, turning = (np.concatenate(list(v), axis=-1) for v in (self._preloaded * e.cover * radii, e.turning))
+        else:
+            weight, turning = self.line_load * self._cover * radii, self._walls(e.turning)
+        order = np.argsort(turning, axis=-1)
+        turning, weight = (np.take_along_axis(values, order, axis=-1) for values in (turning, weight))
+        total = np.cumsum(weight, axis=-1)
+        middle = np.argmax(total >= 0.5 * (1.0 - 1e-12) * total[..., -1:], axis=-1)[..., None]
+        chosen = np.where(self.turret_torque >= 0.0, 0, 1), np.arange(len(self.theta))
+        free = e.turning[chosen][..., len(radii) // 2]
+        pressed = np.take_along_axis(turning, middle, axis=-1)[..., 0]
+        return np.asarray(self._radius * np.abs(np.where(total[..., -1] > 0.0, pressed, free)))
 
     @cached_property
     def _path(self) -> Floats:

@@ -105,10 +105,15 @@ class Flank:
         the velocity of the axis. About a cam whose axis is parallel to the roller's that is a turn of the roller more
         or less than its middle's path gives, by the side on which the flank lies.
         """
+        return np.abs(self._stations[3] * self.turning)
+
+    @cached_property
+    def turning(self) -> Floats:
+        """The roller's turning about its own pin, against u, that rolls at each station, rad/rad, (n, m)."""
         u, _, v = self._vectors
         q, r = self._contact[1], self._stations[3]
         w = self.track.spin(self.phi, self.pose.turn)[:, :, None]
-        return np.abs(dot(v, q) + r * dot(w, u))
+        return np.asarray(dot(v, q) / r + dot(w, u))
 
     @cached_property
     def x(self) -> Floats:

@@ -180,7 +180,7 @@ class Engagement:
             "cover": np.zeros((2, n, k, m)),
             "place": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
-            "rate": np.zeros((2, n, k)),
+            "turning": np.zeros((2, n, k, m)),
             "angle": np.full((2, n, k, m), np.pi / 2.0),
         }
         fresh = np.ones(n, dtype=bool)
@@ -217,8 +217,7 @@ class Engagement:
             out["place"][way, rows, place] = delta(t)[0]
             out["normal"][way, rows, place] = flank.normals
             out["angle"][way, rows, place] = flank.pressure_angle("axis")
-            middle = Flank(track, phi, self.stations.mean(keepdims=True), side, given_pose=flank.pose)
-            out["rate"][way, rows, place] = middle.rolled[:, 0]
+            out["turning"][way, rows, place] = flank.turning
 
     @cached_property
     def lever(self) -> Floats:
@@ -257,9 +256,9 @@ class Engagement:
         return np.asarray(np.where(self.on.any(axis=3), angle, 0.5 * np.pi).min(axis=2, initial=0.5 * np.pi))
 
     @cached_property
-    def path_rate(self) -> Floats:
-        """Path that the roller's rim turns by on either wall, mm/rad, (2, n, k), see `Flank.rolled`; 0 off the cam."""
-        return self._walls["rate"]
+    def turning(self) -> Floats:
+        """Turning of a roller about its pin that rolls on each slice, rad/rad, (2, n, k, m), see `Flank.turning`."""
+        return self._walls["turning"]
 
     @cached_property
     def carrying(self) -> Floats:

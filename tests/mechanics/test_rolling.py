@@ -76,3 +76,43 @@ def test_the_bearing_of_a_roller_on_the_outer_flank_counts_all_its_turns() -> No
     rate = duty.force.panels.integral(duty.path_rate)
     expected = duty.speed * rate / (2.0 * pi * duty.radius)
     assert float(duty.bearing.speed) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "preload"), [("fine_indexer", 4e-3), ("tool_changer", 0.0), ("conical_indexer", 0.0)])
+def test_a_roller_of_a_turret_turns_so_that_its_slices_drag_it_neither_on_nor_back(name: str, preload: float) -> None:
+    """A little faster and friction holds it back, a little slower and it is dragged on: by signs of the slips alone."""
+    duty = made(name).turret_duty
+    assert duty is not None
+    assert duty.preload == preload
+    e = duty.engagement
+    radii = duty.tracks[0].meridian.jet(e.stations)[3]
+    loads = duty._preloaded if preload else np.zeros((2, *duty.line_load.shape))
+    if not preload:
+        way = np.where(duty.turret_torque >= 0.0, 0, 1)
+        for n, wall in enumerate(way):
+            loads[wall, n] = duty.line_load[n]
+    moment = loads * e.cover * radii
+    rate = duty.path_rate / radii[len(radii) // 2]
+    pressed = moment.sum(axis=(0, 3)) > 0.0
+    both = [np.abs(sum((moment * np.sign(e.turning - sense * (rate + step)[None, ..., None])).sum(axis=(0, 3))
+                       for step in (-1e-9, 1e-9)))
+            for sense in (1.0, -1.0)]  # fmt: skip
+    least = np.minimum(*both)
+    largest = 2.0 * moment.max(axis=(0, 3))
+    assert pressed.sum() > 500
+    assert np.all(least[pressed] <= largest[pressed] * (1.0 + 1e-9))
+
+
+def test_under_a_preload_a_roller_rolls_on_the_wall_that_presses_it() -> None:
+    """Of two rollers on opposite walls each has its own; the torque's wall would have both on one."""
+    duty = made("fine_indexer").turret_duty
+    assert duty is not None
+    e, m = duty.engagement, len(duty.engagement.stations) // 2
+    pressed = duty._preloaded[..., m] > 0.0
+    walls = np.abs(e.turning[..., m]) * duty._radius
+    own = np.where(pressed[0], walls[0], walls[1])
+    one = pressed.any(axis=0) & (e.cover > 0.0).all(axis=3).any(axis=0)
+    assert duty.path_rate[one] == pytest.approx(own[one], rel=0.02)
+    way = np.where(duty.turret_torque >= 0.0, 0, 1)
+    of_torque = walls[way, np.arange(len(way))]
+    assert np.abs(of_torque[one] / own[one] - 1.0).max() > 0.07
