@@ -16,7 +16,8 @@ import numpy as np
 
 from camgeom.cli import Console
 from camgeom.cli.model import output_folder, refuse_unwritable
-from camgeom.cli.study import MOST_ROWS, SHOWN, summary, write_page
+from camgeom.cli.study import SHOWN, summary, write_page
+from camgeom.cli.study_page import MOST_ROWS
 from camgeom.design import light_checks
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Alone, Cluster, Engine, Pace
@@ -54,7 +55,7 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
     for record in shown:
         record["not_judged"] = left_open
     rows = [_row(study, record) for record in shown]
-    files = [table, write_page(study, rows[:MOST_ROWS], name, folder / "study.html", table.name, counts)]
+    files = [table, write_page(study, rows[:MOST_ROWS], name, folder / "study.html", table.name, counts, bulk.figures)]
     if arguments.json:
         varied = {one.key: list(one.values) for one in bulk.plan.axes}
         by = {"computed_by": "batch", "because": SAID}

@@ -9,31 +9,23 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from camgeom.checks.verdict import life_shown
 from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
+from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
 from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
-from camgeom.design.study import Axis as Varied
 from camgeom.design.study import Row, Study, axis
-from camgeom.drawing.content import Axis, Block, Chapter, Chart, Column, Figure, Page, Panel, Series, Table, Text
 from camgeom.errors import Problem, ProfileError
 from camgeom.report.delivery import finite
 from camgeom.report.result import PRODUCTS, chosen
 from camgeom.seat.variants import STUDIED, columns, measure, refuse_unsolved, solving
-
-if TYPE_CHECKING:
-    pass
 
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
@@ -99,14 +91,16 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         described = {**study.described(), "products": list(products), "checks": list(checks or ("all",))}
         described["figures"] = list(figures)
         parts = Parts(folder / "study.parquet", described, len(study))
-        rows = streamed(study, engine, parts, console, whole=arguments.json)
+        rows = streamed(study, engine, parts, console, arguments.json, figures)
         table, written = as_table(study, rows), parts.path
     else:
         rows = _collected(study, engine, console)
         table = as_table(study, rows)
         written = write_csv(table, folder / "study.csv")
-    files = [written, write_page(study, rows, name, folder / "study.html", written.name)]
+    files = [written, write_page(study, rows, name, folder / "study.html", written.name, figures=figures)]
     status = 0 if any(row.verdict in ("pass", "warn") for row in rows) else 1
+    if absent := [key for key in figures if not any(key in row.figures for row in rows)]:
+        console.err(f"camgeom study: no variant has the figure {', '.join(absent)}")
     if arguments.json:
         varied = {one.key: list(one.values) for one in axes}
         by = {"computed_by": "exact model", "because": why}
@@ -168,8 +162,11 @@ def _collected(study: Study, engine: Engine, console: Console) -> list[Row]:
     return rows
 
 
-def streamed(study: Study, engine: Engine, parts: Parts, console: Console, whole: bool) -> list[Row]:
-    """All rows written as Parquet, what is there already left as it is; read back `whole`, or as far as is shown."""
+def streamed(
+    study: Study, engine: Engine, parts: Parts, console: Console, whole: bool, figures: Sequence[str] = ()
+) -> list[Row]:
+    """All rows written as Parquet, what is there already left as it is; read back `whole`, or as far as is shown and
+    asked for (`figures`)."""
     gaps = parts.gaps
     left = sum(map(len, gaps))
     if left < len(study):
@@ -179,12 +176,12 @@ def streamed(study: Study, engine: Engine, parts: Parts, console: Console, whole
         parts.write(piece, columns(study, rows))
         console.progress(pace.after(len(piece)))
     console.progress("")
-    shown = {"verdict", "reason", "not_judged", *FIGURES, *(key for key, _, _ in PLOTTED)}
+    shown = {"verdict", "reason", "not_judged", *FIGURES, *(key for key, _, _ in PLOTTED), *figures}
     records = read_rows(parts.join(), None if whole else shown)
     aside = {"verdict", "reason", *(one.key for one in study.varied)}
-    figures = ({key: value for key, value in record.items() if key not in aside} for record in records)
+    measured = ({key: value for key, value in record.items() if key not in aside} for record in records)
     values = study.values(range(len(study)))
-    return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, figures, records)]
+    return [Row(v, f, r["verdict"], r["reason"]) for v, f, r in zip(values, measured, records)]
 
 
 def as_table(study: Study, rows: list[Row]) -> list[dict[str, Any]]:
@@ -213,14 +210,19 @@ def write_csv(table: list[dict[str, Any]], path: Path) -> Path:
 
 
 def write_page(
-    study: Study, rows: list[Row], name: str, path: Path, table: str = "study.csv", counts: Counter[str] | None = None
+    study: Study,
+    rows: list[Row],
+    name: str,
+    path: Path,
+    table: str = "study.csv",
+    counts: Counter[str] | None = None,
+    figures: Sequence[str] = (),
 ) -> Path:
-    """The page with the plot; the file appears whole or not at all."""
-    from camgeom.cli.study import page
+    """The page with the plots; the file appears whole or not at all."""
     from camgeom.export.files import atomic_write
     from camgeom.report.page import render
 
-    text = render(page(study, rows, name, table, counts))
+    text = render(page(study, rows, name, table, counts, figures))
     with atomic_write(path) as stream:
         stream.write(text.encode())
     return path
@@ -233,118 +235,12 @@ def summary(
     """
     counts = counts or Counter(row.verdict for row in rows)
     total = sum(counts.values())
-    told = ", ".join(f"{count} {_word(verdict, rows)}" for verdict, count in counts.items())
+    told = ", ".join(f"{count} {word(verdict, rows)}" for verdict, count in counts.items())
     lines = [f"{total} variants: {told}"]
-    if open_ := _left_open(rows):
+    if open_ := left_open(rows):
         lines.append(f"  not judged here: {', '.join(open_)}; `camgeom check` judges a variant whole")
     columns = [one.key for one in study.varied] + ["verdict"]
     columns += [key for key in FIGURES if key in table[0]] + ["reason"]
-    cells = [[number(_cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
+    cells = [[number(cell(key, record[key]))[:60] for key in columns] for record in table[:SHOWN]]
     lines += [f"  {line}" for line in aligned([columns, *cells])]
     return lines if total <= SHOWN else [*lines, f"  and {total - SHOWN} more in the file"]
-
-
-def _left_open(rows: Sequence[Row]) -> list[str]:
-    """Names of the checks that were not made of some variant."""
-    return sorted({name for row in rows for name in str(row.figures.get("not_judged") or "").split()})
-
-
-def _word(verdict: str, rows: Sequence[Row]) -> str:
-    """A verdict in words; "pass" alone is said only where everything that applies was judged."""
-    return "pass of what was judged" if verdict == "pass" and _left_open(rows) else verdict
-
-
-PLOTTED = (
-    ("flank.max_pressure_angle_deg", "Largest pressure angle", "°"),
-    ("flank.undercut_margin", "Undercut margin", ""),
-    ("solid.mass_kg", "Mass", "kg"),
-    ("contact.peak_slice_pressure_mpa", "Contact pressure, hardest place", "MPa"),
-    ("contact.peak_pressure_mpa", "Contact pressure, quoted place", "MPa"),
-    ("contact.peak_torque_n_m", "Peak torque", "N m"),
-    ("fatigue.roller_slice_life_h", "Roller life", "h"),
-)
-MOST_LINES = 6
-MOST_ROWS = 200
-
-
-def page(
-    study: Study, rows: Sequence[Row], name: str, table: str = "study.csv", counts: Counter[str] | None = None
-) -> Page:
-    """The page of a finished study; `table` is the file with all its rows, `counts` what they say where `rows` are the
-    first of them alone."""
-    counts = counts or Counter(row.verdict for row in rows)
-    total = sum(counts.values())
-    blocks: list[Block] = []
-    plotted = _chart(study, rows) if total == len(rows) else None
-    if plotted is not None:
-        blocks.append(plotted)
-    blocks.append(_table(study, rows))
-    if open_ := _left_open(rows):
-        blocks.append(Text((f"Not judged in this study: {', '.join(open_)}. camgeom check judges a variant whole.",)))
-    if total > MOST_ROWS:
-        note = f"The table shows the first {MOST_ROWS} of {total} variants; {table} has them all."
-        blocks.append(Text((note,)))
-    return Page(
-        title=name,
-        kind=f"study of {', '.join(one.key for one in study.varied)}",
-        level=None,
-        figures=tuple(Figure(f"variants: {_word(verdict, rows)}", count) for verdict, count in counts.items()),
-        sections=(Chapter("study", "Variants", tuple(blocks)),),
-    )
-
-
-def _chart(study: Study, rows: Sequence[Row]) -> Chart | None:
-    """A panel for each figure that was measured, over the numeric axis with the most values."""
-    if study.plan is not None:
-        return None
-    numeric = [i for i, one in enumerate(study.axes) if all(not isinstance(v, str) for v in one.values)]
-    if not numeric:
-        return None
-    across = max(numeric, key=lambda i: len(study.axes[i].values))
-    if len(study.axes[across].values) < 2:
-        return None
-    panels = []
-    for key, label, unit in PLOTTED:
-        series = _lines(study.axes, rows, across, key, label)
-        if series:
-            panels.append(Panel(Axis(label, unit), series))
-    caption = f"Figures over {study.axes[across].key}; variants without a result leave the line out"
-    return Chart(caption, Axis(study.axes[across].key), tuple(panels)) if panels else None
-
-
-def _lines(axes: Sequence[Varied], rows: Sequence[Row], across: int, key: str, label: str) -> tuple[Series, ...]:
-    """One line for each setting of the other axes (the first few), over the axis `across`."""
-    others = [i for i in range(len(axes)) if i != across]
-    lines = []
-    for setting in product(*(axes[i].values for i in others)):
-        points = sorted(
-            (float(row.values[across]), float(value))
-            for row in rows
-            if tuple(row.values[i] for i in others) == setting and (value := row.figures.get(key)) is not None
-        )
-        if len(points) >= 2:
-            x, y = np.array(points).T
-            name = ", ".join(f"{axes[i].key} {_shown(v)}" for i, v in zip(others, setting)) or label
-            lines.append(Series(name, x, y))
-        if len(lines) == MOST_LINES:
-            break
-    return tuple(lines)
-
-
-def _cell(key: str, value: Any) -> Any:
-    """A value of a column as it is shown."""
-    return life_shown(value) if key.endswith("_life_h") and value is not None else value
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _table(study: Study, rows: Sequence[Row]) -> Table:
-    measured = [(key, label, unit) for key, label, unit in PLOTTED if any(key in row.figures for row in rows)]
-    heads = [*(Column(one.key) for one in study.varied), Column("Status"), *(Column(l, u) for _, l, u in measured)]
-    cells = tuple(
-        (*row.values, row.verdict, *(_cell(key, row.figures.get(key)) for key, _, _ in measured), row.reason[:200])
-        for row in rows[:MOST_ROWS]
-    )
-    return Table("Variants", (*heads, Column("Reason")), cells)

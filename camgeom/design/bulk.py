@@ -137,7 +137,7 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
     failed: dict[str, npt.NDArray[np.bool_]] = {}
     warned = np.zeros(len(batch.reason), dtype=bool)
     for check, figure, key, way in JUDGED:
-        values, limit = batch.figures.get(figure), _limit(profile, columns, key)
+        values, limit = batch.figures.get(figure), limit_of(profile, columns, key)
         if values is None or limit is None or (check == "face-pressure" and profile.roller is not None):
             continue
         if not key:
@@ -146,7 +146,7 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
         if check == "undercut":
             bad |= values <= 0.0
         failed[check] = failed.get(check, np.zeros(len(bad), dtype=bool)) | bad
-        warn = _limit(profile, columns, f"{WARNED[check]}") if check in WARNED else None
+        warn = limit_of(profile, columns, f"{WARNED[check]}") if check in WARNED else None
         if warn is not None:
             warned |= values > warn if way == "<=" else values < warn
     exists = batch.reason == 0
@@ -163,7 +163,7 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
     return np.array(["pass", "warn", "fail", "bad input"], dtype=object)[level], reason
 
 
-def _limit(profile: Profile, columns: Mapping[str, Floats], key: str) -> Any:
+def limit_of(profile: Profile, columns: Mapping[str, Floats], key: str) -> Any:
     """A limit of the profile, a number or (n,); None where none is given; 0 for none that has to be given."""
     if not key:
         return 0.0

@@ -327,7 +327,7 @@ def _draw_header(sheet: Sheet, slot: _Slot, frame: Frame) -> None:
             if style.startswith("b"):
                 sheet.add(Rectangle(style, (x, base - 9.0, x + _SWATCH, base)))
             else:
-                dotted = any(s.dots for s in slot.panel.series if s.name == name)
+                dotted = all(s.dots for s in slot.panel.series if s.name == name)
                 mark = Dot(f"point {style}", (x + 0.5 * _SWATCH, base - 4.5), _DOT)
                 line = Segments(f"line {style}", np.array([[[x, base - 4.5], [x + _SWATCH, base - 4.5]]]))
                 sheet.add(mark if dotted else line)
@@ -382,8 +382,11 @@ def _draw_direct(sheet: Sheet, frame: Frame, panel: Panel) -> None:
     """Names at the right ends of the lines, pushed apart to a line's height."""
     items: list[Series | Band] = [*panel.series, *panel.bands]
     _, y0, x1, y1 = frame.box
+    lines = {item.name for item in panel.series if not item.dots}
     ends = []
     for (style, name), item in zip(_entries(panel), items):
+        if isinstance(item, Series) and item.dots and name in lines:
+            continue  # the marks of a line that has the name
         y = item.y[-1] if isinstance(item, Series) else 0.5 * (item.low[-1] + item.high[-1])
         ends.append((float(np.clip(frame.one(0.0, float(y))[1], y0, y1)), style, name))
     ends.sort(key=lambda end: end[0])

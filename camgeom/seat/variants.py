@@ -65,6 +65,8 @@ def measure(
     figures: Figures = {}
     for section in ("motion", "blank", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter"):
         figures |= _flat(result.data.get(section, {}), section)
+    for row in result.data.get("fatigue", {}).get("conventions", ()):
+        figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")
     for finding in result.findings:
         name = f"checks.{finding.check}" + (f" {finding.where}" if f"checks.{finding.check}" in figures else "")
         figures[name] = finite(finding.value)
@@ -88,16 +90,21 @@ def _not_judged(model: Model, verdict: Verdict, checks: tuple[str, ...] | None) 
     return " ".join(dict.fromkeys([*(omitted.check for omitted in verdict.not_judged), *left]))
 
 
+MOST_LISTED = 6
+"""numbers of a list that are columns of their own; longer lists are curves"""
+
+
 def _flat(data: dict[str, Any], name: str) -> Figures:
-    """The numbers of a table and of the tables in it, by dotted names."""
+    """The numbers of a table and of the tables and short lists in it, by dotted names; lists count from 1."""
     found: Figures = {}
     for key, value in data.items():
+        if isinstance(value, list) and len(value) <= MOST_LISTED:
+            value = {str(i): one for i, one in enumerate(value, 1) if isinstance(one, int | float)}
         if isinstance(value, dict):
             found |= _flat(value, f"{name}.{key}")
         elif value is None or isinstance(value, bool | int | float):
             found[f"{name}.{key}"] = finite(value)
     return found
-
 
 
 @final
