@@ -185,6 +185,8 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--figures", metavar="NAME,...", help="only these columns of figures")
     sub.add_argument("--exact", action="store_true", help="every variant by the exact model, also where the batch can")
     sub.add_argument("--batch", action="store_true", help="by the batch, also where the variants are few")
+    sub.add_argument("--pressure-error", metavar="SHARE",
+                     help="of an indexer's pressures by the batch, at most: 0.01 (default), or 0.003, a third slower")
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--only", metavar="NAME,...", help="only these products (checks, contact, fatigue, ...)")
     sub.add_argument("--parquet", action="store_true",

@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace, console: Console, bulk: Bulk, engine: Eng
     study = Study(bulk.data, bulk.file, bulk.plan.axes, unmeasured, plan=bulk.plan, most=total)
     shown: list[dict[str, Any]]
     if arguments.parquet:
-        described = {**study.described(), "batch": list(bulk.figures)}
+        described = {**study.described(), "batch": [*bulk.figures, bulk.level]}
         parts = Parts(folder / "study.parquet", described, total)
         if (left := sum(map(len, parts.gaps))) < total:
             console.err(f"{total - left} of {total} variants were computed before")

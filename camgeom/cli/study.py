@@ -17,6 +17,7 @@ from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwr
 from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
 from camgeom.cli.tables import aligned, number
 from camgeom.design import light_checks
+from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
 from camgeom.design.parts import Parts, read_rows
@@ -72,8 +73,11 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     axes = tuple(axis(text, method in DRAWN) for text in arguments.vary)
     plan = Plan(axes, method, count, seed, tuple(map(tie, arguments.tie)))
     figures = tuple(names(arguments.figures, "--figures") or ())
-    bulk = Bulk(data, arguments.profile, plan, figures)
+    bulk = Bulk(data, arguments.profile, plan, figures, _level(arguments.pressure_error))
     why = left_to_the_model(arguments, bulk)
+    if arguments.pressure_error is not None and (why is not None or not bulk.leveled):
+        text = f"the exact model computes the rows ({why})" if why is not None else "is of indexers alone"
+        raise UsageError(f"--pressure-error: {text}")
     if why is None:
         from camgeom.cli.bulk import run as run_bulk
 
@@ -132,6 +136,16 @@ def left_to_the_model(arguments: argparse.Namespace, bulk: Bulk) -> str | None:
     if why is not None and arguments.batch:
         raise ProfileError([Problem("--batch", f"the batch cannot: {why}")])
     return why
+
+
+def _level(text: str | None) -> float:
+    """The largest error of an indexer's pressures by the batch."""
+    if text is None:
+        return LEVELS[0]
+    found = {f"{level:g}": level for level in LEVELS}.get(text.strip())
+    if found is None:
+        raise UsageError(f"--pressure-error: needs one of {LEVELS[0]:g} and {LEVELS[1]:g} (found {text[:60]!r})")
+    return found
 
 
 def _jobs(text: str | None) -> int | None:

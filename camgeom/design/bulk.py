@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.design.batch import Batch, evaluate, offered, supports
+from camgeom.design.batch import LEVELS, Batch, evaluate, leveled, offered, supports
 from camgeom.design.sampling import Column, Plan
 from camgeom.design.study import Data, Value, replaced
 from camgeom.errors import ProfileError
@@ -28,12 +28,14 @@ Words = npt.NDArray[np.object_]
 @final
 @dataclass(frozen=True)
 class Bulk:
-    """The variants of a plan, and which figures are wanted of them (names of a study's columns)."""
+    """The variants of a plan, which figures are wanted of them (names of a study's columns), and how near an indexer's
+    pressures have to be."""
 
     data: Data
     file: str
     plan: Plan
     figures: tuple[str, ...] = ()
+    level: float = LEVELS[0]
 
     def refused(self) -> str | None:
         """Why the exact model must compute these variants; None where the batch does."""
@@ -51,6 +53,13 @@ class Bulk:
         except ProfileError as error:
             return f"the profile itself cannot be made ({error.problems[0]})"
         return None
+
+    @property
+    def leveled(self) -> bool:
+        """Whether the profile's pressures hang on the level."""
+        from camgeom.profile import from_data
+
+        return leveled(from_data(self.data, self.file))
 
     @property
     def _numeric(self) -> list[str]:
@@ -98,7 +107,7 @@ class Bulk:
                 verdict[where], reason[where] = "bad input", "; ".join(map(str, error.problems))
                 continue
             names = self.figures or offered(profile)
-            batch = evaluate(profile, varied, names)
+            batch = evaluate(profile, varied, names, self.level)
             verdict[where], reason[where] = judged(profile, varied, batch)
             for name, values in batch.figures.items():
                 column = figures.setdefault(name, np.full(len(piece), np.inf))

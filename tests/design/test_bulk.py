@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from camgeom.cli import main
+from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import axis
@@ -185,3 +186,28 @@ def test_parquet_of_the_batch_is_whole_and_goes_on(disc: Path, tmp_path: Path, c
     assert main(words) == 0
     assert "500 of 500 variants were computed before" in capsys.readouterr().err
     assert path.read_bytes() == first
+
+
+def test_the_error_of_an_indexers_pressures_is_asked_for_where_it_means_something(
+    disc: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    data = read_data("profiles/barrel_indexer.toml")
+    drawn = plan("sobol:40", "roller.diameter=20:40", "cam.width=60:90")
+    pressure = "contact.peak_slice_pressure_mpa"
+    rough, fine = (
+        np.asarray(Bulk(data, "", drawn, (pressure,), level).columns(range(40))[pressure]) for level in LEVELS
+    )
+    assert (rough != fine).any()
+    exist = np.isfinite(fine)
+    assert np.abs(rough / fine - 1.0)[exist].max() < LEVELS[0]
+    command = ["study", "profiles/barrel_indexer.toml", "--vary", "roller.diameter=20:40", "--sample", "sobol:8"]
+    command += ["--out", str(tmp_path), "--pressure-error"]
+    assert main([*command, "0.003", "--batch"]) in (0, 1)
+    capsys.readouterr()
+    assert main([*command, "0.003", "--exact"]) == 2
+    assert "exact model computes the rows" in capsys.readouterr().err
+    assert main([*command, "0.02", "--batch"]) == 2
+    assert "needs one of 0.01 and 0.003" in capsys.readouterr().err
+    command[1] = str(disc)
+    assert main([*command, "0.003", "--batch"]) == 2
+    assert "of indexers alone" in capsys.readouterr().err

@@ -91,6 +91,16 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     return refused_keys(profile, varied) or found.supports(profile, varied)
 
 
+LEVELS = (1e-2, 3e-3)
+"""relative errors of pressures and forces that can be asked for where they jump, as those of indexers do where a roller
+comes to bear; the first where nothing is asked"""
+
+
+def leveled(profile: Profile) -> bool:
+    """Whether the pressures of this profile hang on the level that is asked for."""
+    return KERNELS.get(profile.kind) == "turret"
+
+
 def offered(profile: Profile) -> tuple[str, ...]:
     """Names of the figures that the batch gives for this profile; none where it has no kernel."""
     found = _kernel(profile)
@@ -98,12 +108,12 @@ def offered(profile: Profile) -> tuple[str, ...]:
 
 
 def evaluate(
-    profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str] | None = None, level: float = 1e-2
+    profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str] | None = None, level: float = LEVELS[0]
 ) -> Batch:
     """The figures (default: all that are offered) of n variants, which `supports` has nothing against.
 
     columns  values (n,) by profile key as a study spells it: "cam.diameter", "motion[0].to"
-    level    relative error of the pressures and forces of indexers, 1e-2 or 3e-3: they jump where a roller comes
+    level    largest relative error of pressures and forces where they jump, one of LEVELS
     """
     found = _kernel(profile)
     if found is None:

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.cams._turret import TurretKeys
-from camgeom.design.batch import Batch
+from camgeom.design.batch import LEVELS, Batch
 from camgeom.design.batch.common import (
     FINE,
     REACH,
@@ -71,8 +71,8 @@ SHARED = {
     "force": {"contact.peak_force_n", "contact.stud_stress_mpa"},
 }
 """figures that rest on how rollers share the torque"""
-LEVELS = ((1e-2, 4, 7, 8), (3e-3, 8, 13, 14))
-"""level of the pressures; parts of a step between samples in which a largest one is looked for; places about it;
+EFFORTS = {LEVELS[0]: (4, 5, 12), LEVELS[1]: (8, 9, 16)}
+"""by level of the pressures: parts of a step between samples in which a largest one is looked for; places about it;
 halvings of the distance of two samples between which a roller comes to bear"""
 NEAR = 6
 """fine steps to either side of a largest pressure that are computed once more"""
@@ -212,7 +212,7 @@ class Indexer(ABC):
         assert isinstance(cam, TurretKeys)
         self.base = 0.5 * self.pitch if cam.form == "rib" else 0.0
         self.advance = program_of(self.profile).advance
-        self.finer, self.around, self.halvings = next((one[1:] for one in LEVELS if level >= one[0]), LEVELS[-1][1:])
+        self.finer, self.around, self.halvings = EFFORTS[level]
         self.centre, self.width = number("cam.center_distance"), number("cam.width")
         self.gap = number("cam.running_clearance")
         self.roller, self.length = 0.5 * number("roller.diameter"), number("roller.length")
