@@ -16,11 +16,12 @@ from math import isfinite, pi
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, TypeVar, final
 
-from camgeom.checks.verdict import RANK, Finding, Loads, NotJudged, Verdict, judged, life_shown
+from camgeom.checks.verdict import RANK, Finding, Level, Loads, NotJudged, Verdict, judged, life_shown
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.maths.overflow import within_range
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.duty import Duty
     from camgeom.model import Model
     from camgeom.model.vibration import Turn
 
@@ -29,7 +30,6 @@ Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "roll
                "turret load", "dynamics", "impact", "cutter"]
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
-KNIFE = "a knife edge has no contact pressure: give the follower a face with a radius"
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
@@ -41,16 +41,41 @@ def _load(model: Model, applies: object) -> bool | str:
     return bool(applies) and (model.profile.operation is not None or NO_OPERATION)
 
 
+def judged_pressure(
+    name: str, model: Model, duties: Iterable[Duty], remedy: str, rigid: Duty | None = None, worst: Level = "fail"
+) -> Iterable[Finding | NotJudged]:
+    """The largest pressure of duties against the limit; where none is the largest it is not judged, and says why.
+
+    It fails where already the pressure that it surely reaches is beyond the limit.
+    """
+    each = tuple(duties)
+    known = [(peak, duty) for peak, duty in ((duty.least_peak, duty) for duty in each) if peak is not None]
+    lost = no_stress(each)
+    if not known or (lost and max(peak.value for peak, _ in known) <= model.pressure_limit):
+        yield NotJudged(name, lost)
+        return
+    peak, duty = max(known, key=lambda pair: pair[0].value)
+    beside = rigid.peak_pressure if rigid is not None else None
+    where = f"{duty.spot(peak)}, half a millimetre inside the sharp end" if duty.no_stress else duty.spot(peak)
+    yield judged(name, peak.value, "<=", model.pressure_limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where,
+                 worst=worst, rigid=beside.value if beside is not None else None)  # fmt: skip
+
+
+def no_stress(duties: Iterable[Duty]) -> str:
+    """Why one of some duties has no largest pressure; empty where all have one."""
+    return next((duty.no_stress for duty in duties if duty.no_stress), "")
+
+
 def _crowned(model: Model) -> bool:
     return model.profile.roller is not None and model.profile.roller.shape in ("crowned", "sphere")
 
 
 def judged_lives(
-    name: str, model: Model, lives: Mapping[str, float], remedy: str, basis: str = ""
+    name: str, model: Model, lives: Mapping[str, float], remedy: str, basis: str = "", lost: str = ""
 ) -> Iterable[Finding | NotJudged]:
-    """The lives, h, of bodies against the profile's; without one they are told, and what to give. None of a knife edge.
+    """The lives, h, of bodies against the profile's; without one they are told, and what to give.
 
-    basis: what the lives rest on, beside the body's name
+    basis: what the lives rest on, beside the body's name; lost: why surfaces have none, a knife's or a sharp end's
     """
     limit = model.profile.limits.life_h
     if limit is None:
@@ -59,8 +84,8 @@ def judged_lives(
         if lives:
             yield NotJudged(name, f"give limits.life_h, the hours that these lives have to reach: {each}")
         return
-    if not lives:
-        yield NotJudged(name, KNIFE)
+    if lost:
+        yield NotJudged(name, lost)
     for body, least in lives.items():
         where = f"{body}, {basis}" if basis else body
         yield judged(name, least, ">=", limit, "h", remedy, where=where, unlimited=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import KNIFE, LIFTED, judged_lives, solved
+from camgeom.checks import LIFTED, judged_lives, judged_pressure, no_stress, solved
 from camgeom.checks.verdict import Finding, Level, NotJudged, judged
 from camgeom.solid.mechanism import Drive
 
@@ -39,22 +39,15 @@ def dynamic_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     if model.dynamic_duty is None:
         yield NotJudged("dynamic-pressure", LIFTED)
         return
-    peak = model.dynamic_duty.peak_pressure
-    rigid = model.carrier.peak_pressure if model.carrier is not None else None
-    if peak is None:
-        yield NotJudged("dynamic-pressure", KNIFE)
-        return
-    yield judged(
-        "dynamic-pressure", peak.value, "<=", model.pressure_limit, "MPa", LESS, cam_angle=peak.cam_angle,
-        where=model.dynamic_duty.spot(peak), rigid=rigid.value if rigid is not None else None,
-    )  # fmt: skip
+    yield from judged_pressure("dynamic-pressure", model, (model.dynamic_duty,), LESS, model.carrier)
 
 
 @solved("dynamic-life", "dynamics", summed=True)
 def dynamic_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives of roller, cam and bearing under the periodic contact force."""
     if all(state.dynamic_duties for state in model.states):
-        yield from judged_lives("dynamic-life", model, model.dynamic_lives, LESS)
+        lost = no_stress(duty for state in model.states for duty in state.dynamic_duties)
+        yield from judged_lives("dynamic-life", model, model.dynamic_lives, LESS, lost=lost)
     elif model.profile.limits.life_h is not None:
         yield NotJudged("dynamic-life", LIFTED)
 
@@ -98,15 +91,7 @@ def start_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     if not model.start_duties:
         yield NotJudged("start-pressure", LEFT)
         return
-    each = [(duty.peak_pressure, duty) for duty in model.start_duties]
-    known = [(peak, duty) for peak, duty in each if peak is not None]
-    if not known:
-        yield NotJudged("start-pressure", KNIFE)
-        return
-    peak, duty = max(known, key=lambda pair: pair[0].value)
-    rigid = model.carrier.peak_pressure if model.carrier is not None else None
-    yield judged("start-pressure", peak.value, "<=", model.pressure_limit, "MPa", SOFT, cam_angle=peak.cam_angle,
-                 where=duty.spot(peak), worst="warn", rigid=rigid.value if rigid is not None else None)  # fmt: skip
+    yield from judged_pressure("start-pressure", model, model.start_duties, SOFT, model.carrier, "warn")
 
 
 @solved("settling", "dynamics")
@@ -224,9 +209,12 @@ def stability(model: Model) -> Iterable[Finding]:
 
 
 @solved("impact-pressure", "impact")
-def impact_pressure(model: Model) -> Iterable[Finding]:
+def impact_pressure(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest pressure of the contacts with free play, over the counted turns."""
-    peak = model.impact_pressure
+    peak, lost = model.impact_pressure, no_stress(duty for turn in model.impact_duties for duty in turn)
+    if lost and peak.value <= model.pressure_limit:
+        yield NotJudged("impact-pressure", lost)
+        return
     rigid = model.carrier.peak_pressure if model.carrier is not None else None
     yield judged("impact-pressure", peak.value, "<=", model.pressure_limit, "MPa", IMPACTS, cam_angle=peak.cam_angle,
                  where=peak.where, rigid=rigid.value if rigid is not None else None)  # fmt: skip
@@ -235,7 +223,8 @@ def impact_pressure(model: Model) -> Iterable[Finding]:
 @solved("impact-life", "impact", summed=True)
 def impact_life(model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue lives under the forces of the counted turns; of turns that cannot be reproduced, of the hardest one."""
-    yield from judged_lives("impact-life", model, model.lives_in_play, IMPACTS, _basis(model))
+    lost = no_stress(duty for state in model.states for turn in state.impact_duties for duty in turn)
+    yield from judged_lives("impact-life", model, model.lives_in_play, IMPACTS, _basis(model), lost)
 
 
 def _basis(model: Model) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from camgeom.checks import KNIFE, LIFTED, Need, check, judged_lives, solved
+from camgeom.checks import LIFTED, Need, check, judged_lives, judged_pressure, no_stress, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
 from camgeom.mechanics.roller_duty import RollerDuty
@@ -22,19 +22,14 @@ if TYPE_CHECKING:
 
 def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Peak contact pressure: of the hardest place along a roller, of all rollers that share, of all faces."""
-    if model.carrier is None:
-        return
-    peak = model.carrier.peak_pressure
-    if peak is None:
-        yield NotJudged(name, KNIFE)
-        return
-    yield judged(name, peak.value, "<=", model.pressure_limit, "MPa", remedy, cam_angle=peak.cam_angle,
-                 where=model.carrier.spot(peak))  # fmt: skip
+    if model.carrier is not None:
+        yield from judged_pressure(name, model, (model.carrier,), remedy)
 
 
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue life at the hardest place of roller or face and cam, and of the bearing of a roller that is rated."""
-    yield from judged_lives(name, model, model.lives, remedy)
+    lost = no_stress(duty for state in model.states for duty in state.carriers)
+    yield from judged_lives(name, model, model.lives, remedy, lost=lost)
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding | NotJudged]], str], ...] = (
@@ -59,19 +54,19 @@ def crown_length(model: Model) -> Iterable[Finding]:
 
 
 def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
-    """The longest ellipse of each duty of a roller with a crown against the room that the roller has for it."""
+    """The longest ellipse of each duty of a roller with a crown against the room that the roller has for it.
+
+    Of sharp ends: rounded ones may bear, and their pressure is judged.
+    """
     for duty in duties:
-        if not isinstance(duty, RollerDuty) or duty.ellipse is None:
+        if not isinstance(duty, RollerDuty) or duty.ellipse is None or duty.ends.radius:
             continue
         along, room = duty.ellipse.along, duty.crown_room
         at = int((along / room).argmax())
-        # Above a whole length the ends bear more than the middle (see `hertz.crowned_contact`).
-        low = float(along.flat[at]) > 2.0 * float(room.flat[at])
-        shown = "what is shown for them is up to 9 % low over a ninth of the length" if low else "the middle bears most"
         yield judged(
-            name, float(along.flat[at]), "<=", float(room.flat[at]), "mm",
-            f"the roller's ends bear ({shown}; a sharp edge has no bound): use a stronger crown (a smaller "
-            "crown_radius) or a longer roller",
+            name, float(along.flat[at]), "<=", duty.room_left(at), "mm",
+            "a sharp end of the roller bears, whose pressure nothing bounds: use a stronger crown (a smaller "
+            "crown_radius), a longer roller, or give roller.end_radius",
             cam_angle=float(duty.force.panels.theta.flat[at]),
             where=f"half-length of the contact ellipse, {duty.track.name}", worst="warn",
         )  # fmt: skip
@@ -119,7 +114,7 @@ def hardness(model: Model) -> Iterable[Finding | NotJudged]:
 
     That is the limit of their pressure or that of their lives, whichever is higher. A knife edge has no pressure.
     """
-    if model.carrier is None or model.carrier.peak_pressure is None:
+    if model.carrier is None or model.carrier.least_peak is None:
         return
     for body, material in _bodies(model):
         if material.hardness is None:

@@ -48,6 +48,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "contact": (
         ("peak_pressure_mpa", "peak contact pressure", "MPa"),
         ("peak_slice_pressure_mpa", "peak at the hardest place", "MPa"),
+        ("inside_pressure_mpa", "0.5 mm inside the sharp end (no peak)", "MPa"),
+        ("load_centre_mm", "load acts along the roller at", "mm"),
         ("contact_length_mm", "length that touches there", "mm"),
         ("peak_force_n", "peak contact force", "N"),
         ("least_force_n", "least contact force", "N"),

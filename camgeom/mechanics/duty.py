@@ -53,7 +53,15 @@ class Duty(Protocol):
 
     @property
     def peak_pressure(self) -> Extreme | None:
-        """Largest contact pressure, MPa, at its place along the roller; None where a knife edge gives none."""
+        """Largest contact pressure, MPa, at its place along the roller; None where there is none (`no_stress`)."""
+
+    @property
+    def no_stress(self) -> str:
+        """Why there is no largest pressure, and what to give so that there is: a knife edge, a sharp end that bears."""
+
+    @property
+    def least_peak(self) -> Extreme | None:
+        """A pressure, MPa, that is surely exceeded where none is the largest; None where nothing is known."""
 
     @property
     def peak_contact(self) -> Beneath | None:

@@ -118,6 +118,16 @@ class FaceDuty:
         name, worst = max(peaks, key=lambda item: float(item[1].pressure))
         return Extreme(float(worst.pressure), float(worst.theta), where=name)
 
+    @property
+    def no_stress(self) -> str:
+        """Of a knife edge."""
+        return "" if self.contacts else "a knife edge has no contact pressure: give the follower a face with a radius"
+
+    @property
+    def least_peak(self) -> Extreme | None:
+        """The largest pressure."""
+        return self.peak_pressure
+
     @cached_property
     def contact_forces(self) -> Floats:
         """Normal force of every touch, N, (k, p, n)."""
@@ -213,12 +223,16 @@ class FaceDuty:
 
     def contact_data(self) -> dict[str, Any]:
         """Force, torque, pressure, and what keeps the contact, as plain data for result.json."""
+        data, peak = self.force_data(), self.peak_pressure
+        if peak is None:
+            return data
+        place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
+        return data | {"peak_pressure_mpa": finite(peak.value), **place} | hertz_data(
+            self.peak_contact, self.deepest_shear)  # fmt: skip
+
+    def force_data(self) -> dict[str, Any]:
+        """Force, torque, and what keeps the contact, as plain data."""
         data: dict[str, Any] = {"peak_force_n": self.peak_force.value, **self.torque_data()}
-        peak = self.peak_pressure
-        if peak is not None:
-            place = {"cam_angle_deg": degrees(peak.cam_angle) % 360.0, "peak_at": peak.where}
-            data |= {"peak_pressure_mpa": finite(peak.value), **place}
-            data |= hertz_data(self.peak_contact, self.deepest_shear)
         return data | (self.kept.data() if self.kept is not None else {})
 
     def fatigue_data(self) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from math import inf, pi, sqrt
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats, gauss_rule
@@ -28,6 +27,8 @@ STRIPS = 96
 """of unequal length, where an end bears"""
 INSIDE = 0.5
 """mm from a sharp end at which the pressure is told instead of the peak that it has not"""
+POINTS = 6
+"""in a cell along the roller, of the stress below"""
 COARSE = (24, 32)
 """cells on which the contact is looked for"""
 ROUNDS = 30
@@ -42,8 +43,9 @@ class Profile:
 
     low, high    where its length ends, low < 0 < high
     crown        radius of its arc, mm; inf without one
-    run_out      factor c of the logarithmic drop c ln(1 / (1 - (2 y / length)²)), mm (ISO/TS 16281); 0 without one
+    run_out      factor c of the logarithmic drop c ln(1 / (1 - (2 y / whole)²)), mm (ISO/TS 16281); 0 without one
     end_radius   rounding that follows beyond both ends, mm; 0: sharp edges
+    whole        length over which it runs out, mm, about y = 0; 0: that of the roller
     """
 
     low: float
@@ -51,6 +53,7 @@ class Profile:
     crown: float = inf
     run_out: float = 0.0
     end_radius: float = 0.0
+    whole: float = 0.0
 
     @property
     def length(self) -> float:
@@ -58,9 +61,17 @@ class Profile:
         return self.high - self.low
 
     @property
-    def sharp(self) -> bool:
-        """Whether an end that bears has an edge, whose pressure nothing bounds."""
-        return self.end_radius == 0.0 and self.run_out == 0.0
+    def sharp(self) -> tuple[bool, bool]:
+        """Whether the low and the high end are edges, whose pressure nothing bounds where they bear."""
+        if self.end_radius > 0.0:
+            return False, False
+        out = (0.5 - 1e-9) * (self.whole or self.length) if self.run_out > 0.0 else inf
+        return -self.low < out, self.high < out
+
+    @property
+    def room(self) -> float:
+        """From a sharp end to where its pressure is told, mm."""
+        return min(INSIDE, 0.25 * self.length)
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -75,7 +86,7 @@ class Profile:
             total = self.crown * square / (1.0 + np.sqrt(1.0 - square))
         beyond = np.maximum(np.maximum(self.low - y, y - self.high), 0.0)
         if self.run_out > 0.0:
-            share = np.square((2.0 * y - self.low - self.high) / self.length)
+            share = np.square(2.0 * y / (self.whole or self.length))
             total = total - self.run_out * np.log(np.maximum(1.0 - share, 1e-300))
             return np.where(beyond > 0.0, NOWHERE, total)
         if self.end_radius == 0.0:
@@ -111,12 +122,21 @@ class Bodies:
         return np.asarray(0.5 * self.curvature * np.square(across) + drop)
 
 
+    @property
+    def nearest(self) -> float:
+        """The least gap, mm, along the middle of the roller: where they touch first."""
+        y = np.linspace(*self.profile.reach, 4001)
+        if self.profile.crown < inf:
+            y = np.append(y, np.clip(-self.profile.crown * np.sin(np.arctan(self.tilt)), *self.profile.reach))
+        return float((self.profile.drop(y) + self.tilt * y).min())
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Patch:
     """Pressure, MPa, (nx, ny), of cells about x (nx,) and y (ny,), mm, of even width across; along (ny,), mm.
 
-    approach  of both bodies, mm, of points far away; steps: of the conjugate gradients
+    approach  of both bodies, mm, of points far away, since they touched first; steps: of the conjugate gradients
     error     share by which the peak differs from that on a grid half as fine
     """
 
@@ -178,31 +198,36 @@ class Patch:
     @property
     def unbounded(self) -> bool:
         """Whether a sharp end bears, where no pressure is the largest."""
-        return self.bodies.profile.sharp and any(self.bearing_ends)
-
-    @cached_property
-    def within(self) -> NDArray[np.bool_]:
-        """Which y lie INSIDE of every sharp end that bears, (ny,)."""
-        low, high = self.bodies.profile.low, self.bodies.profile.high
-        room = min(INSIDE, 0.25 * (high - low)) if self.unbounded else 0.0
-        bears = self.bearing_ends
-        return (self.y >= low + room * bears[0]) & (self.y <= high - room * bears[1])
+        return any(sharp and bears for sharp, bears in zip(self.bodies.profile.sharp, self.bearing_ends))
 
     @cached_property
     def peak(self) -> tuple[float, float]:
         """Largest pressure, MPa, and where along the roller, mm; of an unbounded one that INSIDE of its sharp ends."""
-        if self.unbounded:
-            return max(((self.at(y), y) for y in self._told), key=lambda each: each[0])
-        return _parabola(self.y, self.ridge)
+        return max(((self.at(y), y) for y in self._told), key=lambda each: each[0]) if self.unbounded else self._top
+
+    @property
+    def _top(self) -> tuple[float, float]:
+        """The largest by a parabola of the squares of the ridge through three places."""
+        y, at = self.y, int(np.argmax(self.ridge))
+        if not 0 < at < len(y) - 1 or min(self.ridge[at - 1], self.ridge[at + 1]) == 0.0:
+            return float(self.ridge[at]), float(y[at])
+        (l, m, r), (a, b, c) = y[at - 1 : at + 2], np.square(self.ridge[at - 1 : at + 2])
+        one, two = (b - a) / (m - l), (c - b) / (r - m)
+        bend = (two - one) / (r - l)
+        if bend >= 0.0:
+            return float(self.ridge[at]), float(y[at])
+        place = float(np.clip(0.5 * (l + m) - 0.5 * one / bend, l, r))
+        return sqrt(float(a + one * (place - l) + bend * (place - l) * (place - m))), place
 
     @property
     def _told(self) -> list[float]:
-        """Places where a finite pressure may be the largest: INSIDE of the bearing ends, and between."""
-        ends = (self.bodies.profile.low, self.bodies.profile.high)
-        room = min(INSIDE, 0.25 * (ends[1] - ends[0]))
-        found = [end + way * room for end, way, on in zip(ends, (1.0, -1.0), self.bearing_ends) if on]
-        inner = np.where(self.within, self.ridge, 0.0)
-        return [*found, float(self.y[int(np.argmax(inner))])]
+        """Places where a finite pressure may be the largest: inside of the sharp ends that bear, and between."""
+        profile = self.bodies.profile
+        low, high = (room * (sharp and bears) for room, sharp, bears in
+                     zip((profile.room, profile.room), profile.sharp, self.bearing_ends))  # fmt: skip
+        ends = [profile.low + low] * (low > 0.0) + [profile.high - high] * (high > 0.0)
+        within = (self.y >= profile.low + low) & (self.y <= profile.high - high)
+        return [*ends, float(self.y[int(np.argmax(np.where(within, self.ridge, 0.0)))])]
 
     def at(self, y: float) -> float:
         """Largest pressure across the roller at a place along it, MPa; linear in its square between the cells."""
@@ -213,8 +238,10 @@ class Patch:
         place = self.peak[1]
         half = float(np.interp(place, self.y, self.half_widths))
         middle = float(np.average(self.x, weights=self.pressure[:, int(np.argmin(np.abs(self.y - place)))]))
-        low, high = 0.2 * half, 1.3 * half
-        for _ in range(3):
+        # Below a narrow ridge at an end it lies shallow, but not where single points of the sum would show.
+        spacing = max(0.5 * self.width, float(np.interp(place, self.y, self.along)) / POINTS)
+        low, high = max(0.04 * half, 2.5 * spacing), 1.3 * half
+        for _ in range(4):
             depth = np.linspace(low, high, 9)
             shear = np.array([self._shear(middle, place, float(z), poisson) for z in depth])
             at = int(np.argmax(shear))
@@ -223,11 +250,12 @@ class Patch:
 
     def _shear(self, x: float, y: float, z: float, poisson: float) -> float:
         """Largest shear, MPa, at depth z, mm, below (x, y)."""
-        nodes, weights = gauss_rule(6)
+        nodes, weights = gauss_rule(POINTS)
         every = self.y[:, None] + 0.5 * self.along[:, None] * nodes
-        area = 0.5 * self.width * self.along[:, None] * weights
-        force = (self.pressure[:, :, None] * area).reshape(len(self.x), -1)
-        return _largest_shear(self.x[:, None] - x, every.ravel() - y, z, force, poisson)
+        area = 0.25 * self.width * self.along[:, None] * weights
+        force = np.repeat((self.pressure[:, :, None] * area).reshape(len(self.x), -1), 2, axis=0)
+        across = (self.x[:, None] + self.width * np.array([-0.25, 0.25])).reshape(-1, 1)
+        return _largest_shear(across - x, every.ravel() - y, z, force, poisson)
 
 
 def _largest_shear(x: Floats, y: Floats, z: float, force: Floats, poisson: float) -> float:
@@ -257,36 +285,28 @@ def _crests(pressure: Floats) -> Floats:
     return np.asarray(np.sqrt(np.where(whole, two + rise, square.max(axis=0))))
 
 
-def _parabola(y: Floats, ridge: Floats) -> tuple[float, float]:
-    """Largest of a ridge (ny,) over places y, and where, by a parabola of its squares through three of them."""
-    at = int(np.argmax(ridge))
-    if not 0 < at < len(y) - 1 or min(ridge[at - 1], ridge[at + 1]) == 0.0:
-        return float(ridge[at]), float(y[at])
-    (l, m, r), (a, b, c) = y[at - 1:at + 2], np.square(ridge[at - 1:at + 2])
-    one, two = (b - a) / (m - l), (c - b) / (r - m)
-    bend = (two - one) / (r - l)
-    if bend >= 0.0:
-        return float(ridge[at]), float(y[at])
-    place = float(np.clip(0.5 * (l + m) - 0.5 * one / bend, l, r))
-    return sqrt(float(a + one * (place - l) + bend * (place - l) * (place - m))), place
-
-
-def press(bodies: Bodies, load: float, across: int = ACROSS, along: int = ALONG, strips: int = STRIPS) -> Patch:
+def press(
+    bodies: Bodies,
+    load: float,
+    across: int = ACROSS,
+    along: int = ALONG,
+    strips: int = STRIPS,
+    checked: bool = True,
+) -> Patch:
     """The contact of two bodies under a load, N, above 0: found on a coarse grid, solved on one fitted to it.
 
-    Even cells where it ends before the roller does, `strips` that grow from the ends where they bear; each once with
-    half as many cells, from which the error is told. Raises NotConverged where the contact is not found.
+    Even cells where it ends before the roller does, `strips` that grow from the ends where they bear. checked: once
+    with half as many cells before, from which the error is told. Raises NotConverged where the contact is not found.
     """
     rough = _found(bodies, load)
     patches: list[Patch] = []
-    for part in (2, 1):
+    for part in (2, 1) if checked else (1,):
         if any(rough.bearing_ends):
             rough = _on_strips(bodies, load, patches[-1] if patches else rough, across // part, strips // part)
         else:
             rough = _on_cells(bodies, load, rough, across // part, along // part)
         patches.append(rough)
-    half, fine = patches
-    return replace(fine, error=abs(half.peak[0] / fine.peak[0] - 1.0))
+    return replace(rough, error=abs(patches[0].peak[0] / rough.peak[0] - 1.0) if checked else inf)
 
 
 def _found(bodies: Bodies, load: float) -> Patch:
@@ -336,7 +356,7 @@ def _solved(bodies: Bodies, load: float, x: Floats, y: Floats, along: Floats, in
     guess = _carried(before, x, y) if before is not None else None
     area = (x[1] - x[0]) * along[None, :]
     found = pressed(bodies.gap(x, y), influence, area, load, guess)
-    return Patch(bodies, load, x, y, along, found.pressure, found.approach, found.steps)
+    return Patch(bodies, load, x, y, along, found.pressure, found.approach - bodies.nearest, found.steps)
 
 
 def _carried(patch: Patch, x: Floats, y: Floats) -> Floats:

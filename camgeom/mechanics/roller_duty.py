@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import degrees
-from typing import Any, final
+from math import degrees, inf, sin, tan
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,11 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, nor
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Track
 from camgeom.track.flank import Flank
+from camgeom.track.follower import PLAIN, Ends
 from camgeom.track.runout import touching, wall_ends
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.finite_turn import FiniteTurn
 
 SLICES = 9
 """equal shares of the length that touches"""
@@ -77,6 +81,7 @@ class RollerDuty:
     crown   radius of the meridian, mm, of a crowned roller on a straight flank, which the track's cylinder cuts: it
             touches at its crest, the station; None: the flank is the roller's own envelope
     rating  of the roller's bearing, dynamic and static, N; None where it is not known
+    ends    how the roller ends and how it stands against the flank
     beside  which contact points (3, ...) have a wall; None where the whole contact stretch always has one
     runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
     alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
@@ -94,6 +99,7 @@ class RollerDuty:
     beside: Callable[[Floats], Mask] | None = None
     runs_out: bool = False
     alone: bool = False
+    ends: Ends = PLAIN
 
     @property
     def speed(self) -> float:
@@ -112,7 +118,7 @@ class RollerDuty:
         if self.runs_out:
             return self._held(full)
         both = len(self.track.sides) > 1
-        if both and self.crown is None:
+        if both and self.crown is None and not self.ends.stated:
             return full
         zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
         if zeros.size:
@@ -221,11 +227,17 @@ class RollerDuty:
 
     @cached_property
     def contact(self) -> Contact:
-        """Contact at the quoted station with the exact curvature: a crown touches in an ellipse, else it is a line."""
+        """Contact at the quoted station with the exact curvature: a crown touches in an ellipse, else it is a line.
+
+        On a half-space that at the hardest place; under a tilted crown that where it touches.
+        """
+        delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+        if self.finite is not None:
+            hardest = int(np.abs(self._middle + self.finite.places - self.least_peak.place).argmin())
+            return self._finite_contact(self.finite.squares[hardest])
         if self.crown is None:
             return self.as_line
-        delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
-        return self._under_crown(np.full((1, 1), delta - self._middle))
+        return self._under_crown((delta if self.ends.tilt == 0.0 else self._crest) - self._crest)
 
     @cached_property
     def as_line(self) -> Contact:
@@ -236,14 +248,87 @@ class RollerDuty:
 
     @property
     def _middle(self) -> float:
-        """Place of the contact's middle along the roller axis (delta), mm: the top of a crown."""
+        """Place of the contact's middle along the roller axis (delta), mm: the top of a crown that is not tilted."""
         return 0.5 * sum(self.track.contact)
+
+    @cached_property
+    def _crest(self) -> Floats:
+        """Where a crown touches along the axis (delta), mm, (p, n): a tilt moves it, exactly, by its radius."""
+        moved = 0.0 if self.crown is None else self.crown * sin(self.ends.tilt)
+        return self._middle + np.where(self.normal >= 0.0, moved, -moved)
 
     @cached_property
     def _loaded_curvature(self) -> Floats:
         """Relative curvature of the wall that bears, across the roller's axis, 1/mm, (p, n); 1 of one undercut."""
         k = np.where(self.normal >= 0.0, self.reference.behind, self.reference.ahead)
         return np.where(k > 0.0, k, 1.0)
+
+    @cached_property
+    def level(self) -> Literal["line", "ellipse", "finite"]:
+        """Which theory the contact is rated by: the exact line, the exact ellipse, or the half-space.
+
+        The last where a crown's ellipse is longer than its room anywhere that it presses, and where it is stated how a
+        roller without a crown ends or stands. A crown that is tilted within its room keeps its ellipse.
+        """
+        if self.ellipse is None:
+            return "finite" if self.ends.stated and self.normal.any() else "line"
+        pressed = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
+        return "finite" if bool((pressed & (self.ellipse.along > self.crown_room)).any()) else "ellipse"
+
+    @cached_property
+    def finite(self) -> FiniteTurn | None:
+        """The contact on a half-space over the turn; None at the other levels, and where a wall is undercut."""
+        if self.level != "finite" or not self.as_line.sound:
+            return None
+        from camgeom.mechanics.finite_contact import Bodies, Profile
+        from camgeom.mechanics.finite_turn import FiniteTurn
+
+        k, load = self._loaded_curvature, np.abs(self.normal)
+        at = np.unravel_index(int(np.argmax(load * k)), load.shape)
+        low, high = (float(end[at]) - self._middle for end in self._stretch)
+        if high - low < NEXT_TO_NONE * self.length:
+            return None
+        profile = Profile(low, high, self.crown or inf, self.ends.run_out, self.ends.radius, self.length)
+        twist = 0.0 if self.crown is None else float(np.arccos(np.sqrt(min(1.0, self._alignment[at]))))
+        pair = pair_compliance(self.roller, self.cam)
+        gap, own = tan(self.ends.tilt), self.roller.compliance / pair
+        walls = {
+            wall: Bodies(float(k[at]), profile, pair, -wall * gap, twist, own, float(self.ends.mirrored))
+            for wall in (1, -1)
+            if bool((wall * self.normal > 0.0).any())
+        }
+        return FiniteTurn(self.force.panels, self.normal, k, walls)
+
+    def _finite_contact(self, square: Floats) -> Contact:
+        """Contact of bins along the roller on a half-space, from their squared pressures (..., p, n)."""
+        line = self.as_line
+        off = -np.abs(square)
+        behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
+        pair = pair_compliance(self.roller, self.cam)
+        load = np.pi * pair * square / self._loaded_curvature * np.sign(self.normal)
+        rate = np.broadcast_to(line.path_rate, square.shape)
+        return Contact(self.force.panels, load, behind, ahead, rate, np.broadcast_to(line.sound, square.shape[:-2]))
+
+    @property
+    def no_stress(self) -> str:
+        """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
+        if self.finite is None or not self.finite.unbounded:
+            return ""
+        return (
+            f"the pressure is unbounded at the sharp end that bears ({self.least_peak.value:.6g} MPa half a "
+            "millimetre inside): give roller.end_radius, or a crown that ends within the roller (crown = 'logarithmic')"
+        )
+
+    @cached_property
+    def least_peak(self) -> Extreme:
+        """Pressure half a millimetre inside of a sharp end that bears, MPa, at its place: no peak, but a bound of one.
+
+        Where none bears it is the largest pressure.
+        """
+        if self.finite is None:
+            return self._hardest_slice
+        found = self.finite.hardest[0]
+        return replace(found, place=self._middle + found.place, where="")
 
     @cached_property
     def ellipse(self) -> CrownedContact | None:
@@ -259,12 +344,17 @@ class RollerDuty:
         """Lengths of wall on either side of the crown's crest, mm, (p, n); hardly any where the crest has none."""
         low, high = self._stretch
         least = NEXT_TO_NONE * self.length
-        return np.maximum(self._middle - low, least), np.maximum(high - self._middle, least)
+        return np.maximum(self._crest - low, least), np.maximum(high - self._crest, least)
 
     @cached_property
     def crown_room(self) -> Floats:
         """The shorter of them, mm, (p, n)."""
         return np.minimum(*self._crown_sides)
+
+    def room_left(self, at: int) -> float:
+        """That at a sample point, mm; 0 where the crown touches beside the wall."""
+        room = float(self.crown_room.flat[at])
+        return room if room > NEXT_TO_NONE * self.length else 0.0
 
     @cached_property
     def _principal(self) -> tuple[Floats, Floats]:
@@ -294,9 +384,10 @@ class RollerDuty:
         return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
 
     def _under_crown(self, place: Floats) -> Contact:
-        """Contact at places (..., p, n) along the roller, mm from the crown's top: p² = p0² (1 - place² / along²).
+        """Contact at places (..., p, n) along the roller, mm from where its crown touches.
 
-        p0 / along does not hang on the load, so that p² is smooth across the edge of the ellipse, negative outside.
+        p² = p0² (1 - place² / along²), and p0 / along does not hang on the load: p² is smooth across its edge,
+        negative outside.
         """
         ellipse, line = self.ellipse, self.as_line
         assert ellipse is not None
@@ -332,8 +423,10 @@ class RollerDuty:
         Lines that approach alike where the flank is the roller's own envelope, slices of the ellipse under a crown.
         A slice is a share of that length: where the length changes it wanders along the roller, a little.
         """
+        if self.finite is not None:
+            return self._finite_contact(self.finite.squares)
         if self.crown is not None:
-            return self._under_crown(self.slice_places - self._middle)
+            return self._under_crown(self.slice_places - self._crest)
         walls, force = self._slices, self.pushed
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
@@ -396,22 +489,37 @@ class RollerDuty:
     @property
     def _sliced(self) -> tuple[Floats, Floats]:
         """Between which places there are slices: along what touches; under a crown, which spans less, along it all."""
-        if self.crown is None:
+        if self.crown is None and self.finite is None:
             return self._stretch
-        low, high = (np.full(self.force.panels.theta.shape, end) for end in sorted(self.track.contact))
+        ends: tuple[float, ...] = tuple(sorted(self.track.contact))
+        if self.finite is not None:
+            ends = tuple(float(self._middle + self.finite.places[at]) for at in (0, -1))
+        low, high = (np.full(self.force.panels.theta.shape, end) for end in ends)
         return low, high
+
+    @cached_property
+    def _shares(self) -> Floats:
+        """Of the way between those places at which the slices' middles stand, (m,)."""
+        equal = np.asarray((np.arange(SLICES) + 0.5) / SLICES)
+        if self.finite is None:
+            if self.crown is None or self.ends.tilt == 0.0:
+                return equal
+            # Where the crown touches either wall is a slice too.
+            moved = self.crown * sin(self.ends.tilt) / self.length
+            return np.unique(np.concatenate([equal, np.clip(0.5 + np.array([-moved, moved]), 0.0, 1.0)]))
+        places = self.finite.places
+        return np.asarray((places - places[0]) / (places[-1] - places[0]))
 
     @cached_property
     def slice_places(self) -> Floats:
         """Place of each slice's middle along the roller axis (delta), mm, (m, p, n)."""
         low, high = self._sliced
-        share = (np.arange(SLICES) + 0.5)[:, None, None] / SLICES
-        return np.asarray(low + share * (high - low))
+        return np.asarray(low + self._shares[:, None, None] * (high - low))
 
     @cached_property
     def slice_stations(self) -> Floats:
         """The same at the cam angle of the largest pressure, (m,)."""
-        angle = self.peak_pressure.cam_angle
+        angle = self.least_peak.cam_angle
         return np.array([self._at(place, angle) for place in self.slice_places])
 
     def spread(self, values: Floats, theta: Floats, delta: Floats) -> Floats:
@@ -423,11 +531,12 @@ class RollerDuty:
         low, high = (np.interp(theta, at, end.ravel())[:, None] for end in self._sliced)
         rows = np.stack([np.interp(theta, at, row.ravel()) for row in values], axis=-1)
         share = (delta - low) / np.where(high > low, high - low, 1.0)
-        x = np.clip(share * SLICES - 0.5, 0.0, SLICES - 1.0)
-        i = np.minimum(x.astype(np.intp), SLICES - 2)
+        middles = self._shares
+        i = np.clip(np.searchsorted(middles, share, "right") - 1, 0, len(middles) - 2)
+        x = np.clip((share - middles[i]) / (middles[i + 1] - middles[i]), 0.0, 1.0)
         one, two = (np.take_along_axis(rows, index, axis=1) for index in (i, i + 1))
         within = (share >= -1e-9) & (share <= 1.0 + 1e-9) & (high > low)
-        return np.where(within, one + (x - i) * (two - one), 0.0)
+        return np.where(within, one + x * (two - one), 0.0)
 
     @cached_property
     def _slices(self) -> list[Walls]:
@@ -442,6 +551,8 @@ class RollerDuty:
         """Half-width and subsurface shear of the hardest contact, of all slices; None where a wall is undercut."""
         if not np.all(self.slices.sound):
             return None
+        if self.finite is not None:
+            return None if self.finite.unbounded else Beneath(*self.finite.hardest[1].beneath(self.cam.poisson))
         peaks = self.slices.peak()
         m = int(np.argmax(peaks.pressure))
         pressure, angle = float(peaks.pressure[m]), float(peaks.theta[m])
@@ -468,11 +579,15 @@ class RollerDuty:
         """Where the largest shear lies deepest over the turn and along the roller, mm; None where a wall undercuts."""
         if not np.all(self.slices.sound):
             return None
+        if self.finite is not None:
+            below = self.peak_contact
+            return None if below is None else replace(self.least_peak, value=below.shear_depth)
         if self.ellipse is not None:
             long = np.maximum(self.ellipse.along, self.ellipse.around)
             short = np.minimum(self.ellipse.along, self.ellipse.around)
             depth = short * point_depths(np.divide(short, long, out=np.ones_like(short), where=long > 0.0), self.cam)
-            return replace(peak_of(self.force.panels, depth), place=self._middle)
+            deepest = peak_of(self.force.panels, depth)
+            return replace(deepest, place=self._at(self._crest, deepest.cam_angle))
         pair = pair_compliance(self.roller, self.cam)
         walls, pressed = self._slices, self.slices.pressure
         k = np.stack([np.where(self.pushed >= 0.0, wall.behind, wall.ahead) for wall in walls])
@@ -518,11 +633,14 @@ class RollerDuty:
 
     @cached_property
     def lives(self) -> dict[str, float]:
-        """Fatigue life, h, of roller and cam at the hardest place along the roller, and of the roller's bearing."""
-        lives = {
+        """Fatigue life, h, of roller and cam at the hardest place along the roller, and of the roller's bearing.
+
+        No life of surfaces that a sharp end presses.
+        """
+        lives = {} if self.no_stress else {
             "roller": min(float(np.min(self.slice_life.life_h)), float(self.roller_life.life_h)),
             "cam": min(float(np.min(self.slice_cam_life.life_h)), float(self.cam_life.life_h)),
-        }
+        }  # fmt: skip
         return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
 
     @cached_property
@@ -552,14 +670,26 @@ class RollerDuty:
         return float(self.force.panels.integral(self.torque))
 
     @cached_property
-    def peak_pressure(self) -> Extreme:
+    def peak_pressure(self) -> Extreme | None:
         """Largest contact pressure, MPa, of all slices and the quoted place; infinite where the roller undercuts a wall
-        that it loads."""
+        that it loads, None where a sharp end bears."""
+        return None if self.no_stress else self.least_peak
+
+    @property
+    def hardest_pressure(self) -> Floats:
+        """Pressure at the hardest place along the roller, MPa, (p, n), over the turn; as far as there is one."""
+        return np.asarray(np.maximum(self.slices.pressure.max(axis=0), self.contact.pressure))
+
+    @cached_property
+    def _hardest_slice(self) -> Extreme:
+        """Largest contact pressure, MPa, of all slices and the quoted place."""
         peak, quoted = self.slices.peak(), self.contact.peak()
         worst = int(np.argmax(peak.pressure))
         angle = float(peak.theta[worst])
         if float(quoted.pressure) > float(peak.pressure[worst]):
             delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+            if self.crown is not None:
+                delta = self._at(self._crest, float(quoted.theta))
             return Extreme(float(quoted.pressure), float(quoted.theta), delta)
         return Extreme(float(peak.pressure[worst]), angle, self._at(self.slice_places[worst], angle))
 
@@ -570,7 +700,9 @@ class RollerDuty:
     @cached_property
     def contact_length(self) -> float:
         """Length that touches where the pressure is largest, mm."""
-        return self._at(self.touching, self.peak_pressure.cam_angle)
+        if self.finite is not None:
+            return self.finite.hardest[1].length
+        return self._at(self.touching, self.least_peak.cam_angle)
 
     @cached_property
     def kept(self) -> Kept | None:
@@ -582,19 +714,47 @@ class RollerDuty:
         return Kept(self.load, force, walls.lever, walls.cosine, self.track.name)
 
     def contact_data(self) -> dict[str, Any]:
-        """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear, as plain data."""
-        peak = self.contact.peak()
+        """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear, as plain data.
+
+        Of a sharp end that bears no pressure but that half a millimetre inside of it.
+        """
+        peak, hardest = self.contact.peak(), self.peak_pressure
         return {
-            "peak_pressure_mpa": finite(peak.pressure),
-            "cam_angle_deg": degrees(float(peak.theta)),
-            **self._crown_data(),
+            "contact_level": self.level,
+            **(self._inside_data() if hardest is None else {
+                "peak_pressure_mpa": finite(peak.pressure),
+                "cam_angle_deg": degrees(float(peak.theta)),
+                **self._crown_data(),
+            }),
             "peak_force_n": self.peak_force.value,
-            **slice_data(self.peak_pressure),
+            **(slice_data(hardest) if hardest is not None else {}),
             **length_data(self.contact_length, self.least_touching),
             **hertz_data(self.peak_contact, self.deepest_shear),
+            **self._finite_data(),
             **torque_data(self.peak_torque, self.work),
             "wall_reversals_deg": [degrees(r.taken) for r in self.force.reversals()[0]],
             **(self.kept.data() if self.kept is not None else {}),
+        }  # fmt: skip
+
+    def _inside_data(self) -> dict[str, Any]:
+        inside = self.least_peak
+        return {
+            "inside_pressure_mpa": inside.value,
+            "inside_delta_mm": inside.place,
+            "cam_angle_deg": degrees(inside.cam_angle),
+        }
+
+    def _finite_data(self) -> dict[str, Any]:
+        """Of a contact on a half-space: where its load acts, error of its peak, approach, stiffness."""
+        if self.finite is None:
+            return {}
+        patch, stiff = self.finite.hardest[1], self.finite.stiffness
+        return {
+            "load_centre_mm": self._middle + patch.centre,
+            "peak_pressure_error": patch.error,
+            "approach_mm": patch.approach,
+            "tangent_stiffness_n_mm": stiff.tangent,
+            "secant_stiffness_n_mm": stiff.secant,
         }
 
     def _crown_data(self) -> dict[str, Any]:
@@ -607,8 +767,13 @@ class RollerDuty:
         }
 
     def fatigue_data(self) -> dict[str, Any]:
-        """Lives of roller and cam, at the quoted place and at the hardest along the roller, as plain data."""
+        """Lives of roller and cam, at the quoted place and at the hardest along the roller, as plain data.
+
+        Of surfaces that a sharp end presses none, the path rolled alone.
+        """
         life = self.roller_life
+        if self.no_stress:
+            return {"path_per_turn_m": float(life.path) * MILLI}
         return {
             "roller_life_h": finite(life.life_h),
             "roller_slice_life_h": finite(self.lives["roller"]),

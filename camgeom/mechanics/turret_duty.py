@@ -366,6 +366,16 @@ class TurretDuty:
         delta = float(self._walls(self.engagement.place)[n, k, m])
         return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)
 
+    @property
+    def no_stress(self) -> str:
+        """Empty: lines have a largest pressure."""
+        return ""
+
+    @property
+    def least_peak(self) -> Extreme:
+        """The largest pressure."""
+        return self.peak_pressure
+
     @cached_property
     def contact_length(self) -> float:
         """Length of the hardest pressed roller that touches where the pressure is largest, mm."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import degrees
+from math import degrees, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
@@ -71,8 +71,8 @@ def _pressed(duty: Duty | None) -> tuple[float, float]:
 
 
 def _hardness(duty: Duty) -> float:
-    """Largest pressure of a duty, MPa; 0 of a knife edge, which has none."""
-    return duty.peak_pressure.value if duty.peak_pressure is not None else 0.0
+    """Largest pressure of a duty, MPa; infinite where none is the largest."""
+    return duty.peak_pressure.value if duty.peak_pressure is not None else inf
 
 
 TELLERS: list[Callable[[Model], str]] = []
@@ -577,8 +577,8 @@ class Model(Sealed):
             raise DesignError(f"a {self.setup.follower.kind} follower has no roller that bears alone")
         if len(self.duties) == 1:
             return self.duties[0]
-        most = max(duty.peak_pressure.value for duty in self.duties)
-        return next(duty for duty in self.duties if duty.peak_pressure.value >= (1.0 - ALIKE) * most)
+        most = max(map(_hardness, self.duties))
+        return next(duty for duty in self.duties if _hardness(duty) >= (1.0 - ALIKE) * most)
 
     @property
     def carrier(self) -> Duty | None:

@@ -72,7 +72,7 @@ def hardest_impact(run: ImpactRun, settle: int, turns: tuple[Duties, ...]) -> Ex
         found.append(Extreme(1e-6 * top.value, top.angle % TURN, where=f"{name} side, as a line along all of it"))
     for number, duties in enumerate(turns, settle + 1):
         for duty in duties:
-            peak = duty.peak_pressure
+            peak = duty.least_peak
             if peak is not None:
                 found.append(replace(peak, where=f"turn {number}, {duty.spot(peak)}"))
     return hardest(found)

@@ -10,6 +10,7 @@ from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.load import Load
 from camgeom.solid.mechanism import Drive
 from camgeom.track import Arc
+from camgeom.track.follower import PLAIN
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
@@ -65,6 +66,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
 
     quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
     alone = mechanism.drive is Drive.ALONE and not mechanism.touches
+    ends = mechanism.roller.ends if mechanism.roller is not None else PLAIN
     duties = []
     for track in mechanism.tracks:
         low, high = track.contact
@@ -75,7 +77,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating,
-                       mechanism.beside, mechanism.runs_out, alone)
+                       mechanism.beside, mechanism.runs_out, alone, ends)
         )  # fmt: skip
     return tuple(duties)
 

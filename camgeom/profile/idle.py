@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from camgeom.profile import Profile
 
 MESSAGE = "means nothing here"
+ENDS = ("roller.end_radius", "roller.misalignment_deg", "roller.free_ends")
+"""keys of a roller that is more than a line: how it ends and how it stands"""
 
 
 def idle_problems(profile: Profile, setup: Setup) -> list[Problem]:
@@ -40,6 +42,12 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         found["operation.spring_rate"] = (
             "a turret that goes on in one direction would wind it up: give its torque as an [[operation.force]]"
         )
+    if turret:
+        found |= dict.fromkeys(
+            ENDS, "the rollers of a turret share its torque as lines along all of their length, parallel to the flank"
+        )
+    elif roller is not None and not roller.ends.stated and roller.shape != "crowned":
+        found[ENDS[-1]] = "an end bears where roller.misalignment_deg or roller.end_radius is given"
     if roller is not None and roller.dynamic_rating is None:
         found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
     if roller is None or roller.static_rating is None:

@@ -341,7 +341,11 @@ def contact_data(model: Model) -> dict[str, Any]:
         return {"state": state.state.name if state.state else "", **contact_data(state)}
     data = model.carrier.contact_data() if model.carrier is not None else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
-    return model.drive.contact_data() | data | model.drive.torque_data() if model.drive is not None else data
+    if model.drive is None or model.carrier is None:
+        return data
+    # Nor have its touches a pressure where the roller's sharp end has none.
+    whole = model.drive.force_data() if model.carrier.no_stress else model.drive.contact_data()
+    return whole | data | model.drive.torque_data()
 
 
 def fatigue_data(model: Model) -> dict[str, Any]:
@@ -527,7 +531,8 @@ def conventions(model: Model) -> list[dict[str, Any]]:
     ]
     rows.sort(key=lambda row: row[0] == "exact")
     hardest = duty.peak_pressure
-    rows.append(("exact, slices", hardest.value, hardest.cam_angle, np.min(duty.slice_life.life_h)))
+    if hardest is not None:
+        rows.append(("exact, slices", hardest.value, hardest.cam_angle, np.min(duty.slice_life.life_h)))
     return [
         {
             "convention": name,

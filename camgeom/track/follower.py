@@ -6,9 +6,9 @@ A cam type receives angles already in radians inside the program; sections keep 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, degrees, radians, sqrt
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self, final
 
 from pydantic import Field, model_validator
 
@@ -20,6 +20,32 @@ Mass = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
 Inertia = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Face = Literal["roller", "flat", "knife", "curved"]
 Load = Annotated[float, Field(gt=0.0, le=1e9, allow_inf_nan=False)]
+RUN_OUT = 0.00035
+"""of a roller's diameter: the logarithmic profile of ISO/TS 16281"""
+
+
+@final
+@dataclass(frozen=True)
+class Ends:
+    """How a roller ends and stands, where that is stated; nothing of it makes a plain line.
+
+    radius: rounding beyond both ends, mm; run_out: factor of its logarithmic drop, mm; tilt: of its axis, rad, positive
+    where it presses the end of larger axial coordinate on the wall behind; mirrored: see `finite_contact`
+    """
+
+    radius: float = 0.0
+    run_out: float = 0.0
+    tilt: float = 0.0
+    mirrored: bool = False
+
+    @property
+    def stated(self) -> bool:
+        """Whether a contact without a crown is more than a line."""
+        return bool(self.radius or self.run_out or self.tilt)
+
+
+PLAIN = Ends()
+"""nothing of it is stated"""
 
 
 class _Bearing(Section):
@@ -28,8 +54,35 @@ class _Bearing(Section):
     dynamic_rating: Load | None = Field(None, description="N, basic dynamic load rating C of the roller's bearing")
     static_rating: Load | None = Field(None, description="N, basic static load rating C0 of the roller's bearing")
 
+    @property
+    def ends(self) -> Ends:
+        """How it ends and stands against its flank."""
+        return PLAIN
 
-class CylinderRoller(_Bearing):
+
+class _Ended(_Bearing):
+    """Keys of a roller with two ends: what its contact with the flank is like beside its shape."""
+
+    end_radius: Gap = Field(
+        0.0, description="mm, rounding that follows at both ends of `length`, of whichever body ends there; 0: sharp "
+        "edges, whose pressure nothing bounds where they bear"
+    )
+    misalignment_deg: Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)] = Field(
+        0.0, description="deg, tilt of the roller's axis against the flank; a positive one presses the end of larger "
+        "axial coordinate (outer end of a drum's roller, upper end on a disc) on the wall towards smaller lift"
+    )
+    free_ends: Literal["half-space", "mirrored"] = Field(
+        "half-space", description="where an end bears: supported as by a half-space that goes on (harder), or without "
+        "the roller's part of that support, by its mirrored pressure (approximate)"
+    )
+
+    @property
+    def ends(self) -> Ends:
+        """How it ends and stands against its flank."""
+        return Ends(self.end_radius, 0.0, radians(self.misalignment_deg), self.free_ends == "mirrored")
+
+
+class CylinderRoller(_Ended):
     """A cylindrical roller."""
 
     shape: Literal["cylinder"] = "cylinder"
@@ -42,7 +95,7 @@ class CylinderRoller(_Bearing):
         return Straight(0.5 * self.diameter, centre)
 
 
-class ConeRoller(_Bearing):
+class ConeRoller(_Ended):
     """A conical roller, narrower at its free end."""
 
     shape: Literal["cone"]
@@ -67,8 +120,8 @@ class ConeRoller(_Bearing):
         return Straight(0.5 * self.diameter, centre, cone_slope(radians(self.half_angle), tip_sign))
 
 
-class CrownedRoller(_Bearing):
-    """A roller whose meridian is an arc, thickest in the middle of the contact length.
+class CrownedRoller(_Ended):
+    """A roller thickest in the middle of the contact length: its meridian is an arc, or runs out by a logarithm.
 
     What it runs on is either the flank of a cylinder as thick as its crest, which it touches in a point, or its own
     envelope, which it touches in a line: the second bears more, and has to be cut by a tool of the same meridian.
@@ -77,15 +130,42 @@ class CrownedRoller(_Bearing):
     shape: Literal["crowned"]
     diameter: Length = Field(description="mm, at the crest")
     length: Length = Field(description="mm, contact length with the flank")
-    crown_radius: Length = Field(description="mm, radius of the meridian arc, at least half the diameter")
+    crown: Literal["circular", "logarithmic"] = Field(
+        "circular", description="the meridian: an arc of crown_radius, or a logarithmic run-out (crown_factor), which "
+        "carries along all of the roller and ends without an edge"
+    )
+    crown_radius: Length | None = Field(
+        None, description="mm, crown = circular: radius of the meridian arc, at least half the diameter"
+    )
+    crown_factor: Annotated[float, Field(gt=0.0, le=0.1, allow_inf_nan=False)] = Field(
+        RUN_OUT, description="crown = logarithmic: the drop at x from the middle is crown_factor * diameter * "
+        "ln(1 / (1 - (2 x / length)^2)); 0.00035 is that of ISO/TS 16281"
+    )
     flank: Literal["straight", "conforming"] = Field(
         "straight", description="the cam's flank: cut by the cylinder of the crest's diameter (the crown touches it in "
         "a point; drums and discs), or by the crown itself (a line; drums and the grooves of turrets)"
     )
 
     @model_validator(mode="after")
+    def _has_one_meridian(self) -> Self:
+        if self.crown == "circular":
+            if self.crown_radius is None:
+                raise ValueError("crown_radius is missing: a length in mm, or crown = 'logarithmic'")
+            if "crown_factor" in self.model_fields_set:
+                raise ValueError("crown_factor: only crown = 'logarithmic' has it; the arc has a crown_radius")
+        elif self.crown_radius is not None:
+            raise ValueError("crown_radius: only crown = 'circular' has it; the run-out has a crown_factor")
+        elif self.flank == "conforming":
+            raise ValueError("flank = 'conforming': a logarithmic run-out is made for a straight flank")
+        elif self.end_radius:
+            raise ValueError("end_radius: a logarithmic run-out has left the flank before its end")
+        return self
+
+    @model_validator(mode="after")
     def _has_no_point(self) -> Self:
         radius = 0.5 * self.diameter
+        if self.crown_radius is None:
+            return self
         if self.crown_radius < radius:
             text = f"crown_radius = {self.crown_radius:g}: allowed: at least half the diameter, {radius:g} mm"
             raise ValueError(text)
@@ -97,9 +177,17 @@ class CrownedRoller(_Bearing):
             )
         return self
 
+    @property
+    def ends(self) -> Ends:
+        """How it ends and stands against its flank."""
+        run_out = self.crown_factor * self.diameter if self.crown == "logarithmic" else 0.0
+        return replace(super().ends, run_out=run_out)
+
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
-        """The meridian with its crest at delta = centre."""
+        """The meridian with its crest at delta = centre; the micrometres of a run-out are left to the contact."""
         del tip_sign
+        if self.crown_radius is None:
+            return Straight(0.5 * self.diameter, centre)
         return Arc(0.5 * self.diameter, centre, self.crown_radius)
 
 

@@ -51,17 +51,21 @@ def path_of(key: str) -> tuple[str | int, ...]:
 
 def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
     """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
-    from camgeom.profile.idle import idle_keys
+    from camgeom.profile.idle import ENDS, idle_keys
 
     if profile.duty:
         return "[[duty]]: damage is summed over its states by the exact model"
     idle = idle_keys(profile, profile.setup())
+    if profile.roller is not None and profile.roller.ends.stated:
+        return "how the roller ends or stands is left to the exact model: its contact is solved on a half-space"
     for key in varied:
         table = path_of(key)[0]
         if table in SOLVED:
             return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
         if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
             return f"{key}: the profile's [dynamics] or [impact] is solved again for every variant"
+        if key in ENDS:
+            return f"{key}: is left to the exact model, which solves the contact on a half-space"
         if key in idle:
             return f"{key}: means nothing here ({idle[key]})"
         if not isinstance(_value(profile, key), int | float | None) or isinstance(_value(profile, key), bool):

@@ -85,7 +85,13 @@ def track_contact(model: Model) -> tuple[Block, ...]:
     """The contact of a roller in its groove, on its rib."""
     if not _sound(model.duty):
         return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
-    return lines(model), *pressure_map(model), hardest(model), reversals(model.duty)
+    return lines(model), *unbounded(model), *pressure_map(model), hardest(model), reversals(model.duty)
+
+
+def unbounded(model: Model) -> tuple[Text, ...]:
+    """A sentence on a sharp end that bears; nothing where none does."""
+    lost = model.duty.no_stress if model.duties else ""
+    return (Text((f"No largest pressure: {lost}.",)),) if lost else ()
 
 
 def _sound(duty: RollerDuty) -> bool:
@@ -129,18 +135,18 @@ def torque(panels: Panels, values: Floats) -> Panel:
 
 def pressure_map(model: Model) -> tuple[Map, ...]:
     """Peak pressure of the loaded wall over the turn and along the roller; blank where nothing bears."""
-    duty = model.duty
-    if duty.peak_pressure.value == 0.0:
+    duty, top = model.duty, model.duty.least_peak
+    if top.value == 0.0:
         return ()
     angle, places = np.linspace(0.0, 360.0, 361), np.linspace(min(duty.track.contact), max(duty.track.contact), PLACES)
     values = duty.spread(duty.slices.pressure, np.radians(angle), places).T
-    blank = np.where(values > 1e-3 * duty.peak_pressure.value, values, np.nan)
+    blank = np.where(values > 1e-3 * top.value, values, np.nan)
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
     caption = f"Contact pressure over the turn and along the roller{which}"
     return (Map(
         caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
-        angle, places, blank, marks=_hardest_place(duty.peak_pressure),
+        angle, places, blank, marks=_hardest_place(top),
     ),)  # fmt: skip
 
 
@@ -154,10 +160,11 @@ def hardest(model: Model) -> Table:
     duty = model.duty
     beneath = duty.peak_contact
     force, torque = duty.peak_force, duty.peak_torque
-    peak, slices, shortest = duty.contact.peak(), duty.peak_pressure, duty.least_touching
+    peak, slices, shortest = duty.contact.peak(), duty.least_peak, duty.least_touching
+    worst = "Half a millimetre inside the sharp end" if duty.no_stress else "Peak contact pressure, worst slice"
     rows: list[tuple[Cell, ...]] = [
-        ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
-        ("Peak contact pressure, worst slice", slices.value, "MPa", degrees(slices.cam_angle)),
+        ("Contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
+        (worst, slices.value, "MPa", degrees(slices.cam_angle)),
         ("Length that touches there", duty.contact_length, "mm", degrees(slices.cam_angle)),
         ("Least length that touches under load", shortest.value, "mm", degrees(shortest.cam_angle)),
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
@@ -171,6 +178,16 @@ def hardest(model: Model) -> Table:
             ("Pressure without the crown, as a line", float(line.pressure), "MPa", degrees(float(line.theta))),
             ("Largest half-length of the contact ellipse", float(duty.ellipse.along.max()), "mm", None),
         ]
+    if duty.finite is not None:
+        patch, stiff = duty.finite.hardest[1], duty.finite.stiffness
+        rows[2:2] = [
+            ("The load acts along the roller at", float(np.mean(duty.track.contact)) + patch.centre, "mm", None),
+            ("Approach of the bodies", patch.approach, "mm", None),
+            ("Stiffness for small vibration, tangent", stiff.tangent, "N/mm", None),
+            ("Stiffness from no load, secant", stiff.secant, "N/mm", None),
+        ]
+        if not duty.no_stress:
+            rows.insert(2, ("Error of the largest pressure, from a grid half as fine", 100.0 * patch.error, "%", None))
     name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
     return quantities(name, [*rows, *kept_rows(duty.kept)])
 
@@ -210,6 +227,8 @@ def life(model: Model) -> tuple[Block, ...]:
     if not model.duties:
         return face_life(model.drive) if model.drive is not None else ()
     duty = model.duty
+    if duty.no_stress:
+        return (Text((f"No life of roller and cam: {duty.no_stress}.",)),)
     spot = hot_spot(model)
     along = along_roller(duty.slice_stations, np.asarray(duty.slice_life.life_h, dtype=float), 1.3, "half")
     return (*(block for block in (spot, along) if block is not None), lives(model))
@@ -311,7 +330,7 @@ def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
 
     if model.duties and not _sound(model.duty):
         return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
-    blocks: list[Block] = [touch_lines(model, drive), held(drive.kept)]
+    blocks: list[Block] = [touch_lines(model, drive), held(drive.kept), *unbounded(model)]
     blocks += [*pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
     return tuple(blocks)
 
@@ -323,19 +342,24 @@ def touch_lines(model: Model, drive: FaceDuty) -> Chart:
     high = extremes(panels, drive.contact_forces.max(axis=0))
     marks = (*high[:1], *_least(drive.kept))
     shown = [Panel(Axis("Normal force", "N", zero=True), force, marks=marks)]
-    peak = drive.peak_pressure
+    peak = model.duty.least_peak if model.duties else drive.peak_pressure
     if peak is not None:
-        lines = []
-        for name, found in drive.contacts.items():
-            x, y = over_turn(panels, found.behind)
-            lines.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
+        lines = [Series(name, x, np.sqrt(np.maximum(y, 0.0))) for name, (x, y) in _squares(model, drive)]
         top = mark(degrees(peak.cam_angle) % 360.0, peak.value)
         limits = pressure_limit(model, peak.value)
         shown.append(Panel(Axis("Contact pressure", "MPa", zero=True), tuple(lines), limits=limits, marks=(top,)))
     shown.append(torque(panels, drive.torque))
     still = zones(model.setup.program) + unheld_zones(drive.kept)
-    line = ", as a line contact over the whole length" if model.duties and model.duty.crown is not None else ""
-    return Chart(f"Contact of cam and follower over one turn{line}", CAM_ANGLE, tuple(shown), still)
+    place = ", at the hardest place along the roller" if model.duties else ""
+    return Chart(f"Contact of cam and follower over one turn{place}", CAM_ANGLE, tuple(shown), still)
+
+
+def _squares(model: Model, drive: FaceDuty) -> list[tuple[str, tuple[Floats, Floats]]]:
+    """Squared pressure over the turn of every roller, at its hardest place, or of every touch, by name."""
+    if model.duties:
+        return [(duty.track.name, over_turn(duty.force.panels, duty.hardest_pressure**2)) for duty in model.duties]
+    return [(name, over_turn(drive.force.panels, found.behind)) for name, found in drive.contacts.items()]
+
 
 
 def unheld_zones(kept: Kept | None) -> tuple[Zone, ...]:

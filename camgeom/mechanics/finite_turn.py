@@ -1,0 +1,172 @@
+"""Finite contact of a roller over a turn: solved where it is hardest, tabled over load and curvature for the rest.
+
+Between the table's loads the pressure is linear in the root of the load, between its curvatures in their logarithm: 0.3
+per cent. Ends, tilt and twist are those of the wall's hardest cam angle. Units mm, N, MPa, rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import ceil, log
+from typing import final
+
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import Panels, highest
+from camgeom.mechanics.finite_contact import Bodies, Patch, Profile, press
+
+BINS = 31
+"""equal stretches along the roller, beside one at each end"""
+LOADS = (0.1, 0.18, 0.32, 0.56, 1.0)
+"""shares of the largest load that are tabled: below the least the pressure goes to 0 with the load's root"""
+BEND = 0.25
+"""step of the logarithm of the curvature"""
+COUNTED = 0.2
+"""share of the largest load from which the curvature counts"""
+TABLED = (32, 48, 64)
+"""cells across and along, and strips, of a tabled contact"""
+FINE = 128
+"""strips of the hardest one"""
+SMALL = 0.02
+"""share by which the load is changed for the tangent of the approach"""
+
+
+@final
+@dataclass(frozen=True)
+class Stiffness:
+    """Of a contact along its normal, N/mm: tangent for small vibration, secant from no load."""
+
+    tangent: float
+    secant: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FiniteTurn:
+    """Contact of one roller over one turn with either wall.
+
+    normal     signed force, N, (p, n), positive on the wall behind; curvature: relative, of the wall that bears, 1/mm
+    walls      the bodies of wall 1 (behind) and -1 (ahead), as far as they bear; their curvature does not count
+    """
+
+    panels: Panels
+    normal: Floats
+    curvature: Floats
+    walls: Mapping[int, Bodies]
+
+    @cached_property
+    def edges(self) -> Floats:
+        """Of the bins along the roller, mm from its middle, (m + 1,)."""
+        profile = self._profile
+        middle = np.linspace(profile.low + profile.room, profile.high - profile.room, BINS + 1)
+        return np.concatenate([profile.reach[:1], middle, profile.reach[1:]])
+
+    @property
+    def _profile(self) -> Profile:
+        """Of the roller: that of both walls."""
+        return next(iter(self.walls.values())).profile
+
+    @cached_property
+    def places(self) -> Floats:
+        """Middles of the bins, those at the ends where the length ends, mm, (m,)."""
+        middles = 0.5 * (self.edges[1:] + self.edges[:-1])
+        return np.concatenate([[self._profile.low], middles[1:-1], [self._profile.high]])
+
+    def _of(self, wall: int) -> Floats:
+        """Load on a wall, N, (p, n)."""
+        return np.maximum(wall * self.normal, 0.0)
+
+    @cached_property
+    def squares(self) -> Floats:
+        """Squared largest pressure of every bin, MPa², (m, p, n), of the wall that bears, as hard as `hardest`."""
+        at, patch = self.hardest
+        tabled = float(self.panels.at(self._tabled.max(axis=0), np.array([at.cam_angle]))[0])
+        return np.asarray(self._tabled * (1.0 if patch.unbounded else patch.peak[0] ** 2 / tabled))
+
+    @cached_property
+    def _tabled(self) -> Floats:
+        """The same from the table's coarser cells."""
+        total = np.zeros((len(self.places), *self.normal.shape))
+        for wall in self.walls:
+            table = _Table(self.walls[wall], self._of(wall), self.curvature, self.edges)
+            total += np.square(table.pressures(self._of(wall), self.curvature))
+        return total
+
+    @cached_property
+    def hardest(self) -> tuple[Extreme, Patch]:
+        """Where the table is hardest over the turn, and the contact solved there; an unbounded one before others."""
+        found: list[tuple[Extreme, Patch]] = []
+        for wall, bodies in self.walls.items():
+            load = self._of(wall)
+            value, angle = highest(self.panels, np.where(load > 0.0, self._tabled, 0.0))
+            for each in {float(angle[int(np.argmax(value))]), float(highest(self.panels, load)[1])}:
+                at = np.array([each])
+                here, k = (float(self.panels.at(one, at)[0]) for one in (load, self.curvature))
+                if here > 0.0:
+                    patch = press(replace(bodies, curvature=k), here, strips=FINE)
+                    found.append((Extreme(patch.peak[0], each, patch.peak[1], where=str(wall)), patch))
+        sharp = [one for one in found if one[1].unbounded]
+        return max(sharp or found, key=lambda one: one[0].value)
+
+    @property
+    def unbounded(self) -> bool:
+        """Whether a sharp end bears at the hardest angle, where no pressure is the largest."""
+        return self.hardest[1].unbounded
+
+    @cached_property
+    def stiffness(self) -> Stiffness:
+        """Of the hardest contact, N/mm."""
+        patch = self.hardest[1]
+        loads = (patch.load * (1.0 + way * SMALL) for way in (-1.0, 1.0))
+        less, more = (press(patch.bodies, load, *TABLED, checked=False).approach for load in loads)
+        return Stiffness(2.0 * SMALL * patch.load / (more - less), patch.load / patch.approach)
+
+
+@final
+class _Table:
+    """Pressure of every bin over loads and curvatures, (c, l, m), of one wall."""
+
+    def __init__(self, bodies: Bodies, load: Floats, curvature: Floats, edges: Floats) -> None:
+        most = float(load.max(initial=0.0))
+        counted = curvature[load >= COUNTED * most]
+        low, high = float(counted.min()), float(counted.max())
+        steps = ceil(log(high / low) / BEND)
+        self.loads = most * np.array(LOADS)
+        self.bends = np.geomspace(low, high, steps + 1) if steps else np.array([low])
+        each = [[self._solved(replace(bodies, curvature=float(k)), float(f), edges) for f in self.loads]
+                for k in self.bends]  # fmt: skip
+        self.values = np.array(each)
+
+    @staticmethod
+    def _solved(bodies: Bodies, load: float, edges: Floats) -> Floats:
+        patch = press(bodies, load, *TABLED, checked=False)
+        fine = np.concatenate([np.linspace(a, b, 9) for a, b in zip(edges[:-1], edges[1:])])
+        square = np.interp(fine, patch.y, np.square(patch.ridge), 0.0, 0.0).reshape(-1, 9).max(axis=1)
+        # What lies in a narrow ridge between those places counts too.
+        inside = np.clip(np.searchsorted(edges, patch.y) - 1, 0, len(edges) - 2)
+        np.maximum.at(square, inside, np.square(patch.ridge))
+        if patch.unbounded:
+            square[[0, -1]] = np.where(patch.bearing_ends, 0.0, square[[0, -1]])
+        return np.asarray(np.sqrt(square))
+
+    def pressures(self, load: Floats, curvature: Floats) -> Floats:
+        """Pressure of every bin, MPa, (m, ...), under loads and curvatures (...)."""
+        root = np.sqrt(np.concatenate([[0.0], self.loads]))
+        values = np.concatenate([np.zeros_like(self.values[:, :1]), self.values], axis=1)
+        i, share = _between(root, np.sqrt(load))
+        if len(self.bends) == 1:
+            rows = values[0]
+            return np.moveaxis(rows[i] + share[..., None] * (rows[i + 1] - rows[i]), -1, 0)
+        j, other = _between(np.log(self.bends), np.log(np.clip(curvature, self.bends[0], self.bends[-1])))
+        one, two = (values[k, i] + share[..., None] * (values[k, i + 1] - values[k, i]) for k in (j, j + 1))
+        return np.moveaxis(one + other[..., None] * (two - one), -1, 0)
+
+
+def _between(known: Floats, x: Floats) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.intp]], Floats]:
+    """Interval of every x among known values, and the share of the way through it."""
+    i = np.clip(np.searchsorted(known, x, "right") - 1, 0, len(known) - 2)
+    return i, np.clip((x - known[i]) / (known[i + 1] - known[i]), 0.0, 1.0)

@@ -1,0 +1,202 @@
+"""A roller of real length over the turn: tilt, ends, run-out; what is judged of it and what never is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from camgeom.checks import judge
+from camgeom.errors import ProfileError
+from camgeom.mechanics.finite_contact import INSIDE, press
+from camgeom.mechanics.roller_duty import RollerDuty
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from camgeom.report.result import compute
+from tests.places import PROFILES
+
+CYLINDER = {"shape": "cylinder", "crown_radius": None}
+LOGARITHMIC = {"crown": "logarithmic", "crown_radius": None}
+
+
+def data(name: str, **roller: Any) -> dict[str, Any]:
+    found, _, _ = load((PROFILES / f"{name}.toml").read_text(), name)
+    for key, value in roller.items():
+        if value is None:
+            found["roller"].pop(key, None)
+        else:
+            found["roller"][key] = value
+    return found
+
+
+@cache
+def kept(name: str, roller: tuple[tuple[str, Any], ...], life_h: float | None, pressure: float | None) -> Model:
+    found = data(name, **dict(roller))
+    found["limits"] = {**found.get("limits", {}), **({"life_h": life_h} if life_h else {})}
+    if pressure is not None:
+        found["limits"]["contact_pressure_mpa"] = pressure
+    return Model(from_data(found, name))
+
+
+def made(name: str = "disc_offset_roller", life_h: float | None = 1000.0, pressure: float | None = None,
+         **roller: Any) -> Model:
+    return kept(name, tuple(roller.items()), life_h, pressure)
+
+
+def said(model: Model, check: str) -> tuple[list[str], list[str]]:
+    """Levels of the findings of a check, and the reasons why it was not judged."""
+    verdict = judge(model, [check])
+    return [found.level for found in verdict.findings], [one.reason for one in verdict.not_judged]
+
+
+def test_what_is_not_stated_stays_the_exact_line_or_ellipse() -> None:
+    assert made().duty.level == "ellipse"
+    assert made(**CYLINDER).duty.level == "line"
+    assert made("pin_insertion").duty.level == "line"
+    assert made("pin_insertion").duty.finite is None
+
+
+def test_a_tilt_moves_the_ellipse_of_a_crown_and_nothing_else() -> None:
+    plain, tilted, back = made().duty, made(misalignment_deg=0.1).duty, made(misalignment_deg=-0.1).duty
+    assert tilted.level == "ellipse"
+    assert tilted.peak_pressure.value == pytest.approx(plain.peak_pressure.value, rel=1e-12)
+    moved = 500.0 * np.sin(np.radians(0.1))
+    assert tilted.peak_pressure.place - plain.peak_pressure.place == pytest.approx(moved, rel=1e-9)
+    assert back.peak_pressure.place - plain.peak_pressure.place == pytest.approx(-moved, rel=1e-9)
+    assert tilted.lives == pytest.approx(plain.lives, rel=1e-9)
+    assert tilted.crown_room.min() == pytest.approx(6.0 - moved, rel=1e-9)
+    assert tilted.deepest_shear.place == pytest.approx(tilted.peak_pressure.place)
+
+
+@pytest.mark.parametrize("roller", [{**CYLINDER, "misalignment_deg": 0.02}, {"crown_radius": 1e5},
+                                    {"misalignment_deg": 0.7}])  # fmt: skip
+def test_a_sharp_end_that_bears_gets_no_peak_no_life_and_no_pass(roller: dict[str, Any]) -> None:
+    model = made(**roller)
+    duty = model.duty
+    assert duty.level == "finite"
+    assert duty.peak_pressure is None
+    assert duty.peak_contact is None
+    assert duty.deepest_shear is None
+    assert set(duty.lives) == {"bearing"}
+    for check, levels in (("contact-pressure", []), ("life", ["pass"])):
+        found, reasons = said(model, check)
+        assert found == levels, "of the bearing alone"
+        assert len(reasons) == 1
+        assert "unbounded at the sharp end" in reasons[0]
+        assert "roller.end_radius" in reasons[0]
+    result = compute(model, ("contact", "fatigue")).data
+    assert "peak_pressure_mpa" not in result["contact"]
+    assert "peak_slice_pressure_mpa" not in result["contact"]
+    assert not any(key.endswith("life_h") and "bearing" not in key for key in result["fatigue"])
+    assert result["contact"]["inside_pressure_mpa"] > 300.0
+    end = duty.finite.hardest[1].bodies.profile.high
+    assert abs(duty.least_peak.place - 7.0) <= end - INSIDE + 1e-9
+
+
+@pytest.mark.parametrize(("factor", "level"), [(0.999, "fail"), (1.002, "")])
+def test_it_fails_where_already_half_a_millimetre_inside_is_too_much(factor: float, level: str) -> None:
+    roller = {**CYLINDER, "misalignment_deg": 0.02}
+    inside = made(**roller).duty.least_peak.value
+    found, reasons = said(made(pressure=factor * inside, **roller), "contact-pressure")
+    assert found == ([level] if level else [])
+    assert bool(reasons) == (not level)
+
+
+@pytest.mark.parametrize("roller", [{**CYLINDER, "misalignment_deg": 0.02, "end_radius": 1.0},
+                                    {**LOGARITHMIC, "misalignment_deg": 0.05}])  # fmt: skip
+def test_ends_that_run_out_are_judged_by_their_peak(roller: dict[str, Any]) -> None:
+    """Both sides of the limit; the peak is that of the half-space at the hardest angle, its error stated."""
+    duty = made(**roller).duty
+    peak = duty.peak_pressure
+    k = duty.force.panels.at(duty.reference.behind, np.array([peak.cam_angle]))[0]
+    force = duty.force.panels.at(np.abs(duty.normal), np.array([peak.cam_angle]))[0]
+    patch = duty.finite.hardest[1]
+    assert (patch.bodies.curvature, patch.load) == pytest.approx((k, force), rel=1e-9)
+    assert press(patch.bodies, force, 96, 96, 192).peak[0] == pytest.approx(peak.value, rel=4e-3)
+    assert duty.contact_data()["peak_pressure_error"] < 5e-3
+    assert duty.slices.pressure.max() == pytest.approx(peak.value, rel=3e-3)
+    for factor, level in ((1.002, "pass"), (0.999, "fail")):
+        found, reasons = said(made(pressure=factor * peak.value, **roller), "contact-pressure")
+        assert (found, reasons) == ([level], [])
+    life = duty.lives["roller"]
+    for factor, level in ((0.999, "pass"), (1.002, "fail")):
+        assert said(made(life_h=factor * life, **roller), "life")[0][0] == level
+
+
+@pytest.mark.parametrize("roller", [{**CYLINDER, "misalignment_deg": 0.02, "end_radius": 1.0}, LOGARITHMIC])
+def test_the_table_is_the_half_space_at_every_angle(roller: dict[str, Any]) -> None:
+    """Where the load is a third of the largest and more; below it what is damaged does not count."""
+    duty = made(**roller).duty
+    turn = duty.finite
+    (bodies,) = turn.walls.values()
+    load = np.abs(duty.normal)
+    for at in np.argwhere(load > 0.35 * load.max())[::37]:
+        p, n = int(at[0]), int(at[1])
+        solved = press(replace(bodies, curvature=float(turn.curvature[p, n])), float(load[p, n]))
+        assert np.sqrt(turn.squares[:, p, n].max()) == pytest.approx(solved.peak[0], rel=1.5e-2)
+
+
+def test_tilt_presses_the_end_that_it_names_on_either_wall() -> None:
+    """Of a groove's roller a tilt presses one end on the wall behind and the other on the wall ahead."""
+    for way in (1.0, -1.0):
+        duty = made("pin_insertion", misalignment_deg=0.01 * way, end_radius=1.0).duty
+        slices, places = duty.slices, duty.slice_places[:, 0, 0]
+        middle = 0.5 * (places[0] + places[-1])
+        behind, ahead = (np.maximum(square, 0.0).max(axis=(1, 2)) for square in (slices.behind, slices.ahead))
+        assert way * (places[int(behind.argmax())] - middle) > 5.0
+        assert way * (places[int(ahead.argmax())] - middle) < -5.0
+
+
+def test_rounder_ends_and_less_tilt_are_softer() -> None:
+    peaks = [made(**CYLINDER, misalignment_deg=tilt, end_radius=end).duty.peak_pressure.value
+             for tilt, end in ((0.02, 2.0), (0.02, 1.0), (0.04, 1.0))]  # fmt: skip
+    assert peaks[0] < peaks[1] < peaks[2]
+    free = made(**CYLINDER, misalignment_deg=0.02, end_radius=1.0, free_ends="mirrored").duty
+    assert free.peak_pressure.value < peaks[1]
+
+
+def test_stiffness_of_an_exact_ellipse_is_the_half_spaces() -> None:
+    """Hertz: approach as load^(2/3), so that the tangent is 3/2 of the secant; a line's is nearer to it."""
+    patch = made(**LOGARITHMIC).duty.finite.stiffness
+    assert 1.2 < patch.tangent / patch.secant < 1.55
+    line = made(**CYLINDER, end_radius=1.0).duty.finite.stiffness
+    assert 1.0 < line.tangent / line.secant < 1.2
+    assert line.tangent > patch.tangent
+
+
+def test_the_level_is_told_and_the_shear_lies_below_the_peak() -> None:
+    duty = made(**LOGARITHMIC).duty
+    shown = duty.contact_data()
+    assert shown["contact_level"] == "finite"
+    assert shown["peak_shear_mpa"] / shown["peak_slice_pressure_mpa"] == pytest.approx(0.305, abs=0.01)
+    assert shown["shear_depth_mm"] / shown["half_width_mm"] == pytest.approx(0.78, abs=0.02)
+    assert shown["load_centre_mm"] == pytest.approx(7.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "roller", "reason"),
+    [
+        ("tool_changer", {"misalignment_deg": 0.1}, r"roller\.misalignment_deg.*share its torque"),
+        ("globoidal_drive", {"end_radius": 0.5}, r"roller\.end_radius"),
+        ("pin_insertion", {"free_ends": "mirrored"}, r"roller\.free_ends"),
+        ("disc_offset_roller", {"crown": "logarithmic"}, r"crown_radius: only crown = 'circular'"),
+        ("disc_offset_roller", {"crown_radius": None}, r"crown_radius is missing"),
+        ("disc_offset_roller", {**LOGARITHMIC, "end_radius": 0.5}, r"end_radius: a logarithmic run-out"),
+        ("disc_offset_roller", {**LOGARITHMIC, "flank": "conforming"}, r"conforming"),
+        ("disc_offset_roller", {"crown_factor": 0.001}, r"crown_factor: only crown = 'logarithmic'"),
+        ("disc_offset_roller", {"misalignment_deg": 1.5}, r"misalignment_deg"),
+    ],
+)
+def test_what_means_nothing_is_refused_by_name(name: str, roller: dict[str, Any], reason: str) -> None:
+    with pytest.raises(ProfileError, match=reason):
+        from_data(data(name, **roller), name)
+
+
+def test_duties_are_what_checks_take() -> None:
+    assert isinstance(made().carrier, RollerDuty)
+    assert made().carrier.no_stress == ""
+    assert made().carrier.least_peak == made().duty.peak_pressure
