@@ -12,6 +12,8 @@ from camgeom.dynamics.impact.problem import ImpactProblem, RollerSpin
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.impact.spec import ImpactSpec
 from camgeom.dynamics.impact.study import (
+    StudyRow,
+    Unsolved,
     clearance_study,
     sensitivity,
     statistics,
@@ -242,7 +244,31 @@ def test_a_run_and_a_study_have_a_budget_of_steps_and_turns(monkeypatch: pytest.
     with pytest.raises(NotConverged, match=f"{spent} steps by"):
         solve(problem, turns=2)
     monkeypatch.setattr(impact_study, "_row", lambda job: job[0])
-    names = {str(i): problem for i in range(15)}
-    assert len(study(names, turns=200, workers=1)) == 15
-    with pytest.raises(NotConverged, match="16 runs of 200 turns would take about 640 s"):
-        study({**names, "one more": problem}, turns=200, workers=1)
+    names = {str(i): problem for i in range(40)}
+    assert len(study(names, turns=4, workers=1)) == 40
+    with pytest.raises(NotConverged, match="41 runs of 4 turns and a check would take about 41 s of one core"):
+        study({**names, "one more": problem}, turns=4, workers=1)
+
+
+def test_a_row_of_a_study_fails_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    problems = {"0.1": b1_problem(1e-4), "1": b1_problem(1e-3)}
+    spent = [len(solve(problem, turns=2).recorded.steps) for problem in problems.values()]
+    monkeypatch.setattr(impact_study, "ORDINARY", (sum(spent) // 2) // (2 * impact_study.HARD))
+    easy, hard = sorted(study(problems, turns=2, tighter=False, workers=1), key=lambda row: isinstance(row, Unsolved))
+    assert isinstance(easy, StudyRow)
+    assert isinstance(hard, Unsolved)
+    assert "steps by" in str(hard.as_dict()["refused"])
+    assert hard.label == ("0.1", "1")[int(spent[1] > spent[0])]
+
+
+CASES = [(66, 2, False), (67, 2, True), (13, 14, False), (400, 6, True)]
+
+
+@pytest.mark.parametrize(("clearances", "turns", "refused"), CASES)
+def test_a_study_that_takes_too_long_is_refused_when_its_profile_is_read(clearances, turns, refused) -> None:
+    given = tuple(0.01 + 0.001 * k for k in range(clearances))
+    if not refused:
+        assert ImpactSpec(study=given, turns=turns).turns == turns
+        return
+    with pytest.raises(ValueError, match=f"{clearances} runs of {turns} turns and a check would take about"):
+        ImpactSpec(study=given, turns=turns)

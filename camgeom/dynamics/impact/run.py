@@ -439,15 +439,16 @@ def solve(
     turns: float = 1.0,
     start: tuple[float, float] | None = None,
     rtol: float = 1e-9,
+    most: int | None = None,
 ) -> ImpactRun:
     """Solve the contact problem from a cam angle [rad] to another, or over a number of turns.
 
     `start` is the deviation and its rate [m, m/s or rad, rad/s]; by default the follower rests in the middle of the
     play. `rtol` is relative to the play plus the static deflection, and to the larger of the free-flight speed and the
-    speed at hand. Raises NotConverged, ProfileError.
+    speed at hand. Raises NotConverged, with more than `most` steps too where that is given, ProfileError.
     """
     end = start_angle + TURN * turns if end_angle is None else end_angle
-    machine, recorded = walk(problem, start_angle, end, start, rtol)
+    machine, recorded = walk(problem, start_angle, end, start, rtol, most)
     return ImpactRun(problem, start_angle, rtol, machine, recorded)
 
 

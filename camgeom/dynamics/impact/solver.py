@@ -261,6 +261,7 @@ class _Walk:
     machine: Machine
     rtol: float
     end: float
+    allowed: int | None = None
 
     def run(self, angle: float, start: Coordinates) -> Recorded:
         """From a cam angle [rad] (time 0) and a state to the end time."""
@@ -276,7 +277,7 @@ class _Walk:
         self.events: list[Event] = []
         self.calls = 0
         turns = max(1.0, self.end / machine.problem.period)
-        self.most = int(min(_MOST_STEPS * turns, max(MOST_OF_A_RUN, 2 * ORDINARY * turns)))
+        self.most = self.allowed or int(min(_MOST_STEPS * turns, max(MOST_OF_A_RUN, 2 * ORDINARY * turns)))
         self.next = 0.0
         t, y = 0.0, start
         while t < self.end:
@@ -484,10 +485,11 @@ class _Walk:
 
 
 def walk(
-    problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float
+    problem: ImpactProblem, angle: float, end_angle: float, start: tuple[float, float] | None, rtol: float,
+    most: int | None = None,
 ) -> tuple[Machine, Recorded]:
     """Solve from a cam angle to another [rad]; `start` is (eta, d eta/dt), by default the middle of the play with the
-    follower (not the deviation) at rest. Raises NotConverged.
+    follower (not the deviation) at rest. Raises NotConverged, with more than `most` steps too where that is given.
     """
     if not 1e-13 <= rtol <= 1e-2:
         raise ProfileError([Problem("tolerance", "outside its range", rtol, "1e-13 to 1e-2")])
@@ -499,5 +501,5 @@ def walk(
     state: Coordinates = complex(*begin)
     if problem.spin is not None:
         state = np.array([state, 0j])
-    runner = _Walk(machine, rtol, (end_angle - angle) / problem.speed)
+    runner = _Walk(machine, rtol, (end_angle - angle) / problem.speed, most)
     return machine, runner.run(angle, state)

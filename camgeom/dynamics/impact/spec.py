@@ -27,6 +27,19 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
+MOST_TURNS = 200
+"""of all runs of a study together; a turn of a thousand steps takes about 0.2 s of one core with its statistics"""
+
+
+def too_long(runs: int, turns: int) -> str:
+    """What keeps so many runs of so many turns, with the first turn of each solved again, from a study; "" for none."""
+    if runs * (turns + 1) <= MOST_TURNS:
+        return ""
+    return (f"{runs} runs of {turns} turns and a check would take about {0.2 * runs * (turns + 1):.3g} s of one core, "
+            f"more than the {0.2 * MOST_TURNS:g} s that are spent: fewer of impact.study and impact.laws, or fewer "
+            "turns")  # fmt: skip
+
+
 @final
 class ImpactSpec(Section):
     """Contact of the follower with free play: contact law, damping, friction, what to compute."""
@@ -94,6 +107,8 @@ class ImpactSpec(Section):
             raise ValueError("dynamic_friction must not exceed static_friction")
         if self.slip_speed <= self.stick_speed:
             raise ValueError("slip_speed must exceed stick_speed")
+        if said := too_long(len(self.study) + len(self.laws), self.turns):
+            raise ValueError(said)
         if self.settle >= self.turns:
             raise ValueError("settle must be less than turns")
         if self.roller_inertia is not None and self.static_friction == 0.0:

@@ -19,13 +19,15 @@ import numpy as np
 
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
+from camgeom.dynamics.impact.solver import ORDINARY
+from camgeom.dynamics.impact.spec import too_long
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.motion.own import begin_worker, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
 """what a turn is compared by"""
-MOST_TURNS = 3000
-"""of all runs of a study together; a turn takes about 0.2 s"""
+HARD = 2
+"""times the steps of an ordinary turn that a turn may take in a study, so that what all take is known before"""
 WORTH_SPAWNING = 1.0
 """s of work left that pays for starting processes, which takes about half of that"""
 Job = tuple[str, ImpactProblem, int, int, float, bool]
@@ -122,6 +124,20 @@ class StudyRow:
         }
 
 
+@final
+@dataclass(frozen=True)
+class Unsolved:
+    """A variant whose run does not converge, or takes more than the steps of its share: its clearance [m], and why."""
+
+    label: str
+    clearance: float
+    reason: str
+
+    def as_dict(self, angular: bool = False) -> dict[str, object]:
+        """Plain data for result.json."""
+        return {"label": self.label, "clearance_mm": 1e3 * self.clearance, "refused": self.reason}
+
+
 def statistics(run: ImpactRun, skip: int = 1, label: str = "", tighter: float | None = None) -> StudyRow:
     """The peaks of every whole turn of a run but the first `skip`. Raises ProfileError where no turn is left."""
     turns = run.turn_times()[skip:]
@@ -172,22 +188,20 @@ def study(
     rtol: float = 1e-9,
     tighter: bool = True,
     workers: int | None = None,
-) -> list[StudyRow]:
+) -> list[StudyRow | Unsolved]:
     """One row a problem, in order, on all processors (or `workers` of them; 1: in this process).
 
     `tighter` repeats the first turn with a tenth of the tolerance. Processes are used, not threads: a run is plain
     Python and threads would take turns. They are spawned where the first run says that it pays, so a script must guard
-    its entry by `if __name__ == "__main__"`. Raises what the runs raise.
+    its entry by `if __name__ == "__main__"`. A run that does not converge costs its own row. Raises NotConverged
+    where all together would take too long (`spec.too_long`).
     """
-    if len(problems) * turns > MOST_TURNS:
-        raise NotConverged(
-            f"{len(problems)} runs of {turns} turns would take about {0.2 * len(problems) * turns:.3g} s of one core, "
-            f"more than the {0.2 * MOST_TURNS:g} s that are spent: fewer of impact.study or impact.laws, or fewer turns"
-        )
+    if said := too_long(len(problems), turns):
+        raise NotConverged(said)
     jobs = [(label, problem, turns, skip, rtol, tighter) for label, problem in problems.items()]
     # Long runs first: the work grows with the clearance, and one long run must not be the last to start.
     order = sorted(range(len(jobs)), key=lambda i: -_clearance(jobs[i][1]))
-    rows: dict[int, StudyRow] = {}
+    rows: dict[int, StudyRow | Unsolved] = {}
     count = min(workers or cores(), len(jobs))
     if workers is None and count > 1:
         began = perf_counter()
@@ -204,9 +218,9 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow]:
+def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow | Unsolved]:
     """Rows of the jobs by this process and `helpers` spawned ones: this one works while they start."""
-    rows = {}
+    rows: dict[int, StudyRow | Unsolved] = {}
     with ProcessPoolExecutor(helpers, get_context("spawn"), begin_worker, (loaded_files(),)) as pool:
         given = {i: pool.submit(_row, jobs[i]) for i in order}
         for i in order:
@@ -223,25 +237,29 @@ def clearance_study(
     *,
     count: int = 13,
     **options: int | float | bool | None,
-) -> list[StudyRow]:
+) -> list[StudyRow | Unsolved]:
     """Rows over the clearance [m]; by default `count` of them from 1e-6 to 1e-3 m in equal ratios."""
     values = list(np.geomspace(1e-6, 1e-3, count)) if clearances is None else list(clearances)
     problems = {f"{1e3 * c:.4g} mm": replace(problem, pair=problem.pair.with_clearance(float(c))) for c in values}
     return study(problems, **options)  # type: ignore[arg-type]
 
 
-def _row(job: Job) -> StudyRow:
+def _row(job: Job) -> StudyRow | Unsolved:
     label, problem, turns, skip, rtol, tighter = job
-    run = solve(problem, turns=turns, rtol=rtol)
-    return statistics(run, skip, label, tighter_change(run) if tighter else None)
+    try:
+        run = solve(problem, turns=turns, rtol=rtol, most=HARD * ORDINARY * turns)
+        return statistics(run, skip, label, tighter_change(run, HARD * ORDINARY) if tighter else None)
+    except NotConverged as error:
+        return Unsolved(label, _clearance(problem), str(error))
 
 
-def tighter_change(run: ImpactRun) -> float:
-    """Relative change (1) of the first turn's peak acceleration when it is solved with a tenth of the tolerance."""
+def tighter_change(run: ImpactRun, most: int | None = None) -> float:
+    """Relative change (1) of the first turn's peak acceleration when it is solved with a tenth of the tolerance, in at
+    most so many steps."""
     problem = run.problem
     first = run.peak("acceleration", 0.0, problem.period).value
     close = solve(
-        problem, start_angle=run.start_angle, turns=1.0, rtol=max(0.1 * run.rtol, 1e-13)
+        problem, start_angle=run.start_angle, turns=1.0, rtol=max(0.1 * run.rtol, 1e-13), most=most
     ).peak("acceleration").value
     return abs(first - close) / close if close > 0.0 else abs(first - close)
 
