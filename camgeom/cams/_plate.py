@@ -107,15 +107,17 @@ def bore_of(diameter: float, keyway_width: float, keyway_depth: float) -> Bore |
     return Bore(diameter, keyway_width, keyway_depth) if diameter else None
 
 
-def bore_problems(bore: float, keyway_width: float, keyway_depth: float, radius: float) -> list[Problem]:
-    """What is wrong with a bore and keyway in a disc whose material reaches in to `radius`, mm."""
+def bore_problems(
+    bore: float, keyway_width: float, keyway_depth: float, radius: float, circle: str = "base circle"
+) -> list[Problem]:
+    """What is wrong with a bore and keyway in a disc whose material reaches in to the `circle` of `radius`, mm."""
     if not bore:
         return [problem("cam.keyway_width", keyway_width, "0 without a bore")] if keyway_width else []
     if bool(keyway_width) != bool(keyway_depth) or keyway_width >= bore:
         return [problem("cam.keyway_width", keyway_width, f"below the bore {bore:g} mm, with a keyway_depth")]
     reach = Bore(bore, keyway_width, keyway_depth).reach
     if reach >= radius:
-        return [problem("cam.bore", bore, f"outline (reaches {reach:g} mm) inside the base circle {radius:g} mm")]
+        return [problem("cam.bore", bore, f"outline (reaches {reach:g} mm) inside the {circle}, {radius:g} mm")]
     return []
 
 

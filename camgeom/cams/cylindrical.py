@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar, Literal, final
 
 import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
@@ -19,7 +19,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
 from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
-from camgeom.track import Joint, Slide, Swing, Track
+from camgeom.track import Track
 from camgeom.track.follower import (
     AnyRoller,
     CrownedRoller,
@@ -104,6 +104,8 @@ class Cylindrical(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, and of followers of planar cams."""
+        follower = setup.follower
+        assert isinstance(follower, TranslatingFollower | SwingingFollower)
         found = keyway_idle(self.bore) | (NO_GAPS if isinstance(setup.roller, SphereRoller) else {})
         if self.form == "groove":
             found |= idle("only form = 'rib' has a thickness", "cam.rib_thickness") | NO_RIB
@@ -115,12 +117,8 @@ class Cylindrical(Cam):
                 "the drum beside a rib is turned, not left by the tool's end: its root is sharp so far",
                 "cam.root_radius", "cutter.corner_radius",
             )  # fmt: skip
-        kind = f"a drum's {setup.follower.kind} follower"
-        found |= idle(f"{kind} has none; a disc's translating follower has", "follower.offset")
-        found |= idle(f"{kind} has none; give cam.running_clearance", "follower.clearance")
-        found |= idle(f"{kind} swings in the plane of the pivot, to neither side", "follower.side")
-        faces = ("face", "face_radius", "face_width", "face_offset")
-        return found | idle(f"{kind} carries a roller", *(f"follower.{key}" for key in faces))
+        found |= idle("a drum's follower has none; give cam.running_clearance", "follower.clearance")
+        return found | axial_idle(follower, "drum")
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -132,7 +130,7 @@ class Cylindrical(Cam):
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
             found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
-        return [*found, *self._root_problems(setup), *self._start_problems(setup), *self._follower_problems(setup)]
+        return [*found, *self._root_problems(setup), *self._start_problems(setup), *arc_problems(setup, self.radius)]
 
     def _root_problems(self, setup: Setup) -> list[Problem]:
         """The root is swept by the corner of a tool as wide as the groove: within its depth and half its width."""
@@ -191,12 +189,8 @@ class Cylindrical(Cam):
 
     def _start_problems(self, setup: Setup) -> list[Problem]:
         """The groove or rib must meet the drum somewhere; where it runs out of an end it is cut open there."""
-        least, most = setup.program.extremes(0)
-        lifts = np.linspace(float(least.value), float(most.value), 181)
-        follower = setup.follower
-        if isinstance(follower, SwingingFollower):
-            start = radians(follower.start_angle)
-            lifts = follower.arm * (np.sin(start + lifts) - sin(start))
+        assert isinstance(setup.follower, TranslatingFollower | SwingingFollower)
+        lifts = heights(setup.follower, setup.program)
         half = 0.5 * (self.rib_thickness or 0.0) if self.form == "rib" else 0.0
         half = half or (0.5 * setup.roller.diameter if setup.roller else 0.0)
         low, high = -float(lifts.max()) - half, self.length - float(lifts.min()) + half
@@ -204,32 +198,6 @@ class Cylindrical(Cam):
             return []
         limit = f"{low:g} .. {high:g} mm, where the {self.form} meets the drum"
         return [problem("cam.start", self.start, limit)]
-
-    def _follower_problems(self, setup: Setup) -> list[Problem]:
-        follower = setup.follower
-        if not isinstance(follower, SwingingFollower):
-            return []
-        arm, start = follower.arm, radians(follower.start_angle)
-        least, most = (float(end.value) for end in setup.program.extremes(0))
-        reach = arm * np.cos(start + np.linspace(least, most, 181))
-        distance = follower.pivot_distance
-        if distance is None:
-            distance = 0.5 * float(reach.min() + reach.max())
-        beside = float(np.abs(distance - reach).max())
-        if beside >= self.radius:
-            # Centred, the arc leaves the axis by half of what it bulges.
-            half = 0.5 * float(np.ptp(reach))
-            low, high = float(reach.max()) - self.radius, float(reach.min()) + self.radius
-            limit = f"{low:.6g} .. {high:.6g} mm, so that the arc, {beside:.6g} mm beside the axis, stays over the drum"
-            if half >= self.radius:
-                limit = f"an arc that bulges less than the drum's {self.diameter:g} mm (it does {2.0 * half:.6g}): "
-                limit += "a longer arm for the same stroke, less swing, or a larger drum"
-                return [problem("follower.arm", arm, limit)]
-            return [problem("follower.pivot_distance", distance, limit)]
-        if follower.pivot_distance is not None and abs(follower.pivot_distance - arm) > 0.9 * self.radius:
-            limit = f"{max(0.0, arm - 0.9 * self.radius):g} .. {arm + 0.9 * self.radius:g} mm for an arm of {arm:g}"
-            return [problem("follower.pivot_distance", follower.pivot_distance, limit)]
-        return []
 
 
 @final
@@ -303,7 +271,7 @@ class CylindricalMechanism(Mechanism):
         tip = centre - 0.5 * roller.diameter if ball else low
 
         def at(dz: float, name: str, sides: tuple[float, ...] = (1.0, -1.0)) -> Track:
-            anchor, joint, shift = self._mount(dz)
+            anchor, joint, shift = mount(self.follower, self.program, cam.start, dz)
             return Track(
                 meridian=meridian,
                 joint=joint,
@@ -323,27 +291,6 @@ class CylindricalMechanism(Mechanism):
         half = 0.5 * (cam.rib_thickness or 0.0) + 0.5 * roller.diameter
         # u x v points towards smaller z where the cam turns counter-clockwise: side -1 is then a roller's upper flank.
         return at(-half, "lower roller", (-self.sense,)), at(half, "upper roller", (self.sense,))
-
-    def _mount(self, dz: float) -> tuple[tuple[float, float, float], Joint, float]:
-        """Anchor, joint and coordinate shift of a roller mounted dz above the follower's trace point."""
-        follower = self.follower
-        if isinstance(follower, TranslatingFollower):
-            return (0.0, 0.0, self.cam.start + dz), Slide((0.0, 0.0, 1.0)), 0.0
-        start = radians(follower.start_angle)
-        distance = follower.pivot_distance or self._centred_distance(follower, start)
-        height = self.cam.start - follower.arm * sin(start)
-        return (0.0, distance - follower.arm, height + dz), Swing((-1.0, 0.0, 0.0), (0.0, distance, height)), start
-
-    def _centred_distance(self, follower: SwingingFollower, start: float) -> float:
-        """Pivot distance that lets the roller's arc swing equally to both sides of the cam axis plane, mm."""
-        lifts = [lift for span in self.program.spans for lift in (span.before, span.after)]
-        low, high = start + min(lifts), start + max(lifts)
-        cosines = [cos(low), cos(high)]
-        if low <= 0.0 <= high:
-            cosines.append(1.0)
-        if high > pi or low < -pi:
-            cosines.append(-1.0)
-        return follower.arm * 0.5 * (min(cosines) + max(cosines))
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:

@@ -73,7 +73,7 @@ def contact_length(model: Model) -> Iterable[Finding]:
         "the roller leaves the drum sideways and touches nothing there: a longer arm, less swing, a pivot distance "
         "that centres the arc, or a larger drum"
     )
-    for track in model.tracks:
+    for track in map(model.mechanism.cutting, model.tracks):
         phi, _ = piece_grid(track.knots(), PER_TURN)
         lengths = _lengths(track, phi, *top)
         least = int(np.argmin(lengths))

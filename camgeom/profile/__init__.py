@@ -69,6 +69,10 @@ class Profile(Section):
     source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
     _stated: dict[str, Any] | None = PrivateAttr(None)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the sections are equal, however they were stated."""
+        return isinstance(other, Profile) and self.__dict__ == other.__dict__
+
     @model_validator(mode="before")
     @classmethod
     def _complete_limits(cls, data: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Drums with a closed groove or rib, meshed directly as one structured grid, and the thicknesses of their walls."""
+"""Drums with a closed groove, rib or end face, meshed directly as one structured grid; thicknesses of their walls."""
 
 from __future__ import annotations
 
@@ -74,10 +74,7 @@ class GroovedCylinder(QuickPart):
         low, high = points[2, :, 1], points[2, :, -2]
         if low.min() <= 0.0 or high.max() >= self.length:
             raise DesignError("the groove runs out of an end face, so the body is not one closed grid")
-        for edge in (points[:, :, 1], points[:, :, -2]):
-            angle = np.unwrap(np.arctan2(edge[1], edge[0]))
-            if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
-                raise DesignError("the groove's edge turns back on itself: the flank is undercut")
+        refuse_turned(points[:, :, [1, -2]], "groove's")
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,10 +125,7 @@ class RibbedCylinder(QuickPart):
         z = edges[2]
         if z.min() <= 0.0 or z.max() >= self.length:
             raise DesignError("the rib runs out of an end face; lengthen the drum or move `start`")
-        for k in range(edges.shape[2]):
-            angle = np.unwrap(np.arctan2(edges[1, :, k], edges[0, :, k]))
-            if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
-                raise DesignError("the rib's edge turns back on itself: the flank is undercut")
+        refuse_turned(edges, "rib's")
         for lower, upper, where in ((0, 3, "foot"), (1, 2, "tip")):
             above = _height_above(edges[:, :, lower], edges[:, :, upper])
             if above.min() <= 0.0:
@@ -140,6 +134,48 @@ class RibbedCylinder(QuickPart):
                     f"the rib's flanks cross at its {where} (azimuth {worst:.6g} deg of the drum), so they bound no "
                     "body: see rib-thickness; a thicker rib, a larger drum, or more cam angle for the motion"
                 )
+
+
+@dataclass(frozen=True, eq=False)
+class EndFaceRing(QuickPart):
+    """A ring from radius `inner` to `outer` on a web 0 <= z <= web; a roller on its upper end is the profile."""
+
+    name: str
+    track: Track
+    blank: Blank
+    inner: float
+    outer: float
+    web: float
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh directly. Raises DesignError where an edge of the end face turns back, or cuts into the web."""
+        (side,) = self.track.sides
+        names = ("land", "flank", "inside")
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            column = Column(self.track, phi)
+            out, into = (column.reach(side, cylinder_level(radius), radius) for radius in (self.outer, self.inner))
+            face = column.wall(side, out + (into - out) * np.arange(counts[1] + 1) / counts[1])
+            start = GroovedCylinder._land(face[:, :, 0], 0.0, counts[0])
+            stop = GroovedCylinder._land(face[:, :, -1], self.web, counts[2])[:, :, ::-1]
+            return np.concatenate([start, face, stop], axis=2)
+
+        grid = sample(rows, self.track.knots(), tolerance, (1, 4000, 1))
+        self._check(grid.points[:, :, [1, -2]])
+        return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.web), self.blank, tolerance)
+
+    def _check(self, edges: Floats) -> None:
+        if edges[2].min() <= self.web:
+            raise DesignError("the end face cuts into the web; a greater `height` or a thinner `web`")
+        refuse_turned(edges, "end face's")
+
+
+def refuse_turned(edges: Floats, whose: str) -> None:
+    """DesignError where one of the edges (3, n, k) round the axis turns back on itself."""
+    for k in range(edges.shape[2]):
+        angle = np.unwrap(np.arctan2(edges[1, :, k], edges[0, :, k]))
+        if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
+            raise DesignError(f"the {whose} edge turns back on itself: the flank is undercut")
 
 
 def _height_above(lower: Floats, upper: Floats) -> Floats:

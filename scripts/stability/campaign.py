@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from designs import KINDS, design  # noqa: E402
+from designs import KINDS, KINDS_LATER, design, kind_of  # noqa: E402
 from judging import judge  # noqa: E402
 
 LIMIT = 120
@@ -46,7 +46,7 @@ def run(seed: int) -> dict[str, Any]:
         record = judge(design(seed), seed)
     finally:
         signal.alarm(0)
-    return {"seed": seed, "kind": KINDS[seed % len(KINDS)], **record}
+    return {"seed": seed, "kind": kind_of(seed), **record}
 
 
 def shape_of(text: str) -> str:
@@ -58,7 +58,7 @@ def summary(records: list[dict[str, Any]]) -> str:
     """Counts by kind and outcome, largest error, silent failures."""
     outcomes = ("good", "finding", "no body", "refused", "stopped", "FAILURE")
     lines = [f"{'kind':<18}" + "".join(f"{o:>9}" for o in outcomes) + f"{'error':>9}{'median s':>10}"]
-    for kind in (*dict.fromkeys(KINDS), "all"):
+    for kind in (*dict.fromkeys((*KINDS, *KINDS_LATER)), "all"):
         own = [r for r in records if kind in (r["kind"], "all")]
         counts = Counter(r["outcome"] for r in own)
         errors = [r["error"] for r in own if r["outcome"] == "good"]

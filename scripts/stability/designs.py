@@ -18,6 +18,8 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
+LATER, KINDS_LATER = 100_000, ("end-face",)
+"""kinds that came when the seeds below had been judged already: those of seeds from LATER on"""
 SMOOTH = (
     "3-4-5", "4-5-6-7", "5-6-7-8-9", "cycloidal", "freudenstein-1-3", "freudenstein-1-3-5", "gutman-1-3",
     "modified-constant-velocity", "modified-sine", "modified-trapezoid", "polynomial", "power-polynomial", "scca",
@@ -32,7 +34,7 @@ LENGTHS = {
         "base_radius", "width", "center_distance", "diameter", "groove_depth", "running_clearance", "bore",
         "keyway_width", "keyway_depth", "length", "start", "pitch_radius", "rib_thickness", "return_arm",
         "return_radius", "gap", "mark_diameter", "mark_radius", "globoid_radius", "tip_clearance", "preload",
-        "hub_diameter", "hub_length",
+        "hub_diameter", "hub_length", "inner_diameter", "height", "web",
     ),
     "follower": (
         "offset", "face_radius", "face_width", "clearance", "arm", "pivot_distance", "face_offset", "pitch_radius",
@@ -63,10 +65,16 @@ class Dice:
         return int(self.rng.integers(low, high + 1))
 
 
+def kind_of(seed: int) -> str:
+    """The kind of a seed."""
+    kinds = KINDS if seed < LATER else KINDS_LATER
+    return kinds[seed % len(kinds)]
+
+
 def design(seed: int) -> dict[str, Any]:
     """The profile tables of a seed."""
     dice = Dice(seed)
-    kind = KINDS[seed % len(KINDS)]
+    kind = kind_of(seed)
     data = {
         "disc": _disc,
         "disc-groove": _disc_groove,
@@ -74,6 +82,7 @@ def design(seed: int) -> dict[str, Any]:
         "conjugate": _conjugate,
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
+        "end-face": _end_face,
         "globoidal": _globoid,
         "parallel-index": _plates,
     }[kind](dice)
@@ -327,6 +336,29 @@ def _drum(dice: Dice) -> dict[str, Any]:
         follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
         motion = _round_trip(dice, float(np.degrees(2.0 * half)))
     _bored(dice, cam, outer - depth)
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _end_face(dice: Dice) -> dict[str, Any]:
+    outer = 60.0
+    inner = outer * dice.between(0.4, 0.95)
+    diameter = inner * dice.log(0.05, 0.9)
+    roller = _roller(dice, diameter, (outer - inner) * dice.between(0.3, 1.0))
+    if roller["shape"] == "crowned":
+        roller["flank"] = dice.one("straight", "straight", "straight", "conforming")
+    stroke = outer * dice.log(1e-3, 1.5)
+    height = outer * dice.log(0.05, 1.0)
+    cam: dict[str, Any] = {"kind": "end-face", "diameter": 2.0 * outer, "inner_diameter": 2.0 * inner,
+                           "height": height, "web": height * dice.between(0.1, 1.02)}  # fmt: skip
+    if dice.chance(0.65):
+        follower: dict[str, Any] = {"kind": "translating"}
+        motion = _round_trip(dice, stroke)
+    else:
+        arm = max(stroke, outer) * dice.between(0.8, 3.0)
+        half = asin(min(0.95, 0.5 * stroke / arm))
+        follower = {"kind": "swinging", "arm": arm, "start_angle": float(np.degrees(-half))}
+        motion = _round_trip(dice, float(np.degrees(2.0 * half)))
+    _bored(dice, cam, inner)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
 
 

@@ -309,6 +309,35 @@ def _drum(cam, follower, roller, lift, low, high):
     return [Judge(to(outer - roller["length"]), blank, 2, to(deep), genus=_genus(cam))]
 
 
+def _end_face(cam, follower, roller, lift, low, high):
+    sense, outer, inner = _sense(cam), 0.5 * cam["diameter"], 0.5 * cam["inner_diameter"]
+    if roller.get("shape") == "crowned":
+        roller = {"shape": "cylinder", "diameter": roller["diameter"]}
+    radius, shape = _shape(roller, 0.5 * (outer + inner), True)(0.0)
+    centre = cam["height"] + 0.5 * roller["diameter"]
+    # A cone that widens inward ends where the ring does: beyond it nothing is cut.
+    end = 0.9 * inner if roller.get("half_angle", 0.0) < 0.0 else 0.0
+    if follower["kind"] == "swinging":
+        arm, start = follower["arm"], radians(follower.get("start_angle", 0.0))
+        pivot = follower.get("pivot_distance") or arm * _middle_cosine(start + low, start + high)
+
+    def distance(x, phi, k):
+        del k
+        y, z = 0.0 * phi, centre + lift(phi)
+        if follower["kind"] == "swinging":
+            q = start + lift(phi)
+            y, z = pivot - arm * np.cos(q), centre + arm * (np.sin(q) - sin(start))
+        a = np.stack(np.broadcast_arrays(0.0 * y, y, z), -1)
+        return roller_distance(_machine(x, phi, sense), a, np.array([1.0, 0.0, 0.0]), radius, end, False, shape)
+
+    def blank(x):
+        rho = np.hypot(x[:, 0], x[:, 1])
+        found = np.minimum(np.abs(x[:, 2]), np.abs(x[:, 2] - cam["web"]))
+        return np.minimum.reduce([found, _bore(cam, x), np.abs(rho - inner), np.abs(rho - outer)])
+
+    return [Judge(distance, blank, genus=_genus(cam))]
+
+
 def _middle_cosine(low, high):
     """Middle of the least and the greatest cosine of the angles in between."""
     grid = np.cos(np.linspace(low, high, 20001))
@@ -431,6 +460,7 @@ JUDGES = {
     "constant-width": _constant_width,
     "conjugate": _conjugate,
     "cylindrical": _drum,
+    "end-face": _end_face,
     "cylindrical-index": _barrel,
     "globoidal": _globoid,
     "parallel-index": _parallel,

@@ -1,4 +1,4 @@
-"""Cams with a closed groove or rib as boundary representations: the bands of `solid`, on exact splines.
+"""Cams with a closed groove, rib or end face as boundary representations: the bands of `solid`, on exact splines.
 
 The bands are those of the direct mesh (land, flank, edge sweep, floor, edge sweep, flank, land), each as exact points
 at any cam angle and any share across it, so that mesh and STEP file describe one and the same surface.
@@ -19,7 +19,7 @@ from camgeom.export.step.solids import TOLERANCE, bore_holes, closed_solid
 from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
-from camgeom.solid.drum import GroovedCylinder, RibbedCylinder
+from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.track import Track
 from camgeom.track.section import Column, Level, cylinder_level
 
@@ -57,6 +57,20 @@ def ribbed_solid(body: RibbedCylinder, tolerance: float = TOLERANCE) -> Brep:
     ]
     skin = shell(bands, body.lower.knots(), -body.lower.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
+
+
+def end_face_solid(body: EndFaceRing, tolerance: float = TOLERANCE) -> Brep:
+    """The ring with its web as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises as above.
+    """
+    (side,) = body.track.sides
+    outer, inner = (Walls(body.track, cylinder_level(r), r) for r in (body.outer, body.inner))
+    bands = [
+        land(outer.edge(side), 0.0, True, body.outer),
+        Band("flank", between(outer, inner, side)),
+        land(inner.edge(side), body.web, False, body.inner, "inside"),
+    ]
+    skin = shell(bands, body.track.knots(), -body.track.sense, tolerance)
+    return closed_solid(body.name, skin, (0.0, body.web), bore_holes(body.blank.bore), tolerance)
 
 
 def facing(track: Track, sign: float) -> float:

@@ -258,7 +258,7 @@ def developed(model: Model) -> tuple[Block, ...]:
         series += _turns("roller axis", np.degrees(around), centre[2], 4)
     axis = Axis("Angle round the drum against its turning", "°", 0.0, 360.0)
     panel = Panel(Axis("Height z", "mm", *_heights(model)), tuple(series), height=1.3)
-    return (Chart(f"Groove developed at radius {number(radius)} mm", axis, (panel,)),)
+    return (Chart(f"Flanks developed at radius {number(radius)} mm", axis, (panel,)),)
 
 
 def _heights(model: Model) -> tuple[float | None, float | None]:
