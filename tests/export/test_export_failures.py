@@ -6,6 +6,7 @@ import builtins
 import errno
 import os
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,13 @@ from camgeom.report.files import formats
 from tests.places import PROFILES
 from tests.reference.planar_machines import ELASTIC, flat
 
-FORMATS = [form.extension for form in formats().values()]
+ARROW = pytest.mark.skipif(find_spec("pyarrow") is None, reason="no pyarrow: pip install 'camgeom[parquet]'")
+FORMATS = [
+    pytest.param(form.extension, marks=[ARROW] if form.extension.endswith(".parquet") else [])
+    for form in formats().values()
+]
+NO_FLANK = (".ecam.csv", ".plcopen.xml", ".history.csv", ".history.parquet")
+"""of the motion, and of a turn: they need no flank"""
 OPENED = builtins.open
 
 
@@ -30,7 +37,9 @@ def made(name: str) -> Model:
 
 
 def model(extension: str = "") -> Model:
-    """A face groove, which admits every format but the stock a tool leaves and what an elastic follower needs."""
+    """A face groove, which admits every format but the stock a tool leaves and what solvers need."""
+    if extension.startswith(".impact"):
+        return made("conjugate_rocker")
     if extension == ".polydyne.csv":
         return Model(parse(ELASTIC.format(law="5-6-7-8-9")))
     return made("pin_insertion" if extension.startswith(".rest") else "disc_face_groove")
@@ -111,9 +120,9 @@ def test_every_format_is_written_whole(tmp_path: Path, extension: str) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("extension", [ext for ext in FORMATS if ext not in (".ecam.csv", ".plcopen.xml")])
+@pytest.mark.parametrize("extension", [one for one in FORMATS if one.values[0] not in NO_FLANK])
 def test_what_a_design_does_not_admit_names_the_file(tmp_path: Path, extension: str) -> None:
-    """A folded flank: no format but the electronic cam, which needs no flank, leaves anything behind."""
+    """A folded flank: no format but those that need no flank leaves anything behind."""
     folded = flat(cam="base_radius = 5\nbore = 4", rest='[cutter]\nkind = "flat"\ndiameter = 8')
     path = tmp_path / f"cam{extension}"
     path.write_text("old")

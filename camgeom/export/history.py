@@ -1,0 +1,198 @@
+"""Histories as tables, CSV and Parquet: one turn over time and cam angle, and the run of a follower in its clearance.
+
+`.history` has a row each quarter of a degree: lift to jerk, forces along the motion, the force and the pressure of
+every roller, torques, and what [dynamics] finds, periodic and from rest. `.impact` has every point that the solver of
+[impact] gives, over all its turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camgeom.errors import CamgeomError, ExportError
+from camgeom.export import writer
+from camgeom.export.files import atomic_write, write_csv
+from camgeom.maths import Floats
+
+if TYPE_CHECKING:
+    from camgeom.dynamics.impact.run import ImpactRun
+    from camgeom.dynamics.linear.response import Response
+    from camgeom.mechanics.contact import Contact
+    from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model import Model
+
+STEP = 0.25
+"""deg of cam angle between rows"""
+TURN = 2.0 * pi
+Columns = dict[str, Floats]
+
+
+def turn_history(model: Model) -> Columns:
+    """One turn by columns (n,), units in their names; what the profile gives no speed, load or solver for is left out.
+
+    Where a derivative of the motion jumps the row has the value after the jump. The pressure of a roller is that of its
+    hardest slice; a turret's rollers are numbered by their places beside the cam, one index apart, and their values lie
+    on straight lines between the samples of the duty.
+    """
+    angle = np.arange(0.0, 360.0 + 0.5 * STEP, STEP)
+    theta = np.radians(angle)
+    rotating, operation = model.profile.rotating, model.profile.operation
+    jet = model.setup.program.jet(theta, 3)
+    word, unit = ("position", "deg") if rotating else ("lift", "mm")
+    scale = degrees(1.0) if rotating else 1.0
+    columns = {"cam_angle_deg": angle, f"{word}_{unit}": scale * jet[0]}
+    if operation is None:
+        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+            columns[f"{name}_{unit}_per_rad{'' if order == 1 else order}"] = scale * jet[order]
+        return columns
+    omega = operation.speed * pi / 30.0
+    columns = {"time_s": theta / omega, **columns}
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        columns[f"{name}_{unit}_per_s{'' if order == 1 else order}"] = scale * omega**order * jet[order]
+    return columns | dict(_loads(model, theta)) | dict(_vibration(model, theta))
+
+
+def _loads(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
+    """Forces along the motion, and what presses the cam."""
+    torque, unit = (("torque", "n_m") if model.profile.rotating else ("force", "n"))
+    factor = 1e-3 if model.profile.rotating else 1.0
+    bearing = model.drive or model.carrier
+    if bearing is None:
+        return
+    force, panels = bearing.force, bearing.force.panels
+    yield f"follower_{torque}_{unit}", factor * panels.at(force.force, theta)
+    yield f"inertia_{torque}_{unit}", factor * panels.at(force.inertia, theta)
+    yield "camshaft_torque_n_m", 1e-3 * panels.at(bearing.torque, theta)
+    if model.turret_duty is not None:
+        yield from _turret(model.turret_duty, theta)
+    for duty in model.duties:
+        name, own = duty.track.name.replace(" ", "_"), duty.force.panels
+        yield f"{name}_force_n", np.abs(own.at(duty.normal, theta))
+        yield f"{name}_pressure_mpa", _pressure(duty.slices, theta)
+        yield f"{name}_quoted_pressure_mpa", _pressure(duty.contact, theta)
+    if not model.duties and model.drive is not None:
+        for name, normal in model.drive.normals.items():
+            yield f"{name.replace(' ', '_')}_force_n", panels.at(normal, theta)
+        for name, found in model.drive.contacts.items():
+            yield f"{name.replace(' ', '_')}_pressure_mpa", _pressure(found, theta)
+
+
+def _pressure(contact: Contact, theta: Floats) -> Floats:
+    """Largest pressure, MPa, (k,), of a contact or of all its slices; its square is smooth on both walls."""
+    square = np.maximum(contact.panels.at(contact.behind, theta), contact.panels.at(contact.ahead, theta))
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)).reshape(-1, len(theta)).max(axis=0))
+
+
+def _turret(duty: TurretDuty, theta: Floats) -> Iterator[tuple[str, Floats]]:
+    pressure = duty.pressure.max(axis=2)
+    for number in range(duty.roller_load.shape[1]):
+        yield f"roller_{number + 1}_force_n", np.interp(theta, duty.theta, duty.roller_load[:, number])
+        yield f"roller_{number + 1}_pressure_mpa", np.interp(theta, duty.theta, pressure[:, number])
+
+
+def _vibration(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
+    """What [dynamics] finds: every output of the periodic state and of the first turn from rest."""
+    if model.indexing is not None:
+        yield from _outputs("periodic", model.indexing.steady, theta, rotating=True)
+        yield from _outputs("from_rest", model.indexing.start, theta, rotating=True)
+    if model.elastic_follower is not None:
+        yield from _outputs("periodic", model.elastic_follower.steady, theta, model.profile.rotating)
+
+
+SUFFIX = {"rad": "rad", "rad/s2": "rad_s2", "N m": "n_m", "N": "n", "m": "m", "m/s": "m_s", "m/s2": "m_s2"}
+"""ends of columns by the unit that an output's meaning begins with"""
+ROTATING = {"n": "n_m", "m": "rad", "m_s": "rad_s", "m_s2": "rad_s2"}
+"""the same of a rocker, whose outputs are worded as a slide's"""
+
+
+def _outputs(what: str, response: Response[Any], theta: Floats, rotating: bool) -> Iterator[tuple[str, Floats]]:
+    begin = float(response.theta[-1]) - TURN
+    for name, meaning in response.system.outputs.items():
+        unit = SUFFIX[max((u for u in SUFFIX if meaning.replace(",", " ").startswith(f"{u} ")), key=len)]
+        unit = ROTATING.get(unit, unit) if rotating else unit
+        # The last moment of the turn belongs to it: a stretch ends before the next begins.
+        yield f"{what}.{name}_{unit}", np.asarray(response.at(begin + theta * (1.0 - 1e-12), name)[0])
+
+
+def impact_history(run: ImpactRun, rotating: bool) -> Columns:
+    """The run by columns (n,) over time, all turns, units in their names; both sides of every event have a row."""
+    trace = run.trace.flat()
+    unit = "rad" if rotating else "m"
+    columns = {
+        "time_s": trace.time,
+        "cam_angle_deg": np.degrees(trace.angle),
+        f"deviation_{unit}": trace.deviation,
+        f"position_{unit}": trace.position,
+        f"velocity_{unit}_s": trace.speed,
+        f"acceleration_{unit}_s2": trace.acceleration,
+        "camshaft_torque_n_m": trace.cam_torque,
+        "driving_side": trace.state.astype(float),
+    }
+    for k, side in enumerate(("main", "return")):
+        columns |= {
+            f"{side}_force_n": trace.force[:, k],
+            f"{side}_penetration_m": trace.penetration[:, k],
+            f"{side}_sliding_m_s": trace.sliding[:, k],
+            f"{side}_pressure_mpa": 1e-6 * trace.pressure[:, k],
+        }
+    return columns
+
+
+def _no_impact(model: Model) -> str:
+    return "" if model.profile.impact_spec is not None else "the profile has no [impact]"
+
+
+@writer(".history.csv", "one turn over time and cam angle: motion, forces, pressures, torques, vibration; CSV", "model",
+        body=False)  # fmt: skip
+def write_history_csv(path: Path, model: Model) -> int:
+    """Write `turn_history`; returns the bytes written. Raises what the model's facts raise, ExportError for the file.
+    """
+    return _csv(path, turn_history(model))
+
+
+@writer(".history.parquet", "the same; Parquet (needs pyarrow)", "model", body=False)
+def write_history_parquet(path: Path, model: Model) -> int:
+    """Write `turn_history`; returns the bytes written. Raises as above, ExportError where pyarrow is absent."""
+    return _parquet(path, turn_history(model))
+
+
+@writer(".impact.csv", "the follower in its clearance, over all turns of [impact]; CSV", "model",
+        "profiles with [impact]", _no_impact, body=False)  # fmt: skip
+def write_impact_csv(path: Path, model: Model) -> int:
+    """Write `impact_history`; returns the bytes written. Raises as above."""
+    return _csv(path, _impact(path, model))
+
+
+@writer(".impact.parquet", "the same; Parquet (needs pyarrow)", "model", "profiles with [impact]", _no_impact,
+        body=False)  # fmt: skip
+def write_impact_parquet(path: Path, model: Model) -> int:
+    """Write `impact_history`; returns the bytes written. Raises as above."""
+    return _parquet(path, _impact(path, model))
+
+
+def _impact(path: Path, model: Model) -> Columns:
+    if model.impact is None:
+        raise ExportError(f"{path}: {_no_impact(model)}")
+    return impact_history(model.impact, model.profile.rotating)
+
+
+def _csv(path: Path, columns: Columns) -> int:
+    return write_csv(path, list(columns), [("", np.column_stack(list(columns.values())))])
+
+
+def _parquet(path: Path, columns: Columns) -> int:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise CamgeomError("Parquet needs pyarrow: pip install 'camgeom[parquet]'") from None
+    whole = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(pyarrow.table(columns), whole)
+    with atomic_write(path) as stream:
+        stream.write(whole.getvalue().to_pybytes())
+        return stream.tell()
