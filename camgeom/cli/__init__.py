@@ -50,6 +50,8 @@ COMMANDS: tuple[Command, ...] = (
             "camgeom.cli.study:run", ("profile", "laws", "study")),
     Command("optimise", "the variants that no other beats in every aim, each judged by the exact model",
             "camgeom.cli.optimise:run", ("profile", "laws", "optimise")),
+    Command("tolerance", "what errors of assembly and manufacture cost: sensitivities, worst case, yield, widest "
+            "tolerances", "camgeom.cli.tolerance:run", ("profile", "laws", "tolerance")),
     Command("law", "the best motion law for a requirement, its lower bound and its front", "camgeom.cli.law:run",
             ("law",)),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
@@ -196,6 +198,15 @@ def _add_study(sub: argparse.ArgumentParser) -> None:
     _add_json(sub)
 
 
+def _add_tolerance(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--samples", metavar="N", help="machines drawn, instead of the profile's")
+    sub.add_argument("--yield", metavar="SHARE", dest="share", help="share that has to keep the limits, 0 to 1")
+    sub.add_argument("--limit", metavar="NAME=VALUE", action="append",
+                     help="dwell, motion or backlash: um of a slide, seconds of arc of what turns, instead of the "
+                          "profile's; repeat for more")
+    _add_json(sub)
+
+
 def _add_optimise(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--free", metavar="KEY=A:B", action="append", required=True,
                      help="a profile key and its range, or its values: A:B:N, a,b,c; repeat for more keys")
@@ -295,6 +306,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "json": _add_json,
     "study": _add_study,
     "optimise": _add_optimise,
+    "tolerance": _add_tolerance,
     "new": _add_new,
     "schema": _add_schema,
     "design": _add_design,

@@ -121,6 +121,15 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("scallop_mm", "ridges between its rows", "mm"),
         ("cutting_time_min", "time at the feeds", "min"),
     ),
+    "tolerance": (
+        ("dwell_arcsec", "error in the dwells, at the wanted yield", "arcsec"),
+        ("dwell_um", "error in the dwells, at the wanted yield", "um"),
+        ("motion_arcsec", "error over the turn, at the wanted yield", "arcsec"),
+        ("motion_um", "error over the turn, at the wanted yield", "um"),
+        ("backlash_arcsec", "play in the dwells, at the wanted yield", "arcsec"),
+        ("backlash_um", "play in the dwells, at the wanted yield", "um"),
+        ("yield", "machines that keep every limit", ""),
+    ),
 }
 """Figures worth a line: section, key (dotted within it), words, unit."""
 

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
+    from camgeom.tolerance.study import ToleranceStudy
     from camgeom.track.clearance import Clearance
     from camgeom.track.flank import Flank
     from camgeom.track.pair import PairResidual
@@ -550,6 +551,18 @@ class Model(Sealed):
             self.refuse_folded()
         made = machining_of(self.profile.name, spec, self.mechanism)
         return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.inside)
+
+    @fact
+    def tolerances(self) -> ToleranceStudy:
+        """What errors of assembly and manufacture do: each alone, and, where [tolerance] gives them, all together."""
+        from camgeom.tolerance.causes import default_pivots
+        from camgeom.tolerance.sensitivity import Loaded
+        from camgeom.tolerance.study import ToleranceStudy
+
+        spec, material = self.profile.tolerance_spec, self.profile.material
+        pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)
+        load = self.hardest_state.load if self.profile.operation is not None else None
+        return ToleranceStudy(Loaded(self.mechanism, material.roller, material.cam, load, pivots), spec)
 
     @fact
     def duties(self) -> tuple[RollerDuty, ...]:

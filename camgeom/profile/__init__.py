@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, final, runtime_checkable
 
@@ -14,7 +15,7 @@ import numpy as np
 from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
 
 from camgeom.cams import Cam
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.keys import Section
 from camgeom.profile.duty import MOST_STATES, OperatingState, duty_problems
 from camgeom.profile.idle import idle_problems
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.spec import ImpactSpec
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.machining.spec import CutterSpec
+    from camgeom.tolerance.spec import ToleranceSpec
 
 MOST_ROWS = 20_000
 """of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
@@ -66,6 +68,7 @@ class Profile(Section):
     dynamics: SerializeAsAny[Section] | None = Field(None, description="indexing dynamics")
     impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
     cutter: SerializeAsAny[Section] | None = Field(None, description="the tool that makes the flanks")
+    tolerance: SerializeAsAny[Section] | None = Field(None, description="errors of assembly and manufacture")
     source: str = Field("", description="the file it was read from", json_schema_extra=INTERNAL)
     _stated: dict[str, Any] | None = PrivateAttr(None)
 
@@ -127,6 +130,15 @@ class Profile(Section):
             return None
         stated = self.operation.speed
         return max((state.speed or stated for state in self.duty), default=stated)
+
+    @property
+    def tolerance_spec(self) -> ToleranceSpec | None:
+        """The [tolerance] section with its own type."""
+        if self.tolerance is None:
+            return None
+        from camgeom.tolerance.spec import ToleranceSpec
+
+        return self.tolerance if isinstance(self.tolerance, ToleranceSpec) else None
 
     @property
     def followers(self) -> tuple[AnyFollower, ...]:
@@ -267,11 +279,16 @@ def _cross_checks(profile: Profile) -> list[Problem]:
             idle += _forces(f"duty[{index}]", forces, state.speed or profile.operation.speed, profile, setup)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
-    if not found and (profile.cutter_spec or profile.dynamics_spec or profile.impact_spec):
+    tables = (profile.cutter_spec, profile.dynamics_spec, profile.impact_spec, profile.tolerance_spec)
+    if not found and any(tables):
         mechanism = profile.cam.mechanism(setup)
         found += contradictions(profile, mechanism) or solver_problems(profile, mechanism)
         if profile.cutter_spec is not None:
             found += profile.cutter_spec.problems(mechanism)
+        if profile.tolerance_spec is not None:
+            # Where a motion that jumps leaves no tracks, that is a finding on the design.
+            with suppress(DesignError):
+                found += profile.tolerance_spec.problems(mechanism)
     return found
 
 

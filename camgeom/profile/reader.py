@@ -56,6 +56,7 @@ OPTIONAL_SECTIONS = {
     "impact": ("camgeom.dynamics.impact.spec", "ImpactSpec"),
     "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
     "cutter": ("camgeom.machining.spec", "CutterSpec"),
+    "tolerance": ("camgeom.tolerance.spec", "ToleranceSpec"),
 }
 """Sections whose module is imported only when a profile has them."""
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from camgeom.track.planar import Planar
 
 PRODUCTS = (
-    "motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "exports", "report",
+    "motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "tolerance",
+    "exports", "report",
 )
 FIRST = {"motion", "blank", "flank"}
 """products that stand before the checks in the result"""
@@ -32,8 +33,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "run": PRODUCTS,
     "build": ("motion", "blank", "solid", "cutter", "exports"),
     "check": ("motion", "blank", "flank", "checks"),
-    "solve": ("motion", "contact", "fatigue", "dynamics"),
-    "report": ("motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "report"),
+    "solve": ("motion", "contact", "fatigue", "dynamics", "tolerance"),
+    "report": ("motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "tolerance", "report"),
 }
 
 
@@ -519,6 +520,13 @@ def cutter_data(model: Model) -> dict[str, Any]:
     return model.machined.data()
 
 
+def tolerance_data(model: Model) -> dict[str, Any]:
+    """What the errors of [tolerance] do, each alone and all together."""
+    from camgeom.tolerance.study import tolerance_data as told
+
+    return told(model.tolerances)
+
+
 def conventions(model: Model) -> list[dict[str, Any]]:
     """Peak pressure and roller life under the curvature conventions of the literature, beside the exact surface.
 
@@ -560,5 +568,6 @@ SOURCES: dict[str, Source] = {
     "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),
     "impact": (impact_data, lambda model: _unless(model.profile.impact_spec, "the profile has no [impact]")),
     "cutter": (cutter_data, lambda model: _unless(model.profile.cutter, "the profile has no [cutter]")),
+    "tolerance": (tolerance_data, lambda model: _unless(model.profile.tolerance, "the profile has no [tolerance]")),
 }
 """How a section of the result is made, and why it does not apply to a model, empty where it does."""

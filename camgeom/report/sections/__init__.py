@@ -61,6 +61,7 @@ SECTIONS = (
     Entry("fatigue", "Fatigue life", "load:life"),
     Entry("dynamics", "Dynamics", "dynamics:dynamics"),
     Entry("cutter", "Cutter data", "cutter:cutter"),
+    Entry("tolerance", "Tolerances", "tolerance:tolerance"),
     Entry("validation", "Validation", "record:validation"),
     Entry("parameters", "Parameters", "record:parameters"),
     Entry("cost", "What was computed", "record:cost"),

@@ -1,0 +1,63 @@
+"""What the errors of [tolerance] leave of accuracy: place in the dwells, over the turn, play, at the wanted yield."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from camgeom.checks import check
+from camgeom.checks.verdict import Finding, NotJudged, judged
+
+if TYPE_CHECKING:
+    from camgeom.maths import Floats
+    from camgeom.model import Model
+
+
+def _within(model: Model, name: str, figure: Floats, worst: float, limit: float | None, where: str) -> Finding:
+    study, spec = model.tolerances, model.profile.tolerance_spec
+    assert spec is not None, "the registry asks for it"
+    loaded, share = study.loaded, spec.wanted_yield
+    value = loaded.shown(study.drawn.at_yield(figure, share))
+    key = max(study.drawn.shares, key=lambda key: study.drawn.shares[key])
+    advice = f"tighten tolerance.{key}, the largest part of it, or take what `camgeom tolerance` gives as the widest"
+    seen = f"{where}, {100.0 * share:.6g} % of the machines; worst case {loaded.shown(worst):.4g} {loaded.unit}"
+    return judged(name, value, "<=", limit, loaded.unit, advice, where=seen)
+
+
+def _open(model: Model, name: str, key: str, figure: Floats) -> NotJudged:
+    study, spec = model.tolerances, model.profile.tolerance_spec
+    assert spec is not None, "the registry asks for it"
+    value = study.loaded.shown(study.drawn.at_yield(figure, spec.wanted_yield))
+    told = f"{100.0 * spec.wanted_yield:.6g} % of the machines stay within {value:.4g} {study.loaded.unit}"
+    return NotJudged(name, f"give tolerance.{key}: {told}")
+
+
+@check("dwell-tolerance", "tolerance")
+def dwell_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
+    """Where the follower stands in its dwells, with the errors that the profile tolerates."""
+    study, limit = model.tolerances, model.tolerances.spec.dwell_limit if model.tolerances.spec else None
+    if limit is None:
+        yield _open(model, "dwell-tolerance", "dwell_limit", study.drawn.dwell)
+    else:
+        yield _within(model, "dwell-tolerance", study.drawn.dwell, study.worst.dwell.value, limit, "in the dwells")
+
+
+@check("motion-tolerance", "tolerance")
+def motion_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
+    """Where it stands anywhere in the turn; judged where a limit is given."""
+    study, limit = model.tolerances, model.tolerances.spec.motion_limit if model.tolerances.spec else None
+    if limit is not None:
+        yield _within(model, "motion-tolerance", study.drawn.motion, study.worst.motion.value, limit, "in the turn")
+
+
+@check("backlash-tolerance", "tolerance")
+def backlash_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
+    """Play of a follower between two walls in its dwells, with those errors."""
+    study, limit = model.tolerances, model.tolerances.spec.backlash_limit if model.tolerances.spec else None
+    if not study.both:
+        return
+    if limit is None:
+        yield _open(model, "backlash-tolerance", "backlash_limit", study.drawn.backlash)
+    else:
+        figure, worst = study.drawn.backlash, study.worst.backlash.value
+        yield _within(model, "backlash-tolerance", figure, worst, limit, "play in the dwells")

@@ -1,0 +1,342 @@
+"""Many machines: all errors drawn at once, and how far the followers of a share of them stand off.
+
+Every machine has its own errors: one of each kind, of each roller and of each wall. An indexer's rollers come round:
+at every stop other ones stand beside the cam, so that all stops are judged. Machines are drawn in blocks, each with a
+seed of its own, so that the same come out whatever number of workers draws them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import pi
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.motion.program import Program
+from camgeom.solid.mechanism import Drive
+from camgeom.tolerance.causes import CAUSES, Cause
+from camgeom.tolerance.seat import balance
+from camgeom.tolerance.sensitivity import Loaded, Seated
+from camgeom.tolerance.spec import Distribution
+from camgeom.track import TURN
+
+BLOCK = 2048
+"""machines drawn and judged at once: their approaches stay in a core's cache"""
+SEED = 19
+MOVES = 6
+"""cam angles judged in every move"""
+DWELLS = (0.02, 0.5, 0.98)
+"""shares of a dwell at which it is judged: errors that turn with the cam move the follower there too"""
+EXPLAINED = 20
+"""blocks from which the contributions are told"""
+Spreads = Mapping[str, tuple[float, float, Distribution]]
+"""mean, half width, mm or rad, and distribution of the errors by key"""
+
+
+@final
+@dataclass(frozen=True)
+class Column:
+    """One random number of a machine: which error, whose (roller, wall; 0 else), which of its parts."""
+
+    cause: Cause
+    owner: int
+    part: int
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Position:
+    """A cam angle at a stop: how the columns bring each station nearer, as deviations of the coordinate.
+
+    push, hold  (q, c): approach over |lever| per unit of a column, mm or rad, of the stations that push and hold
+    nominal     the same without errors, (q,) of both; base: nominal low and high; side: of the load (see `Walls`)
+    lever, stiffness, load  of all stations, pushing ones first, for what is pressed
+    """
+
+    theta: float
+    stop: int
+    dwell: bool
+    columns: npt.NDArray[np.intp]
+    push: Floats
+    hold: Floats
+    nominal_push: Floats
+    nominal_hold: Floats
+    lever: Floats
+    stiffness: Floats
+    load: float
+    side: float
+    base: tuple[float, float]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What the machines do, one figure a machine, (s,): mm or rad.
+
+    dwell, motion  largest deviation in the dwells (of a program without one: anywhere), and anywhere
+    backlash       largest play in the dwells; preload: least normal interference there, mm, below zero half the play
+    shares         part of the variance of the deviation that each error explains, by key
+    """
+
+    dwell: Floats
+    motion: Floats
+    backlash: Floats
+    preload: Floats
+    shares: dict[str, float]
+
+    def at_yield(self, figure: Floats, share: float) -> float:
+        """The value that a share of the machines does not exceed."""
+        ranked = np.sort(figure)
+        return float(ranked[min(len(ranked) - 1, int(np.ceil(share * len(ranked))) - 1)])
+
+
+def share_within(figure: Floats, limit: float) -> float:
+    """Share of the machines whose figure is within a limit."""
+    return float(np.mean(figure <= limit))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Machines:
+    """A mechanism whose errors scatter.
+
+    spreads   of the errors by key
+    relative  deviations from where each machine stands in the first dwell of its first stop
+    """
+
+    loaded: Loaded
+    spreads: Spreads
+    relative: bool = False
+
+    @cached_property
+    def columns(self) -> tuple[Column, ...]:
+        """The random numbers of a machine."""
+        at = self._seated.contacts
+        owners = {"roller": range(at.rollers), "wall": sorted(set(at.wall.tolist()))}
+        return tuple(
+            Column(CAUSES[key], owner, part)
+            for key in self.spreads
+            for owner in owners.get(CAUSES[key].holder, range(1))
+            for part in range(CAUSES[key].parts)
+        )
+
+    @cached_property
+    def _angles(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        """Cam angles judged, rad, the first dwell's middle first, and which lie in dwells."""
+        dwells, moves = [], []
+        for start, end, still in resting(self.loaded.mechanism.program):
+            if still:
+                dwells.append([(start + share * (end - start)) % TURN for share in DWELLS])
+            else:
+                moves.append(start + (np.arange(MOVES) + 0.5) / MOVES * (end - start))
+        first = [dwells[0][1], dwells[0][0], dwells[0][2]] if dwells else []
+        rest = np.asarray(first + [angle for dwell in dwells[1:] for angle in dwell])
+        moving = np.concatenate(moves) if moves else np.zeros(0)
+        return np.concatenate([rest, moving]), np.arange(len(rest) + len(moving)) < len(rest)
+
+    @cached_property
+    def _seated(self) -> Seated:
+        return self.loaded.at(self._angles[0])
+
+    @cached_property
+    def stops(self) -> tuple[int, float]:
+        """How many stops bring other rollers beside the cam, and by how many rollers the turret steps."""
+        turret = self.loaded.mechanism.turret
+        advance = self.loaded.mechanism.program.advance
+        if turret is None or not advance:
+            return 1, 0
+        count = turret.follower.count
+        step = round(abs(advance) / (TURN / count))
+        return count // int(np.gcd(count, step)), step
+
+    @cached_property
+    def positions(self) -> tuple[Position, ...]:
+        """Every place judged: dwells at all stops, moves from the first."""
+        theta, still = self._angles
+        stops, step = self.stops
+        own = bool({"roller", "turret"} & {CAUSES[key].holder for key in self.spreads})
+        found = []
+        for row in range(len(theta)):
+            for stop in range(stops if still[row] and own else 1):
+                found.append(self._position(row, stop, int(step), bool(still[row])))
+        return tuple(found)
+
+    def _position(self, row: int, stop: int, step: int, dwell: bool) -> Position:
+        seated, walls, at = self._seated, self._seated.walls, self._seated.contacts
+        on = at.on[row].reshape(-1)
+        lines = np.repeat(np.arange(at.on.shape[1]), at.on.shape[2])
+        rollers = (at.roller - stop * step) % at.rollers if self.loaded.mechanism.turret is not None else at.roller
+        owners = {"roller": rollers, "wall": at.wall}
+        turned = stop * self.loaded.mechanism.program.advance
+        used, rows = [], []
+        for index, column in enumerate(self.columns):
+            g = seated.approaches.of(column.cause)[:, row]
+            mine = g[column.part]
+            if column.cause.holder == "turret":
+                other = g[1 - column.part] * (1.0 if column.part == 0 else -1.0)
+                mine = np.cos(turned) * mine + np.sin(turned) * other
+            flat = mine.reshape(-1)
+            if column.cause.holder in owners:
+                flat = flat * (owners[column.cause.holder] == column.owner)[lines]
+            if np.any(flat[on]):
+                used.append(index)
+                rows.append(flat)
+        lever = walls.lever[row]
+        push, hold = on & (lever < 0.0), on & (lever > 0.0)
+        g = np.array(rows).reshape(len(rows), len(on)).T / np.abs(lever)[:, None]
+        nominal = np.where(on, walls.approach[row], 0.0) / np.abs(lever)
+        order = np.r_[np.flatnonzero(push), np.flatnonzero(hold)]
+        base = float(seated.nominal.low[row]), float(seated.nominal.high[row])
+        return Position(
+            float(at.theta[row]), stop, dwell, np.array(used, dtype=np.intp), np.ascontiguousarray(g[push]),
+            np.ascontiguousarray(g[hold]), nominal[push], nominal[hold], lever[order], walls.stiffness[row, order],
+            float(walls.load[row]), float(walls.load_side[row]), base,
+        )  # fmt: skip
+
+    def drawn(self, samples: int, workers: int = 2) -> Drawn:
+        """Figures of so many machines; the same ones whatever the number of workers."""
+        sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
+        self.positions  # noqa: B018 - made once, before the workers share it
+
+        def judged(block: int) -> tuple[Floats, Floats | None]:
+            return self._block(block, sizes[block])
+
+        with ThreadPoolExecutor(max(1, workers)) as pool:
+            found = list(pool.map(judged, range(len(sizes))))
+        figures = np.concatenate([figure for figure, _ in found], axis=1)
+        told = [shares for _, shares in found[:EXPLAINED] if shares is not None]
+        shares = np.mean(told, axis=0) if told else np.zeros(0)
+        by_key = dict.fromkeys(self.spreads, 0.0)
+        for column, share in zip(self.columns, shares):
+            by_key[column.cause.key] += float(share)
+        by_key = {key: max(0.0, share) for key, share in by_key.items()}
+        dwell, motion, backlash, preload = figures
+        return Drawn(dwell, motion, backlash, preload, by_key)
+
+    def _block(self, block: int, size: int) -> tuple[Floats, Floats | None]:
+        """Figures (4, size) of a block, and of early ones the share of the variance each column explains."""
+        x = self._numbers(np.random.default_rng([SEED, block]), size)
+        worst, rest, loose = np.zeros(size), np.zeros(size), np.full(size, -np.inf)
+        tight = np.full(size, np.inf)
+        none = not any(position.dwell for position in self.positions)
+        reference: tuple[Floats, Floats] | None = None
+        explained = []
+        for position in self.positions:
+            low, high, play = self._stand(position, x[position.columns])
+            base_low, base_high = position.base
+            low, high = low - base_low, high - base_high
+            if self.relative:
+                reference = reference or (low, high)
+                off = np.maximum(high - reference[0], reference[1] - low)
+                off = np.zeros(size) if reference[0] is low else off
+            else:
+                off = np.maximum(np.abs(low), np.abs(high))
+            np.maximum(worst, off, out=worst)
+            if position.dwell or none:
+                np.maximum(rest, off, out=rest)
+                np.maximum(loose, play, out=loose)
+                np.minimum(tight, -self._normal(position, play), out=tight)
+            if block < EXPLAINED and (position.dwell or none):
+                middle = 0.5 * (low + high) - (0.5 * (reference[0] + reference[1]) if reference else 0.0)
+                explained.append(_explained(x, np.arange(len(x)) if reference else position.columns, middle))
+        figures = np.stack([rest, worst, np.maximum(loose, 0.0), tight])
+        return figures, np.mean(explained, axis=0) if explained else None
+
+    def _normal(self, position: Position, play: Floats) -> Floats:
+        """Play along the normals, half of it, mm."""
+        lever = np.abs(position.lever)
+        n = len(position.push)
+        if not n or n == len(lever):
+            return np.full_like(play, np.inf)
+        return np.asarray(play / (1.0 / lever[:n].mean() + 1.0 / lever[n:].mean()))
+
+    def _numbers(self, rng: np.random.Generator, size: int) -> Floats:
+        """The errors of machines, (columns, size), mm or rad."""
+        x = np.empty((len(self.columns), size))
+        row = 0
+        while row < len(self.columns):
+            column = self.columns[row]
+            mean, value, how = self.spreads[column.cause.key]
+            if column.cause.parts == 2:
+                x[row : row + 2] = _direction(rng, size, value, how)
+                row += 2
+                continue
+            if how == "normal":
+                x[row] = mean + value / 3.0 * rng.standard_normal(size)
+            elif how == "uniform":
+                x[row] = mean + value * (2.0 * rng.random(size) - 1.0)
+            else:
+                x[row] = mean + value * np.where(rng.random(size) < 0.5, -1.0, 1.0)
+            row += 1
+        return x
+
+    def _stand(self, position: Position, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """low, high and play (size,) of machines at a position; see `seat.Walls.stand`."""
+        size = x.shape[1]
+        push = position.push @ x
+        push += position.nominal_push[:, None]
+        low = push.max(axis=0) if len(push) else np.full(size, -np.inf)
+        if self.loaded.mechanism.drive is Drive.ALONE:
+            return low, low, np.full(size, np.inf)
+        hold = position.hold @ x
+        hold += position.nominal_hold[:, None]
+        high = -hold.max(axis=0) if len(hold) else np.full(size, np.inf)
+        play, side = high - low, position.side
+        if self.loaded.mechanism.drive is Drive.OPPOSED and side:
+            one = low if side > 0.0 else high
+            return one, one, play
+        pressed = np.flatnonzero(play < 0.0) if side == 0.0 else np.arange(size)
+        if len(pressed):
+            lever = np.abs(position.lever)[:, None]
+            approach = np.concatenate([push[:, pressed], hold[:, pressed]]) * lever
+            psi = balance(
+                approach, position.lever[:, None], position.stiffness[:, None], np.full(len(pressed), position.load),
+                low[pressed], high[pressed],
+            )  # fmt: skip
+            low, high = low.copy(), high.copy()
+            low[pressed] = high[pressed] = psi
+        return low, high, play
+
+
+def resting(program: Program) -> list[tuple[float, float, bool]]:
+    """Stretches of cam angle (from, to), rad, and whether the follower rests; a dwell over the turn's end is one, which
+    begins before it."""
+    runs: list[tuple[float, float, bool]] = []
+    for span in program.spans:
+        still = span.before == span.after
+        if still and runs and runs[-1][2]:
+            runs[-1] = runs[-1][0], span.end, True
+        else:
+            runs.append((span.start, span.end, still))
+    if len(runs) > 1 and runs[0][2] and runs[-1][2]:
+        runs = [(runs[-1][0] - TURN, runs[0][1], True), *runs[1:-1]]
+    return runs
+
+
+def _direction(rng: np.random.Generator, size: int, value: float, how: Distribution) -> Floats:
+    """Errors of any direction, (2, size): both parts normal, evenly over a disc, or on its rim."""
+    if how == "normal":
+        return np.asarray(value / 3.0 * rng.standard_normal((2, size)))
+    angle = 2.0 * pi * rng.random(size)
+    radius = value * np.sqrt(rng.random(size)) if how == "uniform" else value
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def _explained(x: Floats, used: npt.NDArray[np.intp], deviation: Floats) -> Floats:
+    """Share of the variance of a deviation (size,) that each column (c, size) explains alone, by its correlation."""
+    off = deviation - deviation.mean()
+    total = float(off @ off)
+    shares = np.zeros(len(x))
+    if total > 0.0:
+        own = x[used] - x[used].mean(axis=1, keepdims=True)
+        square = (own * own).sum(axis=1)
+        found = np.divide((own @ off) ** 2, square * total, out=np.zeros(len(used)), where=square > 0.0)
+        # Numbers that have nothing to do with it correlate by chance: 1 / (n - 1) on the average.
+        shares[used] = np.where(square > 0.0, found - 1.0 / (len(off) - 1), 0.0)
+    return shares

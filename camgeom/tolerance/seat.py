@@ -1,0 +1,226 @@
+"""Where a follower stands between its walls: rigid bounds, and the balance of what is pressed.
+
+A station whose nominal gap and errors leave the approach a (mm, negative: free) presses with k [a + L psi]+ when the
+follower stands psi beyond its program. Walls that push bound psi from below, walls that hold from above,
+
+    low = max a / |L| over what pushes,      high = min -a / |L| over what holds:
+
+errors are added at every station before the extreme is taken, since lines that tilt touch at one of their ends. Where
+low <= high the follower is free in between. ALONE: it stands at low. OPPOSED: at the bound that the load presses.
+SHARED, or pressed from both sides: psi balances sum(-L k [a + L psi]+) = load.
+
+Arrays: (..., n, q), q stations of all lines; the last two axes are those of `Walls`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import NotConverged
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.hertz import line_flexibility, line_pressure
+from camgeom.mechanics.load import QUIET
+from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.solid.mechanism import Drive
+from camgeom.tolerance.contacts import Contacts
+
+STEPS = 60
+SAME = 1e-13
+"""share of the largest bound to which a balance is found"""
+SCALE = 0.005
+"""mm, of approach, at which a line contact's stiffness is taken that no load and no preload sets: it falls with the
+load by a logarithm alone, and drops out where nothing but errors presses"""
+LEAST = 0.1
+"""share of the largest line load at which a contact that bears less, or not yet, is taken"""
+SOFTEN = 6
+"""rounds in which stiffness and load find each other"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Where the follower stands, low .. high, in its coordinate (mm, rad) beyond the program, (..., n).
+
+    Equal where it is pressed. play: high - low of the rigid bounds, below zero where it is pressed from both sides.
+    """
+
+    low: Floats
+    high: Floats
+    play: Floats
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """The stations of all lines of contact, flattened, and the load on the follower.
+
+    approach  nominal, mm, (n, q), -inf where there is no wall; lever (n, q), signed as in `Contacts`
+    stiffness of a station, N/mm, (n, q), 0 where there is no wall
+    load      N or N mm, (n,), that the walls have to give: positive presses those that push; 0 leaves it to them
+    """
+
+    drive: Drive
+    approach: Floats
+    lever: Floats
+    stiffness: Floats
+    load: Floats
+
+    @cached_property
+    def pushes(self) -> npt.NDArray[np.bool_]:
+        """Which stations push, (n, q)."""
+        return np.isfinite(self.approach) & (self.lever < 0.0)
+
+    @cached_property
+    def holds(self) -> npt.NDArray[np.bool_]:
+        """Which stations hold, (n, q)."""
+        return np.isfinite(self.approach) & (self.lever > 0.0)
+
+    @cached_property
+    def _reach(self) -> tuple[Floats, Floats]:
+        """1 / |L| of what pushes and of what holds, and what is added where a station does neither, (n, q)."""
+        size = 1.0 / np.abs(self.lever)
+        return size, np.where(np.isfinite(self.approach), self.approach, 0.0)
+
+    def bounds(self, errors: Floats) -> tuple[Floats, Floats]:
+        """Rigid bounds (..., n) under approaches (..., n, q), mm, beyond the nominal ones."""
+        size, nominal = self._reach
+        psi = (nominal + errors) * size
+        low = np.max(psi, axis=-1, where=self.pushes, initial=-np.inf)
+        high = -np.max(psi, axis=-1, where=self.holds, initial=-np.inf)
+        return np.asarray(low), np.asarray(high)
+
+    def stand(self, errors: Floats) -> Stand:
+        """Where the follower stands under approaches (..., n, q), mm, beyond the nominal ones."""
+        low, high = self.bounds(errors)
+        play = high - low
+        if self.drive is Drive.ALONE:
+            return Stand(low, low, play)
+        side = np.broadcast_to(self.load_side, low.shape)
+        if self.drive is Drive.OPPOSED:
+            lean = np.where(side > 0.0, low, np.where(side < 0.0, high, np.nan))
+            pressed = (side == 0.0) & (play < 0.0)
+        else:
+            lean = np.full(low.shape, np.nan)
+            pressed = (side != 0.0) | (play < 0.0)
+        if pressed.any():
+            lean[pressed] = self._balanced(errors, pressed, low, high)
+        free = np.isnan(lean)
+        return Stand(np.where(free, low, lean), np.where(free, high, lean), play)
+
+    @cached_property
+    def load_side(self) -> Floats:
+        """1 where the load presses what pushes, -1 what holds, 0 where it is none, (n,)."""
+        floor = QUIET * np.abs(self.load).max(initial=0.0)
+        return np.where(np.abs(self.load) > floor, np.sign(self.load), 0.0)
+
+    def _balanced(self, errors: Floats, rows: npt.NDArray[np.bool_], low: Floats, high: Floats) -> Floats:
+        """psi of the rows (..., n) that are pressed, (r,)."""
+        at = np.nonzero(rows)[-1]
+        _, nominal = self._reach
+        approach = nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
+        return balance(approach.T, self.lever[at].T, self.stiffness[at].T, self.load[at], low[rows], high[rows])
+
+    def forces(self, errors: Floats) -> Floats:
+        """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses."""
+        low, high = self.bounds(errors)
+        rows = (self.load_side != 0.0) | (low > high)
+        psi = np.where(rows, 0.0, 0.5 * (low + high))
+        if rows.any():
+            psi = psi.copy()
+            psi[rows] = self._balanced(errors, np.broadcast_to(rows, low.shape), low, high)
+        _, nominal = self._reach
+        pressed = np.maximum(nominal + errors + self.lever * psi[..., None], 0.0)
+        return np.asarray(np.where(rows[..., None], self.stiffness * pressed, 0.0))
+
+
+def balance(approach: Floats, lever: Floats, stiffness: Floats, load: Floats, low: Floats, high: Floats) -> Floats:
+    """psi (r,) at which stations (q, r) press as hard as loads (r,) ask: sum(-L k [a + L psi]+) = load.
+
+    low, high  rigid bounds, (r,). The sum falls with psi in straight pieces: Newton steps, kept in a bracket, end
+    exactly where they stay on one. Raises NotConverged where no station can give the load.
+    """
+    pull = lever * stiffness
+    hard = pull * lever
+    room = _room(approach, lever, hard, load, low, high) if np.any(load) else np.zeros(1)
+    ends = np.where(np.isfinite(low), low, high), np.where(np.isfinite(high), high, low)
+    below, above = np.minimum(*ends) - room, np.maximum(*ends) + room
+    psi = 0.5 * (below + above)
+    scale = SAME * np.maximum(np.abs(below), np.abs(above))
+    for _ in range(STEPS):
+        pressed = lever * psi
+        pressed += approach
+        on = (pressed > 0.0).astype(np.float64)
+        np.maximum(pressed, 0.0, out=pressed)
+        rest = -_summed(pull, pressed) - load
+        slope = _summed(hard, on)
+        below, above = np.where(rest >= 0.0, psi, below), np.where(rest <= 0.0, psi, above)
+        fresh = psi + rest / np.where(slope > 0.0, slope, 1.0)
+        fresh = np.where((slope > 0.0) & (fresh >= below) & (fresh <= above), fresh, 0.5 * (below + above))
+        done = np.abs(fresh - psi) <= scale
+        psi = fresh
+        if done.all():
+            break
+    return psi
+
+
+def _summed(weight: Floats, values: Floats) -> Floats:
+    """Sum over the stations (q, r) with weights (q, r), or (q, 1) that all rows share."""
+    return weight[:, 0] @ values if weight.shape[1] == 1 else np.asarray(np.einsum("qr,qr->r", weight, values))
+
+
+def _room(approach: Floats, lever: Floats, hard: Floats, load: Floats, low: Floats, high: Floats) -> Floats:
+    """How far beyond its bounds a load (r,) may carry the follower: the station that is met first alone bears it."""
+    at = np.where(load > 0.0, low, high)
+    touching = np.abs(approach + lever * at) <= 1e-9 * np.abs(lever) * np.maximum(np.abs(at), 1e-12) + 1e-15
+    bearing = np.max(np.where(touching & (np.where(load > 0.0, -lever, lever) > 0.0), hard, 0.0), axis=0)
+    if not np.all((bearing > 0.0) | (load == 0.0)):
+        raise NotConverged("no wall can give the follower's load at some cam angle")
+    return np.asarray(np.abs(load) / np.where(bearing > 0.0, bearing, 1.0))
+
+
+def walls_of(contacts: Contacts, load: Floats, roller: Material, cam: Material, preload: float) -> Walls:
+    """The walls of contacts under a load (n,), with the stiffness of their line contacts where they stand nominally.
+
+    roller, cam: materials; preload: mm, the nominal one
+    """
+    n = len(contacts.theta)
+
+    def flat(values: Floats) -> Floats:
+        return np.asarray(values.reshape(n, -1))
+
+    on, lever = contacts.on.reshape(n, -1), flat(contacts.lever)
+    approach = np.where(on, -flat(contacts.gap), -np.inf)
+    lever = np.where(on, lever, 1.0)
+    curvature = _curvature(contacts)
+    radius = np.where(np.isfinite(contacts.radius) & (contacts.radius > 0.0), contacts.radius, 1.0 / curvature)
+    length = np.where(on, flat(contacts.length), 0.0)
+    settled = max(preload, SCALE)
+    line_load = np.full(on.shape, settled / line_flexibility(1.0, curvature, roller, cam, radius, 2.0 * radius))
+    walls = None
+    for _ in range(SOFTEN):
+        soft = line_flexibility(np.maximum(line_load, 1e-9), curvature, roller, cam, radius, 2.0 * radius)
+        walls = Walls(contacts.mechanism.drive, approach, lever, length / soft, load)
+        found = np.divide(walls.forces(np.zeros(on.shape)), length, out=np.zeros(on.shape), where=length > 0.0)
+        least = LEAST * found.max(axis=1, keepdims=True)
+        line_load = np.where(least > 0.0, np.maximum(found, least), settled / soft)
+    assert walls is not None
+    return walls
+
+
+def _curvature(contacts: Contacts) -> Floats:
+    """Relative curvature, 1/mm, (n, q), finite and positive: an undercut wall counts as a plane."""
+    k = contacts.curvature.reshape(len(contacts.theta), -1)
+    plane = 1.0 / contacts.radius if 0.0 < contacts.radius < np.inf else 1.0
+    return np.where((k > 0.0) & np.isfinite(k), k, plane)
+
+
+def pressures(contacts: Contacts, force: Floats, roller: Material, cam: Material) -> Floats:
+    """Contact pressure, MPa, (..., n, q), of forces of stations, N."""
+    length = np.maximum(contacts.length.reshape(len(contacts.theta), -1), 1e-300)
+    pair = pair_compliance(roller, cam)
+    return np.asarray(line_pressure(force / length, _curvature(contacts), pair))

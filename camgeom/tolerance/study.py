@@ -1,0 +1,318 @@
+"""All that [tolerance] asks: sensitivities, worst case, yield, widest tolerances, and what wear leaves of a preload."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import degrees, isfinite
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
+from camgeom.solid.mechanism import Drive
+from camgeom.tolerance.causes import CAUSES, Cause, applicable
+from camgeom.tolerance.samples import Drawn, Machines, Spreads, resting
+from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, pressed_in
+from camgeom.tolerance.spec import Costs, ToleranceSpec
+
+LIMITS = ("dwell", "motion", "backlash")
+WEAR = (0.001, 0.002, 0.005, 0.01, 0.02)
+"""mm of wear, roller and flank together, that are told"""
+ALONE, TRIAL = 4096, 20_480
+"""machines drawn with one error, and with all, in a round of the search for the widest tolerances"""
+ROUNDS, SETTLING = 4, 16
+NEAR = 0.995
+"""share of a limit that counts as reached"""
+NOTHING = 1e-6
+"""share of a limit that an error alone may reach and count for nothing"""
+
+
+@final
+@dataclass(frozen=True)
+class Widest:
+    """The widest tolerances that hold the limits in a share of all machines.
+
+    values  half widths, in the errors' own units, by key; None: the error has no part in what is limited
+    reached the share that holds, of all samples
+    """
+
+    values: Mapping[str, float | None]
+    reached: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Worst:
+    """All errors at their ends at once, each as it hurts most at every station; mm or rad.
+
+    curve  largest deviation over cam angles (n,); motion: its largest, dwell: in the dwells; backlash: largest play
+    """
+
+    curve: Floats
+    motion: Extreme
+    dwell: Extreme
+    backlash: Extreme
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ToleranceStudy:
+    """A mechanism, its loads, and what its profile tolerates; `spec` None: no errors are given."""
+
+    loaded: Loaded
+    spec: ToleranceSpec | None
+
+    @cached_property
+    def sensitivities(self) -> Sensitivities:
+        """What every error does alone."""
+        return Sensitivities(self.loaded)
+
+    @cached_property
+    def causes(self) -> tuple[Cause, ...]:
+        """The errors given."""
+        stated = self.spec.stated() if self.spec is not None else {}
+        return tuple(cause for cause in applicable(self.loaded.mechanism) if cause.key in stated)
+
+    @cached_property
+    def spreads(self) -> Spreads:
+        """Mean, half width, mm or rad, and distribution of every error given."""
+        if self.spec is None:
+            return {}
+        return {cause.key: self.spec.spread(cause, self.loaded.mechanism) for cause in self.causes}
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The limits given, mm or rad of the joint coordinate, by figure."""
+        if self.spec is None:
+            return {}
+        given = {"dwell": self.spec.dwell_limit, "motion": self.spec.motion_limit, "backlash": self.spec.backlash_limit}
+        unit = self.loaded.shown(1.0)
+        return {name: value / unit for name, value in given.items() if value is not None}
+
+    def machines(self, spreads: Spreads) -> Machines:
+        """Machines whose errors scatter so."""
+        return Machines(self.loaded, spreads, self.spec is not None and self.spec.reference == "first-dwell")
+
+    @cached_property
+    def drawn(self) -> Drawn:
+        """The machines that the profile asks for."""
+        assert self.spec is not None, "asked of a profile with [tolerance]"
+        return self.machines(self.spreads).drawn(self.spec.samples)
+
+    def share(self, drawn: Drawn | None = None) -> float:
+        """Share of the machines that hold every limit given; 1 without any."""
+        return float(np.mean(self.ratios(drawn or self.drawn) <= 1.0))
+
+    def ratios(self, drawn: Drawn) -> Floats:
+        """Of every machine the largest figure over its limit, (s,); 0 without any limit."""
+        figures = {"dwell": drawn.dwell, "motion": drawn.motion, "backlash": drawn.backlash}
+        over = [figures[name] / limit for name, limit in self.limits.items()]
+        return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
+
+    @property
+    def both(self) -> bool:
+        """Whether walls on both sides hold the follower, so that there is play or preload."""
+        return self.loaded.mechanism.drive is not Drive.ALONE
+
+    @cached_property
+    def worst(self) -> Worst:
+        """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces."""
+        seated = self.sensitivities.seated
+        walls = seated.walls
+        ends = np.zeros(walls.lever.shape)
+        moved = np.zeros(len(self.sensitivities.theta))
+        weight = _yield_of(walls.lever, walls.stiffness, walls.forces(ends))
+        for cause in self.causes:
+            mean, value, _ = self.spreads[cause.key]
+            g = seated.flat(seated.approaches.of(cause))
+            size = np.sqrt((g * g).sum(axis=0))
+            ends += size * (abs(mean) + value)
+            owners = {"roller": seated.contacts.roller, "wall": seated.contacts.wall}.get(cause.holder)
+            moved += (abs(mean) + value) * _balanced(g, weight, owners, seated.contacts.on.shape)
+        low, high = walls.bounds(ends)
+        base = seated.nominal
+        curve = np.maximum(low - base.low, base.high - high) if self.both else low - base.low
+        pressed = (walls.load_side != 0.0) if self.loaded.mechanism.drive is Drive.SHARED else np.zeros(len(low), bool)
+        pressed = pressed | ((base.play < 0.0) & (self.loaded.mechanism.drive is Drive.SHARED))
+        if self.loaded.mechanism.drive is Drive.OPPOSED:
+            side = walls.load_side
+            curve = np.where(side > 0.0, low - base.low, np.where(side < 0.0, base.high - high, curve))
+        curve = np.where(pressed, np.maximum(moved, 0.0), curve)
+        loose_low, loose_high = walls.bounds(-ends)
+        play = np.maximum(loose_high - loose_low, 0.0) if self.both else np.zeros(len(curve))
+        still = self._still
+        return Worst(curve, self._extreme(curve), self._extreme(np.where(still, curve, -1.0)),
+                     self._extreme(np.where(still, play, -1.0)))  # fmt: skip
+
+    @cached_property
+    def _still(self) -> npt.NDArray[np.bool_]:
+        """Which cam angles lie in dwells; all of a program without one."""
+        theta, found = self.sensitivities.theta, np.zeros(len(self.sensitivities.theta), dtype=bool)
+        for start, end, still in resting(self.loaded.mechanism.program):
+            if still:
+                found |= (theta >= start) & (theta <= end) | (theta >= start + 2.0 * np.pi)
+        return found if found.any() else ~found
+
+    def _extreme(self, curve: Floats) -> Extreme:
+        at = int(np.argmax(curve))
+        return Extreme(float(curve[at]), float(self.sensitivities.theta[at]))
+
+    @cached_property
+    def preload(self) -> float | None:
+        """Least nominal interference along the normals in the dwells, mm; below zero half the play; None of a spring.
+        """
+        if not self.both:
+            return None
+        seated = self.sensitivities.seated
+        return float(pressed_in(seated.walls, np.zeros(seated.walls.lever.shape))[self._still].min())
+
+    @cached_property
+    def wear(self) -> tuple[tuple[float, float, float], ...]:
+        """Rows of wear, mm, of roller and flank together, the nominal preload left, mm, and the share of the machines
+        that have any: every micrometre worn off takes one of interference, whatever the lever. Empty without a preload.
+        """
+        if self.preload is None or self.preload <= 0.0 or self.spec is None:
+            return ()
+        tight = self.drawn.preload
+        depths = (0.0, *WEAR, self.preload)
+        return tuple((w, self.preload - w, float(np.mean(tight > w))) for w in sorted(depths))
+
+    @cached_property
+    def widest(self) -> Widest | None:
+        """The widest tolerances for the wanted yield: least sum of cost over tolerance (`[tolerance.cost]`).
+
+        Where the deviation is a sum of small parts its square is sum (s t)^2, and the least cost sum w / t has
+        t ~ (w / s^2)^(1/3) (Lagrange); t counts in the tolerances given, s is what each reaches of the limit alone.
+        The common factor is found by drawing all machines again. None where no limit is given, or none can be held.
+        """
+        spec = self.spec
+        if spec is None or not self.limits or not self.causes:
+            return None
+        return widest(self, spec.cost, spec.wanted_yield, spec.samples)
+
+
+def widest(study: ToleranceStudy, cost: Costs, share: float, samples: int) -> Widest | None:
+    """See `ToleranceStudy.widest`: shares x of the given tolerances with the least sum w / x, and t = x given."""
+    given = {key: (mean, value or _first(key), how) for key, (mean, value, how) in study.spreads.items()}
+    shares = dict.fromkeys(given, 1.0)
+    for _ in range(ROUNDS):
+        effect = {key: _alone(study, given, shares, key, share) / shares[key] for key in given}
+        used = [key for key in given if effect[key] > NOTHING]
+        if not used:
+            return None
+        wanted = {key: (cost.of(key) / effect[key] ** 2) ** (1.0 / 3.0) for key in used}
+        factor = float(np.sqrt(sum((effect[key] * wanted[key]) ** 2 for key in used)))
+        fresh = {key: wanted[key] / factor if key in used else 1.0 for key in given}
+        change = max(abs(fresh[key] / shares[key] - 1.0) for key in used)
+        shares = fresh
+        if change < 0.05:
+            break
+    shown = {key: (mean, value * shares[key], how) for key, (mean, value, how) in given.items()}
+    return _settled(study, shown, set(used), share, samples)
+
+
+def _alone(study: ToleranceStudy, given: Spreads, shares: Mapping[str, float], key: str, share: float) -> float:
+    """Largest figure over its limit, at the wanted yield, where all errors but one have no size."""
+    mean, value, how = given[key]
+    drawn = study.machines({key: (mean, value * shares[key], how)}).drawn(ALONE)
+    return drawn.at_yield(study.ratios(drawn), share)
+
+
+def _settled(
+    study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int
+) -> Widest | None:
+    """The tolerances scaled until all samples hold the wanted share, and not much less would."""
+    for turn in range(SETTLING):
+        drawn = study.machines(shown).drawn(min(samples, TRIAL) if turn < 4 else samples)
+        reached, ratio = study.share(drawn), drawn.at_yield(study.ratios(drawn), share)
+        if turn >= 4 and reached >= share and ratio >= NEAR:
+            values = {key: value / CAUSES[key].scale if key in used else None for key, (_, value, _) in shown.items()}
+            return Widest(values, reached)
+        if not isfinite(ratio) or ratio <= 0.0:
+            return None
+        scale = 0.5 * (1.0 + NEAR) / ratio
+        shown = {key: (mean, value * (scale if key in used else 1.0), how) for key, (mean, value, how) in shown.items()}
+    return None
+
+
+def _first(key: str) -> float:
+    """Where the search begins for an error of no size: 10 um, 1 minute, 10 seconds of arc."""
+    return SIZES[CAUSES[key].unit] * CAUSES[key].scale
+
+
+def _yield_of(lever: Floats, stiffness: Floats, force: Floats) -> Floats:
+    """By how much the balance moves per approach of each pressed station, (n, q): -L k / sum L^2 k."""
+    pull = np.where(force > 0.0, lever * stiffness, 0.0)
+    total = (pull * lever).sum(axis=1, keepdims=True)
+    return np.asarray(-pull / np.where(total > 0.0, total, 1.0))
+
+
+def _balanced(g: Floats, weight: Floats, owners: npt.NDArray[np.intp] | None, shape: tuple[int, ...]) -> Floats:
+    """Largest motion of the balance, (n,), per unit of an error (parts, n, q): each roller's or wall's as it hurts."""
+    moved = (g * weight).reshape(len(g), shape[0], shape[1], shape[2]).sum(axis=3)
+    if owners is None:
+        return np.asarray(np.sqrt((moved.sum(axis=2) ** 2).sum(axis=0)))
+    total = np.zeros(shape[0])
+    for owner in sorted(set(owners.tolist())):
+        own = moved[:, :, owners == owner].sum(axis=2)
+        total += np.sqrt((own**2).sum(axis=0))
+    return total
+
+
+
+
+def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str, Any]:
+    """The study as plain data: um of a slide, seconds of arc of what turns; preload and wear in um."""
+    loaded, unit = study.loaded, study.loaded.unit
+    data: dict[str, Any] = {
+        "unit": unit,
+        "sensitivities": [
+            {
+                "error": row.cause.key,
+                "size": row.size,
+                "size_unit": row.cause.unit,
+                f"motion_{unit}": _zero(loaded.shown(row.motion.value)),
+                "motion_um": _zero(1e3 * loaded.arm * row.motion.value),
+                "cam_angle_deg": degrees(row.motion.cam_angle) % 360.0,
+                f"play_{unit}": _zero(loaded.shown(row.play)) if study.both else None,
+                "preload_loss_um": _zero(1e3 * row.preload) if study.both else None,
+                "pressure_ratio": row.pressure,
+            }
+            for row in study.sensitivities.rows
+        ],
+    }
+    if study.preload is not None:
+        data["preload_um"] = 1e3 * study.preload
+    spec = study.spec
+    if spec is None:
+        return data
+    drawn, worst, share = study.drawn, study.worst, spec.wanted_yield
+    figures = {"dwell": (drawn.dwell, worst.dwell), "motion": (drawn.motion, worst.motion)}
+    if study.both:
+        figures["backlash"] = drawn.backlash, worst.backlash
+    data |= {"samples": spec.samples, "wanted_yield": share, "reference": spec.reference}
+    for name, (figure, end) in figures.items():
+        data |= {f"{name}_{unit}": loaded.shown(drawn.at_yield(figure, share)),
+                 f"median_{name}_{unit}": loaded.shown(drawn.at_yield(figure, 0.5)),
+                 f"worst_{name}_{unit}": loaded.shown(end.value)}  # fmt: skip
+    if study.limits:
+        data["yield"] = study.share()
+    data["contributions"] = dict(sorted(drawn.shares.items(), key=lambda item: -item[1]))
+    if study.both:
+        data["least_preload_um"] = 1e3 * drawn.at_yield(drawn.preload, 1.0 - share)
+    if study.wear:
+        data["wear"] = [{"wear_um": 1e3 * w, "preload_um": 1e3 * left, "still_preloaded": part}
+                        for w, left, part in study.wear]  # fmt: skip
+    if with_widest and study.limits:
+        found = study.widest
+        data["widest"] = None if found is None else {"yield": found.reached, "tolerances": dict(found.values)}
+    return data
+
+
+def _zero(value: float) -> float:
+    """A figure, um or seconds of arc; 0 where it is rounding of what is none."""
+    return 0.0 if abs(value) < 1e-9 else value

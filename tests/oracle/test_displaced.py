@@ -1,0 +1,202 @@
+"""First-order sensitivities of every kind of cam to every error, against displaced followers found by search."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.tolerance.causes import Approaches, applicable, default_pivots, line_of_centres
+from camgeom.tolerance.contacts import contacts
+from camgeom.track import Swing
+from tests.oracle.displaced import ZERO, Moved, face_contact, first_contact, followers_of
+from tests.places import ROOT
+
+E = 0.02
+"""mm; angles turn by as much at SPAN"""
+SPAN = 50.0
+EXACT = 1e-8
+"""mm (at SPAN): what the search leaves"""
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 34
+width = 14
+{cam}
+[follower]
+{follower}
+{roller}
+[[motion]]
+until = 110
+to = {lift}
+law = "modified-sine"
+[[motion]]
+until = 150
+[[motion]]
+until = 260
+to = 0
+law = "3-4-5"
+[[motion]]
+until = 360
+"""
+ROLLER = '[roller]\nshape = "cylinder"\ndiameter = 22\nlength = 12'
+SWINGING = 'kind = "swinging"\narm = 80'
+
+
+def _disc(follower: str, roller: str = "", cam: str = "", lift: float = 20.0) -> dict[str, Any]:
+    return tomllib.loads(DISC.format(cam=cam, follower=follower, roller=roller, lift=lift))
+
+
+def _shipped(name: str, **changes: Any) -> dict[str, Any]:
+    data = tomllib.loads((ROOT / "profiles" / f"{name}.toml").read_text())
+    for key in ("operation", "dynamics", "impact", "cutter", "limits", "output", "tolerance"):
+        data.pop(key, None)
+    for key, value in changes.items():
+        table, _, name = key.partition("__")
+        data[table][name] = value
+    return data
+
+
+def _yoke() -> dict[str, Any]:
+    data = _shipped("constant_width_press", follower__clearance=0.0)
+    data["follower"].pop("face_width", None)
+    return data | {"roller": {"shape": "cylinder", "diameter": 30.0, "length": 10.0}}
+
+
+def _slide_pair() -> dict[str, Any]:
+    data = _disc('kind = "translating"\noffset = 5', ROLLER)
+    data["cam"] |= {"kind": "conjugate", "gap": 4}
+    return data
+
+
+def _rib() -> dict[str, Any]:
+    data = _shipped("pin_insertion", cam__form="rib", cam__rib_thickness=16.0, cam__length=150.0, cam__start=40.0)
+    data["cam"].pop("keyway_width"), data["cam"].pop("keyway_depth")
+    return data
+
+
+CASES: dict[str, dict[str, Any]] = {
+    "offset roller": _disc('kind = "translating"\noffset = -6', ROLLER),
+    "roller, cw": _disc('kind = "translating"\noffset = 6', ROLLER, 'direction = "cw"'),
+    "swinging roller": _disc(SWINGING, ROLLER, "center_distance = 95", 18.0),
+    "swinging roller, right": _disc(SWINGING + '\nside = "right"', ROLLER, "center_distance = 95", 18.0),
+    "flat face": _disc('kind = "translating"\nface = "flat"', lift=7.0),
+    "swinging flat face": _disc(SWINGING + '\nface = "flat"', cam="center_distance = 95", lift=6.0),
+    "curved face": _disc('kind = "translating"\nface = "curved"\nface_radius = 40'),
+    "face groove": _shipped("disc_face_groove", cam__running_clearance=0.0),
+    "frame": _shipped("constant_width_press", follower__clearance=0.0),
+    "yoke": _yoke(),
+    "rocker": _shipped("conjugate_rocker", follower__clearance=0.0),
+    "slide pair": _slide_pair(),
+    "groove": _shipped("pin_insertion"),
+    "swinging cone": _shipped("steep_shuttle", cam__running_clearance=0.0),
+    "rib": _rib(),
+    "barrel": _shipped("barrel_indexer"),
+    "cones": _shipped("conical_indexer"),
+    "globoid": _shipped("tool_changer"),
+    "two starts": _shipped("two_start"),
+    "plates": _shipped("parallel_index"),
+}
+
+
+def _moves(joint: Any, key: str, part: int, size: float, pivots: Any, sense: float) -> Moved:
+    """The oracle's words for an error of one part."""
+    e_c = line_of_centres(joint)
+    e_s, z = np.array([-e_c[1], e_c[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    axis = np.array(joint.axis) if isinstance(joint, Swing) else z
+    own = (np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))[part]
+    turret = (-e_c, np.cross(axis, -e_c))[part]
+    about = np.array(pivots.axes)
+    simple = {
+        "center_distance": {"follower": (size * e_c, ZERO, ZERO)},
+        "side_shift": {"follower": (size * e_s, ZERO, ZERO)},
+        "axial_shift": {"cam": (size * z, ZERO, ZERO)},
+        "crossing_arcmin": {"cam": (ZERO, size * e_c, about)},
+        "skew_arcmin": {"cam": (ZERO, size * e_s, about)},
+        "phase_arcmin": {"cam": (ZERO, sense * size * z, ZERO)},
+        "cam_eccentricity": {"cam_turning": (size * own, ZERO, ZERO)},
+        "cam_wobble_arcmin": {"cam_turning": (ZERO, size * own, np.array([0.0, 0.0, pivots.wobble]))},
+        "turret_eccentricity": {"turret": (size * turret, ZERO)},
+        "turret_wobble_arcmin": {"turret": (ZERO, size * turret)},
+        "roller_diameter": {"diameter": size},
+        "pitch_angle_arcsec": {"angle": size},
+        "roller_place": {"angle": size},
+        "pitch_radius": {"radius": size},
+        "roller_axial": {"axial": size},
+        "roller_tilt_arcmin": {"tilt": ((size, 0.0), (0.0, size))[part]},
+        "face_squareness_arcmin": {"squareness": size},
+        "flank_growth": {"growth": size},
+        "running_clearance": {"growth": -size},
+    }
+    return Moved(**simple[key])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_first_order_is_what_a_displaced_follower_does(case: str) -> None:
+    """Per station: within 1 % of the largest over the turn at 20 um; what is left falls with the square."""
+    data = CASES[case]
+    model = Model(from_data(_frozen(data)))
+    mechanism, program = model.mechanism, model.setup.program
+    theta = np.radians([20.0, 60.0, 93.0, 172.0, 200.0, 231.0])
+    at = contacts(mechanism, theta)
+    approaches = Approaches(at, default_pivots(mechanism))
+    low, high = (float(end.value) for end in program.extremes(0))
+
+    def lift(phi: np.ndarray) -> np.ndarray:
+        return np.asarray(program.jet(np.ravel(phi), 0)[0]).reshape(np.shape(phi))
+
+    follower = followers_of(data, lift, low, high)
+    stations = np.array([0, 2, 6])
+    flat, told = follower.kind == "flat", []
+    lever_scale = 1.0 if follower.joint[0] == "slide" else SPAN
+    for cause in applicable(mechanism):
+        if cause.key == "flank_form":
+            continue
+        g = approaches.of(cause)
+        for part in range(cause.parts):
+            left, largest, half_left = 0.0, 0.0, 0.0
+            for line in range(at.on.shape[1]):
+                # A roller near the line of centres, which drives nothing, has no first order.
+                drives = np.abs(at.lever[:, line]).min(axis=1) > 0.2 * np.abs(at.lever[at.on]).max()
+                rows = np.flatnonzero(at.on[:, line].all(axis=1) & drives)
+                if not len(rows):
+                    continue
+                k, lever = int(at.roller[line]), at.lever[np.ix_(rows, [line], stations)][:, 0]
+                slope = -g[part][np.ix_(rows, [line], stations)][:, 0] / lever
+                turned = np.broadcast_to(theta[rows, None], slope.shape)
+                x, centre, axis = (v[..., rows, line] if v.ndim == 3 else v[:, rows, line][..., stations]
+                                   for v in (at.x, at.centre, at.axis))  # fmt: skip
+                along = np.einsum("inm,in->nm", x - centre[..., None], axis)
+                middle = float(centre[2, 0]) if mechanism.touches or case == "plates" else follower.middle
+                own = replace(follower, middle=middle)
+                for size in (E, 0.5 * E):
+                    unit = size if cause.unit == "mm" else size / SPAN
+                    moved = _moves(at.joint, cause.key, part, unit, approaches.pivots, mechanism.sense)
+                    if flat:
+                        psi = face_contact(own, k, turned, x[2], moved)
+                    else:
+                        wall = -np.sign(lever)
+                        frame = np.array([0.3, 0.5, 0.81]), own.shift(k)
+                        psi = first_contact(own, k, turned, along + middle, wall, moved, frame=frame)
+                    error = lever_scale * float(np.abs(psi - slope * unit).max())
+                    if size == E:
+                        left, largest = max(left, error), max(largest, lever_scale * float(np.abs(slope * unit).max()))
+                    else:
+                        half_left = max(half_left, error)
+            told.append((cause.key, part, largest, left, half_left))
+    print(case, *told, sep="\n")
+    for key, part, largest, left, half_left in told:
+        assert left <= max(0.01 * largest, 2e-5), (case, key, part, largest, left)
+        assert half_left <= 0.3 * left + EXACT, (case, key, part, left, half_left)
+
+
+def _frozen(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _frozen(value) for key, value in data.items()}
+    return tuple(map(_frozen, data)) if isinstance(data, list) else data

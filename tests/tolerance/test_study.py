@@ -1,0 +1,244 @@
+"""Load sharing, many machines, widest tolerances, and what the [tolerance] table asks and refuses."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from camgeom.checks import judge
+from camgeom.cli import main
+from camgeom.errors import ProfileError
+from camgeom.mechanics.stiffness import Slices
+from camgeom.model import Model
+from camgeom.profile import parse
+from camgeom.tolerance.causes import CAUSES, default_pivots
+from camgeom.tolerance.fits import clearance, limits
+from camgeom.tolerance.samples import BLOCK, Machines
+from camgeom.tolerance.seat import walls_of
+from camgeom.tolerance.sensitivity import Loaded, pressed_in
+from camgeom.track.turret import Engagement
+from tests.places import ROOT
+
+DISC = """
+[cam]
+kind = "disc"
+base_radius = 34
+width = 14
+bore = 20
+[follower]
+kind = "translating"
+[roller]
+shape = "cylinder"
+diameter = 22
+length = 12
+[[motion]]
+until = 110
+to = 20
+law = "modified-sine"
+[[motion]]
+until = 150
+[[motion]]
+until = 260
+to = 0
+law = "3-4-5"
+[[motion]]
+until = 360
+"""
+ALONG = DISC + '[tolerance]\ncenter_distance = {value}\ndwell_limit = {limit}\n'
+
+
+def _profile(name: str, more: str = "") -> Model:
+    text = (ROOT / "profiles" / f"{name}.toml").read_text()
+    return Model(parse(text.partition("[tolerance]")[0] + more))
+
+
+def _loaded(model: Model) -> Loaded:
+    material = model.profile.material
+    return Loaded(model.mechanism, material.roller, material.cam, model.load, default_pivots(model.mechanism))
+
+
+def test_a_roller_five_micrometres_larger_moves_a_preloaded_turret_as_its_sharing_solution_says() -> None:
+    """Against `Slices.held`, whose line contacts stiffen with their load; each slice's own gap, the preload kept."""
+    model = _profile("fine_indexer")
+    turret, material = model.mechanism.turret, model.profile.material
+    assert turret is not None
+    theta = np.radians([0.0, 30.0, 60.0, 150.0, 180.0, 210.0])
+    beside = Engagement(turret.bearing, model.mechanism.inside, theta)
+    torque = np.full(len(theta), 20000.0)
+    slices = Slices.of(beside, turret.preload, material.roller, material.cam)
+    seated = _loaded(model).at(theta)
+    walls = walls_of(seated.contacts, torque, material.roller, material.cam, turret.preload)
+    larger = 5e-3
+    for roller in sorted(set(seated.contacts.roller.tolist())):
+        mine = seated.contacts.roller == roller
+        places = [p for p, (index, turn) in enumerate(beside.places) if mine[2 * p]]
+        own = np.zeros((2, *beside.on.shape[1:]))
+        own[:, :, places] = 0.5 * larger
+        more = np.moveaxis(own, 0, 1).reshape(len(theta), -1)
+        # what yields under load turns back: psi of the slices counts against the torque
+        wanted = slices.held(torque).angle - replace(slices, preload=slices.preload + more).held(torque).angle
+        error = seated.flat(larger * seated.approaches.of(CAUSES["roller_diameter"])[0] * mine[:, None])
+        moved = walls.stand(error).low - walls.stand(np.zeros(error.shape)).low
+        assert moved == pytest.approx(wanted, abs=0.05 * max(np.abs(wanted).max(), 1e-7))
+    assert np.abs(moved).max() < 1.0
+
+
+def test_a_preload_is_lost_by_as_much_as_is_worn_off() -> None:
+    seated = _loaded(_profile("fine_indexer")).at(np.radians([0.0, 20.0]))
+    zero = np.zeros(seated.walls.lever.shape)
+    before = pressed_in(seated.walls, zero)
+    assert before == pytest.approx(0.004, rel=0.02)
+    assert pressed_in(seated.walls, zero - 0.003) == pytest.approx(before - 0.003, abs=1e-12)
+    assert seated.walls.stand(zero - 0.003).play.max() < 0.0 < seated.walls.stand(zero - 0.005).play.min()
+
+
+@pytest.mark.parametrize(("how", "quantile"), [("normal", 2.5758 / 3.0), ("uniform", 0.99), ("worst", 1.0)])
+def test_one_error_alone_comes_out_as_it_was_drawn(how: str, quantile: float) -> None:
+    """A slide on a disc follows its own error along the line one to one."""
+    given = f'{{ value = 0.03, distribution = "{how}" }}'
+    study = Model(parse(ALONG.format(value=given, limit=30))).tolerances
+    assert study.loaded.shown(study.drawn.at_yield(study.drawn.dwell, 0.99)) == pytest.approx(30.0 * quantile, rel=0.01)
+    assert study.worst.motion.value == pytest.approx(0.03, rel=1e-9)
+    assert study.drawn.shares["center_distance"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_two_errors_add_as_squares_and_each_has_its_part() -> None:
+    text = ALONG.format(value=0.03, limit=30) + "flank_growth = 0.04\n"
+    study = Model(parse(text)).tolerances
+    middle = study.drawn.at_yield(study.drawn.dwell, 0.99)
+    assert middle == pytest.approx(2.5758 / 3.0 * 0.05, rel=0.015), "in a dwell the pressure angle is 0"
+    assert study.drawn.shares["flank_growth"] == pytest.approx(0.64, abs=0.02)
+
+
+def test_the_machines_are_the_same_whatever_the_number_of_workers() -> None:
+    model = _profile("tool_changer")
+    spreads = {key: (0.0, 0.005 * CAUSES[key].scale, "normal") for key in ("roller_diameter", "cam_eccentricity")}
+    one, three = (Machines(_loaded(model), spreads).drawn(3 * BLOCK + 7, workers) for workers in (1, 3))
+    for name in ("dwell", "motion", "backlash", "preload"):
+        assert np.array_equal(getattr(one, name), getattr(three, name)), name
+    assert len(one.dwell) == 3 * BLOCK + 7
+    assert one.shares == three.shares
+
+
+def test_rollers_of_their_own_are_judged_at_every_stop() -> None:
+    """One roller's place that is off is off at the stops at which it stands beside the rib, and all stops are seen."""
+    model = _profile("tool_changer")
+    machines = Machines(_loaded(model), {"pitch_angle_arcsec": (0.0, 1e-4, "worst")})
+    assert machines.stops == (8, 1)
+    assert {position.stop for position in machines.positions if position.dwell} == set(range(8))
+    used = {machines.columns[i].owner for p in machines.positions if p.dwell and p.stop == 3 for i in p.columns}
+    first = {machines.columns[i].owner for p in machines.positions if p.dwell and p.stop == 0 for i in p.columns}
+    assert used == {(owner - 3) % 8 for owner in first}
+
+
+def test_the_limit_is_judged_at_the_wanted_yield() -> None:
+    for limit, level in ((25.76 * 1.01, "pass"), (25.76 * 0.99, "fail")):
+        verdict = judge(Model(parse(ALONG.format(value=0.03, limit=limit))), ["dwell-tolerance"])
+        (found,) = verdict.findings
+        assert (found.check, found.level, found.unit) == ("dwell-tolerance", level, "um")
+    verdict = judge(Model(parse(ALONG.format(value=0.03, limit=30).replace("dwell_limit = 30", ""))),
+                    ["dwell-tolerance", "backlash-tolerance"])  # fmt: skip
+    assert [word.check for word in verdict.not_judged] == ["dwell-tolerance"], "a spring leaves no play to judge"
+    assert not judge(Model(parse(DISC)), ["dwell-tolerance", "motion-tolerance", "backlash-tolerance"]).not_judged
+
+
+def test_play_is_judged_where_two_walls_hold() -> None:
+    more = "[tolerance]\nrunning_clearance = {{ value = 0.003, distribution = 'worst' }}\nbacklash_limit = {limit}\n"
+    for limit, level in ((6.01, "pass"), (5.99, "fail")):
+        text = (ROOT / "profiles" / "milled_drum.toml").read_text().partition("[cutter]")[0]
+        text = text.replace("[cutter]", "") + more.format(limit=limit)
+        (found,) = judge(Model(parse(text)), ["backlash-tolerance"]).findings
+        assert found.level == level, found
+
+
+def test_the_widest_tolerances_hold_the_yield_and_hardly_more_would() -> None:
+    text = ALONG.format(value=0.03, limit=20) + "flank_growth = 0.03\ncam_eccentricity = 0.01\nsamples = 20000\n"
+    study = Model(parse(text)).tolerances
+    found = study.widest
+    assert found is not None
+    assert found.reached >= 0.99
+    spreads = {key: (0.0, value * CAUSES[key].scale, "normal") for key, value in found.values.items() if value}
+    wider = {key: (mean, 1.02 * value, how) for key, (mean, value, how) in spreads.items()}
+    assert study.share(study.machines(spreads).drawn(20000)) >= 0.99
+    assert study.share(study.machines(wider).drawn(20000)) < 0.99
+    # alike errors that cost alike get alike tolerances; eight times the cost, twice the tolerance
+    assert found.values["flank_growth"] == pytest.approx(found.values["center_distance"], rel=0.06)
+    dear = Model(parse(text + "[tolerance.cost]\nflank_growth = 8\n")).tolerances.widest
+    assert dear is not None
+    ratio = (dear.values["flank_growth"] or 0.0) / (dear.values["center_distance"] or 1.0)
+    assert ratio == pytest.approx(2.0, rel=0.1)
+
+
+def test_what_an_error_costs_nothing_has_no_part_in_it() -> None:
+    study = Model(parse(ALONG.format(value=0.03, limit=20) + "axial_shift = 0.1\nsamples = 5000\n")).tolerances
+    assert study.widest is not None
+    assert study.widest.values["axial_shift"] is None
+    assert study.widest.values["center_distance"] == pytest.approx(20e-3 * 3.0 / 2.5758, rel=0.04)
+
+
+@pytest.mark.parametrize(("line", "words"), [
+    ("turret_eccentricity = 0.01", "this cam has none"),
+    ("pitch_radius = 0.01", "this cam has none"),
+    ('center_distance = { fit = "H7/k6" }', "a fit says eccentricities"),
+    ('cam_eccentricity = { fit = "H7/zz6" }', "needs a letter"),
+    ('cam_eccentricity = { fit = "h6/H7" }', "needs a hole and a shaft"),
+    ("center_distance = { value = 0.01, fit = \"H7/k6\" }", "either a value or an ISO fit"),
+    ("cam_eccentricity = { value = 0.01, mean = 0.01 }", "its direction is any"),
+    ("center_distance = -0.01", "out of range"),
+    ("center_distance = 0.01\nflank_waves = 5", "means nothing without flank_form"),
+    ("center_distance = 0.01\nwobble_pivot = 5", "means nothing without cam_wobble"),
+    ("center_distance = 0.01\n[tolerance.cost]\npitch_radius = 2", "no such error"),
+    ("dwell_limit = 30", "states no error"),
+])
+def test_what_means_nothing_is_refused_by_name(line: str, words: str) -> None:
+    with pytest.raises(ProfileError, match="tolerance") as caught:
+        parse(f"{DISC}[tolerance]\n{line}\n")
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(("line", "changed"), [
+    ("axes_pivot = [0, 0, 60]\nskew_arcmin = 1", "skew_arcmin = 1"),
+    ("wobble_pivot = 60\ncam_wobble_arcmin = 1", "cam_wobble_arcmin = 1"),
+    ("roller_pivot = 5\nroller_tilt_arcmin = 1", "roller_tilt_arcmin = 1"),
+    ("flank_waves = 9\nflank_form = 0.01", "flank_form = 0.01"),
+])
+def test_pivots_and_waves_change_what_comes_out(line: str, changed: str) -> None:
+    one, two = (Model(parse(f"{DISC}[tolerance]\n{text}\nsamples = 2000\n")).tolerances for text in (line, changed))
+    assert not np.allclose(one.drawn.motion, two.drawn.motion, rtol=1e-3)
+
+
+def test_fits_are_those_of_iso_286() -> None:
+    """ISO 286-2: limit deviations, um."""
+    table = {("H7", 45): (0, 25), ("k6", 45): (2, 18), ("g6", 22): (-20, -7), ("h6", 32): (-16, 0),
+             ("f7", 60): (-60, -30),
+             ("js6", 30): (-6.5, 6.5), ("n6", 80): (20, 39), ("p6", 50): (26, 42), ("m6", 18): (7, 18),
+             ("F8", 100): (36, 90), ("D10", 10): (40, 98), ("k8", 45): (0, 39), ("e8", 120): (-126, -72)}  # fmt: skip
+    for (code, size), wanted in table.items():
+        assert limits(code, size) == pytest.approx([1e-3 * v for v in wanted], abs=1e-12), code
+    assert clearance("H7/k6", 45) == pytest.approx((-0.018, 0.023))
+    model = Model(parse(DISC + '[tolerance]\ncam_eccentricity = { fit = "H7/h6" }\nroller_diameter = { fit = "h6" }\n'))
+    spreads = model.tolerances.spreads
+    assert spreads["cam_eccentricity"][:2] == pytest.approx((0.0, 0.5 * 0.034)), "bore 20: H7 0..21, h6 -13..0 um"
+    assert spreads["roller_diameter"][:2] == pytest.approx((-0.0065, 0.0065))
+
+
+def test_the_command_tells_sensitivities_without_a_table_and_refuses_limits(capsys: pytest.CaptureFixture[str],
+                                                                           tmp_path) -> None:  # fmt: skip
+    path = tmp_path / "disc.toml"
+    path.write_text(DISC)
+    assert main(["tolerance", str(path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    rows = {row["error"]: row for row in data["sensitivities"]}
+    assert rows["center_distance"]["motion_um"] == pytest.approx(10.0)
+    assert "yield" not in data
+    assert main(["tolerance", str(path), "--limit", "dwell=20"]) == 2
+    path.write_text(ALONG.format(value=0.03, limit=30))
+    assert main(["tolerance", str(path), "--samples", "4000"]) == 0
+    assert "widest tolerances" in capsys.readouterr().out
+    assert main(["tolerance", str(path), "--samples", "4000", "--limit", "dwell=10", "--json"]) == 1
+    data = json.loads(capsys.readouterr().out)
+    assert data["yield"] == pytest.approx(0.683, abs=0.03), "10 um is one standard deviation"
+    assert main(["tolerance", str(path), "--limit", "speed=1"]) == 2
