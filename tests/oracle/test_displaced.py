@@ -137,6 +137,7 @@ def _moves(joint: Any, key: str, part: int, size: float, pivots: Any, sense: flo
     return Moved(**simple[key])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_first_order_is_what_a_displaced_follower_does(case: str) -> None:
     """Per station: within 1 % of the largest over the turn at 20 um; what is left falls with the square."""

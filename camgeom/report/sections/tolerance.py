@@ -25,14 +25,14 @@ def tolerance(model: Model) -> tuple[Block, ...]:
         return ()
     study = model.tolerances
     data = tolerance_data(study, with_widest=True)
-    unit = "″" if data["unit"] == "arcsec" else "µm"
+    unit = "arcsec" if data["unit"] == "arcsec" else "µm"
     blocks: list[Block] = [_together(data, unit), _spread(study, unit), _parts(data), _alone(data, unit)]
     blocks.append(_over_the_turn(study, unit))
     if data.get("widest"):
         rows: list[tuple[Cell, ...]] = [
-            (_named(key), f"± {value:.3g}" if value is not None else "no part in it", _unit(key), share)
+            (_named(key), f"± {value:.3g}" if value is not None else "no part in it", _unit(key),
+             f"{100.0 * data['contributions'][key]:.1f} %")
             for key, value in data["widest"]["tolerances"].items()
-            if (share := data["contributions"].get(key)) is not None
         ]
         heads = (Column("Error"), Column("Widest"), Column("Unit"), Column("Part of the variance now"))
         caption = f"Widest tolerances that hold the limits in {100.0 * data['widest']['yield']:.4g} % of the machines"
@@ -89,16 +89,20 @@ def _alone(data: dict[str, Any], unit: str) -> Block:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             _named(row["error"]), f"{row['size']:g} {row['size_unit']}", row[f"motion_{name}"], row["motion_um"],
-            row["cam_angle_deg"], row[f"play_{name}"], row["preload_loss_um"], row["pressure_ratio"],
+            row["cam_angle_deg"], row[f"play_{name}"], _lost(row["preload_loss_um"]), row["pressure_ratio"],
         )
         for row in data["sensitivities"]
     )  # fmt: skip
     heads = (
-        Column("Error"), Column("of"), Column("Follower motion", unit), Column("at its reference point", "µm"),
-        Column("Cam angle", "°"), Column("Play grows", unit), Column("Preload lost", "µm"),
-        Column("Peak pressure, times"),
+        Column("Error"), Column("of"), Column("Motion", unit), Column("Motion", "µm"), Column("at", "°"),
+        Column("Play", unit), Column("Preload", "µm"), Column("Pressure", "times"),
     )  # fmt: skip
-    return Table("Every error alone, the largest over the turn", heads, rows)
+    caption = "Every error alone, the largest over the turn: motion of the follower and of its reference point"
+    return Table(f"{caption}, play, preload, peak pressure", heads, rows)
+
+
+def _lost(value: float | None) -> float | None:
+    return None if value is None else 0.0 - value
 
 
 def _over_the_turn(study: ToleranceStudy, unit: str) -> Block:
@@ -122,6 +126,6 @@ def _named(key: str) -> str:
 def _unit(key: str) -> str:
     from camgeom.tolerance.causes import CAUSES
 
-    return {"mm": "mm", "arcmin": "′", "arcsec": "″"}[CAUSES[key].unit]
+    return CAUSES[key].unit
 
 
