@@ -1,4 +1,4 @@
-"""How the perpendicularity of a globoidal drive's axes ranks among its errors: by unit and by pivot (docs/tolerance.md)."""
+"""How the perpendicularity of a globoidal drive's axes ranks among its errors, by unit and by pivot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ TABLE = {
     "fine_indexer": (8.2, 4.5, 15.3, 1.4, 5.7, 15.8, 26.3, 48.2),
     "globoidal_drive": (7.2, 21.4, 29.3, 3.3, 7.8, 22.7, 43.7, 86.0),
 }
-"""seconds of arc: lateral, centre distance, axial 10 um; crossing 10 um at the roller circle, 1', 1' about far pivots"""
+"""seconds of arc, of docs/tolerance.md: lateral, centre distance, axial 10 um; crossing 10 um at the circle of the
+rollers, 1', 1' about pivots 25, 50, 100 mm aside"""
 
 
 @pytest.mark.parametrize("name", TABLE)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.intp]
 
-SOLVED = ("dynamics", "impact", "cutter")
+SOLVED = ("dynamics", "impact", "cutter", "tolerance")
 """tables of a profile that a solver of their own answers"""
 KEY = re.compile(r"([\w-]+)(?:\[(\d+)\])?")
 
