@@ -46,6 +46,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("check", "judge the design; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
     Command("solve", "contact, life and dynamics; nothing is written without --out", "camgeom.cli.model:run", _MODEL),
     Command("report", "the report page", "camgeom.cli.model:run", _MODEL),
+    Command("serve", "the local page that answers while you drag",
+            "camgeom.cli.serve:run", ("profile", "laws", "serve")),
     Command("study", "one row per variant of a profile, CSV and plot",
             "camgeom.cli.study:run", ("profile", "laws", "study")),
     Command("optimise", "the variants that no other beats in every aim, each judged by the exact model",
@@ -176,6 +178,11 @@ def _add_delivery(sub: argparse.ArgumentParser) -> None:
     _add_json(sub)
 
 
+def _add_serve(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("--port", metavar="N", help="port on 127.0.0.1, default any free one")
+    sub.add_argument("--no-browser", action="store_true", help="print the address only")
+
+
 def _add_study(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--vary", metavar="KEY=A:B:N", action="append", required=True,
                      help="a profile key and its values: N from A to B (A:B:N:log in equal ratios), or a list "
@@ -304,6 +311,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "laws": _add_laws,
     "delivery": _add_delivery,
     "json": _add_json,
+    "serve": _add_serve,
     "study": _add_study,
     "optimise": _add_optimise,
     "tolerance": _add_tolerance,

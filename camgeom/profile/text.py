@@ -244,7 +244,7 @@ def dump(data: dict[str, Any]) -> str:
 
 def _lines(table: dict[str, Any], path: tuple[str, ...]) -> Iterator[str]:
     tables = {key: value for key, value in table.items() if isinstance(value, dict) or _is_tables(value)}
-    yield from (f"{_key(key)} = {_word(value)}" for key, value in table.items() if key not in tables)
+    yield from (f"{_key(key)} = {word(value)}" for key, value in table.items() if key not in tables)
     for key, value in tables.items():
         name = ".".join(map(_key, (*path, key)))
         for one in value if isinstance(value, tuple) else (value,):
@@ -260,10 +260,10 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else json.dumps(key)
 
 
-def _word(value: Any) -> str:
+def word(value: Any) -> str:
     """A value on one line; JSON's strings are TOML's, but for the deleting character."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(key)} = {_word(item)}" for key, item in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {word(item)}" for key, item in value.items()) + " }"
     if isinstance(value, tuple):
-        return "[" + ", ".join(map(_word, value)) + "]"
+        return "[" + ", ".join(map(word, value)) + "]"
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

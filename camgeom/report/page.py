@@ -49,7 +49,7 @@ _HATCH = (
     'height="7" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><path class="hatch" d="M0 0V7"/></pattern>'
     "</defs></svg>"
 )
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
 def render(page: Page, products: Products | None = None) -> str:
@@ -64,26 +64,27 @@ def render(page: Page, products: Products | None = None) -> str:
         _contents(page),
         _HATCH,
         "<main>",
-        _verdict(page),
+        verdict_box(page),
         _key_figures(page.figures),
         *(_drawn(n, section, figures, tables, products) for n, section in enumerate(page.sections, start=1)),
         "<footer>Lengths in mm and angles in degrees unless stated. The 3D view and the plots are drawn to picture "
         "accuracy; decisions rest on the numbers in the tables.</footer></main>",
-        f"<script>{_asset('report.js')}</script>",
-        f"<script>{_asset('viewer.js')}</script>" if has_scene else "",
+        f"<script>{asset('report.js')}</script>",
+        f"<script>{asset('viewer.js')}</script>" if has_scene else "",
     ]
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<meta name="color-scheme" content="light dark">'
-        f"<title>{escape(page.title)}</title><style>{_asset('report.css')}{_running_foot(page)}</style></head><body>"
+        f"<title>{escape(page.title)}</title><style>{asset('report.css')}{_running_foot(page)}</style></head><body>"
         + "\n".join(body)
         + "</body></html>\n"
     )
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """A file of styles or scripts."""
     return (files("camgeom.report") / "assets" / name).read_text(encoding="utf-8")
 
 
@@ -115,7 +116,8 @@ def _contents(page: Page) -> str:
     return f'<nav aria-label="Contents"><ol>{"".join(rows)}</ol></nav>'
 
 
-def _verdict(page: Page) -> str:
+def verdict_box(page: Page) -> str:
+    """The verdict with what it rests on, as HTML."""
     told = sorted((f for f in page.findings if f.level is not Level.PASS), key=lambda f: f.level is not Level.FAIL)
     checked, counted = len(page.findings), sum(finding.level is page.level for finding in page.findings)
     heads = {

@@ -68,10 +68,16 @@ def check_table(model: Model) -> tuple[Block, ...]:
 
 def head(model: Model, judged: bool, figures: tuple[Figure, ...], sections: tuple[Chapter, ...]) -> Page:
     """The page with its title block and, where the checks were asked for, its verdict."""
+    return headed(model, _verdict(model) if judged else None, figures, sections)
+
+
+def headed(
+    model: Model, verdict: Verdict | None, figures: tuple[Figure, ...], sections: tuple[Chapter, ...] = ()
+) -> Page:
+    """The page with its title block and a verdict."""
     from camgeom import __version__
 
     profile = model.profile
-    verdict = _verdict(model) if judged else None
     operation = profile.operation
     details = [("Profile", profile.source.rsplit("/", 1)[-1] or "given in memory"), ("camgeom", __version__)]
     if operation is not None:

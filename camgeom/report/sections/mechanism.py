@@ -54,15 +54,17 @@ SHADES = (
 
 def mechanism(model: Model) -> tuple[Block, ...]:
     """The scene of cam and follower over one turn."""
-    return (kept(model, "3D view", lambda: _scene(model)),)
+    return (kept(model, "3D view", lambda: scene(model, cam_meshes(model))),)
 
 
-def _scene(model: Model) -> Scene:
-    phi = np.linspace(0.0, TURN, FRAMES)
+def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAMES, whole: bool = True) -> Scene:
+    """The scene of some meshes of the cam with its follower; `whole`: with their results and the drawing that stands in
+    for it."""
+    phi = np.linspace(0.0, TURN, frames)
     sense = model.mechanism.sense
     bodies = []
-    for name, mesh in cam_meshes(model):
-        bodies.append(Actor(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh)))
+    for name, mesh in meshes:
+        bodies.append(Actor(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh) if whole else {}))
     for name, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
         bodies.append(Actor(name, mesh, poses(track, phi), "follower"))
     bodies += [Actor(name, mesh, moved, "follower") for name, mesh, moved in face_bodies(model, phi)]
@@ -79,7 +81,7 @@ def _scene(model: Model) -> Scene:
         shown,
         readouts,
         speed,
-        views(model, cam_meshes(model))[0],
+        views(model, meshes)[0] if whole else None,
     )
 
 

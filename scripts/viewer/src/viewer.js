@@ -50,6 +50,29 @@ class Viewer {
     addEventListener("afterprint", () => this.theme());
   }
 
+  // Other bodies in the same view: camera, angle, section and wanted colour stay; the latest call wins.
+  async show(packed) {
+    const call = (this.calls = (this.calls ?? 0) + 1);
+    const data = await unpackScene(packed);
+    if (call !== this.calls) return;
+    const { radius, centre } = this;
+    for (const body of this.bodies) {
+      for (const part of [body.mesh, body.lines]) { part.geometry.dispose(); part.material.map?.dispose(); part.material.dispose(); }
+      for (const { material } of body.node.children) material.dispose();
+    }
+    for (const { cap } of this.section.caps) { this.scene.remove(cap); cap.geometry.dispose(); cap.material.dispose(); }
+    this.world.clear();
+    this.data = data;
+    this.build();
+    if (this.radius > 1.25 * radius || this.radius < 0.6 * radius || this.centre.distanceTo(centre) > 0.3 * radius) this.look("Iso");
+    if (data.shades.length) this.shadeBox.replaceChildren(...[["", "none"], ...data.shades.map((s) => [s.key, s.label])].map(([value, text]) => element("option", { value }, text)));
+    this.wanted ??= data.shades[0]?.key;
+    this.shadeBox.value = data.shades.some((s) => s.key === this.wanted) ? this.wanted : "";
+    this.colour(this.shadeBox.value, false);
+    this.cut();
+    this.turn(this.angle, true);
+  }
+
   build() {
     this.bodies = this.data.bodies.map((body) => {
       const { geometry, edges } = displayGeometry(body);
@@ -83,6 +106,7 @@ class Viewer {
     this.playButton = button("Play", "Run the mechanism", () => this.play(!this.playing));
     this.slide = slider("Cam angle", data.angles[0], data.angles[data.frames - 1], 0.5, this.angle, (v) => { this.play(false); this.turn(v); });
     const shades = select("Colour", [["", "none"], ...data.shades.map((s) => [s.key, s.label])], (key) => this.colour(key));
+    this.shadeBox = shades.box;
     const cut = select("Section", [["off", "off"], ["x", "across X"], ["y", "across Y"], ["z", "across Z"]], () => this.cut());
     this.cutAxis = cut.box;
     this.cutAt = slider("Section position", 0, 1, 0.005, 0.5, () => this.cut());
@@ -97,10 +121,11 @@ class Viewer {
     this.stage.append(this.key, this.tip);
     this.figure.querySelector(".controls").replaceChildren(...rows);
     if (data.frames < 2) rows[0].hidden = true;
-    if (data.shades.length) { shades.box.value = data.shades[0].key; this.colour(data.shades[0].key); } else shades.row.hidden = true;
+    if (data.shades.length) { shades.box.value = data.shades[0].key; this.colour(data.shades[0].key); } else if (!this.figure.dataset.live) shades.row.hidden = true;
   }
 
-  colour(key) {
+  colour(key, chosen = true) {
+    if (chosen) this.wanted = key;
     this.shade = this.data.shades.find((shade) => shade.key === key) ?? null;
     for (const body of this.bodies) {
       const codes = this.shade && body.fields[key];
@@ -298,4 +323,6 @@ async function start(figure) {
   }
 }
 
-for (const figure of document.querySelectorAll("figure.scene")) start(figure);
+// A page that changes while it is looked at starts its view when the first bodies are there.
+globalThis.camgeomScene = start;
+for (const figure of document.querySelectorAll("figure.scene:not([data-live])")) start(figure);

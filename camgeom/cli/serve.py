@@ -1,0 +1,45 @@
+"""`camgeom serve`: prints the page's address, opens it, and answers it until interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from threading import Thread
+
+from camgeom.cli import Console, UsageError
+
+
+def run(arguments: argparse.Namespace, console: Console) -> int:
+    """Serve the page until Ctrl-C; returns 0. Raises ProfileError where the file cannot be read."""
+    from camgeom.seat.server import HOST, Server
+
+    port = _port(arguments.port)
+    path = Path(arguments.profile)
+    try:
+        server = Server(path, port)
+    except OSError as error:
+        raise UsageError(f"--port: {HOST}:{port} cannot be used: {error.strerror or error}") from None
+    with server:
+        server.seat.text()
+        Thread(target=server.warm, daemon=True).start()
+        console.out(server.url)
+        sys.stdout.flush()
+        console.err(f"camgeom: {path} is open at this address, on this machine alone; Ctrl-C ends")
+        if not arguments.no_browser:
+            import webbrowser
+
+            webbrowser.open(server.url)
+        try:
+            server.serve_forever(poll_interval=0.2)
+        except KeyboardInterrupt:
+            console.err("camgeom: ended; the page keeps what was not saved while it is open")
+    return 0
+
+
+def _port(text: str | None) -> int:
+    if text is None:
+        return 0
+    if not text.isdecimal() or not 1 <= int(text[:6]) <= 65535:
+        raise UsageError(f"--port: needs a whole number (found {text[:60]!r}); allowed: 1 to 65535")
+    return int(text)

@@ -1,0 +1,63 @@
+"""How long the page of `camgeom serve` waits: every stage of an answer over the loopback, for profiles of every kind.
+
+    python scripts/serve_latency.py [--rounds N] [PROFILE ...]
+
+Each round changes a key, so nothing is remembered. Wall clock at the client (median of the rounds), and the processor
+time of server and client together up to the first bodies, which does not hang on what else the machine does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+from http.client import HTTPConnection
+from pathlib import Path
+from threading import Thread
+from time import perf_counter, process_time
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+SHOWN = ("figures", "coarse", "load", "checks", "verdict", "fine")
+FIRST = "coarse"
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description="Latency of camgeom serve.")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("profiles", nargs="*", type=Path)
+    arguments = parser.parse_args()
+    paths = arguments.profiles or sorted((ROOT / "profiles").glob("*.toml"))
+    print(f"| ms | {' | '.join(SHOWN)} | processor to {FIRST} |\n|---|{'---|' * (len(SHOWN) + 1)}")
+    for path in paths:
+        rounds = [_round(path, n) for n in range(arguments.rounds + 1)][1:]
+        cells = [statistics.median(one[name] for one in rounds) for name in (*SHOWN, "processor")]
+        print(f"| {path.stem} | {' | '.join(f'{cell:.0f}' for cell in cells)} |", flush=True)
+    return 0
+
+
+def _round(path: Path, number: int) -> dict[str, float]:
+    """ms from the request to every stage."""
+    from camgeom.seat.server import HOST, Server
+
+    with Server(path) as server:
+        Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+        link = HTTPConnection(HOST, server.port, timeout=120)
+        body = {"tab": "a", "serial": 1, "text": server.seat.text(), "changes": {"name": f"round {number}"}}
+        began, spent = perf_counter(), process_time()
+        link.request("POST", f"/{server.token}/answer", json.dumps(body))
+        found = {}
+        for line in link.getresponse():
+            stage = json.loads(line)["stage"]
+            found[stage] = 1e3 * (perf_counter() - began)
+            if stage == FIRST:
+                found["processor"] = 1e3 * (process_time() - spent)
+        link.close()
+        server.shutdown()
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())
