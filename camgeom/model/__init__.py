@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
-    from camgeom.dynamics.impact.study import Sensitivity
+    from camgeom.dynamics.impact.study import Sensitivity, StudyRow, Unsolved
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
@@ -529,6 +529,30 @@ class Model(Sealed):
         from camgeom.dynamics.impact.study import sensitivity
 
         return sensitivity(self.impact) if self.impact is not None else None
+
+    @fact
+    def impact_clearances(self) -> tuple[StudyRow | Unsolved, ...]:
+        """Peaks with every clearance that [impact] studies; empty without."""
+        from camgeom.model.impact import clearance_rows
+
+        run, spec = self.impact, self.profile.impact_spec
+        return clearance_rows(spec, run) if run is not None and spec is not None and spec.study else ()
+
+    @fact
+    def impact_law_rows(self) -> tuple[StudyRow | Unsolved, ...]:
+        """Peaks with every law that [impact] compares; empty without."""
+        from camgeom.model.impact import law_rows
+
+        spec = self.profile.impact_spec
+        return law_rows(self.profile) if spec is not None and spec.laws else ()
+
+    @fact
+    def impact_law_runs(self) -> dict[str, ImpactRun]:
+        """The motion in the clearance with every such law, to its first counted turn."""
+        from camgeom.model.impact import law_runs
+
+        spec = self.profile.impact_spec
+        return law_runs(self.profile) if spec is not None and spec.laws else {}
 
     @fact
     def machining(self) -> Machining:

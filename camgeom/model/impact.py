@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.problem import ImpactProblem
     from camgeom.dynamics.impact.problem import Load as ImpactLoad
     from camgeom.dynamics.impact.run import ImpactRun, Quantity
+    from camgeom.dynamics.impact.spec import ImpactSpec
+    from camgeom.dynamics.impact.study import StudyRow, Unsolved
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.load import Load
     from camgeom.motion.program import Program
@@ -134,6 +138,41 @@ def impact_laws(profile: Profile) -> dict[str, ImpactProblem]:
         mechanism = other.cam.mechanism(other.setup())
         found[law] = impact_problem(other, mechanism, load_of(other, mechanism))
     return found
+
+
+def clearance_rows(spec: ImpactSpec, run: ImpactRun) -> tuple[StudyRow | Unsolved, ...]:
+    """The run's problem with every clearance that [impact] studies. Raises NotConverged where they are too many."""
+    from camgeom.dynamics.impact.study import clearance_study
+
+    return tuple(clearance_study(run.problem, [MILLI * c for c in spec.study], **_counted(spec)))
+
+
+def law_rows(profile: Profile) -> tuple[StudyRow | Unsolved, ...]:
+    """Every law that [impact] compares; raises as `impact_of`, and NotConverged where they are too many."""
+    from camgeom.dynamics.impact.study import study
+
+    spec = profile.impact_spec
+    assert spec is not None
+    return tuple(study(impact_laws(profile), **_counted(spec)))
+
+
+def law_runs(profile: Profile) -> dict[str, ImpactRun]:
+    """A run to the first counted turn with every law that [impact] compares and that converges; raises as `impact_of`.
+    """
+    from camgeom.dynamics.impact.run import solve
+
+    spec = profile.impact_spec
+    assert spec is not None
+    found = {}
+    for law, problem in impact_laws(profile).items():
+        # One that does not converge is told by its row.
+        with suppress(NotConverged):
+            found[law] = solve(problem, turns=spec.settle + 1, rtol=spec.tolerance)
+    return found
+
+
+def _counted(spec: ImpactSpec) -> dict[str, Any]:
+    return {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
 
 
 def impact_load(load: Load, program: Program) -> ImpactLoad:

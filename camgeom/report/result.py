@@ -461,8 +461,7 @@ MOST_IMPACTS = 100
 
 def impact_data(model: Model) -> dict[str, Any]:
     """What the profile's [impact] table asks for: impacts one by one, statistics over turns, studies."""
-    from camgeom.dynamics.impact.study import clearance_study, statistics, study, tighter_change
-    from camgeom.model.impact import impact_laws
+    from camgeom.dynamics.impact.study import statistics, tighter_change
 
     if model.profile.duty:
         state = model.hardest_state
@@ -496,13 +495,10 @@ def impact_data(model: Model) -> dict[str, Any]:
     data |= {"duty": impact_figures(model), "rigid_duty": duty_figures(model.carriers)}
     moving = run.trace.time >= spec.settle * run.problem.period
     data[f"peak_speed_{'rad' if rotating else 'm'}_s"] = float(np.abs(run.trace.speed[moving]).max())
-    options: dict[str, Any] = {"turns": spec.turns, "skip": spec.settle, "rtol": spec.tolerance}
     if spec.study:
-        rows = clearance_study(run.problem, [1e-3 * c for c in spec.study], **options)
-        data["study"] = [row.as_dict(rotating) for row in rows]
+        data["study"] = [row.as_dict(rotating) for row in model.impact_clearances]
     if spec.laws:
-        rows = study(impact_laws(model.profile), **options)
-        data["laws"] = [row.as_dict(rotating) for row in rows]
+        data["laws"] = [row.as_dict(rotating) for row in model.impact_law_rows]
     return data
 
 

@@ -21,7 +21,7 @@ from camgeom.report.page import render, sheet
 from camgeom.report.sections import report
 from camgeom.report.sections.bodies import cam_poses
 from camgeom.report.sections.design import outlines
-from camgeom.report.sections.dynamics import impacts
+from camgeom.report.sections.impact import impacts
 from camgeom.report.sections.indexing import indexing
 from tests.places import PROFILES
 from tests.reference.impact_reference import b1_problem

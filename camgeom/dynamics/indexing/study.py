@@ -37,6 +37,9 @@ RPM = np.pi / 30.0
 NEAR = 0.05
 """share of the operating speed within which a critical speed is named"""
 MOST_HARMONICS = 40
+EXACT = "input + applied = dissipated"
+LINEAR = "input + applied + linearisation = dissipated: the linearised contact stores no energy of its own"
+"""what the mean powers of a turn obey"""
 GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
@@ -138,6 +141,11 @@ class IndexingStudy(Settles):
             "peak_input_torque_n_m": float(steady.peak("input_torque").magnitude[0]),
             "spectral_radius": float(steady.solution.spectral_radius[0]),
             "input_power_w": float(self.energy.input[0]),
+            "dissipated_power_w": float(self.energy.dissipated[0]),
+            "applied_power_w": float(self.energy.external[0]),
+            "linearisation_power_w": float(self.energy.linearisation[0]),
+            "power_balance_error": float(self.energy.error[0]),
+            "power_balance_is": EXACT if self.exact else LINEAR,
             **steady.certainty(),
             "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
             "from_rest_peak_output_torque_n_m": float(self.start.peak("output_torque").magnitude[0]),

@@ -20,6 +20,7 @@ from camgeom.drawing.content import (
     Panel,
     Series,
     Table,
+    Text,
     quantities,
 )
 from camgeom.drawing.sheet import number
@@ -43,12 +44,13 @@ RAD = 30.0 / pi
 def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
     """All about an indexing drive at its working speed; the sweep where one was asked for."""
     found, response, speed = study.modes, study.steady, study.speed * RAD
-    blocks: list[Block] = [frequencies(found), campbell_chart(found, speed), over_turn(response)]
+    blocks: list[Block] = [frequencies(found), torsion(found), campbell_chart(found, speed), over_turn(response)]
+    blocks.append(from_rest(study))
     left = in_dwell(study)
     blocks += [left] if left is not None else []
     if study.sweep_speeds is not None:
         blocks.append(over_speeds(study, speed))
-    return (*blocks, modes_table(found, speed), figures(study), peaks(response))
+    return (*blocks, modes_table(found, speed), figures(study), balance(study), peaks(response))
 
 
 def _low(found: Modes) -> list[Mode]:
@@ -79,6 +81,18 @@ def frequencies(found: Modes) -> Chart:
         marks.append(Mark(float(angle[i]), float(hertz[i]), f"{number(float(hertz[i]))} Hz"))
     panel = Panel(Axis("Natural frequency", "Hz"), tuple(series), marks=tuple(marks), height=1.3)
     return Chart("Natural frequencies of the drive held at each cam angle", CAM_ANGLE, (panel,))
+
+
+def torsion(found: Modes) -> Chart:
+    """The three torsional modes over the cam angle, each on a scale of its own: they hang on the slope of the motion.
+    """
+    angle = np.degrees(found.theta)
+    panels = tuple(
+        Panel(Axis(f"Torsional frequency {k}", "Hz"), (Series("frequency", angle, mode.frequency_hz()),))
+        for k, mode in enumerate(found.torsional(), 1)
+        if mode.oscillates
+    )
+    return Chart("Torsional frequencies of the drive held at each cam angle", CAM_ANGLE, panels)
 
 
 def _below(k: int) -> str:
@@ -139,6 +153,36 @@ def over_turn(response: DriveResponse) -> Chart:
     return Chart(caption, CAM_ANGLE, tuple(panels))
 
 
+def from_rest(study: IndexingStudy) -> Chart:
+    """Load acceleration and the torques of both shafts in the first turn from rest, with the periodic ones."""
+    panels = []
+    for name, axis in (
+        ("load_acceleration", Axis("Load acceleration", "rad/s²")),
+        ("output_torque", Axis("Output torque", "N m")),
+        ("input_torque", Axis("Input torque", "N m")),
+    ):
+        lines = []
+        for words, response in (("first turn from rest", study.start), ("periodic", study.steady)):
+            theta, angle = one_turn(response)
+            lines.append(Series(words, angle, response.at(theta, name)[0]))
+        panels.append(Panel(axis, tuple(lines)))
+    return Chart(f"The first turn from rest at {number(study.speed * RAD)} r/min", CAM_ANGLE, tuple(panels))
+
+
+def balance(study: IndexingStudy) -> Text:
+    """How far the mean powers balance, and why they need not."""
+    energy = study.energy
+    error = f"{number(float(energy.error[0]))} of the largest of them"
+    if study.exact:
+        return Text((f"The mean powers of a turn balance to {error}: the contact is exact.",))
+    added = float(energy.linearisation[0])
+    return Text((
+        f"The mean powers of a turn balance to {error} only with {number(added)} W that the linearised contact adds: "
+        "its torque also turns a cam that is wound up, T tau'' omega q1, and stores no energy of its own. With "
+        "dynamics.exact_contact = true that power is zero.",
+    ))  # fmt: skip
+
+
 def in_dwell(study: IndexingStudy) -> Chart | None:
     """Deviation of the load in the longest dwell against the band it has to settle in; None without a dwell."""
     try:
@@ -167,6 +211,7 @@ def figures(study: IndexingStudy) -> Table:
         ("Mean input power", float(study.energy.input[0]), "W"),
         ("Mean power lost in damping and viscous friction", float(study.energy.dissipated[0]), "W"),
         ("Mean power taken by friction and applied torques", 0.0 - float(study.energy.external[0]), "W"),
+        ("Mean power that the linearised contact adds", float(study.energy.linearisation[0]), "W"),
     ]
     try:
         left = study.residual
