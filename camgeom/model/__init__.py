@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import degrees, inf
+from math import degrees, inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
@@ -33,6 +33,7 @@ from camgeom.track.follower import Setup
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
+    from camgeom.body.volume import BodyVolume
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
@@ -407,6 +408,25 @@ class Model(Sealed):
         if self.profile.operation is None or not self.mechanism.touches:
             return None
         return face_duty(self.profile.material, self.load, self.mechanism.touches)
+
+    @fact
+    def volume(self) -> BodyVolume:
+        """The body as hexahedra with its load at output.load_angle_deg, for FE programs.
+
+        Raises DesignError where the body is no ring or nothing presses it, ProfileError without [operation].
+        """
+        from camgeom.body.volume import volume_of
+        from camgeom.model.loads import operation_of
+
+        if self.profile.duty:
+            return self.hardest_state.volume
+        operation_of(self.profile, "the load of a volume file")
+        self.refuse_folded()
+        angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
+        roller = None if shared or not self.duties else self.duty
+        drive = None if shared else self.drive
+        return volume_of(self.parts, roller, drive, self.profile.material.cam,
+                         None if angle is None else radians(angle))  # fmt: skip
 
     @fact
     def turret_duty(self) -> TurretDuty | None:

@@ -158,6 +158,10 @@ class Output(Section):
     table_tolerance: Annotated[float, Field(ge=1e-9, le=10.0)] | None = Field(
         None, description="mm (deg), error of the electronic cam between its points; chooses their number and places"
     )
+    load_angle_deg: Degrees | None = Field(
+        None, description="deg, cam angle of the load in volume files and of the body's stress; default: where the "
+        "contact force over the squared thickness of the wall behind it is largest"
+    )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
     )

@@ -39,6 +39,7 @@ EXEMPT = {
     "output.formats": ONLY_FILE,
     "output.table_points": ONLY_FILE,
     "output.table_tolerance": ONLY_FILE,
+    "output.load_angle_deg": ONLY_FILE,
     "output.undercut_solid": "speaks of undercut drums alone; theirs is tested in tests/solid",
     "cutter.gouge_limit": "none of these tools cuts into a flank",
     "follower.kind": "another kind is another section",

@@ -1,0 +1,176 @@
+"""The follower's pressure on the flank as consistent nodal forces: the force of the duty, along the line it presses.
+
+The contact is narrow beside an element, tenths of a millimetre, so that its width adds nothing to the nodal forces: the
+pressure's distribution along the contact line is what they hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.body.element import shapes
+from camgeom.body.ring import RingMesh
+from camgeom.body.section import DrumSection
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.mechanics.face_duty import FaceDuty
+from camgeom.mechanics.roller_duty import RollerDuty
+from camgeom.solid.prism import Prism
+from camgeom.track import TURN
+from camgeom.track.flank import Flank
+
+Index = npt.NDArray[np.int64]
+ALONG = 24
+"""integration points along the contact line"""
+PER_TURN = 720
+QUIET = 1e-9
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The pressed patch at one cam angle.
+
+    theta      cam angle, rad; normal: force of the contact as the duty gives it, N; where: which flank, in words
+    place      on the contour, azimuth (p,) of its points, rad, and their forces (p, 3), N
+    thickness  mm, of the material behind the flank at the middle of what touches
+    upper      whether the flank of a drum is the one with the greater z
+    """
+
+    theta: float
+    normal: float
+    where: str
+    place: Floats
+    azimuth: Floats
+    forces: Floats
+    thickness: float
+    upper: bool = False
+
+    @property
+    def middle(self) -> float:
+        """Azimuth of its middle, rad."""
+        return float(np.angle(np.exp(1j * self.azimuth).mean()))
+
+    @property
+    def force(self) -> Floats:
+        """Resultant on the cam (3,), N."""
+        return np.asarray(self.forces.sum(axis=0))
+
+
+def sides(duty: RollerDuty) -> tuple[float, float]:
+    """The flank behind (pressed by a positive normal force) and the one ahead."""
+    at = np.array([duty.force.panels.theta[0, 0]])
+    flank = Flank(duty.track, at, np.array([duty.station]), 1.0)
+    behind = 1.0 if float(flank.lever()[0, 0]) < 0.0 else -1.0
+    return behind, -behind
+
+
+def thicknesses(section: DrumSection, duty: RollerDuty, theta: Floats) -> tuple[Floats, Floats]:
+    """Signed normal force, N, and thickness of the wall that it presses, mm, at cam angles (n,).
+
+    Square to the flank at the middle of the roller's contact, out to the end of the drum.
+    """
+    normal = duty.force.panels.at(duty.normal, theta)
+    behind, ahead = sides(duty)
+    t = np.array([duty.track.meridian.parameter(0.5 * sum(duty.track.contact))])
+    found = np.empty(len(theta))
+    for side, mine in ((behind, normal >= 0.0), (ahead, normal < 0.0)):
+        flank = Flank(section.body.track, theta, t, side)
+        z, n = flank.x[2, :, 0], flank.n[2, :, 0]
+        room = np.where(n > 0.0, section.body.length - z, z)
+        found = np.where(mine, room * np.abs(n), found)
+    return normal, found
+
+
+def hardest_angle(section: DrumSection, duty: RollerDuty) -> Extreme:
+    """The cam angle of the largest force over thickness squared, and that, N/mm²."""
+    theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
+    normal, wall = thicknesses(section, duty, theta)
+    value = np.abs(normal) / wall**2
+    worst = int(np.argmax(value))
+    return Extreme(float(value[worst]), float(theta[worst]))
+
+
+def drum_patch(section: DrumSection, duty: RollerDuty, theta: float) -> Patch:
+    """The patch that the roller presses at a cam angle, rad: shared along the roller as the duty's slices are.
+
+    Raises DesignError where nothing presses.
+    """
+    angle = np.array([theta])
+    normal, wall = (float(one[0]) for one in thicknesses(section, duty, angle))
+    if abs(normal) <= QUIET * max(duty.peak_force.value, 1e-300):
+        raise DesignError(f"nothing presses the flank at cam angle {np.degrees(theta):.6g} deg: there is no load")
+    behind, ahead = sides(duty)
+    side = behind if normal >= 0.0 else ahead
+    track = section.body.track
+    low, high = sorted(duty.track.contact)
+    x, w = np.polynomial.legendre.leggauss(ALONG)
+    delta = low + 0.5 * (high - low) * (x + 1.0)
+    line = np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
+    share = w * line / (w * line).sum()
+    t = track.meridian.parameters(delta)
+    place, azimuth = section.place(theta, side, t)
+    n = Flank(track, angle, t, side).n[:, 0]
+    upper = side != section.body.section().first
+    where = f"the {'upper' if upper else 'lower'} flank"
+    return Patch(theta, abs(normal), where, place, azimuth, (abs(normal) * share * n).T, wall, upper)
+
+
+def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) -> tuple[int, float]:
+    """Number of the touch, and the cam angle, of the largest force over squared distance to the bore.
+
+    At a given angle, rad, the touch that presses hardest there.
+    """
+    forces = drive.contact_forces
+    theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False) if angle is None else np.array([angle])
+    best = (0, float(theta[0]), -1.0)
+    for number, touch in enumerate(drive.touches):
+        disc = next((one for one in discs if one.outer.outline is touch.outline), discs[0])
+        room = np.hypot(*touch.at(theta).curve.points) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
+        value = drive.force.panels.at(forces[number], theta) / np.maximum(room, 1e-9) ** 2
+        worst = int(np.argmax(value))
+        if value[worst] > best[2]:
+            best = (number, float(theta[worst]), float(value[worst]))
+    return best[0], best[1]
+
+
+def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patch:
+    """The patch that a planar cam's touch presses at a cam angle, rad: even over the length that touches.
+
+    Raises DesignError where nothing presses.
+    """
+    touch, angle = drive.touches[number], np.array([theta])
+    normal = float(drive.force.panels.at(drive.contact_forces[number], angle)[0])
+    if normal <= QUIET:
+        raise DesignError(f"nothing presses the cam at cam angle {np.degrees(theta):.6g} deg: there is no load")
+    curve = touch.at(angle).curve
+    x, w = np.polynomial.legendre.leggauss(ALONG)
+    share = 0.5 + 0.5 * min(1.0, touch.length / (disc.z1 - disc.z0)) * x
+    azimuth = np.full(ALONG, float(np.arctan2(curve.points[1, 0], curve.points[0, 0])))
+    push = -touch.material * np.append(curve.normals[:, 0], 0.0)
+    room = float(np.hypot(*curve.points[:, 0])) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
+    return Patch(theta, normal, touch.name, share, azimuth, np.outer(0.5 * normal * w, push), room)
+
+
+def nodal_forces(ring: RingMesh, patches: list[Patch]) -> Floats:
+    """Forces (v, 3, k), N, on all nodes, that do the same work as each patch on the elements' displacements."""
+    loads = np.zeros((len(ring.nodes), 3, len(patches)))
+    rows = ring.section.rows
+    start = np.append(ring.planes, ring.planes[0] + TURN)
+    for k, patch in enumerate(patches):
+        cell = np.clip(np.searchsorted(rows[::2], patch.place, side="right") - 1, 0, len(ring.contour) - 1)
+        low, high = rows[2 * cell], rows[2 * cell + 2]
+        eta = 2.0 * (patch.place - low) / (high - low) - 1.0
+        psi = ring.planes[0] + (patch.azimuth - ring.planes[0]) % TURN
+        slab = np.clip(np.searchsorted(start, psi, side="right") - 1, 0, len(ring.planes) - 1)
+        zeta = 2.0 * (psi - start[slab]) / (start[slab + 1] - start[slab]) - 1.0
+        weight = shapes(np.stack([np.full_like(eta, -1.0), eta, zeta], axis=1))[0]
+        nodes = ring.elements.reshape(len(ring.planes), -1, 20)[slab, ring.contour[cell]]
+        np.add.at(loads[:, :, k], nodes, weight[:, :, None] * patch.forces[:, None])
+    return loads

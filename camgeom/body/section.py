@@ -1,0 +1,281 @@
+"""Cross-sections of a grooved drum, planar at one azimuth, in blocks of quadratic quadrilaterals graded to the root.
+
+In the plane (z, r) the groove's contour runs from the lower land's edge down flank, root and floor and up the other
+flank. Round it lies a layer of cells whose rows are graded normal to the contour; the rest is walls, a core below the
+floor and the two corners between them:
+
+      z = 0                                      z = length
+        +--------+--.                  .--+--------+  outside
+        | wall   |  | layer            |  |  wall  |
+        |        |  '-- - - - - - - ---'  |        |
+        +--------M----------- ------------M--------+
+        | corner |          core          | corner |
+        +--------+------------------------+--------+  bore
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import DesignError, NotConverged
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.solid.drum import GroovedCylinder
+from camgeom.track import TURN
+from camgeom.track.section import Column
+
+Index = npt.NDArray[np.int64]
+LAYER = 1.6
+"""thickness of the graded layer in root radii"""
+ROUNDED = 0.06
+"""share of a groove's depth by which a sharp root is rounded: no mesh has nodes of a sharp edge's stress"""
+SHARE_OF_WALL = 0.4
+"""of a wall's thickness that the layer takes at most"""
+STEPS = 40
+DENSE = 33
+"""points of a root at which its length and turning are measured"""
+FLATTEST = 0.05
+"""least rate of azimuth by cam angle that a step trusts"""
+MISSED = 1e-8
+NEAR = 1e-11
+"""rad; azimuth that a contour point may miss its plane by"""
+
+
+@final
+@dataclass(frozen=True)
+class Fineness:
+    """Cells of a section: along both flanks and roots (lower, upper), the floor, across layer, walls and core.
+
+    growth  of the layer's cells from the contour outward
+    """
+
+    flank: tuple[int, int] = (3, 3)
+    root: tuple[int, int] = (2, 2)
+    floor: int = 2
+    layer: int = 2
+    wall: tuple[int, int] = (2, 2)
+    core: int = 2
+    growth: float = 2.0
+
+    @classmethod
+    def fine_at(cls, upper: bool, times: int = 1) -> Fineness:
+        """Fine beside one flank alone."""
+        fine, coarse = 4 * times, 2
+
+        def pair(this: int, other: int) -> tuple[int, int]:
+            return (other, this) if upper else (this, other)
+
+        return cls(pair(3 + times, 2), pair(fine, coarse), 3, 2 + times, pair(2 + times, 1), 2, 2.2)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class DrumSection:
+    """The section of one grooved drum in cells; arrays (n, k) are at azimuths (n,) and numbered contour places (k,).
+
+    rounded  mm, the radius that a sharp root was given for the mesh; None where the body has its own
+    """
+
+    body: GroovedCylinder
+    cells: Fineness
+    rounded: float | None = None
+
+    @classmethod
+    def of(cls, body: GroovedCylinder, cells: Fineness) -> DrumSection:
+        """The section of a drum, whose sharp root is rounded by a share of the groove's depth."""
+        if body.track.root:
+            return cls(body, cells)
+        depth = body.radius - body.track.tip
+        root = ROUNDED * depth
+        return cls(replace(body, track=replace(body.track, root=root)), cells, root)
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """Cells of the bands along the contour."""
+        c = self.cells
+        return c.flank[0], c.root[0], c.floor, c.root[1], c.flank[1]
+
+    @cached_property
+    def rows(self) -> Floats:
+        """Place on the contour, in bands of the groove's section, of every other node: ends and middles of cells."""
+        foot = graded(self.cells.flank[0], 1.4)[::-1]
+        parts = [1.0 - foot, _even(self.cells.root[0]), _even(self.cells.floor), _even(self.cells.root[1]),
+                 graded(self.cells.flank[1], 1.4)]  # fmt: skip
+        places = [band + part[:-1] for band, part in enumerate(parts)]
+        return np.append(np.concatenate(places), 5.0)
+
+    @property
+    def contour_cells(self) -> int:
+        """Cells along the contour."""
+        return sum(self.counts)
+
+    @cached_property
+    def middles(self) -> tuple[int, int]:
+        """Cells before the middles of the two roots."""
+        flank, root, floor, _, _ = self.counts
+        other = self.counts[3]
+        return flank + root // 2, flank + root + floor + other // 2
+
+    def contour(self, psi: Floats) -> tuple[Floats, Floats, Floats]:
+        """Exact z and r (n, 2 k + 1) of the contour's places at azimuths (n,), and the share of a root's turn there.
+
+        Cells of a root share its length and its turning in the plane alike; their middle nodes halve their length.
+        Raises NotConverged where a plane through the axis does not meet the groove's surface once.
+        """
+        rows, turn = np.tile(self.rows, (len(psi), 1)), np.zeros((len(psi), len(self.rows)))
+        ends = 2 * np.cumsum((0, *self.counts))
+        turn[:, ends[2] : ends[3] + 1] = 1.0
+        dense = 1.0 - (1.0 - np.linspace(0.0, 1.0, DENSE)) ** 3
+        for band in (1, 3):
+            inside = slice(ends[band], ends[band + 1] + 1)
+            places = band + dense if band == 1 else band + 1.0 - dense
+            z, r = self._points(psi, np.tile(places, (len(psi), 1)))
+            shares, turned = _spread(z, r, self.counts[band])
+            shares = np.array([np.interp(one, np.arange(DENSE), dense) for one in shares])
+            rows[:, inside] = band + shares if band == 1 else (band + 1.0 - shares)[:, ::-1]
+            turn[:, inside] = turned if band == 1 else turned[:, ::-1]
+        return *self._points(psi, rows), turn
+
+    def _points(self, psi: Floats, rows: Floats) -> tuple[Floats, Floats]:
+        """Exact z and r (n, k) of places (n, k) at azimuths (n,): the cam angle of each is solved for."""
+        section, sense = self.body.section(), self.body.track.sense
+        row, plane = rows.ravel(), np.repeat(psi, rows.shape[1])
+        phi = -sense * plane
+        x = np.empty((3, len(phi)))
+
+        def off(at: Floats) -> Floats:
+            x[:] = section.at(at % TURN, row, (1, 1, 1, 1, 1))
+            return np.asarray((np.arctan2(x[1], x[0]) - plane + np.pi) % TURN - np.pi)
+
+        gap, slope = off(phi), np.ones(len(phi))
+        for _ in range(STEPS):
+            if float(np.abs(gap).max()) < NEAR:
+                break
+            step = sense * gap / slope
+            after = off(phi + step)
+            fresh = -sense * (after - gap) / np.where(step != 0.0, step, 1.0)
+            slope = np.where((step != 0.0) & (fresh > FLATTEST), np.minimum(fresh, 1.0 / FLATTEST), slope)
+            phi, gap = phi + step, after
+        if float(np.abs(gap).max()) > MISSED:
+            raise NotConverged("a plane through the cam's axis does not meet the groove's surface in one point of each "
+                               "row: the volume is not meshed")  # fmt: skip
+        return x[2].reshape(rows.shape), np.hypot(x[0], x[1]).reshape(rows.shape)
+
+    def blocks(self, psi: Floats) -> list[tuple[Floats, Floats]]:
+        """z and r (n, i, j) of the nodes of every block, ends and middles of cells, the layer first.
+
+        i runs from the contour into the material in the layer and along z elsewhere, j along the contour or r.
+        """
+        bore = self.body.blank.bore
+        if bore is None:
+            raise DesignError("the volume of a drum without a bore is not meshed: a ring has a hole; give cam.bore")
+        inner, length, c = 0.5 * bore.diameter, self.body.length, self.cells
+        z, r, turn = self.contour(psi)
+        first, last = 2 * self.middles[0], 2 * self.middles[1]
+        root = self.body.track.root
+        room = min(float(z[:, : first + 1].min()), length - float(z[:, last:].max()), float(r.min()) - inner)
+        if room <= 0.0:
+            raise DesignError("the groove leaves no wall: the volume is not meshed")
+        # Where the groove runs steeply its section is stretched along z, and so is the layer.
+        stretch = np.maximum((z[:, last] - z[:, first]) / (2.0 * self._roller), 1.0)[:, None]
+        deep = min(LAYER * root, SHARE_OF_WALL * (float(r.min()) - inner))
+        low = np.minimum(LAYER * root * stretch, SHARE_OF_WALL * z[:, :first + 1].min(axis=1, keepdims=True))
+        high = np.minimum(LAYER * root * stretch, SHARE_OF_WALL * (length - z[:, last:].max(axis=1, keepdims=True)))
+        along = np.where(self.rows < 2.5, -low, high) * np.cos(0.5 * np.pi * turn)
+        down = deep * np.sin(0.5 * np.pi * turn)
+        oz, or_ = z + along, r - down
+        for line in (oz, or_):
+            # Inside the body edges are straight: no middle node stands beyond a quarter of its edge.
+            line[:, 1::2] = 0.5 * (line[:, :-2:2] + line[:, 2::2])
+        depth = graded(c.layer, c.growth)[None, :, None]
+        layer = z[:, None] + depth * (oz - z)[:, None], r[:, None] + depth * (or_ - r)[:, None]
+        wall = [graded(n, 1.3)[None, :, None] for n in c.wall]
+        core = _even(c.core)[None, None, :]
+        wz, wr = oz[:, first::-1], or_[:, first::-1]
+        below = wz[:, None] * (1.0 - wall[0][:, ::-1]), np.repeat(wr[:, None], wall[0].shape[1], axis=1)
+        uz, ur = oz[:, last:], or_[:, last:]
+        above = uz[:, None] + wall[1] * (length - uz[:, None]), np.repeat(ur[:, None], wall[1].shape[1], axis=1)
+        bz, br = oz[:, first : last + 1, None], or_[:, first : last + 1, None]
+        rise = inner + core * (br - inner)
+        middle = np.repeat(bz, rise.shape[2], axis=2), rise
+        corners = []
+        for edge_z, edge_r in ((below[0][:, :, :1], below[1][:, :, :1]), (above[0][:, :, :1], above[1][:, :, :1])):
+            corner = inner + core * (edge_r - inner)
+            corners.append((np.repeat(edge_z, corner.shape[2], axis=2), corner))
+        return [layer, (below[0], below[1]), (above[0], above[1]), middle, *corners]
+
+    @property
+    def _roller(self) -> float:
+        t = np.array([self.body.track.meridian.parameter(self.body.track.foot)])
+        return float(self.body.track.meridian.jet(t)[3][0]) - (1.0 - sqrt(0.5)) * self.body.track.root
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The keyway is left out, and a sharp root is rounded."""
+        bore = self.body.blank.bore
+        found = ("the keyway is left out",) if bore is not None and bore.keyway_width else ()
+        return found if self.rounded is None else (*found, f"the sharp root is rounded by {self.rounded:.4g} mm")
+
+    def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
+        """Nodes on the faces of the drum; lower and upper are those of the smaller and the greater z."""
+        layer, below, above, middle, lower, upper = grids
+        ends, contour = 2 * np.cumsum((0, *self.counts)), layer[0]
+        names = ("flank_lower", "root_lower", "floor", "root_upper", "flank_upper")
+        return {
+            "bore": [middle[:, 0], lower[:, 0], upper[:, 0]],
+            **{name: [contour[a : b + 1]] for name, a, b in zip(names, ends[:-1], ends[1:])},
+            "land": [below[:, -1], above[:, -1], layer[:, 0], layer[:, -1]],
+            "end_lower": [below[0], lower[0]],
+            "end_upper": [above[-1], upper[-1]],
+        }
+
+    def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats]:
+        """Place on the contour and azimuth (m,) of stations t (m,) of one flank at a cam angle, rad."""
+        column = Column(self.body.track, np.array([theta]))
+        section = self.body.section()
+        top, foot = float(column.reach(side, section.level, section.guess)[0, 0]), float(column.bottom_t()[0, 0])
+        share = np.clip((t - top) / (foot - top), 0.0, 1.0)
+        x = column.wall(side, t[None, :])[:, 0]
+        return share if side == section.first else 5.0 - share, np.arctan2(x[1], x[0])
+
+
+def _spread(z: Floats, r: Floats, count: int) -> tuple[Floats, Floats]:
+    """Places (n, 2 count + 1), in numbers of points, of the nodes of a root's cells along points (n, k) from the flank.
+
+    And the shares of the turning there, 0 at the flank and 1 at the floor.
+    """
+    dz, dr = np.diff(z, axis=1), np.diff(r, axis=1)
+    length = np.cumsum(np.hypot(dz, dr), axis=1)
+    angle = np.abs(np.arctan2(np.abs(dz), np.abs(dr)))
+    angle = np.maximum.accumulate(np.concatenate([angle[:, :1], 0.5 * (angle[:, 1:] + angle[:, :-1]), angle[:, -1:]],
+                                                 axis=1), axis=1)  # fmt: skip
+    length = np.concatenate([np.zeros((len(z), 1)), length], axis=1) / length[:, -1:]
+    turned = (angle - angle[:, :1]) / np.maximum(angle[:, -1:] - angle[:, :1], 1e-9)
+    place, wanted = np.arange(z.shape[1], dtype=float), np.linspace(0.0, 1.0, count + 1)
+    found, shares = np.empty((len(z), 2 * count + 1)), np.empty((len(z), 2 * count + 1))
+    for i in range(len(z)):
+        ends = np.interp(wanted, 0.5 * (length[i] + turned[i]), place)
+        run = np.interp(ends, place, length[i])
+        found[i, ::2], found[i, 1::2] = ends, np.interp(0.5 * (run[1:] + run[:-1]), length[i], place)
+        found[i, [0, -1]] = 0.0, place[-1]
+        shares[i] = np.interp(found[i], place, turned[i])
+    return found, shares
+
+
+def graded(count: int, growth: float) -> Floats:
+    """Shares 0 .. 1 at the ends and middles (2 count + 1,) of cells that grow by a factor from one to the next."""
+    size = growth ** np.arange(count)
+    ends = np.concatenate([[0.0], np.cumsum(size)]) / size.sum()
+    found = np.empty(2 * count + 1)
+    found[::2], found[1::2] = ends, 0.5 * (ends[1:] + ends[:-1])
+    return found
+
+
+def _even(count: int) -> Floats:
+    return np.linspace(0.0, 1.0, 2 * count + 1)

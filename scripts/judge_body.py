@@ -1,0 +1,110 @@
+"""Let CalculiX run the volume meshes that camgeom writes, and compare its displacements with camgeom's own.
+
+    python scripts/judge_body.py PROFILE...     a line for each: load, largest displacement of both, their difference
+    python scripts/judge_body.py --install      only make the judge ready
+
+CalculiX (`ccx`) is a judge for developers and never needed to use camgeom. Where the system has none, Debian's packages
+are fetched by apt-get and unpacked in `.venv-judge/ccx` beside this folder; nothing is installed. Exit status 1 where a
+file does not run without a word, or displacements differ by more than 1e-5 of the largest.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+
+from camgeom import read  # noqa: E402
+from camgeom.body.solver import Elastic  # noqa: E402
+from camgeom.body.volume import BodyVolume  # noqa: E402
+from camgeom.errors import CamgeomError  # noqa: E402
+from camgeom.export.volume import write_inp  # noqa: E402
+
+ROOM = ROOT / ".venv-judge" / "ccx"
+LIMIT = 1e-5
+
+
+@cache
+def program() -> tuple[str, dict[str, str]] | None:
+    """The program and the environment it runs in, or None where there is none."""
+    if found := shutil.which("ccx"):
+        return found, dict(os.environ)
+    made = ROOM / "usr" / "bin" / "ccx"
+    if not made.exists():
+        return None
+    folders = sorted({str(path.parent) for path in ROOM.rglob("lib*.so*")})
+    return str(made), {**os.environ, "LD_LIBRARY_PATH": ":".join(folders)}
+
+
+def install() -> None:
+    """Unpack Debian's calculix-ccx and what it needs. Raises CalledProcessError where apt-get or dpkg fail."""
+    if program() is not None:
+        return
+    ROOM.mkdir(parents=True, exist_ok=True)
+    command = ["apt-get", "install", "--simulate", "--no-install-recommends", "calculix-ccx"]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    names = re.findall(r"^Inst (\S+)", told, re.MULTILINE)
+    subprocess.run(["apt-get", "download", *names], check=True, cwd=ROOM, capture_output=True)
+    for package in ROOM.glob("*.deb"):
+        subprocess.run(["dpkg", "-x", package.name, "."], check=True, cwd=ROOM)
+        package.unlink()
+    program.cache_clear()
+
+
+def displacements(volume: BodyVolume) -> tuple[np.ndarray, list[str]]:
+    """Displacements (v, 3), mm, that CalculiX finds for the file as it is written, and its complaints."""
+    found = program()
+    assert found is not None
+    with TemporaryDirectory() as folder:
+        write_inp(Path(folder, "cam.inp"), volume)
+        done = subprocess.run([found[0], "-i", "cam"], cwd=folder, env=found[1], capture_output=True, text=True)
+        words = [line for line in done.stdout.splitlines() if re.search(r"\*(WARNING|ERROR)", line)]
+        if done.returncode or "Job finished" not in done.stdout:
+            return np.zeros((0, 3)), [*words, "the job did not finish"]
+        return _displaced(Path(folder, "cam.frd").read_text(), len(volume.ring.nodes)), words
+
+
+def _displaced(text: str, count: int) -> np.ndarray:
+    """The field DISP of a result file: lines of a node's number and numbers of twelve characters."""
+    rows = text.split(" -4  DISP", 1)[1].split("\n -3", 1)[0].splitlines()
+    lines = [line for line in rows if line.startswith(" -1")]
+    moved = np.zeros((count, 3))
+    for line in lines:
+        moved[int(line[3:13]) - 1] = [float(line[13 + 12 * k : 25 + 12 * k]) for k in range(3)]
+    return moved
+
+
+def main(arguments: list[str]) -> int:
+    """Judge the profiles."""
+    install()
+    failed = False
+    for name in [one for one in arguments if not one.startswith("--")]:
+        try:
+            volume = read(name).volume
+        except CamgeomError as error:
+            print(f"{name}: no volume: {error}")
+            continue
+        material = volume.material
+        own = Elastic(volume.ring, material.elastic_modulus, material.poisson).solve(volume.forces[:, :, None])[:, :, 0]
+        theirs, words = displacements(volume)
+        most = float(np.abs(own).max())
+        off = float(np.abs(theirs - own).max()) / most if len(theirs) else np.inf
+        failed |= bool(words) or off > LIMIT
+        print(f"{name}: {len(own)} nodes, {volume.patch.normal:.6g} N, moved {1e3 * most:.6g} um, "
+              f"CalculiX differs by {off:.2g}{''.join('; ' + word.strip() for word in words)}")
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,24 @@
+"""CalculiX runs the files as they are written and finds the same displacements; skipped where there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from camgeom.body.solver import Elastic
+from camgeom.model import Model
+from camgeom.profile import from_data, read_data
+from scripts.judge_body import displacements, program
+from tests.places import PROFILES
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(program() is None, reason="no CalculiX: python scripts/judge_body.py --install")
+@pytest.mark.parametrize("name", ["disc_offset_roller", "constant_width_press"])
+def test_displacements_are_those_of_calculix(name: str) -> None:
+    volume = Model(from_data(read_data(PROFILES / f"{name}.toml"))).volume
+    theirs, words = displacements(volume)
+    material = volume.material
+    own = Elastic(volume.ring, material.elastic_modulus, material.poisson).solve(volume.forces[:, :, None])
+    assert not words
+    assert np.abs(theirs - own[:, :, 0]).max() < 1e-5 * np.abs(own).max()
