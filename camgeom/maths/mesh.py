@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -243,6 +243,43 @@ def _crossings(
     found = b.copy()
     found[~on] = len(points) + number.reshape(-1)
     return new, np.split(found, len(ends))
+
+
+def rowed(mesh: Mesh, heights: Floats, name: str) -> Mesh:
+    """The same surface with the faces of a group cut along planes of these heights z, mm, for results between them.
+
+    Planes through a vertex are left out. Fields are not carried over.
+    """
+    points, faces, label = mesh.vertices, mesh.faces, mesh.face_groups
+    group = mesh.groups.index(name) if name in mesh.groups else -1
+    for height in _halving(heights.tolist()):
+        s = points[:, 2] - height
+        if np.abs(s).min() <= 1e-9 * np.abs(s).max():
+            continue
+        corner = s[faces] > 0.0
+        cut = (label == group) & corner.any(axis=1) & ~corner.all(axis=1)
+        tri, out = faces[cut], corner[cut]
+        single = out.sum(axis=1) == 1
+        odd = np.where(single, np.argmax(out, axis=1), np.argmin(out, axis=1))
+        p, q, o = np.take_along_axis(tri, (odd[:, None] + np.array([1, 2, 3])) % 3, axis=1).T
+        new, (to_p, to_q) = _crossings(points, s, height, o, (p, q), None)
+        parts = [np.stack(each, axis=1) for each in ((p, q, to_q), (p, to_q, to_p), (to_p, to_q, o))]
+        points = np.concatenate([points, new])
+        faces = np.concatenate([faces[~cut], *parts]).astype(faces.dtype)
+        label = np.concatenate([label[~cut], *(np.full(len(part), group, label.dtype) for part in parts)])
+    return replace(mesh, vertices=points, faces=faces, group=label, fields={})
+
+
+def _halving(heights: list[float]) -> list[float]:
+    """The same, the middle one first, then those of the halves, so that long triangles are cut least often."""
+    parts, order = [sorted(heights)], []
+    while parts:
+        part = parts.pop(0)
+        if part:
+            middle = len(part) // 2
+            order.append(part[middle])
+            parts += [part[:middle], part[middle + 1 :]]
+    return order
 
 
 def open_loops(faces: Index, on: npt.NDArray[np.bool_]) -> list[Index] | None:

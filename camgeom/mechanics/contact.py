@@ -27,6 +27,15 @@ STEPS = 200
 
 
 @final
+@dataclass(frozen=True)
+class Stiffness:
+    """Of a contact along its normal, N/mm: tangent for small vibration, secant from no load."""
+
+    tangent: float
+    secant: float
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class Contact:
     """Contact of one roller with its two walls over one turn.

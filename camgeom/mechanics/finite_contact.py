@@ -233,6 +233,26 @@ class Patch:
         """Largest pressure across the roller at a place along it, MPa; linear in its square between the cells."""
         return float(np.sqrt(np.interp(y, self.y, np.square(self.ridge), 0.0, 0.0)))
 
+    def picture(self, n: int, m: int, middle: float) -> tuple[Floats, Floats, Floats]:
+        """Even places along (n,), from `middle` on, and across (m,), mm, with the pressure there, MPa, (m, n).
+
+        0 next to a sharp end that bears.
+        """
+        (low, high), profile = self.span, self.bodies.profile
+        room = 0.05 * (high - low)
+        along = np.linspace(low - room, high + room, n)
+        half = 1.2 * float(np.abs(self.x[(self.pressure > 0.0).any(axis=1)]).max())
+        across = np.linspace(-half, half, m)
+        square = _beyond(np.square(self.pressure))
+        rows = np.stack([np.interp(along, self.y, row, 0.0, 0.0) for row in square])
+        value = np.stack([np.interp(across, self.x, column, 0.0, 0.0) for column in rows.T], axis=1)
+        value = np.sqrt(np.maximum(value, 0.0))
+        ends = ((1.0, profile.low), (-1.0, profile.high))
+        for (way, end), sharp, bears in zip(ends, profile.sharp, self.bearing_ends):
+            if sharp and bears:
+                value[:, way * along < way * end + profile.room] = 0.0
+        return middle + along, across, value
+
     def beneath(self, poisson: float) -> tuple[float, float, float]:
         """Half-width, mm, largest shear, MPa, and its depth, mm, below the peak (Johnson, equation 3.19, summed)."""
         place = self.peak[1]
@@ -283,6 +303,17 @@ def _crests(pressure: Floats) -> Floats:
     # A neighbour outside the contact says nothing of the parabola.
     whole = (one > 0.0) & (three > 0.0)
     return np.asarray(np.sqrt(np.where(whole, two + rise, square.max(axis=0))))
+
+
+def _beyond(square: Floats) -> Floats:
+    """Squared pressure with the cells beside the contact below zero, as the two within tell, so that its edge shows."""
+    total = square.copy()
+    for axis in (0, 1):
+        for way in (1, -1):
+            one, two = (np.roll(square, way * step, axis) for step in (1, 2))
+            beside = (square == 0.0) & (one > 0.0)
+            total = np.where(beside, np.minimum(total, np.minimum(2.0 * one - two, 0.0)), total)
+    return np.asarray(np.where((square == 0.0) & (total == 0.0), total.min(initial=0.0), total))
 
 
 def press(

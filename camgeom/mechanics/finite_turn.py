@@ -17,6 +17,7 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
+from camgeom.mechanics.contact import Stiffness
 from camgeom.mechanics.finite_contact import Bodies, Patch, Profile, press
 
 BINS = 31
@@ -33,15 +34,6 @@ FINE = 128
 """strips of the hardest one"""
 SMALL = 0.02
 """share by which the load is changed for the tangent of the approach"""
-
-
-@final
-@dataclass(frozen=True)
-class Stiffness:
-    """Of a contact along its normal, N/mm: tangent for small vibration, secant from no load."""
-
-    tangent: float
-    secant: float
 
 
 @final
@@ -64,6 +56,13 @@ class FiniteTurn:
         profile = self._profile
         middle = np.linspace(profile.low + profile.room, profile.high - profile.room, BINS + 1)
         return np.concatenate([profile.reach[:1], middle, profile.reach[1:]])
+
+    @cached_property
+    def known(self) -> tuple[float, float]:
+        """Between which places along the roller, mm, pressures are told: not next to a sharp end that bears."""
+        (low, high), sharp, bears = self._profile.reach, self._profile.sharp, self.hardest[1].bearing_ends
+        room = self._profile.room
+        return low + room * (sharp[0] and bears[0]), high - room * (sharp[1] and bears[1])
 
     @property
     def _profile(self) -> Profile:

@@ -21,7 +21,7 @@ from camgeom.maths.panels import highest, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life
-from camgeom.mechanics.contact import Contact, Peak, line_contacts, share_load
+from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
 from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, peak_of, slice_data, torque_data
 from camgeom.mechanics.hertz import (
     Beneath,
@@ -30,6 +30,8 @@ from camgeom.mechanics.hertz import (
     beneath_point,
     crowned_contact,
     line_depth,
+    line_flexibility,
+    point_contact,
     point_depths,
 )
 from camgeom.mechanics.kept import Kept, zeroed
@@ -523,7 +525,7 @@ class RollerDuty:
         return np.array([self._at(place, angle) for place in self.slice_places])
 
     def spread(self, values: Floats, theta: Floats, delta: Floats) -> Floats:
-        """Values of the slices (m, p, n) at cam angles (k,), rad, and places along the roller, (k, j) or (j,), mm.
+        """Values of the slices (m, p, n) at cam angles (k,), rad, and places along it, (k, j) or (j,).
 
         Linear between the slices' middles, 0 beyond what touches; (k, j).
         """
@@ -537,6 +539,47 @@ class RollerDuty:
         one, two = (np.take_along_axis(rows, index, axis=1) for index in (i, i + 1))
         within = (share >= -1e-9) & (share <= 1.0 + 1e-9) & (high > low)
         return np.where(within, one + x * (two - one), 0.0)
+
+    def pressure_at(self, theta: Floats, delta: Floats, wall: int = 0) -> Floats:
+        """Largest pressure across, MPa, (k, j), at cam angles (k,), rad, and places along it, (k, j) or (j,).
+
+        wall: 1 behind, -1 ahead, 0 the one that bears. Under a crown its exact ellipse, else between the slices.
+        """
+        force = self.force.panels.at(self.normal, theta)[:, None]
+        bears = force != 0.0 if wall == 0 else wall * force > 0.0
+        if self.level != "ellipse" or self.ellipse is None:
+            pressed = self.slices.pressure if wall == 0 else np.sqrt(np.maximum(self._square(wall), 0.0))
+            if self.finite is None:
+                return self.spread(pressed, theta, delta)
+            near, far = self.finite.known
+            within = (delta >= self._middle + near) & (delta <= self._middle + far)
+            inner = self._middle + self.finite.places[[1, -2]]
+            sharp = np.array([near, far]) != self.finite.edges[[0, -1]]
+            low, high = np.where(sharp, inner, np.array([-inf, inf]))
+            return np.where(within, self.spread(pressed, theta, np.clip(delta, low, high)), 0.0)
+        panels, one = self.force.panels, self.ellipse
+        top, along, crest = (panels.at(each, theta)[:, None] for each in (one.pressure, one.along, self._crest))
+        low, high = sorted(self.track.contact)
+        off = (delta - crest) / np.where(along > 0.0, along, NEXT_TO_NONE * self.length)
+        here = bears & (delta >= low - 1e-9) & (delta <= high + 1e-9)
+        return np.where(here, top * np.sqrt(np.maximum(1.0 - np.square(off), 0.0)), 0.0)
+
+    @property
+    def pressed_places(self) -> tuple[float, float]:
+        """Between which places along the roller axis (delta), mm, it is pressed over the turn."""
+        if self.finite is not None:
+            on = np.flatnonzero(self.finite.squares.max(axis=(1, 2)) > 0.0)
+            edges = self._middle + self.finite.edges
+            return float(edges[on[0]]), float(edges[on[-1] + 1])
+        low, high = sorted(self.track.contact)
+        if self.ellipse is None:
+            return low, high
+        most = float(self.ellipse.along.max())
+        return max(low, float(self._crest.min()) - most), min(high, float(self._crest.max()) + most)
+
+    def _square(self, wall: int) -> Floats:
+        """Squared pressure of the slices on a wall, MPa², (m, p, n)."""
+        return self.slices.behind if wall > 0 else self.slices.ahead
 
     @cached_property
     def _slices(self) -> list[Walls]:
@@ -573,6 +616,47 @@ class RollerDuty:
         sides = np.array([np.nextafter(angle, -1.0), angle])
         panels = self.force.panels
         return float(panels.at(values, sides)[int(np.argmax(panels.at(pressed, sides)))])
+
+    def patch(self, counts: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
+        """The hardest contact: places along the roller axis (delta) (i,) and across (j,), mm, pressure (j, i), MPa.
+
+        Nothing is told of the pressure next to a sharp end that bears: 0 there.
+        """
+        n, m = counts
+        if self.finite is not None:
+            found = self.finite.hardest[1]
+            return found.picture(n, m, self._middle)
+        assert self.ellipse is not None, "a line is alike all along"
+        angle = self.least_peak.cam_angle
+        top, along, around, crest = (
+            self._limit(each, self.ellipse.pressure, angle)
+            for each in (self.ellipse.pressure, self.ellipse.along, self.ellipse.around, self._crest)
+        )
+        x, y = crest + 1.1 * along * np.linspace(-1.0, 1.0, n), 1.1 * around * np.linspace(-1.0, 1.0, m)
+        square = 1.0 - ((x - crest) / along) ** 2 - (y[:, None] / around) ** 2
+        return x, y, np.asarray(top * np.sqrt(np.maximum(square, 0.0)))
+
+    @cached_property
+    def stiffness(self) -> Stiffness:
+        """Of the hardest contact along its normal, N/mm, as a line, an ellipse (approach as load^(2/3)) or solved."""
+        if self.finite is not None:
+            return self.finite.stiffness
+        angle, pressed = self.least_peak.cam_angle, self.hardest_pressure
+        load = self._limit(np.abs(self.normal), pressed, angle)
+        pair = pair_compliance(self.roller, self.cam)
+        if self.ellipse is not None:
+            secant = load / self._limit(self._approach, pressed, angle)
+            return Stiffness(1.5 * secant, secant)
+        length, k = (self._limit(each, pressed, angle) for each in (self.touching, self._loaded_curvature))
+        soft = float(line_flexibility(load / length, k, self.roller, self.cam, self.radius, 2.0 * self.radius))
+        return Stiffness(length / (soft - pair / np.pi), length / soft)
+
+    @cached_property
+    def _approach(self) -> Floats:
+        """Of roller and cam under the crown's ellipse, mm, (p, n)."""
+        across, along = self._principal
+        pair = pair_compliance(self.roller, self.cam)
+        return point_contact(np.abs(self.normal), along, across, pair).approach
 
     @cached_property
     def deepest_shear(self) -> Extreme | None:
@@ -702,7 +786,8 @@ class RollerDuty:
         """Length that touches where the pressure is largest, mm."""
         if self.finite is not None:
             return self.finite.hardest[1].length
-        return self._at(self.touching, self.least_peak.cam_angle)
+        angle = self.least_peak.cam_angle
+        return self._at(self.touching, angle) if self.ellipse is None else 2.0 * self._at(self.ellipse.along, angle)
 
     @cached_property
     def kept(self) -> Kept | None:
@@ -748,7 +833,7 @@ class RollerDuty:
         """Of a contact on a half-space: where its load acts, error of its peak, approach, stiffness."""
         if self.finite is None:
             return {}
-        patch, stiff = self.finite.hardest[1], self.finite.stiffness
+        patch, stiff = self.finite.hardest[1], self.stiffness
         return {
             "load_centre_mm": self._middle + patch.centre,
             "peak_pressure_error": patch.error,

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from camgeom import export
 from camgeom.errors import DesignError, NotConverged
-from camgeom.export import Format
+from camgeom.export import Body, Format
+from camgeom.maths.mesh import rowed
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -58,9 +62,35 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
     try:
         if form.extension in DRAWN:
             return form.write(Path(path), model, **options)
+        if form.extension == ".vtu" and model.profile.operation is not None:
+            return export.write_mesh(_coloured(model), path, **options)
         return export.write(model, path, **options)
     except (DesignError, NotConverged) as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+RESULTS = {
+    "pressure": "contact_pressure_mpa",
+    "pressure_angle": "pressure_angle_deg",
+    "curvature": "relative_curvature_per_mm",
+    "clearance": "clearance_mm",
+}
+"""names of result fields with their units; 0 away from the flanks"""
+
+
+def _coloured(model: Model) -> list[Body]:
+    """The bodies with the results on their flanks; a planar cam's with rows where its roller's pressure changes."""
+    from camgeom.report.sections.bodies import pressed_rows
+    from camgeom.report.sections.mechanism import fields
+
+    rows = pressed_rows(model)
+    meshes = [(solid.name, rowed(solid.mesh, rows, "flank")) for solid in model.solids]
+    found = [fields(model, mesh) for _, mesh in meshes]
+    named = {RESULTS[key]: key for key in found[0] if all(key in each for each in found)}
+    return [
+        Body(name, replace(mesh, fields={label: np.nan_to_num(each[key]) for label, key in named.items()}))
+        for (name, mesh), each in zip(meshes, found)
+    ]
 
 
 EXTRAS = {

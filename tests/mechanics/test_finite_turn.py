@@ -16,6 +16,7 @@ from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
+from camgeom.report.files import write
 from camgeom.report.result import compute
 from tests.places import PROFILES
 
@@ -200,3 +201,44 @@ def test_duties_are_what_checks_take() -> None:
     assert isinstance(made().carrier, RollerDuty)
     assert made().carrier.no_stress == ""
     assert made().carrier.least_peak == made().duty.peak_pressure
+
+
+def test_the_wall_of_a_planar_cam_is_coloured_where_it_is_pressed(tmp_path) -> None:
+    """Not over all of its height: in rows along the ellipse, the largest its peak; the surface stays as it was."""
+    pyvista = pytest.importorskip("pyvista")
+    for roller, top, half in (({}, 754.44, 1.48), (CYLINDER, 304.6, 6.0)):
+        model = made(**roller)
+        write(model, tmp_path / "cam.vtu")
+        grid = pyvista.read(tmp_path / "cam.vtu")
+        pressure, z = grid.point_data["contact_pressure_mpa"], grid.points[:, 2]
+        assert pressure.max() == pytest.approx(top, rel=1e-3)
+        pressed = z[pressure > 1e-3 * top]
+        assert np.ptp(pressed) == pytest.approx(2.0 * half, rel=0.14)
+        assert np.ptp(z) == pytest.approx(14.0)
+        assert grid.extract_surface().volume == pytest.approx(model.solid.mesh.volume, rel=1e-9)
+
+
+def test_pressure_between_angles_and_places_is_the_ellipse() -> None:
+    duty = made(misalignment_deg=0.1).duty
+    peak = duty.peak_pressure
+    angle, along = np.array([peak.cam_angle]), duty._at(duty.ellipse.along, peak.cam_angle)
+    places = peak.place + along * np.array([-1.01, -0.6, 0.0, 0.8, 1.01])
+    shares = duty.pressure_at(angle, places)[0] / peak.value
+    assert shares == pytest.approx([0.0, 0.8, 1.0, 0.6, 0.0], abs=1e-6)
+    assert duty.pressure_at(angle, places, -1).max() == 0.0
+    x, y, patch = duty.patch((41, 21))
+    assert patch.max() == pytest.approx(peak.value, rel=1e-9)
+    area = (x[1] - x[0]) * (y[1] - y[0])
+    assert patch.sum() * area == pytest.approx(duty._at(np.abs(duty.normal), peak.cam_angle), rel=2e-2)
+    finite = made(**LOGARITHMIC, misalignment_deg=0.05).duty
+    x, y, patch = finite.patch((160, 81))
+    area = (x[1] - x[0]) * (y[1] - y[0])
+    assert patch.sum() * area == pytest.approx(finite.finite.hardest[1].load, rel=2e-2)
+
+
+def test_stiffness_of_line_and_ellipse_is_their_approach_by_load() -> None:
+    ellipse, line = made().duty.stiffness, made(**CYLINDER).duty.stiffness
+    assert ellipse.tangent / ellipse.secant == pytest.approx(1.5)
+    assert 1.05 < line.tangent / line.secant < 1.1
+    run_out = made(**LOGARITHMIC).duty.stiffness
+    assert ellipse.tangent < run_out.tangent < line.tangent

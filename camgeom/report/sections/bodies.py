@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from camgeom.maths import Floats
-from camgeom.maths.mesh import Mesh
+from camgeom.maths.mesh import Mesh, rowed
 from camgeom.model.facts import once
 from camgeom.track import TURN, Swing, Track
 from camgeom.track.outline import FaceOutline, FlatFace, RollerOutline
@@ -25,6 +25,8 @@ KEPT: WeakKeyDictionary[Model, dict[str, Any]] = WeakKeyDictionary()
 FINENESS = 1e-4
 """chord error of a picture as a share of the part's size: a tenth of a pixel on a screen"""
 MOST_FACES = 60_000
+ROWS = 17
+"""heights at which a pressure that changes along the roller is shown"""
 ROUND = 48
 STUD = 0.45
 """stud radius as a share of the roller's"""
@@ -42,9 +44,25 @@ def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:
 
     def compute() -> tuple[tuple[str, Mesh], ...]:
         model.refuse_folded()
-        return tuple((part.name, _coarse(model, i)) for i, part in enumerate(model.parts))
+        rows = pressed_rows(model)
+        return tuple((part.name, rowed(_coarse(model, i), rows, "flank")) for i, part in enumerate(model.parts))
 
     return kept(model, "picture mesh", compute)
+
+
+def pressed_rows(model: Model) -> Floats:
+    """Heights z, mm, between which the pressure of a planar cam's roller changes: its wall has vertices at its ends."""
+    if model.planar is None or model.profile.operation is None:
+        return np.zeros(0)
+    rows = []
+    for duty in model.duties:
+        low, high = sorted(duty.track.contact)
+        hair = 1e-4 * (high - low)
+        rows.append(np.array([low - hair, low + hair, high - hair, high + hair]))
+        if duty.level != "line":
+            places = duty.pressed_places
+            rows.append(np.linspace(max(places[0], low), min(places[1], high), ROWS))
+    return np.unique(np.concatenate(rows)) if rows else np.zeros(0)
 
 
 def _coarse(model: Model, i: int) -> Mesh:

@@ -219,7 +219,7 @@ def _contact(model: Model) -> Iterator[Figure]:
     name = "Peak contact pressure" if worst is not None else "Pressure 0.5 mm inside the sharp end"
     place = f"{number(shown.place, 6)} mm along the roller"
     yield Figure(name, shown.value, "MPa", f"at {degrees(shown.cam_angle):.1f}°, {place}")
-    if worst is not None:
+    if duty.finite is None:
         note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"
         yield Figure("Contact pressure, quoted place", float(peak.pressure), "MPa", note)
     if model.drive is not None:

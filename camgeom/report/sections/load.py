@@ -41,7 +41,9 @@ if TYPE_CHECKING:
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
 
-PLACES = 41
+PATCH = (160, 81)
+"""places along and across the roller of the map of its hardest contact"""
+PLACES = 121
 """places along the roller on the map of its pressure"""
 FEW = 4
 """rollers that get a line style and a name of their own"""
@@ -85,7 +87,8 @@ def track_contact(model: Model) -> tuple[Block, ...]:
     """The contact of a roller in its groove, on its rib."""
     if not _sound(model.duty):
         return (Text(("The roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
-    return lines(model), *unbounded(model), *pressure_map(model), hardest(model), reversals(model.duty)
+    maps = *pressure_map(model), *patch_map(model)
+    return lines(model), *unbounded(model), *maps, hardest(model), reversals(model.duty)
 
 
 def unbounded(model: Model) -> tuple[Text, ...]:
@@ -139,7 +142,7 @@ def pressure_map(model: Model) -> tuple[Map, ...]:
     if top.value == 0.0:
         return ()
     angle, places = np.linspace(0.0, 360.0, 361), np.linspace(min(duty.track.contact), max(duty.track.contact), PLACES)
-    values = duty.spread(duty.slices.pressure, np.radians(angle), places).T
+    values = duty.pressure_at(np.radians(angle), places).T
     blank = np.where(values > 1e-3 * top.value, values, np.nan)
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
@@ -148,6 +151,23 @@ def pressure_map(model: Model) -> tuple[Map, ...]:
         caption, CAM_ANGLE, along, Axis("Contact pressure", "MPa"),
         angle, places, blank, marks=_hardest_place(top),
     ),)  # fmt: skip
+
+
+def patch_map(model: Model) -> tuple[Map, ...]:
+    """Pressure of the hardest contact over its own surface; nothing of a line, which is alike all along."""
+    duty = model.duty
+    if duty.level == "line" or duty.least_peak.value == 0.0:
+        return ()
+    x, y, values = duty.patch(PATCH)
+    values = np.where(values > 0.0, values, np.nan)
+    how = "the exact ellipse" if duty.level == "ellipse" else "solved on a half-space"
+    if duty.no_stress:
+        how += ", blank where a sharp end has no largest pressure"
+    caption = f"Pressure of the hardest contact at cam angle {number(degrees(duty.least_peak.cam_angle))}°, {how}"
+    peak = duty.least_peak
+    marks = (Mark(peak.place, 0.0, f"{number(peak.value)} MPa"),)
+    along, across = Axis("Along the roller axis", "mm"), Axis("Across the roller", "mm")
+    return (Map(caption, along, across, Axis("Contact pressure", "MPa"), x, y, values, marks=marks),)
 
 
 def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
@@ -162,8 +182,9 @@ def hardest(model: Model) -> Table:
     force, torque = duty.peak_force, duty.peak_torque
     peak, slices, shortest = duty.contact.peak(), duty.least_peak, duty.least_touching
     worst = "Half a millimetre inside the sharp end" if duty.no_stress else "Peak contact pressure, worst slice"
+    quoted = ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta)))
     rows: list[tuple[Cell, ...]] = [
-        ("Contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta))),
+        *((quoted,) if duty.finite is None else ()),
         (worst, slices.value, "MPa", degrees(slices.cam_angle)),
         ("Length that touches there", duty.contact_length, "mm", degrees(slices.cam_angle)),
         ("Least length that touches under load", shortest.value, "mm", degrees(shortest.cam_angle)),
@@ -172,22 +193,22 @@ def hardest(model: Model) -> Table:
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
         ("Mean drive torque", 1e-3 * _unless_rounding(duty.work / (2.0 * pi), torque.value), "N m", None),
     ]
-    if duty.ellipse is not None:
+    if duty.ellipse is not None and not duty.no_stress:
         line = duty.as_line.peak()
         rows[1:1] = [
             ("Pressure without the crown, as a line", float(line.pressure), "MPa", degrees(float(line.theta))),
             ("Largest half-length of the contact ellipse", float(duty.ellipse.along.max()), "mm", None),
         ]
     if duty.finite is not None:
-        patch, stiff = duty.finite.hardest[1], duty.finite.stiffness
-        rows[2:2] = [
+        patch, stiff = duty.finite.hardest[1], duty.stiffness
+        rows[1:1] = [
             ("The load acts along the roller at", float(np.mean(duty.track.contact)) + patch.centre, "mm", None),
             ("Approach of the bodies", patch.approach, "mm", None),
             ("Stiffness for small vibration, tangent", stiff.tangent, "N/mm", None),
             ("Stiffness from no load, secant", stiff.secant, "N/mm", None),
         ]
         if not duty.no_stress:
-            rows.insert(2, ("Error of the largest pressure, from a grid half as fine", 100.0 * patch.error, "%", None))
+            rows.insert(1, ("Error of the largest pressure, from a grid half as fine", 100.0 * patch.error, "%", None))
     name = f"Contact and drive, roller {duty.track.name}" if len(model.duties) > 1 else "Contact and drive"
     return quantities(name, [*rows, *kept_rows(duty.kept)])
 
@@ -331,7 +352,7 @@ def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
     if model.duties and not _sound(model.duty):
         return (Text(("The roller undercuts a profile that it loads: no stress can be given. See the checks.",)),)
     blocks: list[Block] = [touch_lines(model, drive), held(drive.kept), *unbounded(model)]
-    blocks += [*pressure_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
+    blocks += [*pressure_map(model), *patch_map(model), hardest(model)] if model.duties else [touch_figures(drive)]
     return tuple(blocks)
 
 

@@ -162,9 +162,8 @@ def _sampled(model: Model) -> _Samples:
 
 def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
     """Peak pressure (n, m) that a flank bears as the roller passes; zero where the other wall is loaded."""
-    duty = model.duty
-    square = duty.slices.behind if float(flank.lever().mean()) < 0.0 else duty.slices.ahead
-    return duty.spread(np.sqrt(np.maximum(square, 0.0)), phi % TURN, flank.track.meridian.jet(t)[0])
+    duty, wall = model.duty, 1 if float(flank.lever().mean()) < 0.0 else -1
+    return duty.pressure_at(phi % TURN, flank.track.meridian.jet(t)[0], wall)
 
 
 def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDArray[np.intp]) -> Floats:
@@ -192,12 +191,13 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     if planar is None:
         return {}
     phi = np.linspace(0.0, 2.0 * np.pi, AROUND)
+    heights, level = np.unique(mesh.vertices[:, 2], return_inverse=True)
     points, values = [], []
     for number, touch in enumerate(planar.touches):
         at = touch.at(phi)
         points.append(at.curve.points.T)
         values.append({"pressure_angle": np.degrees(np.abs(at.pressure_angle)), "curvature": at.relative})
-        if (pressure := _touch_pressure(model, number, phi)) is not None:
+        if (pressure := _touch_pressure(model, number, phi, heights)) is not None:
             values[-1]["pressure"] = pressure
     distance, nearest = _nearest(np.concatenate(points), mesh.vertices[:, :2])
     wall = np.zeros(len(mesh.vertices), dtype=bool)
@@ -210,26 +210,29 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
         field = np.concatenate([one[name] for one in values])
         known = np.isfinite(field) & (np.abs(field) < STEEPEST)
         if known.all() and not (name == "pressure_angle" and float(field.max()) < np.degrees(FLAT)):
-            found[name] = np.where(on, field[nearest], np.nan)
+            each = field[nearest] if field.ndim == 1 else field[nearest, level]
+            found[name] = np.where(on, each, np.nan)
     return {name: field for name, field in found.items() if np.any(np.isfinite(field))}
 
 
-def _touch_pressure(model: Model, number: int, phi: Floats) -> Floats | None:
-    """Peak pressure of a touch at cam angles phi (n,), the largest along a roller; None where none is known."""
+def _touch_pressure(model: Model, number: int, phi: Floats, heights: Floats) -> Floats | None:
+    """Peak pressure of a touch at cam angles phi (n,) and heights z (j,), (n, j); None where none is known.
+
+    Of a roller where it touches along its length; of a face over all of it.
+    """
     touch = model.planar.touches[number] if model.planar is not None else None
     if touch is None or model.drive is None or touch.name not in model.drive.contacts:
         return None
-    contact = model.drive.contacts[touch.name]
-    square = contact.behind
     if model.duties:
         duty = model.duties[number if len(model.duties) > 1 else 0]
         if not bool(np.all(duty.slices.sound)):
             return None
-        contact = duty.slices
-        square = (contact.behind if touch.way > 0.0 else contact.ahead).max(axis=0)
+        return duty.pressure_at(phi % TURN, heights, 1 if touch.way > 0.0 else -1)
+    contact = model.drive.contacts[touch.name]
     where = contact.panels
     inside = np.clip(phi, where.edges[0] + 1e-9, where.edges[-1] - 1e-9)
-    return np.sqrt(np.maximum(np.asarray(where.at(square, inside)), 0.0))
+    each = np.sqrt(np.maximum(np.asarray(where.at(contact.behind, inside)), 0.0))
+    return np.repeat(each[:, None], len(heights), axis=1)
 
 
 def _nearest(points: Floats, places: Floats) -> tuple[Floats, np.ndarray[tuple[int], np.dtype[np.intp]]]:
