@@ -5,7 +5,8 @@ Units mm, N, MPa; x across, y along; compliance (1 - nu1²)/E1 + (1 - nu2²)/E2,
 Deflection: that of a rectangle under constant pressure, Love's closed form (A. E. H. Love, 1929; K. L. Johnson, Contact
 Mechanics, 1985, equation 3.25). Summed over even cells by FFT on a doubled grid, over strips of unequal length by FFT
 across them and a matrix along. Pressure p >= 0, gap >= 0, p gap = 0 under a given load: the constrained conjugate
-gradients of Polonsky and Keer (doi 10.1016/S0043-1648(99)00113-1), with areas as weights.
+gradients of Polonsky and Keer (doi 10.1016/S0043-1648(99)00113-1), with areas as weights, on even cells preconditioned
+by the spectrum of the surface.
 """
 
 from __future__ import annotations
@@ -36,9 +37,16 @@ def corner(u: Floats, v: Floats) -> Floats:
 
 
 class Influence(Protocol):
-    """Deflection, mm, (nx, ny), of cells under a pressure, MPa."""
+    """Deflection, mm, (nx, ny), of cells under a pressure, MPa.
+
+    nearly  about the pressure under which they deflect by so much: the preconditioner
+    stiff   pressure over deflection of cells that come to touch late, MPa/mm or as `nearly` counts
+    """
+
+    stiff: float
 
     def __call__(self, pressure: Floats) -> Floats: ...
+    def nearly(self, deflection: Floats) -> Floats: ...
 
 
 @final
@@ -54,6 +62,11 @@ class Even:
         quarter = each[1:, 1:] - each[1:, :-1] - each[:-1, 1:] + each[:-1, :-1]
         # Even both ways, so that its transform is that of cosines, and real.
         self.spectrum = compliance / pi * fft.dctn(quarter, type=1)[np.r_[0:nx + 1, nx - 1:0:-1], :]
+        # A wave of pressure deflects the half-space by 2 compliance over its wave number.
+        waves = np.hypot(*np.ix_(pi / (nx * dx) * np.arange(nx), pi / (ny * dy) * np.arange(ny)))
+        waves[0, 0] = 0.5 * min(waves[1, 0], waves[0, 1])
+        self.waves = waves / (2.0 * compliance)
+        self.stiff = float(self.waves.mean())
 
     def __call__(self, pressure: Floats) -> Floats:
         from scipy import fft
@@ -63,6 +76,13 @@ class Even:
         rows *= self.spectrum
         back = fft.ifft(rows, axis=0, overwrite_x=True)[:nx]
         return np.asarray(fft.irfft(back, 2 * ny, axis=1)[:, :ny])
+
+
+    def nearly(self, deflection: Floats) -> Floats:
+        """From its waves, as if the window were all of the surface."""
+        from scipy import fft
+
+        return np.asarray(fft.idctn(self.waves * fft.dctn(deflection, type=2), type=2))
 
 
 @final
@@ -79,7 +99,7 @@ class Strips:
         """mirrors: places of planes, mm, whose images of the strips press with a share too."""
         from scipy import fft
 
-        self.nx = nx
+        self.nx, self.stiff = nx, 1.0
         middles, lengths = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
         each = self._strips(nx, dx, middles, edges)
         for plane in mirrors:
@@ -102,6 +122,11 @@ class Strips:
         parts = np.matmul(self.spectrum, rows.view(np.float64).reshape(*rows.shape, 2))
         across = parts.reshape(rows.shape[0], -1).view(np.complex128)
         return np.asarray(fft.irfft(across, 2 * self.nx, axis=0)[: self.nx])
+
+
+    def nearly(self, deflection: Floats) -> Floats:
+        """As it is: waves along strips of unequal length are none."""
+        return deflection
 
 
 @final
@@ -137,9 +162,11 @@ def pressed(
         g = u + gap
         level = _sum(share, g) / whole
         g -= level
-        new = _sum(share, g * g)
+        lead = influence.nearly(g * on)
+        lead = (lead - _sum(share, lead) / whole) * on
+        new = _sum(share, g * lead)
         way *= new / old if old > 0.0 else 0.0
-        way += g
+        way += lead
         way *= on
         bent = influence(way)
         r = bent - _sum(share, bent) / whole
@@ -152,7 +179,7 @@ def pressed(
         old = 0.0 if late.any() else new
         changed = old == 0.0 or bool(cut.any())
         fresh[cut] = 0.0
-        fresh[late] = -pace * g[late]
+        fresh[late] = -influence.stiff * pace * g[late]
         scale = load / _sum(weight, fresh)
         fresh *= scale
         moved = _sum(weight, np.abs(fresh - p))

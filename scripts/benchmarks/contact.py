@@ -70,7 +70,8 @@ def whole(quick: bool) -> Table:
                      "peak_mpa": "unbounded" if found.unbounded else short(found.peak[0]),
                      "told_error_percent": short(100.0 * found.error), "length_mm": short(found.length),
                      "load_centre_mm": short(found.centre, 3)})
-    return Table("contact_whole", "Contacts of rollers with ends", rows, "The error is that against half as many cells.")
+    note = "The error is that against half as many cells."
+    return Table("contact_whole", "Contacts of rollers with ends", rows, note)
 
 
 def tables(quick: bool) -> list[Table]:
