@@ -210,6 +210,21 @@ class Limits(Section):
     warn_bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
         1.5, description="1, static safety below which to warn: makers of needle rollers ask for it in ordinary running"
     )
+    velocity: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="mm/s (deg/s), largest peak velocity of the follower: rigid, with vibration and with impacts"
+    )
+    least_velocity: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="mm/s (deg/s), what that peak has to reach at least"
+    )
+    cycles_per_min: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="1/min, most cycles: turns of the cam"
+    )
+    on_time: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        None, description="1, largest share of the turn in which the follower stands at the far end of its stroke"
+    )
+    least_on_time: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        None, description="1, smallest share of the turn in which it stands there"
+    )
 
     def for_follower(self, follower: AnyFollower) -> Limits:
         """The limits with the defaults that depend on the follower filled in."""

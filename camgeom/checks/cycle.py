@@ -1,0 +1,101 @@
+"""The cycle that a machine asks for: how fast the follower moves, how often, and how long it holds its far position.
+
+Switch testers are the case at hand (GB 14048-2008, cited in doi 10.3969/j.issn.1005-2895.2014.02.011): 50 to 150 mm/s,
+at most 60 operations a minute, closed for 10 to 50 % of the cycle. A limit that is not given is not asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import degrees, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from camgeom.checks import NO_OPERATION, solved
+from camgeom.checks.verdict import Comparison, Finding, NotJudged, judged
+from camgeom.track import TURN
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+Peak = tuple[float, float, str]
+"""value, mm/s (deg/s), its cam angle, rad, and whose motion it is"""
+AT_STROKE = 1e-9
+"""share of the stroke within which a dwell is at its far end"""
+FASTER = "a smaller stroke, a longer motion, a law of lower peak velocity, or a lower speed"
+SLOWER = "a larger stroke, a shorter motion, or a higher speed"
+
+
+@solved("velocity", "operation")
+def velocity(model: Model) -> Iterable[Finding | NotJudged]:
+    """Peak velocity of the follower between its bounds: rigid, with vibration, and with impacts where they are solved.
+    """
+    limits = model.profile.limits
+    if limits.velocity is None and limits.least_velocity is None:
+        return
+    if model.profile.operation is None:
+        yield NotJudged("velocity", NO_OPERATION)
+        return
+    unit = "deg/s" if model.profile.rotating else "mm/s"
+    every = list(_peaks(model))
+    rigid = every[0]
+    if limits.velocity is not None:
+        yield _velocity(max(every), rigid, "<=", limits.velocity, unit, FASTER)
+    if limits.least_velocity is not None:
+        yield _velocity(min(every), rigid, ">=", limits.least_velocity, unit, SLOWER)
+
+
+def _velocity(peak: Peak, rigid: Peak, comparison: Comparison, limit: float, unit: str, advice: str) -> Finding:
+    value, angle, where = peak
+    beside = rigid[0] if where != rigid[2] else None
+    return judged("velocity", value, comparison, limit, unit, advice, cam_angle=angle, where=where, rigid=beside)
+
+
+def _peaks(model: Model) -> Iterator[Peak]:
+    """Peaks of the velocity, the rigid one first."""
+    operation, impact = model.profile.operation, model.profile.impact_spec
+    assert operation is not None, "the check asks for it"
+    unit = degrees(1.0) if model.profile.rotating else 1.0
+    peak = model.setup.program.peak(1)
+    yield unit * abs(peak.value) * operation.speed * pi / 30.0, peak.at, "rigid"
+    unit = degrees(1.0) if model.profile.rotating else 1e3
+    if model.elastic_follower is not None:
+        found = model.elastic_follower.steady.peak("velocity")
+        yield unit * float(found.magnitude[0]), float(found.magnitude_at[0]) % TURN, "with vibration"
+    run = model.impact
+    if run is not None and impact is not None:
+        trace = run.trace.flat()
+        counted = np.where(trace.time >= impact.settle * run.problem.period, np.abs(trace.speed), 0.0)
+        at = int(np.argmax(counted))
+        yield unit * float(counted[at]), float(trace.angle[at]) % TURN, "with impacts"
+
+
+@solved("cycle-rate", "operation")
+def cycle_rate(model: Model) -> Iterable[Finding | NotJudged]:
+    """Cycles a minute: turns of the cam."""
+    limit, operation = model.profile.limits.cycles_per_min, model.profile.operation
+    if limit is None:
+        return
+    if operation is None:
+        yield NotJudged("cycle-rate", NO_OPERATION)
+        return
+    yield judged("cycle-rate", operation.speed, "<=", limit, "1/min", "a lower operation.speed")
+
+
+@solved("on-time")
+def on_time(model: Model) -> Iterable[Finding]:
+    """Share of the turn in which the follower stands at the far end of its stroke."""
+    limits, program = model.profile.limits, model.setup.program
+    if limits.on_time is None and limits.least_on_time is None:
+        return
+    far = max(max(span.before, span.after) for span in program.spans)
+    near = min(min(span.before, span.after) for span in program.spans)
+    held = [span for span in program.spans
+            if span.law == "dwell" and far - span.after <= AT_STROKE * (far - near)]  # fmt: skip
+    share = sum(span.end - span.start for span in held) / TURN
+    where = "dwell at the far end of the stroke"
+    if limits.on_time is not None:
+        yield judged("on-time", share, "<=", limits.on_time, "of the turn", "a shorter dwell there", where=where)
+    if limits.least_on_time is not None:
+        yield judged("on-time", share, ">=", limits.least_on_time, "of the turn", "a longer dwell there", where=where)

@@ -1,0 +1,75 @@
+"""Speed, rate and on-time of a machine's cycle against its limits, on both sides, rigid and as solved."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+import camgeom
+from camgeom.checks import judge
+from camgeom.checks.verdict import Finding
+from tests.places import PROFILES
+
+TEXT = (PROFILES / "constant_width_press.toml").read_text(encoding="utf-8")
+RIGID = TEXT[: TEXT.index("[impact]")]
+PEAK = 0.5 * pi / (140.0 / 180.0 * pi) * 30.0 * 2.0 * pi
+"""mm/s, simple harmonic motion: pi h omega / (2 phi)"""
+
+
+def found(check: str, text: str = RIGID, **limits: float) -> list[Finding]:
+    told = "".join(f"{key} = {value!r}\n" for key, value in limits.items())
+    return list(judge(camgeom.read(f"{text}\n[limits]\n{told}"), [check]).findings)
+
+
+@pytest.mark.parametrize(
+    ("check", "key", "limit", "level"),
+    [
+        ("velocity", "velocity", PEAK / 0.999, "pass"),
+        ("velocity", "velocity", PEAK / 1.002, "fail"),
+        ("velocity", "least_velocity", PEAK / 1.002, "pass"),
+        ("velocity", "least_velocity", PEAK / 0.999, "fail"),
+        ("cycle-rate", "cycles_per_min", 60.0 / 0.999, "pass"),
+        ("cycle-rate", "cycles_per_min", 60.0 / 1.002, "fail"),
+        ("on-time", "on_time", 40.0 / 360.0 / 0.999, "pass"),
+        ("on-time", "on_time", 40.0 / 360.0 / 1.002, "fail"),
+        ("on-time", "least_on_time", 40.0 / 360.0 / 1.002, "pass"),
+        ("on-time", "least_on_time", 40.0 / 360.0 / 0.999, "fail"),
+    ],
+)
+def test_both_sides(check: str, key: str, limit: float, level: str) -> None:
+    (finding,) = found(check, **{key: limit})
+    assert (finding.level, finding.limit) == (level, limit)
+    assert finding.advice or level == "pass"
+
+
+def test_what_is_not_asked_for_is_not_judged() -> None:
+    for check in ("velocity", "cycle-rate", "on-time"):
+        assert found(check) == []
+
+
+def test_the_solved_motion_is_judged_where_it_is_faster() -> None:
+    whole = TEXT[: TEXT.index("[limits]")].replace("clearance = 0.02", "clearance = 0.1")
+    (finding,) = found("velocity", whole, velocity=1.002 * PEAK)
+    assert finding.where == "with impacts"
+    assert finding.rigid == pytest.approx(PEAK)
+    assert finding.value is not None
+    assert finding.value > PEAK
+    (least,) = found("velocity", whole, least_velocity=0.999 * PEAK)
+    assert least.level == "pass"
+
+
+def test_without_a_speed_it_is_told() -> None:
+    text = RIGID[: RIGID.index("[operation]")]
+    verdict = judge(camgeom.read(f"{text}\n[limits]\nvelocity = 100\ncycles_per_min = 60\non_time = 0.5\n"),
+                    ["velocity", "cycle-rate", "on-time"])  # fmt: skip
+    assert {one.check for one in verdict.not_judged} == {"velocity", "cycle-rate"}
+    assert [one.check for one in verdict.findings] == ["on-time"]
+
+
+def test_a_rocker_is_judged_in_degrees() -> None:
+    text = (PROFILES / "conjugate_rocker.toml").read_text(encoding="utf-8")
+    text = text[: text.index("[impact]")]
+    (finding,) = found("velocity", text, velocity=3000.0)
+    assert finding.unit == "deg/s"
+    assert finding.value == pytest.approx(1.875 * 24.0 / (70.0 / 360.0 * 0.1), rel=1e-9)
