@@ -57,6 +57,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("law", "the best motion law for a requirement, its lower bound and its front", "camgeom.cli.law:run",
             ("law",)),
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
+    Command("materials", "cam and roller materials by name, with treatment, hardness and limit",
+            "camgeom.cli.tables:materials", ("json",)),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
             "camgeom.cli.design:run", ("laws", "design")),

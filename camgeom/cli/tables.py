@@ -151,3 +151,23 @@ def schema(arguments: argparse.Namespace, console: Console) -> int:
     del arguments
     console.out(json.dumps(profile_schema(), indent=2, allow_nan=False))
     return 0
+
+
+def materials(arguments: argparse.Namespace, console: Console) -> int:
+    """Print the grades that material.cam.grade and material.roller.grade may name; returns 0."""
+    from camgeom.mechanics.grades import SOURCE, grades
+
+    every = grades().values()
+    if arguments.json:
+        rows = [{**one.model_dump(), "contact_limit": one.limit, "source": f"{SOURCE}, {one.place}"} for one in every]
+        console.out(json.dumps({"materials": rows}, indent=2, allow_nan=False, ensure_ascii=False))
+        return 0
+    table = [("grade", "for", "treatment", "HRC", "limit, MPa", "place")]
+    for one in every:
+        hard = "-" if one.hardness is None else f"{one.hardness[0]:g} to {one.hardness[1]:g}"
+        limit = "by hardness" if one.limit is None else f"{one.limit:g}"
+        table.append((one.name, ", ".join(one.of), one.treatment, hard, limit, one.place))
+    for line in aligned(table):
+        console.out(line)
+    console.out(f"from {SOURCE}; the limit, at 1e7 cycles, is what the least hardness bears")
+    return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, final
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from camgeom.keys import Section
 
@@ -33,6 +33,9 @@ class Material(Section):
     The fatigue line is N(sigma) = contact_cycles (contact_limit / sigma)^exponent, sigma the peak contact pressure.
     """
 
+    grade: Annotated[str, Field(min_length=1, max_length=60)] | None = Field(
+        None, description="material by its name in T/WLJC 15-2018 (`camgeom materials`): gives treatment, hardness, "
+        "case, moduli and contact_limit where they are not stated")
     name: str = Field("hardened steel", max_length=80, description="Name shown in reports")
     elastic_modulus: Annotated[float, Field(ge=1e-3, le=1e7)] = Field(
         STEEL_MODULUS, description="Young's modulus, MPa; hardened steel 206000, cast iron 127000")
@@ -47,6 +50,15 @@ class Material(Section):
     hardness: Annotated[float, Field(gt=0.0, le=80.0)] | None = Field(None, description="Surface hardness, HRC")
     case_depth_mm: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
         None, description="mm, depth of a hardened case; carburised tracks 0.8 to 1.2")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _graded(cls, data: object) -> object:
+        if isinstance(data, dict) and isinstance(data.get("grade"), str):
+            from camgeom.mechanics.grades import filled
+
+            return filled(data)
+        return data
 
     @property
     def rated_limit(self) -> float:
