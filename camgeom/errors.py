@@ -105,6 +105,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"did you mean {meant!r}?" if meant else ""
 
 
+def not_installed(what: str, library: str, extra: str) -> ExportError:
+    """What to install for something that a library of an extra makes."""
+    return ExportError(f"{what} needs {library}, which is not installed: pip install 'camgeom[{extra}]'")
+
+
 @dataclass(frozen=True)
 class Unmade:
     """Why one product could not be made, while the others were.

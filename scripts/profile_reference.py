@@ -23,10 +23,12 @@ HEAD = """# Keys of a profile
 
 A profile is a TOML file. This page is made from the schema by `scripts/profile_reference.py`; `camgeom schema` prints
 the schema itself, for editors that complete and check while you type, and `camgeom new KIND` a commented profile to
-start from. Lengths are mm, angles degrees, forces N, stresses MPa, masses kg, inertias kg m², speeds r/min. A key
-without a default must be given unless its meaning says what it is otherwise. A key that is misspelt, out of range or
-missing is reported with its allowed range and the nearest spelling, all of them at once; so is a key that means nothing
-for the cam, follower, roller, tool or solver of the profile (other than at its default), with what it belongs to.
+start from. With `camgeom schema > camgeom.schema.json` beside a profile, editors that know Taplo find it by the
+profile's line `#:schema camgeom.schema.json`. Lengths are mm, angles degrees, forces N, stresses MPa, masses kg,
+inertias kg m², speeds r/min. A key without a default must be given unless its meaning says what it is otherwise. A key
+that is misspelt, out of range or missing is reported with its allowed range and the nearest spelling, all of them at
+once; so is a key that means nothing for the cam, follower, roller, tool or solver of the profile (other than at its
+default), with what it belongs to.
 """
 
 

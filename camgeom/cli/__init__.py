@@ -68,6 +68,7 @@ COMMANDS: tuple[Command, ...] = (
     Command("validate", "every printed result of the sources beside ours, with a verdict",
             "camgeom.cli.validate:run", ("validate",)),
     Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("laws", "schema")),
+    Command("completion", "completion of commands and options for a shell", "camgeom.cli.completion:run", ("shell",)),
 )
 """Every subcommand; one line adds one."""
 
@@ -249,6 +250,10 @@ def _add_new(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("file", metavar="FILE", nargs="?", help="where to write it; default stdout")
 
 
+def _add_shell(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("shell", metavar="SHELL", help="bash, zsh or fish")
+
+
 def _add_schema(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
 
@@ -319,6 +324,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "tolerance": _add_tolerance,
     "new": _add_new,
     "schema": _add_schema,
+    "shell": _add_shell,
     "design": _add_design,
     "inspect": _add_inspect,
     "law": _add_law,

@@ -22,7 +22,7 @@ from uuid import NAMESPACE_URL, uuid5
 
 import numpy as np
 
-from camgeom.errors import CamgeomError, ExportError
+from camgeom.errors import CamgeomError, ExportError, not_installed
 from camgeom.export import writer
 from camgeom.export.files import atomic_write, moment
 from camgeom.maths import Floats
@@ -61,7 +61,10 @@ def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: flo
                measured and stands in the file. A tool's diameter in the profile's [cutter] adds its path.
     Raises ExportError for a cam with nothing flat to draw, where a flank is undercut, or the file cannot be written.
     """
-    import ezdxf
+    try:
+        import ezdxf
+    except ImportError:
+        raise not_installed("a DXF drawing", "ezdxf", "dxf") from None
 
     cutter = model.profile.cutter_spec.diameter if model.profile.cutter_spec else None
     try:

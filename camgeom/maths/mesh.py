@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import not_installed
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
@@ -128,7 +129,10 @@ class Mesh:
 
     def to_pyvista(self) -> Any:
         """This mesh as a pyvista.PolyData: fields as point data, groups as cell data and their names as field data."""
-        import pyvista
+        try:
+            import pyvista
+        except ImportError:
+            raise not_installed("a pyvista mesh", "pyvista", "pictures") from None
 
         made = pyvista.PolyData.from_regular_faces(self.vertices, self.faces)
         for name, values in self.fields.items():

@@ -99,11 +99,16 @@ def _running_foot(page: Page) -> str:
 
 
 def _title(page: Page) -> str:
-    details = "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in page.details)
+    details = "".join(f"<div><dt>{escape(k)}</dt><dd>{_breakable(v)}</dd></div>" for k, v in page.details)
     return (
         f'<header class="title"><div><div class="name"><h1>{escape(page.title)}</h1><p>{escape(page.kind)}</p></div>'
         f"<dl>{details}</dl></div></header>"
     )
+
+
+def _breakable(text: str) -> str:
+    """Text as HTML that breaks at the joints of a file's name before it breaks within a word."""
+    return escape(text).replace("_", "_<wbr>")
 
 
 def _contents(page: Page) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
-from camgeom.errors import ExportError
+from camgeom.errors import ExportError, not_installed
 from camgeom.export import Body
 from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
@@ -89,6 +90,8 @@ def need_opengl() -> None:
 
     To be called before the first picture of the process.
     """
+    if find_spec("pyvista") is None:
+        raise not_installed("a picture", "pyvista", "pictures")
     window = opengl_window()
     if window is None:
         raise ExportError(

@@ -55,7 +55,7 @@ is_ready() {
 # ensure_venv [dev]: the environment with camgeom installed in place, and the development tools if asked for.
 # The project file itself is the lock, so that two runs at once make one environment.
 ensure_venv() {
-  local extra="${1:-}" what="$root"
+  local extra="${1:-}" what="$root[full]"
   is_ready "$extra" && return 0
   exec 9<"$root/pyproject.toml"
   flock -n 9 || { say "camgeom set-up: waiting for another set-up of this folder"; flock 9; }

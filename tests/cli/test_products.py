@@ -16,7 +16,7 @@ from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.result import compute
 from tests.cli.small import GOOD
-from tests.places import ROOT
+from tests.places import PROFILES, ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 import faults  # type: ignore[import-not-found]
@@ -210,3 +210,27 @@ def test_whole_profiles_at_random(seed: int) -> None:
     runs.begin()
     record = runs.run(seed, True, True, 0.0)
     assert record["class"] in ("0", "1", "2", "3", "refused", "killed"), record["why"]
+
+
+def test_what_an_extra_makes_is_told_with_its_pip_line_and_the_rest_comes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from camgeom.report import views
+
+    monkeypatch.setattr(views, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    profile = str(PROFILES / "disc_offset_roller.toml")
+    assert main(["build", profile, "--formats", "stl,dxf,png", "--out", str(tmp_path)]) == 1
+    told = capsys.readouterr()
+    assert "pip install 'camgeom[dxf]'" in told.err + told.out
+    assert "pip install 'camgeom[pictures]'" in told.err + told.out
+    assert list(tmp_path.glob("*.stl"))
+    assert not list(tmp_path.glob("*.dxf"))
+
+
+def test_a_pyvista_mesh_without_pyvista_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    import camgeom
+
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(camgeom.ExportError, match=r"pip install 'camgeom\[pictures\]'"):
+        camgeom.read(PROFILES / "disc_offset_roller.toml").solid.to_pyvista()
