@@ -262,7 +262,9 @@ class EndFaceMechanism(Mechanism):
         edge = self._edges[0]
         low = int(np.argmin(edge[2]))
         angle = float(-self.sense * np.arctan2(edge[1, low], edge[0, low]) % TURN)
+        ledge = inner - self.bore.reach if self.bore is not None else None
         return (
+            *(() if ledge is None else (Wall("web, bore to ring", ledge, None, "a smaller cam.bore"),)),
             Wall("ring, inside to outside", outer - inner, None, "a smaller cam.inner_diameter or a larger diameter"),
             Wall("web", self.cam.web, None, "a thicker cam.web"),
             Wall("end face to web", float(edge[2, low]) - self.cam.web, angle, "a greater cam.height or a thinner web"),

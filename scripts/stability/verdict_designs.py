@@ -345,6 +345,28 @@ def _parallel(dice: Dice, plates: int) -> Data:
     return data
 
 
+def _end_face(dice: Dice, swings: bool) -> Data:
+    trip = Trip(dice)
+    outer, ring, radius = dice.between(52.0, 80.0), dice.between(14.0, 20.0), dice.between(8.0, 12.0)
+    inner, length = outer - ring, ring * dice.between(0.6, 0.85)
+    stroke = tan(radians(dice.between(10.0, 22.0))) * inner / trip.velocity
+    web = dice.between(8.0, 14.0)
+    cam: Data = {"kind": "end-face", "diameter": 2.0 * outer, "inner_diameter": 2.0 * inner, "web": web}
+    cam["height"] = web + dice.between(10.0, 20.0)
+    bored(dice, cam, inner, 8.0)
+    data: Data = {"cam": cam, "motion": trip.segments(stroke), "follower": {"kind": "translating"}}
+    lift = trip.acceleration * stroke
+    if swings:
+        arm = max(stroke * dice.between(2.2, 3.2), 40.0)
+        swing = 2.0 * degrees(atan(0.5 * stroke / arm))
+        data["follower"] = {"kind": "swinging", "arm": arm, "start_angle": -0.5 * swing}
+        data["motion"] = trip.segments(swing)
+        lift = trip.acceleration * radians(swing)
+    data["roller"] = roller(dice, radius, length, ("cylinder", "cylinder", "crowned", "cone"))
+    loaded(dice, data, 0.5 * radius * length, lift, True)
+    return data
+
+
 KINDS: dict[str, Callable[[Dice], Data]] = {
     "drum groove": lambda dice: _drum(dice, "groove", False),
     "drum groove, swinging": lambda dice: _drum(dice, "groove", True),
@@ -366,6 +388,8 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "parallel, 2 plates": lambda dice: _parallel(dice, 2),
     "parallel, 3 plates": lambda dice: _parallel(dice, 3),
     "parallel, 4 plates": lambda dice: _parallel(dice, 4),
+    "end face": lambda dice: _end_face(dice, False),
+    "end face, swinging": lambda dice: _end_face(dice, True),
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 

@@ -22,6 +22,7 @@ Change = Callable[[Data, Dice], None]
 Floats = NDArray[np.float64]
 DRUMS = tuple(kind for kind in KINDS if kind.startswith("drum"))
 RIBS = tuple(kind for kind in KINDS if kind.startswith("drum rib"))
+ENDS = tuple(kind for kind in KINDS if kind.startswith("end face"))
 DISCS = tuple(kind for kind in KINDS if kind.startswith("disc"))
 PLATES = tuple(kind for kind in KINDS if kind.startswith("face groove"))
 WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
@@ -81,6 +82,8 @@ def solid_core(data: Data) -> float:
             return float(0.5 * cam["diameter"] - roller["length"] - cam["tip_clearance"] - max(sag, 0.0) * 0.0)
         case "parallel-index":
             return float(cam["center_distance"] - follower["pitch_radius"] - radius - cam.get("running_clearance", 0.0))
+        case "end-face":
+            return float(0.5 * cam["inner_diameter"])
         case "conjugate":
             return float(cam["base_radius"])
         case _:
@@ -129,6 +132,11 @@ def _reach(data: Data) -> float:
 def thin_floor(data: Data, dice: Dice) -> None:
     """A face groove that leaves 0.05 to 0.4 mm of the plate."""
     data["cam"]["width"] = data["cam"]["groove_depth"] + dice.between(0.05, 0.4)
+
+
+def thin_web(data: Data, dice: Dice) -> None:
+    """A web of 0.05 to 0.4 mm below the ring."""
+    data["cam"]["web"] = dice.between(0.05, 0.4)
 
 
 def short_drum(data: Data, dice: Dice) -> None:
@@ -334,6 +342,8 @@ def _resized(data: Data, by: float) -> None:
     cam = data["cam"]
     if cam["kind"] in ("disc", "constant-width", "conjugate") and cam.get("form") != "groove":
         cam["base_radius"] -= by  # what runs on it now comes nearer than what it was made for
+    elif cam["kind"] == "end-face":
+        cam["height"] -= by
     elif "rib_thickness" in cam:
         cam["rib_thickness"] -= 2.0 * by  # rollers beside a rib stand as far apart as they are thick
     else:
@@ -347,6 +357,8 @@ def untouched(data: Data, dice: Dice) -> None:
 
 IDLE: tuple[tuple[tuple[str, ...], str, str, Any], ...] = (
     (DRUMS, "follower", "offset", 3.0),
+    (ENDS, "follower", "clearance", 0.05),
+    (ENDS, "limits", "play_mm", 0.1),
     (DRUMS, "follower", "face", "flat"),
     (DRUMS, "follower", "face_width", 20.0),
     (("drum groove", "drum groove, swinging"), "cam", "rib_thickness", 9.0),
@@ -701,8 +713,8 @@ FAULTS: dict[str, Fault] = {
         tuple(KINDS), heavy, ("contact-pressure", "face-pressure", "turret-pressure")
     ),
     "life": Fault(tuple(KINDS), endless_life, ("life", "turret-life", "face-life"), ("life_h",)),
-    "lift-off, rigid": Fault(DISCS, loose, ("contact-kept",)),
-    "lift-off, elastic": Fault(("disc, roller", "disc, flat"), elastic_jump, ("lift-off",)),
+    "lift-off, rigid": Fault((*DISCS, *ENDS), loose, ("contact-kept",)),
+    "lift-off, elastic": Fault(("disc, roller", "disc, flat", "end face"), elastic_jump, ("lift-off",)),
     "bad indexing drive": Fault(TURRETS, bad_drive, ("settling",)),
     "load above the limit, dynamic": Fault(TURRETS, dynamic_load, ("dynamic-pressure",)),
     "too soft for its limit": Fault(tuple(KINDS), soft, ("hardness",), ("hardness", "contact_limit")),
@@ -755,6 +767,7 @@ FAULTS: dict[str, Fault] = {
     "torque, impacts": Fault(STRUCK, struck(weak_drive), ("impact-torque",)),
     "static load, impacts": Fault(STRUCK, struck(small_rating), ("impact-bearing",)),
     "case too thin, impacts": Fault(STRUCK, struck(thin_case), ("impact-case-depth",)),
+    "thin wall: web": Fault(ENDS, thin_web, ("wall",), ("web",)),
 }  # fmt: skip
 WITHOUT = {
     "curvature-jumps": "names places and judges nothing",

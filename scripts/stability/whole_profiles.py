@@ -11,7 +11,8 @@ from typing import Any
 
 Data = dict[str, Any]
 
-KINDS = ("disc", "constant-width", "conjugate", "cylindrical", "globoidal", "cylindrical-index", "parallel-index")
+KINDS = ("disc", "constant-width", "conjugate", "cylindrical", "globoidal", "cylindrical-index", "parallel-index",
+         "end-face")  # fmt: skip
 SYMMETRIC = (
     "cycloidal",
     "modified-sine",
@@ -113,9 +114,8 @@ def profile(seed: int, pictures: float = 0.03, draw: int = 0) -> Data:
     kind = KINDS[seed % len(KINDS)]
     size = dice.any_of(20.0, 400.0)
     data: Data = {"name": f"{kind} {seed}"}
-    data |= {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum}.get(kind, _turret)(
-        dice, kind, size
-    )
+    makers = {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum, "end-face": _ring}
+    data |= makers.get(kind, _turret)(dice, kind, size)
     data |= _operation(dice, size, data["follower"]["kind"])
     data |= _sections(dice, kind, size, data)
     data["output"] = _output(dice, size, pictures)
@@ -264,6 +264,20 @@ def _drum(dice: Dice, kind: str, size: float) -> Data:
         cam["running_clearance"] = dice.choice((0.01, 0.05))
     _bore(dice, cam, 0.6 * radius)
     roller = _roller(dice, diameter, round(0.9 * depth, 2))
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
+
+
+def _ring(dice: Dice, kind: str, size: float) -> Data:
+    inner, width = dice.near(0.8 * size), dice.near(0.35 * size)
+    height = dice.near(0.6 * size)
+    cam: Data = {"kind": kind, "diameter": 2.0 * (inner + width), "inner_diameter": 2.0 * inner, "height": height}
+    cam |= {"web": dice.near(0.2 * size), "direction": dice.choice(("cw", "ccw"))}
+    follower, stroke = {"kind": "translating", "mass": dice.any_of(0.1, 10.0)}, dice.near(0.4 * size)
+    if dice.likely(0.35):
+        follower = {"kind": "swinging", "arm": dice.near(1.2 * size), "inertia": dice.any_of(1e-4, 1.0)}
+        stroke = round(dice.uniform(5.0, 30.0), 1)
+    _bore(dice, cam, 0.8 * inner)
+    roller = _roller(dice, dice.near(0.3 * size), round(0.7 * width, 2))
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
 
 
