@@ -349,3 +349,9 @@ def _smooth(order: int) -> Law:
     for k in range(order + 1):
         power[order + 1 + k] = comb(order + k, k) * comb(2 * order + 1, order - k) * (-1.0) ** k
     return Law(f"smooth-{order}", finish([Piece(0.0, 1.0, 0.0, tuple(power))]))
+
+
+def test_a_flight_knows_its_price_before_it_flies() -> None:
+    motion = program()
+    with pytest.raises(NotConverged, match=r"would take .* steps, more than the 100,000 that are spent"):
+        flight(TRAIN, motion, 5e-4 * float(TRAIN.natural_frequency()[0]), turns=3)

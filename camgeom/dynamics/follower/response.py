@@ -25,9 +25,10 @@ from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
 from camgeom.maths import Floats
 
 BISECTIONS = 60
-MAX_EVENTS = 20_000
-MOST_STEPS = 500_000
-"""of a flight; each is taken by itself, in about 20 us"""
+MAX_EVENTS = 1_000
+"""lift-offs and landings of a flight, some 10 ms each"""
+MOST_STEPS = 100_000
+"""of a flight; each is taken by itself, in some 100 us"""
 STEPS_PER_RADIAN = 4.0
 """steps per radian of the fastest mode: short against any loss of contact, and FINE errs by less than rounding"""
 FAN = np.linspace(0.0, 1.0, 33)[1:]
@@ -230,7 +231,10 @@ def _fly(on: FollowerSystem, off: FollowerSystem, grid: Grid, turns: int) -> Fli
                     events.append(Event("landing" if flying else "lift-off", begin + turn * span, closing))
                     flying = not flying
                     if len(events) > MAX_EVENTS:
-                        raise NotConverged("the contact chatters without end; give the contact or the linkage damping")
+                        raise NotConverged(
+                            f"the follower lifts off and lands more than {MAX_EVENTS:,} times within {turn + 1} turns; "
+                            "give the contact or the linkage damping"
+                        )
                 gap = max(gap, float(state[0])) if flying else gap
             theta.append(float(start + step) + turn * span)
             states.append(state)
