@@ -795,8 +795,10 @@ class RollerDuty:
         if not self.alone:
             return None
         force = zeroed(self.load)
-        walls = replace(self, load=replace(self.load, solved_on=force.panels)).reference
-        return Kept(self.load, force, walls.lever, walls.cosine, self.track.name)
+        theta, (side,) = force.panels.theta, self.track.sides
+        flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
+        lever, cosine = np.abs(flank.lever()), np.cos(flank.pressure_angle())
+        return Kept(self.load, force, lever.reshape(theta.shape), cosine.reshape(theta.shape), self.track.name)
 
     def contact_data(self) -> dict[str, Any]:
         """Peak pressure at the quoted place and over the slices, force, torque, subsurface shear, as plain data.

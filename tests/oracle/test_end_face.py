@@ -169,3 +169,13 @@ def test_what_means_nothing_for_a_ring_is_refused() -> None:
     with pytest.raises(ProfileError, match=r"roller.length.*width of the ring, 18 mm"):
         parse(text.replace("length = 14", "length = 18.1"))
     assert replace(Model(parse(text.replace("length = 14", "length = 18"))).mechanism).contact == (42.0, 60.0)
+
+
+def test_a_follower_that_is_thrown_off_at_every_jump_is_told() -> None:
+    text = BASE.format(height=40, web=15, direction="ccw", follower='kind = "translating"\nmass = 3.49', roller=CYLINDER,
+                       stroke=6.48, speed=31700, preload=25.9)  # fmt: skip
+    model = Model(parse(text.replace('"cycloidal"', '"trapezoidal-acceleration"')))
+    kept = model.duty.kept
+    assert kept is not None
+    assert kept.force.force.shape == kept.lever.shape
+    assert finding(model, "contact-kept").level == "fail"
