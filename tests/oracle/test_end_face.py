@@ -172,8 +172,8 @@ def test_what_means_nothing_for_a_ring_is_refused() -> None:
 
 
 def test_a_follower_that_is_thrown_off_at_every_jump_is_told() -> None:
-    text = BASE.format(height=40, web=15, direction="ccw", follower='kind = "translating"\nmass = 3.49', roller=CYLINDER,
-                       stroke=6.48, speed=31700, preload=25.9)  # fmt: skip
+    text = BASE.format(height=40, web=15, direction="ccw", follower='kind = "translating"\nmass = 3.49',
+                       roller=CYLINDER, stroke=6.48, speed=31700, preload=25.9)  # fmt: skip
     model = Model(parse(text.replace('"cycloidal"', '"trapezoidal-acceleration"')))
     kept = model.duty.kept
     assert kept is not None
