@@ -33,6 +33,9 @@ MOVES = 6
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged: errors that turn with the cam move the follower there too"""
+SINGLE = np.float32
+Singles = npt.NDArray[np.float32]
+"""of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
 EXPLAINED = 20
 """blocks from which the contributions are told"""
 Spreads = Mapping[str, tuple[float, float, Distribution]]
@@ -56,21 +59,22 @@ class Position:
 
     push, hold  (q, c): approach over |lever| per unit of a column, mm or rad, of the stations that push and hold
     nominal     the same without errors, (q,) of both; base: nominal low and high; side: of the load (see `Walls`)
-    lever, stiffness, load  of all stations, pushing ones first, for what is pressed
+    lever, stiffness, load  of all stations, pushing ones first, for what is pressed; half_lever: see `Walls`
     """
 
     theta: float
     stop: int
     dwell: bool
     columns: npt.NDArray[np.intp]
-    push: Floats
-    hold: Floats
-    nominal_push: Floats
-    nominal_hold: Floats
-    lever: Floats
-    stiffness: Floats
+    push: Singles
+    hold: Singles
+    nominal_push: Singles
+    nominal_hold: Singles
+    lever: Singles
+    stiffness: Singles
     load: float
     side: float
+    half_lever: float
     base: tuple[float, float]
 
 
@@ -194,9 +198,10 @@ class Machines:
         order = np.r_[np.flatnonzero(push), np.flatnonzero(hold)]
         base = float(seated.nominal.low[row]), float(seated.nominal.high[row])
         return Position(
-            float(at.theta[row]), stop, dwell, np.array(used, dtype=np.intp), np.ascontiguousarray(g[push]),
-            np.ascontiguousarray(g[hold]), nominal[push], nominal[hold], lever[order], walls.stiffness[row, order],
-            float(walls.load[row]), float(walls.load_side[row]), base,
+            float(at.theta[row]), stop, dwell, np.array(used, dtype=np.intp), g[push].astype(SINGLE),
+            g[hold].astype(SINGLE), nominal[push].astype(SINGLE), nominal[hold].astype(SINGLE),
+            lever[order].astype(SINGLE), walls.stiffness[row, order].astype(SINGLE), float(walls.load[row]),
+            float(walls.load_side[row]), float(walls.half_lever[row]), base,
         )  # fmt: skip
 
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
@@ -241,24 +246,16 @@ class Machines:
             if position.dwell or none:
                 np.maximum(rest, off, out=rest)
                 np.maximum(loose, play, out=loose)
-                np.minimum(tight, -self._normal(position, play), out=tight)
+                np.minimum(tight, -play * position.half_lever, out=tight)
             if block < EXPLAINED and (position.dwell or none):
                 middle = 0.5 * (low + high) - (0.5 * (reference[0] + reference[1]) if reference else 0.0)
                 explained.append(_explained(x, np.arange(len(x)) if reference else position.columns, middle))
         figures = np.stack([rest, worst, np.maximum(loose, 0.0), tight])
         return figures, np.mean(explained, axis=0) if explained else None
 
-    def _normal(self, position: Position, play: Floats) -> Floats:
-        """Play along the normals, half of it, mm."""
-        lever = np.abs(position.lever)
-        n = len(position.push)
-        if not n or n == len(lever):
-            return np.full_like(play, np.inf)
-        return np.asarray(play / (1.0 / lever[:n].mean() + 1.0 / lever[n:].mean()))
-
-    def _numbers(self, rng: np.random.Generator, size: int) -> Floats:
+    def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, (columns, size), mm or rad."""
-        x = np.empty((len(self.columns), size))
+        x = np.empty((len(self.columns), size), dtype=SINGLE)
         row = 0
         while row < len(self.columns):
             column = self.columns[row]
@@ -268,15 +265,15 @@ class Machines:
                 row += 2
                 continue
             if how == "normal":
-                x[row] = mean + value / 3.0 * rng.standard_normal(size)
+                x[row] = mean + value / 3.0 * rng.standard_normal(size, dtype=SINGLE)
             elif how == "uniform":
-                x[row] = mean + value * (2.0 * rng.random(size) - 1.0)
+                x[row] = mean + value * (2.0 * rng.random(size, dtype=SINGLE) - 1.0)
             else:
-                x[row] = mean + value * np.where(rng.random(size) < 0.5, -1.0, 1.0)
+                x[row] = mean + value * np.where(rng.random(size, dtype=SINGLE) < 0.5, -1.0, 1.0)
             row += 1
         return x
 
-    def _stand(self, position: Position, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _stand(self, position: Position, x: Singles) -> tuple[Floats, Floats, Floats]:
         """low, high and play (size,) of machines at a position; see `seat.Walls.stand`."""
         size = x.shape[1]
         push = position.push @ x
@@ -293,13 +290,14 @@ class Machines:
             return one, one, play
         pressed = np.flatnonzero(play < 0.0) if side == 0.0 else np.arange(size)
         if len(pressed):
+            low, high = low.astype(np.float64), high.astype(np.float64)
             lever = np.abs(position.lever)[:, None]
             approach = np.concatenate([push[:, pressed], hold[:, pressed]]) * lever
+            start = np.full(1, position.base[0]) if side else None
             psi = balance(
-                approach, position.lever[:, None], position.stiffness[:, None], np.full(len(pressed), position.load),
-                low[pressed], high[pressed],
+                approach, position.lever[:, None], position.stiffness[:, None], np.full(1, position.load),
+                low[pressed], high[pressed], start,
             )  # fmt: skip
-            low, high = low.copy(), high.copy()
             low[pressed] = high[pressed] = psi
         return low, high, play
 
@@ -319,18 +317,18 @@ def resting(program: Program) -> list[tuple[float, float, bool]]:
     return runs
 
 
-def _direction(rng: np.random.Generator, size: int, value: float, how: Distribution) -> Floats:
+def _direction(rng: np.random.Generator, size: int, value: float, how: Distribution) -> Singles:
     """Errors of any direction, (2, size): both parts normal, evenly over a disc, or on its rim."""
     if how == "normal":
-        return np.asarray(value / 3.0 * rng.standard_normal((2, size)))
-    angle = 2.0 * pi * rng.random(size)
-    radius = value * np.sqrt(rng.random(size)) if how == "uniform" else value
+        return np.asarray(value / 3.0 * rng.standard_normal((2, size), dtype=SINGLE))
+    angle = 2.0 * pi * rng.random(size, dtype=SINGLE)
+    radius = value * np.sqrt(rng.random(size, dtype=SINGLE)) if how == "uniform" else value
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
-def _explained(x: Floats, used: npt.NDArray[np.intp], deviation: Floats) -> Floats:
+def _explained(x: Singles, used: npt.NDArray[np.intp], deviation: Floats) -> Floats:
     """Share of the variance of a deviation (size,) that each column (c, size) explains alone, by its correlation."""
-    off = deviation - deviation.mean()
+    off = np.asarray(deviation - deviation.mean(), dtype=np.float64)
     total = float(off @ off)
     shares = np.zeros(len(x))
     if total > 0.0:

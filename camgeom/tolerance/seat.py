@@ -29,9 +29,10 @@ from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.contacts import Contacts
 
+Reals = Floats | npt.NDArray[np.float32]
 STEPS = 60
-SAME = 1e-13
-"""share of the largest bound to which a balance is found"""
+SAME = 1e-9
+"""share of the largest bound to which a balance is found, of single precision what that holds"""
 SCALE = 0.005
 """mm, of approach, at which a line contact's stiffness is taken that no load and no preload sets: it falls with the
 load by a logarithm alone, and drops out where nothing but errors presses"""
@@ -81,18 +82,32 @@ class Walls:
         return np.isfinite(self.approach) & (self.lever > 0.0)
 
     @cached_property
-    def _reach(self) -> tuple[Floats, Floats]:
-        """1 / |L| of what pushes and of what holds, and what is added where a station does neither, (n, q)."""
+    def _nominal(self) -> Floats:
+        """The nominal approach, mm, (n, q), 0 where there is no wall."""
+        return np.where(np.isfinite(self.approach), self.approach, 0.0)
+
+    @cached_property
+    def _sides(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """1 / |L| and nominal approach over |L|, (n, q), of what pushes and of what holds; 0 and -inf elsewhere."""
         size = 1.0 / np.abs(self.lever)
-        return size, np.where(np.isfinite(self.approach), self.approach, 0.0)
+        push, hold = (
+            (np.where(on, size, 0.0), np.where(on, self._nominal * size, -np.inf)) for on in (self.pushes, self.holds)
+        )
+        return push, hold
+
+    @cached_property
+    def half_lever(self) -> Floats:
+        """Normal approach of either of two opposed walls, mm, per unit of play taken, (n,): those nearest nominally."""
+        first, second = (
+            np.take_along_axis(np.abs(self.lever), np.argmax(nominal, axis=1)[:, None], 1)[:, 0]
+            for _, nominal in self._sides
+        )
+        return np.asarray(1.0 / (1.0 / first + 1.0 / second))
 
     def bounds(self, errors: Floats) -> tuple[Floats, Floats]:
         """Rigid bounds (..., n) under approaches (..., n, q), mm, beyond the nominal ones."""
-        size, nominal = self._reach
-        psi = (nominal + errors) * size
-        low = np.max(psi, axis=-1, where=self.pushes, initial=-np.inf)
-        high = -np.max(psi, axis=-1, where=self.holds, initial=-np.inf)
-        return np.asarray(low), np.asarray(high)
+        low, far = (np.max(errors * size + nominal, axis=-1) for size, nominal in self._sides)
+        return np.asarray(low), np.asarray(-far)
 
     def stand(self, errors: Floats) -> Stand:
         """Where the follower stands under approaches (..., n, q), mm, beyond the nominal ones."""
@@ -118,12 +133,22 @@ class Walls:
         floor = QUIET * np.abs(self.load).max(initial=0.0)
         return np.where(np.abs(self.load) > floor, np.sign(self.load), 0.0)
 
+    @cached_property
+    def _start(self) -> Floats:
+        """Where the loaded follower stands without errors, (n,), near which it stands with them; NaN without a load."""
+        rows = np.flatnonzero(self.load_side)
+        low, high = (bound[rows] for bound in self.bounds(np.zeros(self.lever.shape)))
+        lever, stiffness = self.lever[rows].T, self.stiffness[rows].T
+        found = np.full(len(self.load), np.nan)
+        found[rows] = balance(self._nominal[rows].T, lever, stiffness, self.load[rows], low, high)
+        return found
+
     def _balanced(self, errors: Floats, rows: npt.NDArray[np.bool_], low: Floats, high: Floats) -> Floats:
         """psi of the rows (..., n) that are pressed, (r,)."""
         at = np.nonzero(rows)[-1]
-        _, nominal = self._reach
-        approach = nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
-        return balance(approach.T, self.lever[at].T, self.stiffness[at].T, self.load[at], low[rows], high[rows])
+        approach = self._nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
+        start = self._start[at] if np.any(self.load) else None
+        return balance(approach.T, self.lever[at].T, self.stiffness[at].T, self.load[at], low[rows], high[rows], start)
 
     def forces(self, errors: Floats) -> Floats:
         """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses."""
@@ -133,28 +158,34 @@ class Walls:
         if rows.any():
             psi = psi.copy()
             psi[rows] = self._balanced(errors, np.broadcast_to(rows, low.shape), low, high)
-        _, nominal = self._reach
-        pressed = np.maximum(nominal + errors + self.lever * psi[..., None], 0.0)
+        pressed = np.maximum(self._nominal + errors + self.lever * psi[..., None], 0.0)
         return np.asarray(np.where(rows[..., None], self.stiffness * pressed, 0.0))
 
 
-def balance(approach: Floats, lever: Floats, stiffness: Floats, load: Floats, low: Floats, high: Floats) -> Floats:
+def balance(
+    approach: Reals, lever: Reals, stiffness: Reals, load: Floats, low: Floats, high: Floats,
+    start: Floats | None = None,
+) -> Floats:  # fmt: skip
     """psi (r,) at which stations (q, r) press as hard as loads (r,) ask: sum(-L k [a + L psi]+) = load.
 
-    low, high  rigid bounds, (r,). The sum falls with psi in straight pieces: Newton steps, kept in a bracket, end
-    exactly where they stay on one. Raises NotConverged where no station can give the load.
+    low, high  rigid bounds, (r,); start: where psi is looked for first, NaN: between them. The sum falls with psi in
+    straight pieces: Newton steps, kept in a bracket, end where they stay on one. Raises NotConverged where no station
+    can give the load.
     """
     pull = lever * stiffness
     hard = pull * lever
-    room = _room(approach, lever, hard, load, low, high) if np.any(load) else np.zeros(1)
+    room = _room(lever, hard, load) if np.any(load) else np.zeros(1)
     ends = np.where(np.isfinite(low), low, high), np.where(np.isfinite(high), high, low)
     below, above = np.minimum(*ends) - room, np.maximum(*ends) + room
     psi = 0.5 * (below + above)
-    scale = SAME * np.maximum(np.abs(below), np.abs(above))
+    if start is not None:
+        psi = np.where(np.isnan(start), psi, np.clip(start, below, above))
+    kind = approach.dtype
+    scale = max(SAME, 8.0 * float(np.finfo(kind).eps)) * np.maximum(np.abs(below), np.abs(above))
     for _ in range(STEPS):
-        pressed = lever * psi
+        pressed = lever * psi.astype(kind)
         pressed += approach
-        on = (pressed > 0.0).astype(np.float64)
+        on = (pressed > 0.0).astype(kind)
         np.maximum(pressed, 0.0, out=pressed)
         rest = -_summed(pull, pressed) - load
         slope = _summed(hard, on)
@@ -168,19 +199,19 @@ def balance(approach: Floats, lever: Floats, stiffness: Floats, load: Floats, lo
     return psi
 
 
-def _summed(weight: Floats, values: Floats) -> Floats:
+def _summed(weight: Reals, values: Reals) -> Reals:
     """Sum over the stations (q, r) with weights (q, r), or (q, 1) that all rows share."""
     return weight[:, 0] @ values if weight.shape[1] == 1 else np.asarray(np.einsum("qr,qr->r", weight, values))
 
 
-def _room(approach: Floats, lever: Floats, hard: Floats, load: Floats, low: Floats, high: Floats) -> Floats:
-    """How far beyond its bounds a load (r,) may carry the follower: the station that is met first alone bears it."""
-    at = np.where(load > 0.0, low, high)
-    touching = np.abs(approach + lever * at) <= 1e-9 * np.abs(lever) * np.maximum(np.abs(at), 1e-12) + 1e-15
-    bearing = np.max(np.where(touching & (np.where(load > 0.0, -lever, lever) > 0.0), hard, 0.0), axis=0)
-    if not np.all((bearing > 0.0) | (load == 0.0)):
+def _room(lever: Reals, hard: Reals, load: Floats) -> Floats:
+    """How far beyond its bounds a load (r,) may carry the follower, (r,): the softest station that can bear it alone.
+    """
+    along = np.where(load > 0.0, -lever, lever) > 0.0
+    bearing = np.min(np.where(along & (hard > 0.0), hard, np.inf), axis=0)
+    if not np.all(np.isfinite(bearing) | (load == 0.0)):
         raise NotConverged("no wall can give the follower's load at some cam angle")
-    return np.asarray(np.abs(load) / np.where(bearing > 0.0, bearing, 1.0))
+    return np.asarray(np.abs(load) / bearing)
 
 
 def walls_of(contacts: Contacts, load: Floats, roller: Material, cam: Material, preload: float) -> Walls:

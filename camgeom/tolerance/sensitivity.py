@@ -124,23 +124,9 @@ class Seated:
         base = self.nominal
         return np.maximum(np.abs(stand.low - base.low), np.abs(stand.high - base.high))
 
-    def preload(self, errors: Floats) -> Floats:
-        """Normal interference, mm, (..., n), by which the walls press from both sides; below zero half the play."""
-        return pressed_in(self.walls, errors)
-
-
-def pressed_in(walls: Walls, errors: Floats) -> Floats:
-    """Half of what the two walls that come nearest leave too little, along their normals, mm, (..., n)."""
-    low, high = walls.bounds(errors)
-    size = np.abs(walls.lever)
-    nominal = np.where(np.isfinite(walls.approach), walls.approach, 0.0) + errors
-    push = np.where(walls.pushes, nominal / size, -np.inf)
-    hold = np.where(walls.holds, nominal / size, -np.inf)
-    shape = push.shape
-    lever = np.broadcast_to(size, shape)
-    first = np.take_along_axis(lever, np.argmax(push, axis=-1)[..., None], -1)[..., 0]
-    second = np.take_along_axis(lever, np.argmax(hold, axis=-1)[..., None], -1)[..., 0]
-    return np.asarray((low - high) / (1.0 / first + 1.0 / second))
+    def preload(self, play: Floats) -> Floats:
+        """Normal interference, mm, (..., n), of a play below zero, mm or rad, (..., n); above it minus half the gap."""
+        return np.asarray(-play * self.walls.half_lever)
 
 
 @final
@@ -206,7 +192,7 @@ class Sensitivities:
         size = SIZES[cause.unit] if size is None else size
         unit, seated = size * cause.scale, self.seated
         curve, play, preload = np.zeros(len(self.theta)), 0.0, 0.0
-        before = pressed_in(seated.walls, np.zeros(seated.walls.lever.shape)) if self._both else None
+        before = seated.preload(seated.nominal.play) if self._both else None
         for parts in trials(seated, cause, unit):
             moved = np.zeros((len(parts), len(self.theta)))
             grown, lost = np.zeros(len(parts)), np.zeros(len(parts))
@@ -215,7 +201,7 @@ class Sensitivities:
                 moved[part] = seated.deviation(stand).max(axis=0)
                 if before is not None:
                     grown[part] = float((stand.play - seated.nominal.play).max())
-                    lost[part] = float((before - seated.preload(both)).max())
+                    lost[part] = float((before - seated.preload(stand.play)).max())
             curve = np.maximum(curve, np.sqrt((moved**2).sum(axis=0)))
             play, preload = max(play, float(np.hypot.reduce(grown))), max(preload, float(np.hypot.reduce(lost)))
         at = int(np.argmax(curve))

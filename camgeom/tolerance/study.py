@@ -16,7 +16,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause, applicable
 from camgeom.tolerance.samples import Drawn, Machines, Spreads, resting
-from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, pressed_in
+from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
 from camgeom.tolerance.spec import Costs, ToleranceSpec
 
 LIMITS = ("dwell", "motion", "backlash")
@@ -168,7 +168,7 @@ class ToleranceStudy:
         if not self.both:
             return None
         seated = self.sensitivities.seated
-        return float(pressed_in(seated.walls, np.zeros(seated.walls.lever.shape))[self._still].min())
+        return float(seated.preload(seated.nominal.play)[self._still].min())
 
     @cached_property
     def wear(self) -> tuple[tuple[float, float, float], ...]:

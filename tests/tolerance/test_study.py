@@ -18,7 +18,7 @@ from camgeom.tolerance.causes import CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
 from camgeom.tolerance.samples import BLOCK, Machines
 from camgeom.tolerance.seat import walls_of
-from camgeom.tolerance.sensitivity import Loaded, pressed_in
+from camgeom.tolerance.sensitivity import Loaded
 from camgeom.track.turret import Engagement
 from tests.places import ROOT
 
@@ -89,9 +89,9 @@ def test_a_roller_five_micrometres_larger_moves_a_preloaded_turret_as_its_sharin
 def test_a_preload_is_lost_by_as_much_as_is_worn_off() -> None:
     seated = _loaded(_profile("fine_indexer")).at(np.radians([0.0, 20.0]))
     zero = np.zeros(seated.walls.lever.shape)
-    before = pressed_in(seated.walls, zero)
+    before = seated.preload(seated.nominal.play)
     assert before == pytest.approx(0.004, rel=0.02)
-    assert pressed_in(seated.walls, zero - 0.003) == pytest.approx(before - 0.003, abs=1e-12)
+    assert seated.preload(seated.walls.stand(zero - 0.003).play) == pytest.approx(before - 0.003, abs=1e-9)
     assert seated.walls.stand(zero - 0.003).play.max() < 0.0 < seated.walls.stand(zero - 0.005).play.min()
 
 
