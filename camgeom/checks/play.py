@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable
 from math import degrees, pi
 from typing import TYPE_CHECKING
@@ -10,22 +9,13 @@ from typing import TYPE_CHECKING
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.solid.mechanism import Drive
+from camgeom.tolerance.fits import SIZES, clearance
 
 if TYPE_CHECKING:
     from camgeom.model import Model
 
 FORCE_SLACK = 1e-9
 """share of the peak force that rounding leaves where contact just holds"""
-SIZES = (3.0, 6.0, 10.0, 18.0, 30.0, 40.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 225.0, 250.0,
-         280.0, 315.0, 355.0, 400.0, 450.0, 500.0)  # fmt: skip
-"""mm, upper ends of the steps of nominal sizes; each step holds its upper end"""
-GRADE_11 = (60, 75, 90, 110, 130, 160, 160, 190, 190, 220, 220, 250, 250, 250, 290, 290, 290, 320, 320, 360, 360, 400,
-            400)  # fmt: skip
-"""um, standard tolerance IT11 of each step: ISO 286-1, table of standard tolerance grades"""
-SHAFT_C = (60, 70, 80, 95, 110, 120, 130, 140, 150, 170, 180, 200, 210, 230, 240, 260, 280, 300, 330, 360, 400, 440,
-           480)  # fmt: skip
-"""um below nominal, upper deviation of shafts c of each step: ISO 286-1, table of fundamental deviations (as excerpted
-in JIS B 0401, whose c9 has the same); the letter c ends at 500 mm"""
 
 
 def loose_fit(size: float) -> float:
@@ -34,8 +24,7 @@ def loose_fit(size: float) -> float:
     The coarsest of the preferred clearance fits of ISO 286: the hole may be IT11 too large, the shaft IT11 smaller than
     its upper deviation.
     """
-    step = min(bisect_left(SIZES, size), len(SIZES) - 1)
-    return 1e-3 * (2 * GRADE_11[step] + SHAFT_C[step])
+    return clearance("H11/c11", min(size, SIZES[-1]))[1]
 
 
 @check("play")

@@ -212,8 +212,8 @@ def _add_tolerance(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--samples", metavar="N", help="machines drawn, instead of the profile's")
     sub.add_argument("--yield", metavar="SHARE", dest="share", help="share that has to keep the limits, 0 to 1")
     sub.add_argument("--limit", metavar="NAME=VALUE", action="append",
-                     help="dwell, motion or backlash: um of a slide, seconds of arc of what turns, instead of the "
-                          "profile's; repeat for more")
+                     help="dwell, motion, backlash: um of a slide, seconds of arc of what turns; preload: um at least; "
+                          "pressure: MPa; instead of the profile's; repeat for more")
     _add_json(sub)
 
 

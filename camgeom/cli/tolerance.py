@@ -10,7 +10,8 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, number, number_in
 from camgeom.profile import Profile
 
-LIMITS = {"dwell": "dwell_limit", "motion": "motion_limit", "backlash": "backlash_limit"}
+FIGURES = ("dwell", "motion", "backlash")
+LIMITS = {name: f"{name}_limit" for name in (*FIGURES, "preload", "pressure")}
 MOST = 20_000_000
 
 
@@ -69,12 +70,21 @@ def summary(data: dict[str, Any]) -> list[str]:
     share = 100.0 * data["wanted_yield"]
     lines.append(f"all together, {data['samples']} machines, from {data['reference'].replace('-', ' ')}, {unit}")
     table = [["", "median", f"{share:.6g} % within", "worst case, from the drawing"]]
-    for name in LIMITS:
+    for name in FIGURES:
         if f"{name}_{unit}" in data:
             table.append([name, *(number(data[f"{key}{name}_{unit}"], 4) for key in ("median_", "", "worst_"))])
     lines += [f"  {line}" for line in aligned(table, right=range(1, 4))]
     if "least_preload_um" in data:
         lines.append(f"preload that {share:.6g} % keep at least: {data['least_preload_um']:.4g} um (negative: play)")
+    if "pressure_mpa" in data:
+        lines.append(f"largest pressure: nominal {data['nominal_pressure_mpa']:.4g} MPa, {share:.6g} % within "
+                     f"{data['pressure_mpa']:.4g} MPa; by that alone they live {100.0 * data['life_share']:.3g} % as "
+                     "long")  # fmt: skip
+    if "edge" in data:
+        edge = data["edge"]
+        what = "half a millimetre inside the sharp end that bears" if edge["unbounded"] else "at its largest"
+        lines.append(f"the hardest roller, tilted by {edge['tilt_arcmin']:.3g}': {edge['tilted_pressure_mpa']:.4g} MPa "
+                     f"{what}, level {edge['level_pressure_mpa']:.4g} MPa")  # fmt: skip
     if "yield" in data:
         lines.append(f"yield: {100.0 * data['yield']:.5g} % keep every limit; wanted {share:.6g} %")
     parts = [(key, f"{100.0 * part:.1f} %") for key, part in data["contributions"].items() if part >= 0.0005]

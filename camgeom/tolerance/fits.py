@@ -1,7 +1,7 @@
 """ISO 286: limits of size of holes and shafts, and the clearance of their fits, mm.
 
 Grades IT5 to IT11 and the deviations of the letters that shops use between cams, shafts, rollers and pins, up to
-500 mm. Tables of ISO 286-1:2010 (standard tolerance grades; fundamental deviations of shafts), um. Holes D to H lie
+500 mm. Tables of ISO 286-1:2010 (standard tolerance grades; fundamental deviations of shafts), um. Holes C to H lie
 above the nominal size as the shafts of their letter lie below it (general rule of the standard).
 """
 
@@ -31,6 +31,12 @@ BELOW = {
     "h": (0,) * 13,
 }
 """um, by which the largest shaft stands below the nominal size"""
+C_SIZES = (3.0, 6.0, 10.0, 18.0, 30.0, 40.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 225.0, 250.0,
+           280.0, 315.0, 355.0, 400.0, 450.0, 500.0)  # fmt: skip
+"""mm, upper ends of the finer steps of the letter c"""
+BELOW_C = (60, 70, 80, 95, 110, 120, 130, 140, 150, 170, 180, 200, 210, 230, 240, 260, 280, 300, 330, 360, 400, 440,
+           480)  # fmt: skip
+"""um, of shafts c likewise (as excerpted in JIS B 0401, whose c9 has the same); the letter c ends at 500 mm"""
 ABOVE = {
     "k": (0, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4, 5),
     "m": (2, 4, 6, 7, 8, 9, 11, 13, 15, 17, 20, 21, 23),
@@ -38,7 +44,7 @@ ABOVE = {
     "p": (6, 12, 15, 18, 22, 26, 32, 37, 43, 50, 56, 62, 68),
 }
 """um, by which the smallest shaft stands above it; k of the grades 4 to 7, beyond them 0"""
-ALLOWED = f"a letter of {', '.join([*BELOW, 'js', *ABOVE])} (shafts) or D, E, F, G, H, JS (holes) and a grade 4 to 11"
+ALLOWED = f"a letter of c, {', '.join([*BELOW, 'js', *ABOVE])} (shafts) or C to H, JS (holes) and a grade 4 to 11"
 
 
 def limits(code: str, size: float) -> tuple[float, float]:
@@ -50,17 +56,16 @@ def limits(code: str, size: float) -> tuple[float, float]:
     grade = int(found[2]) if found else 0
     if found is None or grade not in GRADES:
         raise ValueError(f"{code!r}: needs {ALLOWED}")
-    if not 0.0 < size <= SIZES[-1]:
+    if not 0.0 <= size <= SIZES[-1]:
         raise ValueError(f"a nominal size of {size:g} mm: allowed: up to {SIZES[-1]:g} mm")
     step, letter = bisect_left(SIZES, size), found[1]
     width = GRADES[grade][step]
     low: float
     if letter in ("js", "JS"):
         low = -0.5 * width
-    elif letter in BELOW:
-        low = -BELOW[letter][step] - width
-    elif letter.lower() in BELOW and letter.isupper():
-        low = BELOW[letter.lower()][step]
+    elif letter.lower() in ("c", *BELOW):
+        off = BELOW_C[bisect_left(C_SIZES, size)] if letter.lower() == "c" else BELOW[letter.lower()][step]
+        low = off if letter.isupper() else -off - width
     elif letter in ABOVE:
         low = ABOVE[letter][step] if letter != "k" or grade <= 7 else 0
     else:

@@ -21,7 +21,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause
-from camgeom.tolerance.seat import balance
+from camgeom.tolerance.seat import balance, pressures
 from camgeom.tolerance.sensitivity import Loaded, Seated
 from camgeom.tolerance.spec import Distribution
 from camgeom.track import TURN
@@ -85,6 +85,7 @@ class Drawn:
 
     dwell, motion  largest deviation in the dwells (of a program without one: anywhere), and anywhere
     backlash       largest play in the dwells; preload: least normal interference there, mm, below zero half the play
+    pressure       largest contact pressure at the cam angle that is nominally the hardest, MPa; None of no line contact
     shares         part of the variance of the deviation that each error explains, by key
     """
 
@@ -92,6 +93,7 @@ class Drawn:
     motion: Floats
     backlash: Floats
     preload: Floats
+    pressure: Floats | None
     shares: dict[str, float]
 
     def at_yield(self, figure: Floats, share: float) -> float:
@@ -112,11 +114,13 @@ class Machines:
 
     spreads   of the errors by key
     relative  deviations from where each machine stands in the first dwell of its first stop
+    hardest   cam angle, rad, at which the pressure is asked, at the first stop; None where none is
     """
 
     loaded: Loaded
     spreads: Spreads
     relative: bool = False
+    hardest: float | None = None
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:
@@ -149,6 +153,18 @@ class Machines:
         return self.loaded.at(self._angles[0])
 
     @cached_property
+    def _hard(self) -> tuple[Position, Singles] | None:
+        """Where the pressure is asked, and the square of the pressure per approach of its stations, MPa²/mm, (q,)."""
+        if self.hardest is None:
+            return None
+        seated = self.loaded.at(np.array([self.hardest]))
+        position = self._position(seated, 0, 0, 0, False)
+        on = np.isfinite(seated.walls.approach[0])
+        order = np.r_[np.flatnonzero(on & (seated.walls.lever[0] < 0.0)), np.flatnonzero(seated.walls.holds[0])]
+        one = pressures(seated.contacts, seated.walls.stiffness, self.loaded.roller, self.loaded.cam)[0, order]
+        return position, (one * one).astype(SINGLE)
+
+    @cached_property
     def stops(self) -> tuple[int, float]:
         """How many stops bring other rollers beside the cam, and by how many rollers the turret steps."""
         turret = self.loaded.mechanism.turret
@@ -168,11 +184,11 @@ class Machines:
         found = []
         for row in range(len(theta)):
             for stop in range(stops if still[row] and own else 1):
-                found.append(self._position(row, stop, int(step), bool(still[row])))
+                found.append(self._position(self._seated, row, stop, int(step), bool(still[row])))
         return tuple(found)
 
-    def _position(self, row: int, stop: int, step: int, dwell: bool) -> Position:
-        seated, walls, at = self._seated, self._seated.walls, self._seated.contacts
+    def _position(self, seated: Seated, row: int, stop: int, step: int, dwell: bool) -> Position:
+        walls, at = seated.walls, seated.contacts
         on = at.on[row].reshape(-1)
         lines = np.repeat(np.arange(at.on.shape[1]), at.on.shape[2])
         rollers = (at.roller - stop * step) % at.rollers if self.loaded.mechanism.turret is not None else at.roller
@@ -207,7 +223,8 @@ class Machines:
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
         """Figures of so many machines; the same ones whatever the number of workers."""
         sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
-        self.positions  # noqa: B018 - made once, before the workers share it
+        # Made once, before the workers share them.
+        self.positions, self._hard  # noqa: B018
 
         def judged(block: int) -> tuple[Floats, Floats | None]:
             return self._block(block, sizes[block])
@@ -221,11 +238,11 @@ class Machines:
         for column, share in zip(self.columns, shares):
             by_key[column.cause.key] += float(share)
         by_key = {key: max(0.0, share) for key, share in by_key.items()}
-        dwell, motion, backlash, preload = figures
-        return Drawn(dwell, motion, backlash, preload, by_key)
+        dwell, motion, backlash, preload, pressure = figures
+        return Drawn(dwell, motion, backlash, preload, pressure if self._hard is not None else None, by_key)
 
     def _block(self, block: int, size: int) -> tuple[Floats, Floats | None]:
-        """Figures (4, size) of a block, and of early ones the share of the variance each column explains."""
+        """Figures (5, size) of a block, and of early ones the share of the variance each column explains."""
         x = self._numbers(np.random.default_rng([SEED, block]), size)
         worst, rest, loose = np.zeros(size), np.zeros(size), np.full(size, -np.inf)
         tight = np.full(size, np.inf)
@@ -250,8 +267,24 @@ class Machines:
             if block < EXPLAINED and (position.dwell or none):
                 middle = 0.5 * (low + high) - (0.5 * (reference[0] + reference[1]) if reference else 0.0)
                 explained.append(_explained(x, np.arange(len(x)) if reference else position.columns, middle))
-        figures = np.stack([rest, worst, np.maximum(loose, 0.0), tight])
+        figures = np.stack([rest, worst, np.maximum(loose, 0.0), tight, self._pressure(x)])
         return figures, np.mean(explained, axis=0) if explained else None
+
+    def _pressure(self, x: Singles) -> Floats:
+        """Largest pressure of machines (columns, size) where it is asked, MPa; 0 where it is not."""
+        if self._hard is None:
+            return np.zeros(x.shape[1])
+        position, square = self._hard
+        own = x[position.columns]
+        push = position.push @ own + position.nominal_push[:, None]
+        hold = position.hold @ own + position.nominal_hold[:, None]
+        low = push.max(axis=0, initial=-np.inf).astype(np.float64)
+        high = -hold.max(axis=0, initial=-np.inf).astype(np.float64)
+        lever = position.lever[:, None]
+        approach = np.concatenate([push, hold]) * np.abs(lever)
+        psi = balance(approach, lever, position.stiffness[:, None], np.full(1, position.load), low, high)
+        pressed = np.maximum(approach + lever * psi.astype(SINGLE), 0.0)
+        return np.asarray(np.sqrt((square[:, None] * pressed).max(axis=0)), dtype=np.float64)
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, (columns, size), mm or rad."""
@@ -332,7 +365,7 @@ def _explained(x: Singles, used: npt.NDArray[np.intp], deviation: Floats) -> Flo
     total = float(off @ off)
     shares = np.zeros(len(x))
     if total > 0.0:
-        own = x[used] - x[used].mean(axis=1, keepdims=True)
+        own = np.asarray(x[used] - x[used].mean(axis=1, keepdims=True), dtype=np.float64)
         square = (own * own).sum(axis=1)
         found = np.divide((own @ off) ** 2, square * total, out=np.zeros(len(used)), where=square > 0.0)
         # Numbers that have nothing to do with it correlate by chance: 1 / (n - 1) on the average.

@@ -149,6 +149,12 @@ class ToleranceSpec(Section):
     backlash_limit: Annotated[float, Field(gt=0.0, le=1e7)] | None = Field(
         None, description="largest play of the follower in its dwells (of a program without one: anywhere), likewise"
     )
+    preload_limit: Annotated[float, Field(gt=0.0, le=1e4)] | None = Field(
+        None, description="um, least interference along the normals in the dwells that a preloaded turret has to keep"
+    )
+    pressure_limit: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="MPa, largest contact pressure of line contacts at the nominally hardest cam angle"
+    )
     wanted_yield: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
         0.99, alias="yield", description="1, share of the machines that have to keep each limit"
     )
@@ -196,6 +202,11 @@ class ToleranceSpec(Section):
                 yield Problem(f"tolerance.{key}.mean", "means nothing here: its direction is any", given.mean, "0")
         for key in self.cost.model_fields_set - possible:
             yield Problem(f"tolerance.cost.{key}", "means nothing here: this cam has no such error")
+        turret = mechanism.turret
+        if self.preload_limit is not None and (turret is None or turret.preload <= 1e-3 * self.preload_limit):
+            nominal = turret.preload if turret is not None else 0.0
+            allowed = f"below the nominal {1e3 * nominal:g} um" if nominal else "none: there is no preload"
+            yield Problem("tolerance.preload_limit", "is never kept", self.preload_limit, allowed)
         if not self.stated():
             yield Problem("tolerance", "states no error", None, f"one of {', '.join(sorted(possible))}")
         if self.wobble_pivot is not None and self.cam_wobble_arcmin is None:

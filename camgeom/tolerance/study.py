@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +14,13 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.causes import CAUSES, Cause, applicable
+from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
 from camgeom.tolerance.samples import Drawn, Machines, Spreads, resting
 from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
 from camgeom.tolerance.spec import Costs, ToleranceSpec
+
+if TYPE_CHECKING:
+    from camgeom.tolerance.edge import Edge
 
 LIMITS = ("dwell", "motion", "backlash")
 WEAR = (0.001, 0.002, 0.005, 0.01, 0.02)
@@ -93,9 +96,24 @@ class ToleranceStudy:
         unit = self.loaded.shown(1.0)
         return {name: value / unit for name, value in given.items() if value is not None}
 
+    @property
+    def limited(self) -> bool:
+        """Whether any limit is given."""
+        spec = self.spec
+        return bool(self.limits) or (spec is not None and (spec.preload_limit or spec.pressure_limit) is not None)
+
+    @cached_property
+    def edge(self) -> Edge | None:
+        """The hardest pressed roller, tilted by all errors at their tolerances; None where no cylinder bears a load."""
+        from camgeom.tolerance.edge import edge_of
+
+        return edge_of(self) if self.spec is not None else None
+
     def machines(self, spreads: Spreads) -> Machines:
         """Machines whose errors scatter so."""
-        return Machines(self.loaded, spreads, self.spec is not None and self.spec.reference == "first-dwell")
+        hard = self.sensitivities.hard
+        relative = self.spec is not None and self.spec.reference == "first-dwell"
+        return Machines(self.loaded, spreads, relative, None if hard is None else hard[2].cam_angle)
 
     @cached_property
     def drawn(self) -> Drawn:
@@ -108,9 +126,18 @@ class ToleranceStudy:
         return float(np.mean(self.ratios(drawn or self.drawn) <= 1.0))
 
     def ratios(self, drawn: Drawn) -> Floats:
-        """Of every machine the largest figure over its limit, (s,); 0 without any limit."""
+        """Of every machine the largest figure over its limit, (s,); 0 without any limit.
+
+        Of a preload and a pressure what is lost or grows, over what may.
+        """
         figures = {"dwell": drawn.dwell, "motion": drawn.motion, "backlash": drawn.backlash}
         over = [figures[name] / limit for name, limit in self.limits.items()]
+        spec, hard = self.spec, self.sensitivities.hard
+        if spec is not None and spec.preload_limit is not None and self.preload is not None:
+            over.append((self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit))
+        if spec is not None and spec.pressure_limit is not None and hard is not None and drawn.pressure is not None:
+            room = spec.pressure_limit - hard[1]
+            over.append((drawn.pressure - hard[1]) / room if room > 0.0 else np.full(len(drawn.dwell), np.inf))
         return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
 
     @property
@@ -190,7 +217,7 @@ class ToleranceStudy:
         The common factor is found by drawing all machines again. None where no limit is given, or none can be held.
         """
         spec = self.spec
-        if spec is None or not self.limits or not self.causes:
+        if spec is None or not self.limited or not self.causes:
             return None
         return widest(self, spec.cost, spec.wanted_yield, spec.samples)
 
@@ -299,15 +326,27 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
         data |= {f"{name}_{unit}": loaded.shown(drawn.at_yield(figure, share)),
                  f"median_{name}_{unit}": loaded.shown(drawn.at_yield(figure, 0.5)),
                  f"worst_{name}_{unit}": loaded.shown(end.value)}  # fmt: skip
-    if study.limits:
+    if study.limited:
         data["yield"] = study.share()
     data["contributions"] = dict(sorted(drawn.shares.items(), key=lambda item: -item[1]))
     if study.both:
         data["least_preload_um"] = 1e3 * drawn.at_yield(drawn.preload, 1.0 - share)
+    if drawn.pressure is not None and study.sensitivities.hard is not None:
+        pressure, nominal = drawn.at_yield(drawn.pressure, share), study.sensitivities.hard[1]
+        exponent = max(loaded.roller.exponent, loaded.cam.exponent)
+        data |= {"nominal_pressure_mpa": nominal, "pressure_mpa": pressure,
+                 "life_share": float((nominal / pressure) ** exponent) if pressure > 0.0 else 1.0}  # fmt: skip
+    if study.edge is not None:
+        edge = study.edge
+        data["edge"] = {
+            "tilt_arcmin": edge.tilt / ARCMIN, "load_n": edge.load, "level_pressure_mpa": edge.level,
+            "tilted_pressure_mpa": edge.tilted, "unbounded": edge.unbounded,
+            "cam_angle_deg": degrees(edge.cam_angle) % 360.0,
+        }  # fmt: skip
     if study.wear:
         data["wear"] = [{"wear_um": 1e3 * w, "preload_um": 1e3 * left, "still_preloaded": part}
                         for w, left, part in study.wear]  # fmt: skip
-    if with_widest and study.limits:
+    if with_widest and study.limited:
         found = study.widest
         data["widest"] = None if found is None else {"yield": found.reached, "tolerances": dict(found.values)}
     return data

@@ -24,7 +24,7 @@ from kit import ROOT, Plot, Table, draw, machine, markdown, write_csv
 HERE = Path(__file__).resolve().parent
 ORDER = (
     *("start", "groove", "planar", "globoidal", "sampling", "limits", "growth", "opencascade"),
-    *("batch", "motion", "best_law", "contact", "life", "dynamics", "impact", "export"),
+    *("batch", "motion", "best_law", "contact", "life", "dynamics", "impact", "tolerance", "export"),
 )
 FOLDED = 40
 """Rows from which on a table is folded away under its picture."""

@@ -781,6 +781,9 @@ WITHOUT = {
     "dynamic-run-out": "vibration beside a run-out: tests/dynamics/test_judged_where_it_acts.py",
     "dynamic-crown-length": "follows its rigid check: tests/dynamics/test_judged_where_it_acts.py",
     "impact-crown-length": "the same",
+    "dwell-tolerance": "errors of assembly are no part of the designs: tests/tolerance/test_study.py",
+    "motion-tolerance": "the same",
+    "backlash-tolerance": "the same",
 }
 """checks that no fault of a random design can wake, each with the reason"""
 FIRST = 27

@@ -9,11 +9,12 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import judge
-from camgeom.checks.play import GRADE_11, SHAFT_C, SIZES, loose_fit
+from camgeom.checks.play import loose_fit
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
+from camgeom.tolerance.fits import BELOW_C, C_SIZES, limits
 from tests.places import PROFILES
 
 YOKE = {"roller": {"diameter": 16.0, "length": 10.0}}
@@ -96,7 +97,8 @@ def test_the_table_follows_the_formulas_it_was_made_by() -> None:
     """
     wide = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
     ends = dict(zip(wide[1:], wide))
-    for low, high, grade, below in list(zip(SIZES, SIZES[1:], GRADE_11[1:], SHAFT_C[1:]))[3:]:
+    for low, high, below in list(zip(C_SIZES, C_SIZES[1:], BELOW_C[1:]))[3:]:
+        grade = 1e3 * limits("H11", high)[1]
         top = min(end for end in wide if end >= high)
         mean, own = sqrt(ends[top] * top), sqrt(low * high)
         assert grade == pytest.approx(100.0 * (0.45 * cbrt(mean) + 0.001 * mean), rel=0.03)
@@ -105,7 +107,7 @@ def test_the_table_follows_the_formulas_it_was_made_by() -> None:
 
 def test_beyond_the_table_the_fit_grows_no_more() -> None:
     assert loose_fit(2000.0) == loose_fit(500.0)
-    assert all(loose_fit(high + 1e-9) >= loose_fit(high) for high in SIZES)
+    assert all(loose_fit(high + 1e-9) >= loose_fit(high) for high in C_SIZES)
 
 
 @pytest.mark.parametrize("kind", ["globoidal", "cylindrical-index"])

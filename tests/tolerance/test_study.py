@@ -14,7 +14,7 @@ from camgeom.errors import ProfileError
 from camgeom.mechanics.stiffness import Slices
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.tolerance.causes import CAUSES, default_pivots
+from camgeom.tolerance.causes import ARCMIN, CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
 from camgeom.tolerance.samples import BLOCK, Machines
 from camgeom.tolerance.seat import walls_of
@@ -242,3 +242,46 @@ def test_the_command_tells_sensitivities_without_a_table_and_refuses_limits(caps
     data = json.loads(capsys.readouterr().out)
     assert data["yield"] == pytest.approx(0.683, abs=0.03), "10 um is one standard deviation"
     assert main(["tolerance", str(path), "--limit", "speed=1"]) == 2
+
+
+def test_a_preload_and_a_pressure_can_be_limited() -> None:
+    more = "[tolerance]\nroller_diameter = 0.003\nsamples = 20000\n{limit}\n"
+    study = _profile("fine_indexer", more.format(limit="preload_limit = 1")).tolerances
+    left = study.drawn.preload
+    assert study.share() == pytest.approx(float(np.mean(left >= 1e-3)), abs=1e-9)
+    assert study.preload == pytest.approx(0.004, rel=0.02)
+    kept = [row[2] for row in study.wear]
+    assert kept == sorted(kept, reverse=True), "wear takes the preload of ever more machines"
+    assert (kept[0], kept[-1]) == (1.0, 0.0)
+    assert study.wear[3][0] == pytest.approx(study.preload), "the nominal preload is used up by as much wear"
+    assert kept[3] < 0.05, "at one stop or the other a smaller roller stands"
+    hard = study.sensitivities.hard
+    assert hard is not None
+    limit = 1.1 * hard[1]
+    study = _profile("fine_indexer", more.format(limit=f"pressure_limit = {limit}")).tolerances
+    assert study.drawn.pressure is not None
+    assert study.share() == pytest.approx(float(np.mean(study.drawn.pressure <= limit)), abs=1e-9)
+    assert float(np.median(study.drawn.pressure)) == pytest.approx(hard[1], rel=0.1)
+    with pytest.raises(ProfileError, match="never kept"):
+        _profile("fine_indexer", more.format(limit="preload_limit = 4.5"))
+    with pytest.raises(ProfileError, match="there is no preload"):
+        _profile("tool_changer", more.format(limit="preload_limit = 1"))
+
+
+def test_a_tilt_of_the_roller_presses_its_end() -> None:
+    """Errors that tilt, and none that do not: the same roller level, and harder at the end the more it is tilted."""
+    text = (ROOT / "profiles" / "milled_drum.toml").read_text().partition("[cutter]")[0]
+    text = text.replace("length = 10", "length = 10\nend_radius = 0.5")
+    level, one, two = (
+        Model(parse(f"{text}[tolerance]\n{line}\nsamples = 1000\n")).tolerances.edge
+        for line in ("axial_shift = 0.01", "roller_tilt_arcmin = 1", "roller_tilt_arcmin = 4")
+    )
+    assert level is not None
+    assert one is not None
+    assert two is not None
+    assert level.tilt == pytest.approx(0.0, abs=1e-12)
+    assert level.tilted == pytest.approx(level.level, rel=1e-9)
+    assert 0.0 < one.tilt <= ARCMIN
+    assert two.tilt == pytest.approx(4.0 * one.tilt, rel=1e-9)
+    assert level.level < one.tilted < two.tilted
+    assert not two.unbounded

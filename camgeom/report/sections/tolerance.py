@@ -56,6 +56,14 @@ def _together(data: dict[str, Any], unit: str) -> Block:
     ]
     within = Column(f"{share:.4g} % within")
     heads = Column("Quantity"), Column("Median"), within, Column("Worst case, from the drawing"), Column("Unit")
+    if "pressure_mpa" in data:
+        rows.append(("Largest contact pressure", None, data["pressure_mpa"], None, "MPa"))
+    if "edge" in data:
+        edge = data["edge"]
+        inside = ", half a millimetre inside its sharp end" if edge["unbounded"] else ""
+        told = f"Hardest roller, tilted by {edge['tilt_arcmin']:.3g}′{inside}"
+        told = f"{told}; level {edge['level_pressure_mpa']:.4g} MPa"
+        rows.append((told, None, None, edge["tilted_pressure_mpa"], "MPa"))
     kept = f"; {100.0 * data['yield']:.4g} % keep every limit" if "yield" in data else ""
     start = "the drawing" if data["reference"] == "absolute" else "each machine's first dwell"
     return Table(f"{data['samples']:,} machines, measured from {start}{kept}".replace(",", " ", 1), heads, tuple(rows))
