@@ -386,30 +386,37 @@ class Motion:
     @cached_property
     def samples(self) -> Points:
         """SAMPLES points of every piece that moves, one of every other, (P, n)."""
-        step = FINE // (SAMPLES - 1)
+        return self.sampled(SAMPLES)
+
+    def sampled(self, count: int) -> Points:
+        """So many points of every piece that moves, one more than a power of two, and one of every other, (P, n)."""
+        step = FINE // (count - 1)
         f = self._table[:, :, ::step][..., None]
         begin, long, before, lift, width = self._columns
-        share = np.clip(np.linspace(0.0, 1.0, SAMPLES), BESIDE, 1.0 - BESIDE)[None, :, None]
-        side = np.sign(lift * f[1][:, SAMPLES // 2, None]) + 0.0 * f[1]
+        share = np.clip(np.linspace(0.0, 1.0, count), BESIDE, 1.0 - BESIDE)[None, :, None]
+        side = np.sign(lift * f[1][:, count // 2, None]) + 0.0 * f[1]
         jets = (begin + long * share, before + lift * f[0], (lift / width) * f[1], (lift / width**2) * f[2], side)
         return Points(*(self._laid(x) for x in jets))
 
     def _laid(self, values: Floats) -> Floats:
-        """(K, SAMPLES, n) as samples (P, n): one of a piece that rests."""
+        """(K, samples of a piece, n) as samples (P, n): one of a piece that rests."""
         moving = values[: self.moving].reshape(-1, values.shape[2])
-        return np.concatenate([moving, values[self.moving :, SAMPLES // 2]]) if self.moving < len(values) else moving
+        middle = values.shape[1] // 2
+        return np.concatenate([moving, values[self.moving :, middle]]) if self.moving < len(values) else moving
 
-    def peak(self, values: Floats) -> tuple[Ints, Ints]:
+    def peak(self, values: Floats, beside: Ints | None = None) -> tuple[Ints, Ints]:
         """Where the largest of samples (P, n) lies: piece (n,) and fine step (n,), by parabolas through the best
-        sample of every piece and its neighbours."""
+        sample of every piece and its neighbours; of pieces other than `beside`."""
         values = np.broadcast_to(values, (self.moving * SAMPLES + len(self.rows) - self.moving, self.size))
         v = values[: self.moving * SAMPLES].reshape(self.moving, SAMPLES, self.size)
         top = np.clip(v.argmax(axis=1), 1, SAMPLES - 2)
         low, mid, high = (np.take_along_axis(v, top[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
         at, best = vertex(low, mid, high)
         rest = values[self.moving * SAMPLES :]
-        piece = np.concatenate([best, rest]).argmax(axis=0)
-        one = np.arange(self.size)
+        height, one = np.concatenate([best, rest]), np.arange(self.size)
+        if beside is not None:
+            height[beside, one] = -np.inf
+        piece = height.argmax(axis=0)
         place = np.concatenate([(top + at) * (FINE // (SAMPLES - 1)), np.full(rest.shape, 0.5 * FINE)])[piece, one]
         return piece, np.clip(np.rint(place).astype(np.intp), REACH, FINE - REACH)
 
@@ -469,12 +476,15 @@ class Motion:
         """The largest of a quantity of points, (n,): sampled, and computed again near its largest sample."""
         return self.top(again, again(self.samples) if values is None else values)[1]
 
-    def top(self, again: Callable[[Points], Floats], values: Floats) -> tuple[Points, Floats, Floats]:
-        """The same with three points (3, n) about its place, and the place between them, -1 to 1, (n,).
+    def top(
+        self, again: Callable[[Points], Floats], values: Floats, beside: Ints | None = None
+    ) -> tuple[Points, Floats, Floats]:
+        """The same with three points (3, n) about its place, and the place between them, -1 to 1, (n,); of pieces
+        other than `beside`.
 
         Returns points, value, place. Laid again where it lies beyond the three, and nearer where it is steep.
         """
-        piece, step = self.peak(values)
+        piece, step = self.peak(values, beside)
         reach: Ints = np.full(self.size, REACH)
         for _ in range(ROUNDS):
             near = self.at(piece, step + reach * np.array([[-1], [0], [1]]))

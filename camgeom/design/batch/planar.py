@@ -217,12 +217,17 @@ class Seen:
 
     @cached_property
     def rolled(self) -> Floats:
-        """Path that a roller's rim turns by about its pin, mm/rad: it turns with the arm, and once less (more) a turn
-        round a convex (hollow) flank than its middle's path gives."""
+        """Path that a roller's rim turns by about its pin, mm/rad."""
+        return np.abs(self.turned)
+
+    @cached_property
+    def turned(self) -> Floats:
+        """The same with the sign of the way in which it turns: it turns with the arm, and once less (more) a turn round
+        a convex (hollow) flank than its middle's path gives."""
         r, joint = self.touch.radius, self.touch.joint
         assert r is not None
         turning = 1.0 if isinstance(joint, Slide) else 1.0 + (self.cams.sense * joint.way) * self.moving.ds
-        return np.abs(self.pace - (self.touch.material * r) * turning)
+        return np.asarray(self.pace - (self.touch.material * r) * turning)
 
     @cached_property
     def bend(self) -> Floats:
@@ -668,15 +673,22 @@ class Cams:
         return 2.0 * np.sqrt(self.most("reach")), length
 
     @cached_property
-    def peaks(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Of every touch the squared largest pressure, MPa², and the relative radius there, mm."""
-        found = []
-        for whole in self.all:
-            near, value, at = self.motion.top(partial(self._square, whole.touch), whole.square)
+    def peaks(self) -> tuple[Floats, ...]:
+        """Of every touch the squared largest pressure, MPa²."""
+        return tuple(self.motion.largest(partial(self._square, seen.touch), seen.square) for seen in self.all)
+
+    def _radius_of_peak(self, whole: Seen) -> Floats:
+        """Relative radius where the pressure is largest, mm: of the two largest peaks, which may be as good as alike,
+        that of the larger."""
+        first, _ = self.motion.peak(whole.square)
+        values, radii = [], []
+        for beside in (None, first):
+            near, value, at = self.motion.top(partial(self._square, whole.touch), whole.square, beside)
             radius = Seen(self, whole.touch, near).relative_radius
             low, mid, high = np.broadcast_to(radius, (3, self.variants.size))
-            found.append((value, mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high))))
-        return tuple(found)
+            values.append(value)
+            radii.append(mid + at * (0.5 * (high - low) + 0.5 * at * (low - 2.0 * mid + high)))
+        return np.where(values[1] > values[0], radii[1], radii[0])
 
     def _square(self, touch: Touch, points: Points) -> Floats:
         return Seen(self, touch, points).square
@@ -684,7 +696,7 @@ class Cams:
     @cached_property
     def hardest(self) -> Ints:
         """Number of the touch with the largest pressure, (n,); of two alike the first."""
-        squares = np.array([square for square, _ in self.peaks])
+        squares = np.array(np.broadcast_arrays(*self.peaks))
         return np.asarray(np.argmax(squares >= (1.0 - 2.0 * ALIKE) * squares.max(axis=0), axis=0))
 
     def hard(self, values: Sequence[Floats]) -> Floats:
@@ -704,12 +716,12 @@ class Cams:
     @cached_property
     def pressure(self) -> Floats:
         """Largest pressure, MPa."""
-        return np.sqrt(np.maximum(self.hard([square for square, _ in self.peaks]), 0.0))
+        return np.sqrt(np.maximum(self.hard(self.peaks), 0.0))
 
     @cached_property
     def half_width(self) -> Floats:
         """Of the hardest contact, mm."""
-        return np.asarray(2.0 * self.pressure * self.compliance * self.hard([radius for _, radius in self.peaks]))
+        return np.asarray(2.0 * self.pressure * self.compliance * self.hard([self._radius_of_peak(seen) for seen in self.all]))
 
     @cached_property
     def deepest_shear(self) -> Floats:
@@ -750,10 +762,11 @@ class Cams:
         """Largest size of the torque, N mm."""
         return self.motion.largest(lambda p: np.abs(self.torque(p)))
 
-    def hard_samples(self, what: str) -> Floats:
+    def hard_samples(self, what: str, every: Sequence[Seen] | None = None) -> Floats:
         """Samples (P, n) of a quantity of the hardest pressed of two rollers; of a groove's roller that of all."""
-        shape = (self.motion.samples.s.shape[0], self.variants.size)
-        each = [np.broadcast_to(getattr(seen, what), shape) for seen in self.all]
+        every = self.all if every is None else every
+        shape = (every[0].points.s.shape[0], self.variants.size)
+        each = [np.broadcast_to(getattr(seen, what), shape) for seen in every]
         if not self.alone:
             return np.asarray(np.max(each, axis=0))
         return np.asarray(np.choose(self.hardest[None], each))
@@ -766,21 +779,22 @@ class Cams:
     @cached_property
     def roller_life(self) -> Floats:
         """h, of the hardest pressed roller's hot spot."""
-        from camgeom.design.batch.rolling import roller_damage
+        from camgeom.design.batch.rolling import SAMPLES, roller_damage
 
         v = self.variants
         limit, cycles, power = (
             v.number(f"material.roller.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
         )
-        walls = [np.zeros(1), np.zeros(1)]
-        for number, seen in enumerate(self.all):
+        walls, points = [np.zeros(1), np.zeros(1)], self.motion.sampled(SAMPLES)
+        every = [Seen(self, touch, points) for touch in self.touches]
+        for number, seen in enumerate(every):
             pressed = seen.signed_square / limit**2
             if self.alone:
                 pressed = np.where(self.hardest == number, pressed, 0.0)
-            walls[number] = np.broadcast_to(pressed, (self.motion.samples.s.shape[0], v.size))
+            walls[number] = np.broadcast_to(pressed, (points.s.shape[0], v.size))
         if len(self.all) == 1:
             walls[1] = np.zeros_like(walls[0])
-        damage = roller_damage(self.motion, self.rolled, walls[0], walls[1], self.radius, power)
+        damage = roller_damage(self.motion, self.hard_samples("turned", every), walls[0], walls[1], self.radius, power)
         return hours(damage / cycles, self.omega)
 
     @cached_property

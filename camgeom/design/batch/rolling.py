@@ -11,70 +11,68 @@ from functools import lru_cache
 
 import numpy as np
 
-from camgeom.design.batch.common import SAMPLES, Motion
+from camgeom.design.batch.common import Motion
 from camgeom.maths import Floats
 
+SAMPLES = 129
+"""of a piece: where a cam is nearly undercut the pressure has sharp peaks, and its power of ten sharper ones"""
 ORDER = 6
 """samples that a polynomial between two of them goes through"""
-FINER = 8
+FINER = 4
 """points a step of the samples, between which path and pressure are taken as straight"""
 LEAST_GRID = 32
 """grid points in half a turn of the roller, at least"""
-GRID = 2048
+GRID = 8192
 """grid points over the path, where that is more"""
 EDGE = 1e-9
 """of the path: how near a jump is asked on either side"""
 
 
 @lru_cache(maxsize=1)
-def _between() -> tuple[Floats, Floats]:
-    """Matrices from SAMPLES values to FINER times as many: of the polynomials between them, and of their integrals.
-
-    Integrals are over the share of the piece, from its beginning.
-    """
-    count = FINER * (SAMPLES - 1) + 1
-    value, total = np.zeros((count, SAMPLES)), np.zeros((count, SAMPLES))
-    running = np.zeros(SAMPLES)
+def _between() -> Floats:
+    """Matrix from SAMPLES values to FINER times as many, of the polynomials between them."""
+    value = np.zeros((FINER * (SAMPLES - 1) + 1, SAMPLES))
     for i in range(SAMPLES - 1):
         first = int(np.clip(i - ORDER // 2 + 1, 0, SAMPLES - ORDER))
         powers = np.vander(np.arange(float(ORDER)) + first - i, ORDER, increasing=True)
         basis = np.linalg.inv(powers)
         for k in range(FINER + 1):
-            x = k / FINER
-            row = np.zeros(SAMPLES)
-            row[first : first + ORDER] = (x ** np.arange(1, ORDER + 1) / np.arange(1, ORDER + 1)) @ basis
-            value[FINER * i + k, :] = 0.0
-            value[FINER * i + k, first : first + ORDER] = (x ** np.arange(ORDER)) @ basis
-            total[FINER * i + k] = running + row
-        running = total[FINER * (i + 1)]
-    return value, total / (SAMPLES - 1)
+            value[FINER * i + k] = 0.0
+            value[FINER * i + k, first : first + ORDER] = ((k / FINER) ** np.arange(ORDER)) @ basis
+    return value
 
 
-def _unrolled(motion: Motion, values: Floats, widths: Floats | None = None) -> list[Floats]:
-    """Samples (P, n) as pieces in the order of the cam angle, finer: (m, n) each; integrals with `widths` (pieces, n).
-    """
-    matrix = _between()[0 if widths is None else 1]
-    full = np.broadcast_to(values, (values.shape[0], motion.size))
-    found = []
-    for number, row in sorted(enumerate(motion.rows), key=lambda one: one[1][:2]):
-        del row
+def _unrolled(motion: Motion, values: Floats) -> list[Floats]:
+    """Samples (P, n) as pieces in the order of the cam angle, finer: (m, n) each."""
+    full, found = np.broadcast_to(values, (values.shape[0], motion.size)), []
+    for number, _ in sorted(enumerate(motion.rows), key=lambda one: one[1][:2]):
         if number < motion.moving:
-            piece = matrix @ full[number * SAMPLES : (number + 1) * SAMPLES]
+            found.append(_between() @ full[number * SAMPLES : (number + 1) * SAMPLES])
         else:
             still = full[motion.moving * SAMPLES + number - motion.moving]
-            piece = np.stack([still, still]) if widths is None else np.stack([0.0 * still, still])
-        found.append(piece if widths is None else piece * widths[number])
+            found.append(np.stack([still, still]))
+    return found
+
+
+def _paths(motion: Motion, rate: Floats) -> list[Floats]:
+    """Path, mm, over the pieces in the order of the cam angle, each from 0 on: a rim that turns back rolls on."""
+    order = [number for number, _ in sorted(enumerate(motion.rows), key=lambda one: one[1][:2])]
+    widths = np.broadcast_to(motion.widths, (len(motion.rows), motion.size))
+    found = []
+    for number, piece in zip(order, _unrolled(motion, rate)):
+        size = np.abs(piece)
+        steps = 0.5 * (size[1:] + size[:-1]) * (widths[number] / (len(size) - 1))
+        found.append(np.concatenate([np.zeros((1, motion.size)), steps.cumsum(axis=0)]))
     return found
 
 
 def roller_damage(motion: Motion, rate: Floats, behind: Floats, ahead: Floats, radius: Floats, power: Floats) -> Floats:
     """Largest damage of a turn over a roller's circumference, (n,), in shares of the cycles at the contact limit.
 
-    rate    path per rad of cam angle, mm, (P, n) at the samples
+    rate    path per rad of cam angle, mm, (P, n) at the samples, with the sign of the way in which the rim turns
     behind, ahead  squared pressure over the contact limit on either wall, (P, n), 0 where it bears nothing
     """
-    widths = np.broadcast_to(motion.widths, (len(motion.rows), motion.size))
-    paths = _unrolled(motion, rate, widths)
+    paths = _paths(motion, rate)
     ends = np.cumsum([piece[-1] for piece in paths], axis=0)
     begins = np.concatenate([np.zeros((1, motion.size)), ends[:-1]])
     path = np.concatenate([piece + begin for piece, begin in zip(paths, begins)]).T
