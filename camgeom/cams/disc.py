@@ -227,6 +227,13 @@ class DiscMechanism(Mechanism):
         """The roller's track; a curved face counts as a roller of its radius; none for flat and knife followers."""
         return (self.pitch,) if self.follower.face in ("roller", "curved") else ()
 
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The roller's track; of a face groove with the tool that cuts it, larger by the running clearance."""
+        if self.cam.form == "external":
+            return self.tracks
+        return tuple(track.grown(self.running_clearance) for track in self.tracks)
+
     @property
     def sliders(self) -> tuple[Slider, ...]:
         """A flat face or a knife edge."""

@@ -324,3 +324,24 @@ def test_a_turret_roller_that_undercuts_its_wall_fails() -> None:
     assert data["contact"]["peak_pressure_mpa"] is None or data["contact"]["peak_slice_pressure_mpa"] is None
     assert "shear_depth_mm" not in data["contact"]
     assert [finding.level for finding in said(model("tool_changer"), "turret-pressure")] == ["pass"]
+
+
+def test_the_undercut_margin_of_a_face_groove_is_the_tools() -> None:
+    """One minus the tool's radius by the curvature of the roller's path on the plate, by differences."""
+    made = model("disc_face_groove", cam__running_clearance=0.3)
+    theta, step = np.linspace(0.0, 2.0 * pi, 72001, retstep=True)
+    lift = made.mechanism.program.jet(theta, 0)[0]
+    centre, arm, prime = 120.0, 100.0, 57.5
+    angle = np.arccos((centre**2 + arm**2 - prime**2) / (2.0 * centre * arm)) + lift
+    place = (centre - arm * np.cos(angle) + 1j * arm * np.sin(angle)) * np.exp(-1j * theta)
+    rate, bend = np.gradient(place, step), np.gradient(np.gradient(place, step), step)
+    curvature = np.abs((np.conj(rate) * bend).imag / np.abs(rate) ** 3)[5:-5]
+    (survey,) = made.flanks
+    assert survey.margin.value == pytest.approx(1.0 - 12.8 * curvature.max(), abs=2e-5)
+    assert survey.margin.value < 1.0 - 12.5 * curvature.max() - 5e-3
+
+
+@pytest.mark.parametrize(("clearance", "level"), [(0.0, "pass"), (0.03, "fail")])
+def test_a_face_groove_whose_tool_undercuts_fails(clearance: float, level: str) -> None:
+    made = model("disc_face_groove", cam__running_clearance=clearance, limits__undercut_margin=0.7699)
+    assert set(levels(made, "undercut").values()) == {level}

@@ -628,8 +628,9 @@ class Cams:
 
     @cached_property
     def margin(self) -> Floats:
-        """Undercut margin: the roller's generatrix is straight, so that it is 1 where the pitch curve is hollow."""
-        least = np.min([1.0 - self.radius * high for high in self.highs], axis=0)
+        """Undercut margin of the tool, in a groove larger than the roller by the clearance: its generatrix is straight,
+        so that it is 1 where the pitch curve is hollow."""
+        least = np.min([1.0 - (self.radius + self.touches[0].gap) * high for high in self.highs], axis=0)
         return np.asarray(np.minimum(least, 1.0))
 
     @cached_property
@@ -721,7 +722,8 @@ class Cams:
     @cached_property
     def half_width(self) -> Floats:
         """Of the hardest contact, mm."""
-        return np.asarray(2.0 * self.pressure * self.compliance * self.hard([self._radius_of_peak(seen) for seen in self.all]))
+        radius = self.hard([self._radius_of_peak(seen) for seen in self.all])
+        return np.asarray(2.0 * self.pressure * self.compliance * radius)
 
     @cached_property
     def deepest_shear(self) -> Floats:
