@@ -232,7 +232,7 @@ class ConjugateMechanism(Mechanism):
         follower, prime = self.follower, self.prime_radius
         if isinstance(follower, SwingingFollower):
             assert self.cam.center_distance is not None
-            arm = Arm(self.cam.center_distance, 1.0 if follower.side == "left" else -1.0)
+            arm = Arm(self.cam.center_distance, follower.way)
             start = arm_angle(arm.centre, follower.arm, prime)
             back = start - self.angle_between
             return arm.joint, arm.point(follower.arm, start), arm.point(self.return_arm, back)

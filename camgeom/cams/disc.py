@@ -254,7 +254,7 @@ class DiscMechanism(Mechanism):
 
     def _arm(self, follower: SwingingFollower) -> Arm:
         assert self.cam.center_distance is not None
-        return Arm(self.cam.center_distance, 1.0 if follower.side == "left" else -1.0)
+        return Arm(self.cam.center_distance, follower.way)
 
     @property
     def _face(self) -> FlatFace:

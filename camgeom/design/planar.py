@@ -14,6 +14,8 @@ from typing import final
 
 import numpy as np
 
+from camgeom.cams.conjugate import Conjugate
+from camgeom.cams.disc import Disc
 from camgeom.checks import findings
 from camgeom.design import Choice, Design, light_checks
 from camgeom.errors import DesignError, Problem, ProfileError
@@ -98,7 +100,8 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
 
     radii = np.geomspace(low, high, SCANNED)
     if isinstance(profile.follower, SwingingFollower):
-        centre = getattr(profile.cam, "center_distance", None) or high
+        cam = profile.cam
+        centre = (cam.center_distance if isinstance(cam, Disc | Conjugate) else None) or high
         radii = np.unique(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
     found = np.array([margin(radius) for radius in radii])
     best = int(np.argmax(found))

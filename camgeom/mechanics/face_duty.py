@@ -14,6 +14,7 @@ import numpy as np
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import resolved
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
 from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth
@@ -24,6 +25,8 @@ from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Swing
 from camgeom.track.touch import Touch
 
+SHARP = 1e-7
+"""share of the largest relative curvature to which it is resolved"""
 FINE = 7200
 """cam angles at which the damage along a face is summed: twentieths of a degree"""
 
@@ -45,8 +48,23 @@ class FaceDuty:
 
     @cached_property
     def force(self) -> FollowerForce:
-        """Motion and force (N, or N mm about the pivot) that the follower needs, with a panel edge at every zero."""
-        return zeroed(self.load)
+        """Motion and force (N, or N mm about the pivot) that the follower needs, with a panel edge at every zero, on
+        panels that resolve the curvature too: a profile about to fold is sharp over a small part of a degree."""
+        full = zeroed(self.load)
+        if not self._curved:
+            return full
+        fine = resolved(self._curvatures, full.panels, SHARP)
+        return full if len(fine.half) == len(full.panels.half) else self.load.sampled(fine)
+
+    @cached_property
+    def _curved(self) -> list[Touch]:
+        """The touches that have a curvature: a knife edge has none."""
+        return [touch for touch in self.touches if touch.kind != "knife"]
+
+    def _curvatures(self, theta: Floats) -> Floats:
+        """Relative curvature at every touch that has one, 1/mm, (k, p, n), kept finite where a profile folds."""
+        each = [touch.at(theta.ravel()).relative.reshape(theta.shape) for touch in self._curved]
+        return np.clip(np.stack(each), -1e12, 1e12)
 
     @cached_property
     def _levers(self) -> list[Floats]:
@@ -86,12 +104,9 @@ class FaceDuty:
     @cached_property
     def _relative(self) -> dict[str, Floats]:
         """Relative curvature at every touch, 1/mm, (p, n); a knife edge has none."""
-        theta = self.force.panels.theta
-        return {
-            touch.name: np.clip(touch.at(theta.ravel()).relative, -1e12, 1e12).reshape(theta.shape)
-            for touch in self.touches
-            if touch.kind != "knife"
-        }
+        if not self._curved:
+            return {}
+        return dict(zip((touch.name for touch in self._curved), self._curvatures(self.force.panels.theta)))
 
     @cached_property
     def contacts(self) -> dict[str, Contact]:

@@ -227,6 +227,11 @@ class Follower(Section, ABC):
         """From the axis about which it swings or turns to its roller, mm; 0 where it slides."""
         return 0.0
 
+    @property
+    def way(self) -> float:
+        """Sign of the angle, seen from the cam, by which a growing lift turns the arm of a planar cam; +1 of others."""
+        return 1.0
+
     @abstractmethod
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Mass, kg, or inertia, kg m2, of the follower with the load that it carries."""
@@ -279,6 +284,11 @@ class SwingingFollower(Follower):
     def swing_radius(self) -> float:
         """The arm, mm."""
         return self.arm
+
+    @property
+    def way(self) -> float:
+        """+1 of an arm on the left, -1 on the right."""
+        return 1.0 if self.side == "left" else -1.0
 
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Inertia, kg m2, of the arm with its load."""

@@ -345,3 +345,22 @@ def test_the_undercut_margin_of_a_face_groove_is_the_tools() -> None:
 def test_a_face_groove_whose_tool_undercuts_fails(clearance: float, level: str) -> None:
     made = model("disc_face_groove", cam__running_clearance=clearance, limits__undercut_margin=0.7699)
     assert set(levels(made, "undercut").values()) == {level}
+
+
+@pytest.mark.parametrize(("factor", "level"), [(1.002, "fail"), (0.999, "pass")])
+def test_the_pressure_of_a_flat_face_is_found_on_a_profile_about_to_fold(factor: float, level: str) -> None:
+    """The radius of the profile is base + s + s''; it is sharp over a small part of a degree."""
+    program = model("disc_flat_face").mechanism.program
+    theta = np.linspace(0.0, 2.0 * pi, 1_000_001)
+    s, rate, bend = program.jet(theta, 2)
+    base = 0.04 - float((s + bend).min())
+    force = 5.0 * np.sign(rate) + 0.35 * (30.0 * pi) ** 2 * bend * 1e-3 + 110.0 + 12.0 * s
+    pair = 2.0 * (1.0 - 0.3**2) / 206000.0
+    square = force.clip(0.0) / (pi * 16.0 * pair * (base + s + bend))
+    peak = float(np.sqrt(square.max()))
+    made = model("disc_flat_face", cam__base_radius=base, cam__bore=None, limits__contact_pressure_mpa=peak / factor)
+    carrier = made.carrier
+    assert carrier is not None
+    assert carrier.peak_pressure is not None
+    assert carrier.peak_pressure.value == pytest.approx(peak, rel=1e-6)
+    assert [finding.level for finding in said(made, "face-pressure")] == [level]

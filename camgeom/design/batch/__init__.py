@@ -4,7 +4,8 @@
     batch.figures["flank.max_pressure_angle_deg"][batch.reason == 0]
 
 Arrays run over variants and cam angles, in chunks that stay in the cache. Each family of cams is one file with a
-kernel; the samples, the refined extremes and the vocabulary of reasons are common (`common`). Where a kernel cannot
+kernel; the samples, the refined extremes and the vocabulary of reasons are common
+(`motion`, `variants`). Where a kernel cannot
 carry a key or a profile `supports` says why, and the exact model is the way.
 """
 
@@ -83,7 +84,7 @@ def _kernel(profile: Profile) -> Kernel | None:
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     """None where the batch carries this profile with these keys varied; else, in words, why the exact model must."""
-    from camgeom.design.batch.common import refused_keys
+    from camgeom.design.batch.variants import refused_keys
 
     found = _kernel(profile)
     if found is None:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch import Batch
-from camgeom.design.batch.common import Motion, Points, Variants, motion_of, motion_reason, vertex
+from camgeom.design.batch.motion import Motion, Points, motion_figures, motion_of, motion_reason, vertex
+from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.duty import MILLI
@@ -41,9 +42,7 @@ R = s' / sqrt(2)"""
 
 GEOMETRY = (
     "motion.stroke_mm",
-    "motion.peak_velocity_mm_per_rad",
-    "motion.peak_acceleration_mm_per_rad2",
-    "motion.peak_jerk_mm_per_rad3",
+    *motion_figures("mm", "rad"),
     "blank.diameter_mm",
     "blank.length_mm",
     "blank.volume_mm3",
@@ -58,9 +57,7 @@ GEOMETRY = (
     "checks.floor-gap",
 )
 LOADED = (
-    "motion.peak_velocity_mm_per_s",
-    "motion.peak_acceleration_mm_per_s2",
-    "motion.peak_jerk_mm_per_s3",
+    *motion_figures("mm", "s"),
     "contact.peak_pressure_mpa",
     "contact.peak_force_n",
     "contact.peak_torque_n_m",
@@ -93,8 +90,8 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     if not isinstance(profile.roller, CylinderRoller):
         shape = profile.roller.shape if profile.roller is not None else None
         return f"roller.shape = {shape!r}: the closed forms are those of a cylinder"
-    for table in ("cutter", "impact"):
-        if getattr(profile, table) is not None:
+    for table, given in (("cutter", profile.cutter), ("impact", profile.impact)):
+        if given is not None:
             return f"[{table}]: what it says is held against every variant by the exact model"
     if found := motion_reason(profile, varied):
         return found
@@ -187,18 +184,15 @@ class Groove:
 
     def figure(self, name: str) -> Floats:
         """One of the figures, (n,) or (1,)."""
+        if name.startswith("motion."):
+            return self.motion.figure(name, 1.0, self.speed if self.profile.operation is not None else 0.0)
         return FIGURES[name](self)
 
     # Geometry
 
-    @cached_property
-    def peaks(self) -> tuple[Floats, Floats, Floats]:
-        """Largest velocity, acceleration and jerk by the cam angle."""
-        return self.motion.peaks()
-
     def angle(self, radius: Floats) -> Floats:
         """Largest pressure angle, deg, at a distance from the drum's axis."""
-        return np.asarray(np.degrees(np.arctan2(self.peaks[0], radius)))
+        return np.asarray(np.degrees(np.arctan2(self.motion.peaks[0], radius)))
 
     def folding(self, radius: Floats, points: Points) -> Floats:
         """r k of the pitch surface towards the wall that it undercuts first, k its larger curvature."""
@@ -243,7 +237,7 @@ class Groove:
     def _worst(self, what: Callable[[Floats, Points], Floats], low: Floats) -> Floats:
         """Largest of a quantity over the turn and over the stations from `low` to the land, (n,)."""
         motion = self.motion
-        if np.all(self.peaks[0] <= STEEP * low):
+        if np.all(self.motion.peaks[0] <= STEEP * low):
             return motion.largest(partial(what, low))
         share = np.linspace(0.0, 1.0, STATIONS)
         radii = low + (self.radius - low) * share[:, None]
@@ -478,13 +472,6 @@ class Groove:
 
 
 FIGURES: dict[str, Callable[[Groove], Floats]] = {
-    "motion.stroke_mm": lambda g: g.motion.stroke,
-    "motion.peak_velocity_mm_per_rad": lambda g: g.peaks[0],
-    "motion.peak_acceleration_mm_per_rad2": lambda g: g.peaks[1],
-    "motion.peak_jerk_mm_per_rad3": lambda g: g.peaks[2],
-    "motion.peak_velocity_mm_per_s": lambda g: g.peaks[0] * g.speed,
-    "motion.peak_acceleration_mm_per_s2": lambda g: g.peaks[1] * g.speed**2,
-    "motion.peak_jerk_mm_per_s3": lambda g: g.peaks[2] * g.speed**3,
     "blank.diameter_mm": lambda g: 2.0 * g.radius,
     "blank.length_mm": lambda g: g.variants.number("cam.length"),
     "blank.volume_mm3": lambda g: pi * g.radius**2 * g.variants.number("cam.length"),

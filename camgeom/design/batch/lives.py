@@ -1,4 +1,5 @@
-"""Fatigue life of a roller's hot spot for many variants, by the published count of contacts (`mechanics.life`).
+"""Fatigue lives of planar cams, rollers and bearings of many variants; of a roller's hot spot by the published count of
+contacts (`mechanics.life`).
 
 Path and squared pressure are known at the samples of the motion, polynomials between them. A roller's point meets
 a wall every half turn of it, so that on a grid of the path that divides half a turn evenly all contacts of a point fall
@@ -8,11 +9,20 @@ on the grid: its damage is a sum of rows. The largest is looked for there, and o
 from __future__ import annotations
 
 from functools import lru_cache
+from math import pi
+from typing import TYPE_CHECKING, final
+from weakref import proxy
 
 import numpy as np
 
-from camgeom.design.batch.common import Motion
+from camgeom.design.batch.motion import Motion, Points
 from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.bearing import ROLLER_EXPONENT, rated_hours
+from camgeom.mechanics.life import hours
+
+if TYPE_CHECKING:
+    from camgeom.design.batch.planar import Cams
 
 SAMPLES = 129
 """of a piece: where a cam is nearly undercut the pressure has sharp peaks, and its power of ten sharper ones"""
@@ -24,6 +34,8 @@ LEAST_GRID = 32
 """grid points in half a turn of the roller, at least"""
 GRID = 8192
 """grid points over the path, where that is more"""
+LEAST_LOAD = 1e-200
+"""N; a load below it is none"""
 EDGE = 1e-9
 """of the path: how near a jump is asked on either side"""
 
@@ -113,3 +125,76 @@ def _largest(path: Floats, behind: Floats, ahead: Floats, radius: float, jumps: 
                 damage += np.interp(meets[:, shift::2], path, wall, left=0.0, right=0.0).sum(axis=1)
         best = max(best, float(damage.max()))
     return best
+
+
+@final
+class Lives:
+    """Fatigue of a chunk of planar cams, of their rollers and bearings."""
+
+    def __init__(self, cams: Cams) -> None:
+        self.cams: Cams = proxy(cams)
+
+    @cached_property
+    def rolled(self) -> Floats:
+        """Path, mm/rad, (P, n), that the roller rolls on the flank it presses: of two rollers the hardest pressed."""
+        return self.cams.hard_samples(lambda s: s.rolled)
+
+    @cached_property
+    def roller(self) -> Floats:
+        """h, of the hardest pressed roller's hot spot."""
+        v = self.cams.variants
+        limit, cycles, power = (
+            v.number(f"material.roller.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
+        )
+        walls, points = [np.zeros(1), np.zeros(1)], self.cams.motion.sampled(SAMPLES)
+        every = [self.cams.seen(touch, points) for touch in self.cams.touches]
+        for number, seen in enumerate(every):
+            pressed = seen.signed_square / limit**2
+            if self.cams.alone:
+                pressed = np.where(self.cams.hardest == number, pressed, 0.0)
+            walls[number] = np.broadcast_to(pressed, (points.s.shape[0], v.size))
+        if len(self.cams.all) == 1:
+            walls[1] = np.zeros_like(walls[0])
+        turned = self.cams.hard_samples(lambda s: s.turned, every)
+        damage = roller_damage(self.cams.motion, turned, walls[0], walls[1], self.cams.radius, power)
+        return hours(damage / cycles, self.cams.omega)
+
+    @cached_property
+    def bearing_load(self) -> Floats:
+        """Equivalent load of the roller's bearing, N."""
+        force, rate = self.cams.hard_samples(lambda s: s.pressing), self.rolled
+        most = np.maximum(force.max(axis=0), LEAST_LOAD)
+        share = self.cams.motion.integral((force / most) ** ROLLER_EXPONENT * rate) / self.cams.motion.integral(rate)
+        return np.asarray(most * share ** (1.0 / ROLLER_EXPONENT))
+
+    @cached_property
+    def bearing(self) -> Floats:
+        """h."""
+        turning = self.cams.omega * self.cams.motion.integral(self.rolled) / (2.0 * pi * self.cams.radius)
+        return rated_hours(self.cams.variants.number("roller.dynamic_rating"), self.bearing_load, turning)
+
+    @cached_property
+    def cam(self) -> Floats:
+        """h, at the hardest place of the cam."""
+        v = self.cams.variants
+        limit, cycles, power = (
+            v.number(f"material.cam.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
+        )
+        damage = (self.cams.pressure / limit) ** power / cycles
+        if self.cams.face == "flat" and len(self.cams.all) == 2:
+            damage = np.maximum(damage, self._shared_damage(limit, cycles, power))
+        return hours(damage, self.cams.omega)
+
+    def _shared_damage(self, limit: Floats, cycles: Floats, power: Floats) -> Floats:
+        """Largest damage of a cam's point that both faces of a frame meet, half a turn apart."""
+        near = self.cams.touches[0]
+        low, high = self.cams.motion.lift_range
+
+        def both(p: Points) -> Floats:
+            here = self.cams.seen(near, p)
+            far = Points(p.theta + pi, low + high - p.s, -p.ds, -p.dds, -p.side)
+            scale = self.cams.length * np.pi * self.cams.compliance * here.relative_radius * limit**2
+            forces = here.pressing, np.maximum(-self.cams.force(far), 0.0)
+            return np.asarray(sum((force / scale) ** (0.5 * power) for force in forces) / cycles)
+
+        return self.cams.motion.largest(both)

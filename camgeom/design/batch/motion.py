@@ -1,4 +1,4 @@
-"""What the kernels of the batch share: variants of a profile, their motion on pieces, refined extremes, reasons.
+"""The motion of many variants: on pieces with tables of the laws' jets, refined extremes, integrals.
 
 Arrays are (P, n): P samples of the cam angle, n variants, so that a number of a variant meets all its samples and a
 number of a law all the variants.
@@ -6,17 +6,16 @@ number of a law all the variants.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import radians
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.design.batch import Batch
+from camgeom.design.batch.variants import Variants, path_of, value_of
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, Law
@@ -24,171 +23,11 @@ from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT
 from camgeom.motion.segment import TURN
 
 if TYPE_CHECKING:
-    from pydantic.fields import FieldInfo
-
     from camgeom.motion.program import Program
     from camgeom.profile import Profile
     from camgeom.profile.sections import MotionSegment
 
-Mask = NDArray[np.bool_]
 Ints = NDArray[np.intp]
-
-SOLVED = ("dynamics", "impact", "cutter", "tolerance")
-"""tables of a profile that a solver of their own answers"""
-KEY = re.compile(r"([\w-]+)(?:\[(\d+)\])?")
-
-
-def path_of(key: str) -> tuple[str | int, ...]:
-    """The path of a key through tables and arrays: "motion[0].to" is ("motion", 0, "to")."""
-    path: list[str | int] = []
-    for part in key.split("."):
-        found = KEY.fullmatch(part)
-        if found is None:
-            raise ValueError(f"{key!r} is no key of a profile")
-        path += [found[1]] if found[2] is None else [found[1], int(found[2])]
-    return tuple(path)
-
-
-def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
-    """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
-    from camgeom.profile.idle import ENDS, idle_keys
-
-    if profile.duty:
-        return "[[duty]]: damage is summed over its states by the exact model"
-    idle = idle_keys(profile, profile.setup())
-    if profile.roller is not None and profile.roller.ends.stated:
-        return "how the roller ends or stands is left to the exact model: its contact is solved on a half-space"
-    for key in varied:
-        table = path_of(key)[0]
-        if table in SOLVED:
-            return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
-        if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
-            return f"{key}: the profile's [dynamics] or [impact] is solved again for every variant"
-        if key in ENDS:
-            return f"{key}: is left to the exact model, which solves the contact on a half-space"
-        if key in idle:
-            return f"{key}: means nothing here ({idle[key]})"
-        if not isinstance(_value(profile, key), int | float | None) or isinstance(_value(profile, key), bool):
-            return f"{key}: is no number"
-        if _field(profile, key) is None:
-            return f"{key}: is not known to the batch"
-    return None
-
-
-def _value(profile: Profile, key: str) -> Any:
-    """What the profile has at a key; None where it leaves it out."""
-    here: Any = profile
-    for part in path_of(key):
-        if here is None:
-            return None
-        if isinstance(part, int):
-            here = here[part] if part < len(here) else None
-        else:
-            here = getattr(here, {"from": "begin"}.get(part, part), None)
-    return here
-
-
-def _field(profile: Profile, key: str) -> FieldInfo | None:
-    """The field of the section that a key is in; None where it is in none (a law's own key)."""
-    *parents, last = path_of(key)
-    owner: Any = profile
-    for part in parents:
-        owner = owner[part] if isinstance(part, int) else getattr(owner, part, None)
-    fields = getattr(type(owner), "model_fields", {})
-    found: FieldInfo | None = fields.get({"from": "begin"}.get(str(last), str(last)))
-    return found
-
-
-class Variants:
-    """A profile with some of its keys varied: a number (1,) where a key is not varied, (n,) where it is."""
-
-    def __init__(self, profile: Profile, columns: Mapping[str, Floats]) -> None:
-        self.profile = profile
-        self.columns = {key: np.asarray(values, dtype=np.float64) for key, values in columns.items()}
-        self.size = len(next(iter(self.columns.values())))
-        self.refusals = Refusals(self.size)
-        for key, values in self.columns.items():
-            self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
-
-    def number(self, key: str) -> Floats:
-        """The value of a key, (n,) or (1,); a key that the profile leaves out must have a default."""
-        found = self.optional(key)
-        if found is None:
-            raise ValueError(f"the profile has no {key}")
-        return found
-
-    def optional(self, key: str) -> Floats | None:
-        """The same; None where the profile leaves it out and it is not varied."""
-        if key in self.columns:
-            return self.columns[key]
-        value = _value(self.profile, key)
-        return None if value is None else np.array([float(value)])
-
-    def varied(self, *prefixes: str) -> bool:
-        """Whether a key is varied that begins with one of these."""
-        return any(key.startswith(prefix) for key in self.columns for prefix in prefixes)
-
-    def full(self, values: Floats | float) -> Floats:
-        """One number for every variant, (n,)."""
-        return np.array(np.broadcast_to(values, (self.size,)), dtype=np.float64)
-
-
-def _beyond(profile: Profile, key: str, values: Floats) -> Mask:
-    """Where values of a key are outside the range that its section allows."""
-    from camgeom.profile.errors import _constraints
-
-    info = _field(profile, key)
-    bad = ~np.isfinite(values)
-    for one in [*info.metadata, *_constraints(info.annotation)] if info is not None else ():
-        for name, within in (("gt", np.greater), ("ge", np.greater_equal), ("lt", np.less), ("le", np.less_equal)):
-            bound = getattr(one, name, None)
-            if bound is not None:
-                bad |= ~within(values, bound)
-    return bad
-
-
-class Refusals:
-    """Why variants cannot exist: the first reason given to each."""
-
-    def __init__(self, size: int) -> None:
-        self.code = np.zeros(size, dtype=np.int16)
-        self.words = [""]
-
-    def add(self, bad: Mask | bool, word: str) -> None:
-        """Give a reason where `bad` is true, broadcastable to (n,), and none was given yet."""
-        bad = np.asarray(bad)
-        if not bad.any():
-            return
-        if word not in self.words:
-            self.words.append(word)
-        self.code[bad & (self.code == 0)] = self.words.index(word)
-
-    @property
-    def none(self) -> Mask:
-        """The variants without a reason."""
-        return np.asarray(self.code == 0)
-
-    def scattered(self, rest: Batch | None, names: Sequence[str]) -> Batch:
-        """The batch of all variants from that of those without a reason (None where there is none)."""
-        kept, code, words = self.none, self.code.copy(), list(self.words)
-        figures = {name: np.zeros(len(code)) for name in names}
-        if rest is not None:
-            words += [word for word in rest.reasons if word not in words]
-            code[kept] = np.array([words.index(word) for word in rest.reasons], dtype=np.int16)[rest.reason]
-            for name, values in figures.items():
-                values[kept] = rest.figures[name]
-        return Batch(figures, code, tuple(words))
-
-    def batch(self, figures: Mapping[str, Floats]) -> Batch:
-        """The figures with 0 for those that do not exist; a bug where one of a variant that does is NaN."""
-        exists, found = self.none, {}
-        for name, values in figures.items():
-            kept = np.where(exists, values, 0.0)
-            if np.isnan(kept).any():
-                raise ArithmeticError(f"{name} has no value for a variant that exists; this is a bug")
-            found[name] = kept
-        return Batch(found, self.code, tuple(self.words))
-
 
 SAMPLES = 17
 """a piece of a law, both ends included"""
@@ -528,6 +367,7 @@ class Motion:
             total = total + width * (rule @ what(self.at(np.full(self.size, piece), j)))
         return total
 
+    @cached_property
     def peaks(self) -> tuple[Floats, Floats, Floats]:
         """Largest magnitude of velocity, acceleration and jerk per rad, rad², rad³, (n,) or (1,) each."""
         first, second, third = (
@@ -536,6 +376,14 @@ class Motion:
             for k in range(3)
         )  # fmt: skip
         return first, second, third
+
+    def figure(self, name: str, unit: float, omega: Floats | float) -> Floats:
+        """A figure of the motion by its name in a study, with the unit of a lift in mm or rad; omega, rad/s."""
+        if name.startswith("motion.stroke"):
+            return unit * self.stroke
+        order = ORDERS.index(name.split("_")[1]) + 1
+        peak = unit * self.peaks[order - 1]
+        return np.asarray(peak * omega**order) if "_per_s" in name else peak
 
     @cached_property
     def lift_range(self) -> tuple[Floats, Floats]:
@@ -566,6 +414,14 @@ def vertex(low: Floats, mid: Floats, high: Floats) -> tuple[Floats, Floats]:
     # Where it does not bend down the larger end has the largest value: a step far beyond it, held there.
     at = np.clip(np.divide(slope, np.maximum(-bend, LEAST)), -1.0, 1.0)
     return at, mid + at * (slope + 0.5 * at * bend)
+
+
+ORDERS = ("velocity", "acceleration", "jerk")
+
+
+def motion_figures(unit: str, per: str) -> tuple[str, ...]:
+    """Names of the peaks of the motion, by the cam angle (`rad`) or by time (`s`)."""
+    return tuple(f"motion.peak_{word}_{unit}_per_{per}{power}" for word, power in zip(ORDERS, ("", "2", "3")))
 
 
 @lru_cache(maxsize=8)
@@ -629,7 +485,7 @@ def motion_reason(profile: Profile, varied: Sequence[str]) -> str | None:
             return f"{key}: every value makes another law"
         if _joined(profile.motion):
             return f"{key}: a segment is joined to its neighbours, so every value makes another law"
-        if path[-1] == "to" and _value(profile, key) is None:
+        if path[-1] == "to" and value_of(profile, key) is None:
             return f"{key}: the segment dwells"
     return None
 

@@ -1,0 +1,210 @@
+"""How rollers of an indexing cam share the torque, of many variants: pressures and forces where they are largest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING, final
+from weakref import proxy
+
+import numpy as np
+
+from camgeom.design.batch import LEVELS
+from camgeom.design.batch.motion import FINE, SAMPLES, Ints, Points
+from camgeom.design.batch.variants import Mask
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.hertz import flexibility
+from camgeom.mechanics.load import QUIET
+from camgeom.track.runout import PLACES
+from camgeom.track.turret import SLICES
+
+if TYPE_CHECKING:
+    from camgeom.design.batch.indexer import Indexer, Seat
+
+THIN = 2
+"""of so many samples of the motion one is taken where rollers are surveyed"""
+PER = (SAMPLES - 1) // THIN + 1
+"""samples of a piece then"""
+STEP = FINE // (PER - 1)
+"""fine steps between two of them"""
+TURNS = 3
+"""times that flexibilities and slice loads are computed in turn"""
+EFFORTS = {LEVELS[0]: (4, 5, 12), LEVELS[1]: (8, 9, 16)}
+"""by level of the pressures: parts of a step between samples in which a largest one is looked for; places about it;
+halvings of the distance of two samples between which a roller comes to bear"""
+NEAR = 6
+"""fine steps to either side of a largest pressure that are computed once more"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """What the load does: squares of the largest pressures of all and of the middle slice, MPa², the largest force on a
+    roller, N, each (n,); and whether no roller bears somewhere."""
+
+    square: Floats
+    middle: Floats
+    force: Floats
+    lost: Mask
+
+
+@final
+class Sharing:
+    """The rollers of n variants under their torque."""
+
+    def __init__(self, cam: Indexer) -> None:
+        self.cam: Indexer = proxy(cam)
+        self.finer, self.around, self.halvings = EFFORTS[cam.level]
+
+    def press(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats, Mask, Mask]:
+        """Squares of the largest pressures of all slices and of the middle one, MPa², and the largest force on a
+        roller, N, (P, n) each; whether no roller bears; which do, (k, P, n).
+
+        Rollers at `offsets` (k,) share by their levers, as if all slices were alike flexible.
+        """
+        beside = self.cam.beside(points, offsets, self.cam.clear)
+        beside[0, ~beside.any(axis=0)] = True
+        sample, roller = np.nonzero(beside.T)
+        starts = np.flatnonzero(np.diff(sample, prepend=-1))
+        near, at = points.of(sample), offsets[roller][:, None]
+        torque = self.cam.torque(points)
+        side = (self.cam.pushing * np.copysign(1.0, torque))[sample]
+        seat = self.cam.seat(near, at)
+        begin, stop, on = self._bearing(near, seat, at, side)
+        cover = np.where(on, stop - begin, 0.0) / 6.0
+        ends = [self.cam.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
+        first = cover * (ends[0] + 4.0 * ends[1] + ends[2])
+        second = cover * (ends[0] ** 2 + 4.0 * ends[1] ** 2 + ends[2] ** 2)
+        total = np.add.reduceat(second, starts, axis=0)
+        scale = np.divide(np.abs(torque), total, out=np.zeros_like(total), where=total > 0.0)
+        share = self.cam.length / SLICES
+        nearest = self.cam.low + share * np.floor((begin - self.cam.low) / share + 1.0)
+        farthest = self.cam.low + share * np.ceil((stop - self.cam.low) / share - 1.0)
+        squares = self._square(seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
+        squares = np.maximum(squares, self._square(seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
+        scaled = scale / (pi * self.cam.pair)
+        middle = np.zeros(1)
+        if "middle" in self.cam.asked:
+            inner = self.cam.low + share * (SLICES // 2)
+            low, high = np.maximum(inner, begin), np.minimum(inner + share, stop)
+            there = np.where(on & (low < high), self._square(seat, 0.5 * (low + high), side), 0.0)
+            squares = np.maximum(squares, there)
+            middle = np.maximum.reduceat(there, starts, axis=0) * scaled
+        squares = np.where(on, squares, 0.0)
+        lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
+        force = np.maximum.reduceat(first, starts, axis=0) * scale
+        bearing = np.zeros((*beside.shape, self.cam.motion.size), dtype=bool)
+        bearing[roller, sample] = on
+        return np.maximum.reduceat(squares, starts, axis=0) * scaled, middle, force, lost, bearing
+
+    def _bearing(self, points: Points, seat: Seat, offsets: Floats, side: Floats) -> tuple[Floats, Floats, Mask]:
+        """Ends of what the rollers touch, mm, and whether they touch: as `track.runout.touching` finds it, at one of
+        its places along the roller."""
+        begin, stop = self.cam.stretch(seat, side)
+        step = self.cam.length / (PLACES - 1)
+        meets = np.floor((stop - self.cam.low) / step + 1e-9) >= np.ceil((begin - self.cam.low) / step - 1e-9)
+        return begin, stop, (np.abs(points.s + offsets) <= self.cam.clear) & (stop > begin) & meets
+
+    def _square(self, seat: Seat, delta: Floats, side: Floats) -> Floats:
+        """Lever times relative curvature of the wall on a side at places along the rollers."""
+        line = self.cam.line(seat, delta)
+        turned = self.cam.roller * self.cam.roller * line.twist2
+        rest = 1.0 - self.cam.roller * side * line.bend - turned
+        rest = np.where(np.abs(rest) > 1e-12, rest, 1e-12)
+        return np.asarray(line.lever * (1.0 + turned) / (self.cam.roller * rest))
+
+    def share(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats]:
+        """The same three with slices that approach alike by their own flexibility, as the exact model has them."""
+        torque = self.cam.torque(points)
+        side = np.where(torque >= 0.0, self.cam.pushing, -self.cam.pushing)
+        seat = self.cam.seat(points, offsets)
+        begin, stop, beside = self._bearing(points, seat, offsets, side)
+        edges = self.cam.low + (self.cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None, None, None]
+        first, last = np.maximum(begin, edges[:-1]), np.minimum(stop, edges[1:])
+        cover = np.where(beside, np.maximum(last - first, 0.0), 0.0)
+        line = self.cam.line(seat, 0.5 * (first + last))
+        turned = self.cam.roller * self.cam.roller * line.twist2
+        k = (1.0 + turned) / (self.cam.roller * (1.0 - self.cam.roller * side * line.bend - turned))
+        k = np.where(k > 0.0, k, 1.0 / self.cam.roller)
+        on, size = cover > 0.0, np.abs(torque)
+        weight = cover * line.lever
+        sum_ = weight.sum(axis=(0, 1))
+        load = np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)
+        least = np.maximum(1e-6 * load, 1e-30)
+        poisson = self.cam.variants.number("material.cam.poisson")
+        for _ in range(TURNS):
+            half = 2.0 * np.sqrt(np.maximum(load, least) * self.cam.pair / (pi * k))
+            far = np.log(4.0 * self.cam.roller / half)
+            stiff = line.lever / flexibility(far, far, *self.cam.compliances, poisson)
+            sum_ = (weight * stiff).sum(axis=(0, 1))
+            load = stiff * np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)
+        load = np.where(on, load, 0.0)
+        square = load * k / (pi * self.cam.pair)
+        force = (load * cover).sum(axis=0).max(axis=0)
+        return square.max(axis=(0, 1)), square[SLICES // 2].max(axis=0), force
+
+    @cached_property
+    def _most_torque(self) -> Floats:
+        return np.asarray(np.abs(self.cam.torque(self.cam.motion.samples)).max(axis=0))
+
+    @cached_property
+    def pressed(self) -> Pressed:
+        """The contact under load: sampled, then where rollers come and go and about the largest values, at last with
+        the flexibility of every slice."""
+        motion, one = self.cam.motion, np.arange(self.cam.motion.size)
+        offsets = self.cam.offsets(self.cam.clear)
+        *sampled, lost, bearing = self.press(self.cam.points, offsets)
+        wanted = [n for n, word in enumerate(("slice", "middle", "force")) if word in self.cam.asked]
+        tops = [np.broadcast_to(sampled[n], lost.shape)[: motion.moving * PER].argmax(axis=0) for n in wanted]
+        windows = [(top // PER, top % PER * STEP) for top in {top.tobytes(): top for top in tops}.values()]
+        around = np.arange(-STEP, STEP + 1, STEP // self.finer)[:, None]
+        tried = [(np.broadcast_to(piece, (len(around), motion.size)), np.clip(step + around, 0, FINE).astype(float))
+                 for piece, step in windows]
+        if coming := self._comings(bearing, offsets):
+            tried.append(coming)
+        pieces, steps = (np.concatenate(part) for part in zip(*tried))
+        found, near = [np.zeros(1)] * 3, np.linspace(-NEAR, NEAR, self.around)[:, None]
+        again = self.press(motion.at(pieces, steps), offsets)
+        for n in wanted:
+            best = np.broadcast_to(again[n], steps.shape).argmax(axis=0)
+            j = np.clip(steps[best, one] + near, 0.0, FINE)
+            shared = self.share(motion.at(pieces[best, one], j), offsets[:, None, None])[n]
+            found[n] = np.broadcast_to(shared, j.shape).max(axis=0)
+        return Pressed(found[0], found[1], found[2], np.asarray(lost.any(axis=0)))
+
+    def _comings(self, bearing: Mask, offsets: Floats) -> tuple[Ints, Floats] | None:
+        """Where rollers come to bear or cease to, on either side of it: pieces and fine steps (t, n).
+
+        bearing  which of the rollers at `offsets`, (k,), bear at the samples, (k, P, n)
+        """
+        motion = self.cam.motion
+        v = bearing[:, : motion.moving * PER].reshape(len(bearing), motion.moving, PER, motion.size)
+        places: list[Ints] = []
+        rollers: list[float] = []
+        comes: list[bool] = []
+        for roller, row in enumerate(v):
+            for comes_on in (True, False):
+                change = (row[:, 1:] & ~row[:, :-1]) if comes_on else (row[:, :-1] & ~row[:, 1:])
+                flat = change.reshape(-1, motion.size)
+                # On either wall in turn: the first and the last.
+                first, last = flat.argmax(axis=0), len(flat) - 1 - flat[::-1].argmax(axis=0)
+                several = flat.any(axis=0) & (last > first)
+                for at in (first, last) if several.any() else (first,):
+                    if flat.any():
+                        places.append(at)
+                        rollers.append(offsets[roller])
+                        comes.append(comes_on)
+        if not places:
+            return None
+        piece, sample = np.divmod(np.array(places), PER - 1)
+        low = sample * float(STEP)
+        high = low + STEP
+        at, coming = np.array(rollers)[:, None], np.array(comes)[:, None]
+        for _ in range(self.halvings):
+            middle = 0.5 * (low + high)
+            points = motion.at(piece, middle)
+            side = np.where(self.cam.torque(points) >= 0.0, self.cam.pushing, -self.cam.pushing)
+            on = self._bearing(points, self.cam.seat(points, at), at, side)[2] == coming
+            low, high = np.where(on, low, middle), np.where(on, middle, high)
+        return np.concatenate([piece, piece]), np.concatenate([low, high])
