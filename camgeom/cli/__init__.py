@@ -157,7 +157,7 @@ def _parsed(words: list[str], chosen: str | None) -> argparse.Namespace:
 
 
 def _add_profile(sub: argparse.ArgumentParser) -> None:
-    sub.add_argument("profile", metavar="PROFILE", help="the TOML profile")
+    sub.add_argument("profile", metavar="PROFILE", help="the TOML profile; - reads standard input")
 
 
 def _add_laws(sub: argparse.ArgumentParser) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Thread
 
 from camgeom.cli import Console, UsageError
+from camgeom.profile import STDIN
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:
@@ -16,6 +17,8 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
     port = _port(arguments.port)
     path = Path(arguments.profile)
+    if arguments.profile == STDIN:
+        raise UsageError("serve needs a file, which it watches and saves; standard input is none")
     try:
         server = Server(path, port)
     except OSError as error:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -21,7 +22,7 @@ from camgeom.profile.duty import MOST_STATES, OperatingState, duty_problems
 from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
-from camgeom.profile.sections import INTERNAL, Force, Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.sections import INTERNAL, Force, Limits, Materials, MotionSegment, Operation, Output, TitleBlock
 from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
 from camgeom.profile.twice import contradictions
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from camgeom.machining.spec import CutterSpec
     from camgeom.tolerance.spec import ToleranceSpec
 
+STDIN = "-"
+"""the file name of standard input"""
 MOST_ROWS = 20_000
 """of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
 
@@ -65,6 +68,7 @@ class Profile(Section):
     material: Materials = Field(Materials(), description="the two bodies in contact")
     output: Output = Field(Output(), description="what is written")
     limits: Limits = Field(Limits(), description="what the checks judge against")
+    drawing: TitleBlock = Field(TitleBlock(), description="what the part drawing's title block says")
     dynamics: SerializeAsAny[Section] | None = Field(None, description="indexing dynamics")
     impact: SerializeAsAny[Section] | None = Field(None, description="impacts in the clearance")
     cutter: SerializeAsAny[Section] | None = Field(None, description="the tool that makes the flanks")
@@ -205,15 +209,15 @@ class Profile(Section):
 
 
 def read(path: str | Path) -> Profile:
-    """The profile in a TOML file. Raises ProfileError with every problem found."""
-    return parse(_text(path), str(path))
+    """The profile in a TOML file; `-` is standard input. Raises ProfileError with every problem found."""
+    return parse(_text(path), _named(path))
 
 
 def read_data(path: str | Path) -> dict[str, Any]:
     """The plain data of a profile file, for `from_data`; tables as dict, arrays as tuple. Raises ProfileError."""
-    data, problems, _ = load(_text(path), str(path))
+    data, problems, _ = load(_text(path), _named(path))
     if problems:
-        raise ProfileError(first_of(problems), str(path))
+        raise ProfileError(first_of(problems), _named(path))
     return data
 
 
@@ -242,7 +246,16 @@ def _clean(data: dict[str, Any], file: str) -> tuple[dict[str, Any], str, list[P
     return clean, file, problems, dropped
 
 
+def _named(path: str | Path) -> str:
+    return "" if str(path) == STDIN else str(path)
+
+
 def _text(path: str | Path) -> str:
+    if str(path) == STDIN:
+        content = sys.stdin.buffer.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise ProfileError([Problem("standard input", "is too long", None, f"at most {MAX_BYTES} bytes")])
+        return decode(content, "standard input")
     return decode(read_bytes(Path(path), MAX_BYTES, str(path)), str(path))
 
 

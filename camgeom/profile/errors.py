@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from camgeom.errors import Problem, did_you_mean, nearest
-from camgeom.profile.text import Path_, dotted
+from camgeom.profile.text import Path_, dotted, number_hint
 
 Model = type[BaseModel]
 Sections = Mapping[str, Sequence[Model]]
@@ -172,7 +172,8 @@ def _problem(
     if kind in {"value_error", "assertion_error"}:
         shown = None if isinstance(value, _Shown) else value
         return Problem(key, str(context.get("error", item["msg"])), shown, allowed)
-    return Problem(key, _message(kind, item), value, allowed)
+    hint = number_hint(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
+    return Problem(key, _message(kind, item), value, allowed, hint)
 
 
 def _message(kind: str, item: dict[str, Any]) -> str:

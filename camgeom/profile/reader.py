@@ -25,7 +25,7 @@ from camgeom.profile.errors import (
     without_guessed,
 )
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
-from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output
+from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output, TitleBlock
 from camgeom.profile.text import Path_, beside, dotted, number_table, text_fault
 from camgeom.track.follower import (
     AnyFollower,
@@ -51,7 +51,13 @@ ROLLERS: dict[str, Model] = {
     "crowned": CrownedRoller,
     "sphere": SphereRoller,
 }
-PLAIN_SECTIONS: dict[str, Model] = {"operation": Operation, "material": Materials, "output": Output, "limits": Limits}
+PLAIN_SECTIONS: dict[str, Model] = {
+    "operation": Operation,
+    "material": Materials,
+    "output": Output,
+    "limits": Limits,
+    "drawing": TitleBlock,
+}
 OPTIONAL_SECTIONS = {
     "impact": ("camgeom.dynamics.impact.spec", "ImpactSpec"),
     "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
@@ -126,8 +132,8 @@ class Reader:
         if table is None and default is not None:
             return default
         if not isinstance(table, dict):
-            message = "wrong type" if section in self.data else "is missing"
-            self.problems.append(Problem(section, message, plain(table), f"a table [{section}]"))
+            missing = Problem(section, "is missing", plain(table), f"a table [{section}]")
+            self.problems.append(_no_table(section, table) if section in self.data else missing)
             return None
         if key not in table:
             if default is None and (section, key) not in self.dropped:
@@ -155,7 +161,7 @@ class Reader:
         """A typed section; None where it is wrong."""
         table = self.data.get(name, {})
         if not isinstance(table, dict):
-            self.problems.append(Problem(name, "wrong type", plain(table), f"a table [{name}]"))
+            self.problems.append(_no_table(name, table))
             return None
         table = dict(table)
         if name == "cam" and "kind" not in model.model_fields:
@@ -276,6 +282,11 @@ class Reader:
             return name
         self.problems.append(Problem("name", _NAME, plain(name)))
         return None
+
+
+def _no_table(name: str, value: Any) -> Problem:
+    hint = f"write [{name}] in single brackets: there is one of it" if isinstance(value, tuple) else ""
+    return Problem(name, "wrong type", plain(value), f"a table [{name}]", hint)
 
 
 _NAME = "needs a text of 1 to 120 characters that can be printed, on one line"

@@ -167,6 +167,23 @@ class Output(Section):
     )
 
 
+Words = Annotated[str, Field(min_length=1, max_length=40)]
+
+
+@final
+class TitleBlock(Section):
+    """What the part drawing's title block says beside what the profile gives; nothing of it is judged."""
+
+    number: Words | None = Field(None, description="drawing number")
+    revision: Words | None = Field(None, description="revision, for example B")
+    author: Words | None = Field(None, description="who drew it")
+    date: Words | None = Field(None, description="date of the drawing, in quotes")
+    approved: Words | None = Field(None, description="who approved it")
+    general_tolerance: Words | None = Field(None, description="general tolerances, for example ISO 2768-mK")
+    finish: Words | None = Field(None, description="finish of the flanks, for example Ra 0.8")
+    treatment: Words | None = Field(None, description="heat treatment, for example case depth 0.9 + 0.2 mm")
+
+
 @final
 class Limits(Section):
     """What the checks judge against; a limit that is not given is not judged, or has the default named here."""

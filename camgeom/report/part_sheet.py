@@ -12,6 +12,7 @@ from camgeom.drawing.content import Chart, Drawing
 from camgeom.drawing.drawing import drawing_sheet, drawing_size
 from camgeom.drawing.paper import PX, Paper, pdf
 from camgeom.drawing.plots import chart_sheet
+from camgeom.drawing.shapes import Dot
 from camgeom.drawing.sheet import number, text_width
 from camgeom.errors import CamgeomError, ExportError, visible
 from camgeom.export.files import atomic_write
@@ -41,6 +42,10 @@ BLOCK = 245.0
 """mm, upper edge of the title block"""
 ROW, SIZE = 4.3, 2.7
 """mm, line pitch and size of the text in the table of parameters"""
+COLUMNS = 6
+"""of cells in the title block"""
+PROJECTION = "Projection"
+"""the cell that has a sign in it"""
 PANEL = 0.92
 """height of a panel of the motion diagram, of the report's"""
 UNITS = ("mm", "deg", "kg m2", "kg", "N/mm", "N", "r/min", "m/s2")
@@ -177,17 +182,33 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
     paper.words(SPLIT + 3.0, BLOCK + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
     ratio = f"{number(scale)}:1" if scale >= 1.0 else f"1:{number(1.0 / scale)}"
     direction = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
+    block, body = profile.drawing, profile.material.cam
+    hard = "" if body.hardness is None else f"{number(body.hardness)} HRC"
     cells = (
-        ("Scale", ratio), ("Sheet", "A3"), ("Dimensions", "mm, degrees"), ("Mass", f"{number(mass, 4)} kg"),
-        ("Turns, seen from +Z", direction), ("Density", f"{number(profile.material.cam.density)} kg/m³"),
-        ("Profile", visible(Path(profile.source).name) or "-"), ("Made with", f"camgeom {__version__}"),
+        ("Number", block.number), ("Revision", block.revision), ("Date", block.date), ("Drawn", block.author),
+        ("Approved", block.approved), (PROJECTION, ""),
+        ("Material", body.name), ("Treatment", block.treatment),
+        ("General tolerances", block.general_tolerance), ("Finish of the flanks", block.finish),
+        ("Mass", f"{number(mass, 4)} kg"), ("Density", f"{number(body.density)} kg/m³"),
+        ("Scale", ratio), ("Sheet, dimensions", "A3, mm, degrees"), ("Turns, seen from +Z", direction),
+        ("Profile", visible(Path(profile.source).name)), ("Made with", f"camgeom {__version__}"), ("Hardness", hard),
     )  # fmt: skip
-    width, top, pitch = (RIGHT - SPLIT) / 4.0, BLOCK + 18.0, 12.0
+    width, top, pitch = (RIGHT - SPLIT) / COLUMNS, BLOCK + 18.0, 8.0
     for place, (head, text) in enumerate(cells):
-        x, y = SPLIT + width * (place % 4), top + pitch * (place // 4)
+        x, y = SPLIT + width * (place % COLUMNS), top + pitch * (place // COLUMNS)
         paper.box("rule", x, y, x + width, y + pitch)
-        paper.words(x + 1.5, y + 3.6, head, size=2.3, style="faint")
-        paper.words(x + 1.5, y + 9.0, _shortened(text, width - 3.0, 3.2), size=3.2)
+        paper.words(x + 1.2, y + 2.8, head, size=2.1, style="faint")
+        if head != PROJECTION:
+            paper.words(x + 1.2, y + 6.8, _shortened(text or "-", width - 2.4, 2.7), size=2.7)
+    _third_angle(paper, SPLIT + 5.6 * width, top + 0.5 * pitch)
+
+
+def _third_angle(paper: Paper, x: float, y: float) -> None:
+    """The sign of third-angle projection (ISO 5456-2) about (x, y): what is seen from the right stands on the right."""
+    for radius in (1.2, 2.4):
+        paper.shapes.append(Dot("rule", (x - 3.0, y), radius))
+    paper.lines("rule", [(x + 1.0, y - 1.2), (x + 6.0, y - 2.4), (x + 6.0, y + 2.4), (x + 1.0, y + 1.2)], closed=True)
+    paper.lines("grid", [(x - 6.0, y), (x + 7.0, y)], [(x - 3.0, y - 3.0), (x - 3.0, y + 3.0)])
 
 
 def _shortened(text: str, room: float, size: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import subprocess
@@ -17,7 +18,7 @@ from camgeom.model import Model
 from camgeom.profile import read
 from camgeom.track import Arc, Straight
 from tests.cli.small import GOOD
-from tests.places import ROOT
+from tests.places import PROFILES, ROOT
 
 
 @pytest.fixture
@@ -342,3 +343,15 @@ def test_how_a_flank_meets_a_crowned_roller_is_said(
     assert data["flank"]["crown"] == crown
     plain = json.loads(run(capsys, "check", ROOT / "profiles" / "disc_flat_face.toml", "--json")[1])
     assert "crown" not in plain["flank"]
+
+
+def test_a_profile_may_come_from_standard_input(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content = (PROFILES / "disc_offset_roller.toml").read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    status, out, _ = run(capsys, "check", "-")
+    assert (status, "disc cam with offset roller" in out) == (0, True)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"x" * 2_000_000)))
+    assert run(capsys, "check", "-")[0] == 2
+    assert run(capsys, "serve", "-")[0] == 2

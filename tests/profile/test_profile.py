@@ -15,6 +15,7 @@ from camgeom.profile.motion import motion_problems, program_of
 from camgeom.profile.sections import MotionSegment
 from camgeom.profile.text import MAX_BYTES, load
 from camgeom.track.follower import FrameFollower, TurretFollower
+from tests.places import PROFILES
 
 GOOD = """
 name = "pin-insertion groove cam"
@@ -371,3 +372,39 @@ def test_data_can_be_varied() -> None:
     assert not dropped
     data["cam"]["diameter"] = 140.0
     assert from_data(data).cam.diameter == 140.0  # type: ignore[attr-defined]
+
+
+PIN = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("given", "hint"),
+    [
+        ("170mm", "a number stands without its unit: 170"),
+        ("170,5", "a number has a decimal point and no quotes: 170.5"),
+        ('"170"', "a number has a decimal point and no quotes: 170"),
+        ('"6.7 in"', "lengths are mm: 6.7 in is 170.18"),
+        ('6.7"', "lengths are mm: 6.7 in is 170.18"),
+        ("12 deg", "a number stands without its unit: 12"),
+    ],
+)
+def test_a_number_with_unit_comma_or_quotes_is_told_how_to_be_written(given: str, hint: str) -> None:
+    text = PIN.replace("diameter = 134", f"diameter = {given}")
+    with pytest.raises(ProfileError) as refused:
+        parse(text)
+    assert hint in str(refused.value)
+
+
+@pytest.mark.parametrize("given", ["big", '"large"', "1.2.3"])
+def test_what_is_no_number_gets_no_such_hint(given: str) -> None:
+    text = PIN.replace("diameter = 134", f"diameter = {given}")
+    with pytest.raises(ProfileError) as refused:
+        parse(text)
+    assert "a number" not in str(refused.value).replace("needs a number", "")
+
+
+@pytest.mark.parametrize("table", ["operation", "cam", "follower"])
+def test_a_table_in_double_brackets_is_told(table: str) -> None:
+    text = PIN.replace(f"[{table}]", f"[[{table}]]")
+    with pytest.raises(ProfileError, match=rf"write \[{table}\] in single brackets"):
+        parse(text)

@@ -145,3 +145,27 @@ def test_the_formats_are_listed_with_their_use() -> None:
     assert {"stl", "step", "dxf", "cmm.csv", "ecam.csv", "plcopen.xml", "sheet.svg", "sheet.pdf", "png"} <= set(found)
     assert found["outline.csv"]["cams"] == "planar cams"
     assert all(row["about"] and row["cams"] for row in found.values())
+
+
+def said(paper: Paper) -> list[str]:
+    return [shape.text for shape in paper.shapes if isinstance(shape, Words)]
+
+
+def test_the_title_block_says_what_the_profile_gives() -> None:
+    block = {"drawing.number": "C-1042", "drawing.revision": "B7", "drawing.author": "J. Weber"}
+    model = camgeom.read(PROFILES / "disc_offset_roller.toml")
+    plain, told = said(part_sheet(model)), said(part_sheet(model.with_({**block, "material.cam.hardness": 60})))
+    for text in (*block.values(), "60 HRC"):
+        assert text in told
+        assert text not in plain
+    with pytest.raises(camgeom.ProfileError, match="unknown key"):
+        model.with_({"drawing.numbr": "1"})
+    with pytest.raises(camgeom.ProfileError, match=r"drawing\.number"):
+        model.with_({"drawing.number": "x" * 41})
+
+
+def test_a_keyway_is_dimensioned_where_there_is_one() -> None:
+    model = camgeom.read(PROFILES / "disc_offset_roller.toml")
+    assert "keyway 6 wide, 22.8 to the far wall" in said(part_sheet(model))
+    bare = model.with_({"cam.keyway_width": None, "cam.keyway_depth": None})
+    assert not [text for text in said(part_sheet(bare)) if "keyway" in text]

@@ -31,6 +31,7 @@ from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
+    from camgeom.solid.blank import Bore
 
 AXIAL, ACROSS = ("z", "x"), ("x", "y")
 SPARE = 3.0
@@ -147,6 +148,7 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     if model.mechanism.bore:
         bore = model.mechanism.bore.diameter
         dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
+        paths += _behind(meshes, model.mechanism.bore)
     leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
     for track in model.tracks[:1]:
         joint = track.joint
@@ -164,6 +166,18 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     caption = "Section through the cam axis, follower at cam angle 0"
     regions = _regions(meshes, 1, 0.0, AXIAL)
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
+
+
+def _behind(meshes: Meshes, bore: Bore) -> list[Path]:
+    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall."""
+    radius, top = 0.5 * bore.diameter, 0.5 * bore.diameter + (bore.keyway_depth if bore.keyway_width else 0.0)
+    edge = float(np.sqrt(radius**2 - 0.25 * bore.keyway_width**2))
+    found = []
+    for _, mesh in meshes:
+        low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
+        found += [Path(np.array([[z, -radius], [z, top]])) for z in (low, high)]
+        found += [Path(np.array([[low, edge], [high, edge]]))] if bore.keyway_width else []
+    return found
 
 
 def across(model: Model, meshes: Meshes) -> Drawing:
@@ -185,6 +199,11 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     if base is not None:
         circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    if (bore := model.mechanism.bore) is not None and bore.keyway_width:
+        bottom = 0.5 * bore.diameter + bore.keyway_depth
+        across_both = number(bore.diameter + bore.keyway_depth, 6)
+        text = f"keyway {number(bore.keyway_width, 6)} wide, {across_both} to the far wall"
+        leaders.append(Leader((bottom, 0.5 * bore.keyway_width), text))
     for track in tracks:
         if abs(track.axis[2]) > 0.99:  # rollers parallel to the cam axis: the pitch curve lies in this view
             curve = np.ascontiguousarray(track.pose(np.linspace(*track.span, 361), 0).a[0][:2].T)
