@@ -13,43 +13,21 @@ from typing import Any
 
 from kit import ROOT, Row, Table, run, short
 
-DISC = """
-name = "disc"
-[cam]
-kind = "disc"
-base_radius = 40
-width = 14
-[follower]
-kind = "translating"
-mass = 0.9
-offset = -6
-[roller]
-shape = "cylinder"
-diameter = 22
-length = 12
-[[motion]]
-until = 110
-to = 20
-law = "modified-sine"
-[[motion]]
-until = 150
-[[motion]]
-until = 260
-to = 0
-law = "3-4-5"
-[[motion]]
-until = 360
-[operation]
-speed = 500
-friction = 12
-spring_rate = 5
-spring_preload = 90
-"""
+from camgeom.profile import read_data
+from camgeom.profile.text import dump
+
 SEVEN = (
     "flank.max_pressure_angle_deg", "flank.undercut_margin", "flank.min_relative_radius_mm", "contact.peak_force_n",
     "contact.peak_pressure_mpa", "contact.peak_torque_n_m", "fatigue.cam_life_h",
 )  # fmt: skip
 VARIED = ("cam.base_radius=30:60", "roller.diameter=12:30", "operation.speed=100:600")
+
+
+def disc() -> dict[str, Any]:
+    """The shipped disc with a cylindrical roller, without its press."""
+    data = read_data(ROOT / "profiles" / "disc_offset_roller.toml")
+    operation = {key: value for key, value in data["operation"].items() if key != "force"}
+    return {**data, "operation": operation, "roller": {"shape": "cylinder", "diameter": 22, "length": 12}}
 
 
 def study(profile: Path, folder: Path, *words: str) -> tuple[float, float]:
@@ -73,7 +51,7 @@ def tables(quick: bool) -> list[Table]:
     ]
     with tempfile.TemporaryDirectory() as place:
         profile = Path(place) / "disc.toml"
-        profile.write_text(DISC)
+        profile.write_text(dump(disc()))
         few = 100
         model, _ = study(profile, Path(place) / "exact", "--sample", f"sobol:{few}", "--exact", "--jobs", "1")
         for name, count, words in cases:

@@ -12,34 +12,11 @@ from camgeom.design.study import Figures
 from camgeom.errors import DesignError, NotConverged
 from camgeom.model import Model
 from camgeom.profile.text import load
+from tests.cli.small import GOOD
 from tests.places import ROOT
 
 ABSENT = "scripts/test_extras installs it and runs these tests"
-TEXT = """
-name = "small groove cam"
-[cam]
-kind = "cylindrical"
-diameter = 80
-length = 60
-start = 20
-groove_depth = 9
-[follower]
-kind = "translating"
-mass = 1
-[roller]
-diameter = 12
-length = 8
-[[motion]]
-until = 180
-to = 15
-law = "cycloidal"
-[[motion]]
-until = 360
-to = 0
-law = "modified-sine"
-[operation]
-speed = 300
-"""
+TEXT = GOOD.partition("[output]")[0]
 DATA = load(TEXT, "")[0]
 VARIED = ["--vary", "cam.diameter=70:110:41", "--vary", "operation.speed=200,300,x", "--only", "motion,flank"]
 """123 variants, a third of them no profile"""

@@ -8,31 +8,12 @@ import pytest
 from camgeom.errors import DesignError
 from camgeom.model import Model
 from camgeom.profile import parse
+from tests.cli.small import GOOD
 from tests.oracle.envelope import roller_distance, swept_distance
 
-PROFILE = """
-[cam]
-kind = "cylindrical"
-diameter = 80
-length = 60
-start = 20
-groove_depth = 9
-[follower]
-kind = "translating"
-[roller]
-diameter = 24
-length = 8
-[[motion]]
-until = 40
-to = 15
-law = "cycloidal"
-[[motion]]
-until = 360
-to = 0
-law = "modified-sine"
-[output]
-tolerance = 0.2
-"""
+PROFILE = (
+    GOOD.replace("diameter = 12", "diameter = 24").replace("until = 180", "until = 40").replace("0.05", "0.2")
+)
 
 
 def test_undercut_drum_is_refused_unless_asked_for():
