@@ -403,6 +403,13 @@ def _drum(cam, follower, roller, lift, low, high):
                     shift=lambda k: start, **made)
 
 
+def _end_face(cam, follower, roller, lift, low, high):
+    """As a drum's groove, whose roller stands above the middle of the ring."""
+    middle = 0.25 * (cam["diameter"] + cam["inner_diameter"])
+    ring = {"diameter": 2.0 * middle + roller["length"], "start": cam["height"] + 0.5 * roller["diameter"]}
+    return _drum({"direction": cam.get("direction"), **ring}, follower, roller, lift, low, high)
+
+
 def _turret(cam, follower):
     count = follower.get("rollers") or follower["stops"]
     pitch = TURN / count
@@ -440,4 +447,5 @@ def _parallel(cam, follower, roller, lift, low, high):
 
 
 _KINDS = {"disc": _planar, "constant-width": _frame, "conjugate": _conjugate, "cylindrical": _drum,
-          "cylindrical-index": _barrel, "globoidal": _globoid, "parallel-index": _parallel}  # fmt: skip
+          "end-face": _end_face, "cylindrical-index": _barrel, "globoidal": _globoid,
+          "parallel-index": _parallel}  # fmt: skip

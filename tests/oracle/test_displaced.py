@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from camgeom.cams import kinds
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.tolerance.causes import Approaches, applicable, default_pivots, line_of_centres
@@ -97,6 +98,7 @@ CASES: dict[str, dict[str, Any]] = {
     "groove": _shipped("pin_insertion"),
     "swinging cone": _shipped("steep_shuttle", cam__running_clearance=0.0),
     "rib": _rib(),
+    "ring": _shipped("end_face_lifter"),
     "barrel": _shipped("barrel_indexer"),
     "cones": _shipped("conical_indexer"),
     "globoid": _shipped("tool_changer"),
@@ -135,6 +137,10 @@ def _moves(joint: Any, key: str, part: int, size: float, pivots: Any, sense: flo
         "running_clearance": {"growth": -size},
     }
     return Moved(**simple[key])
+
+
+def test_every_kind_has_a_case() -> None:
+    assert {case["cam"]["kind"] for case in CASES.values()} == set(kinds())
 
 
 @pytest.mark.slow
