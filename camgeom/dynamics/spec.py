@@ -48,7 +48,8 @@ INDEXING_KEYS = (
 )
 FOLLOWER_KEYS = (
     *("mass", "linkage_stiffness", "linkage_damping", "return_stiffness", "return_damping", "preload", "tappet_mass"),
-    *("tappet_stiffness", "tappet_damping", "shaft_inertia", "shaft_stiffness", "shaft_damping", "polydyne"),
+    *("tappet_stiffness", "tappet_contact", "tappet_damping", "shaft_inertia", "shaft_stiffness", "shaft_damping"),
+    "polydyne",
 )
 
 
@@ -122,6 +123,10 @@ class DynamicsSpec(Section):
     preload: NotNegative | None = Field(None, description="N (N m); default: operation.spring_preload")
     tappet_mass: NotNegative = Field(0.0, description="kg (kg m2), the part of the mass at the cam")
     tappet_stiffness: NotNegative = Field(0.0, description="N/mm (N m/rad), contact of the tappet; 0: rigid")
+    tappet_contact: Literal["tangent", "secant"] | None = Field(
+        None, description="tappet_stiffness from the contact itself, line, ellipse or half-space, where the roller is "
+        "pressed hardest: tangent (for small vibration) or secant (from no load)"
+    )
     tappet_damping: NotNegative = Field(0.0, description="N s/m (N m s/rad), contact of the tappet")
     shaft_inertia: Positive | None = Field(None, description="kg m2, cam on its elastic shaft")
     shaft_stiffness: Positive | None = Field(None, description="N m/rad, cam shaft in torsion; default: rigid")
@@ -148,13 +153,20 @@ class DynamicsSpec(Section):
             raise ValueError(f"kind = {self.kind!r} needs {', '.join(missing)}")
         if (self.shaft_inertia is None) != (self.shaft_stiffness is None):
             raise ValueError("an elastic cam shaft needs both shaft_inertia and shaft_stiffness")
-        if self.tappet_stiffness > 0.0 and self.tappet_mass == 0.0:
-            raise ValueError("tappet_stiffness needs a tappet_mass")
-        if self.shaft_inertia is not None and self.tappet_mass > 0.0 and self.tappet_stiffness == 0.0:
+        if self.tappet_stiffness > 0.0 and self.tappet_contact is not None:
+            raise ValueError("tappet_stiffness is given: leave it or tappet_contact out")
+        if self.elastic_tappet and self.tappet_mass == 0.0:
+            raise ValueError(f"{'tappet_contact' if self.tappet_contact else 'tappet_stiffness'} needs a tappet_mass")
+        if self.shaft_inertia is not None and self.tappet_mass > 0.0 and not self.elastic_tappet:
             raise ValueError("with an elastic cam shaft a tappet_mass needs a tappet_stiffness")
         if self.sweep is not None and self.sweep[0] >= self.sweep[1]:
             raise ValueError("sweep must rise from its first speed to its second")
         return self
+
+    @property
+    def elastic_tappet(self) -> bool:
+        """Whether the tappet's contact with the cam yields."""
+        return bool(self.tappet_stiffness or self.tappet_contact)
 
     def idle(self) -> dict[str, str]:
         """The keys that nothing reads, each with the reason."""
@@ -181,7 +193,7 @@ class DynamicsSpec(Section):
             found["cross_bending"] = "couples the lateral modes of turret_mass and load_mass"
         if not (self.turret_mass or self.load_mass):
             found["output_axial"] = "without a turret_mass or load_mass nothing moves along the output shaft"
-        if not self.tappet_stiffness:
+        if not self.elastic_tappet:
             found["tappet_damping"] = "a tappet without a tappet_stiffness is rigid"
         if self.shaft_stiffness is None:
             found["shaft_damping"] = "a cam shaft without a shaft_stiffness is rigid"

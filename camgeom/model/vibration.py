@@ -19,7 +19,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.duty import largest_of
 from camgeom.mechanics.load import QUIET
-from camgeom.model.loads import carriers
+from camgeom.model.loads import carriers, roller_duties
 from camgeom.profile.solvers import refuse
 from camgeom.solid.mechanism import Drive
 
@@ -223,6 +223,8 @@ def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load) -> F
     assert spec is not None
     refuse(profile, mechanism)
     assert profile.operation is not None, "it made the load"
+    if spec.tappet_contact is not None:
+        spec = spec.model_copy(update={"tappet_stiffness": tappet_stiffness(profile, mechanism, load)})
     si = load.si
     closure: Closure = "force" if mechanism.drive is Drive.ALONE else "form"
     against, motion = Resistance(load), mechanism.program
@@ -252,6 +254,19 @@ class Kept:
             self._known = angles, values = angles[order], values[order]
             index, _ = among(angles, theta)
         return np.asarray(values[index])
+
+
+def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> float:
+    """Stiffness, N/mm (N m/rad), along the follower's motion of its roller's contact where that is pressed hardest.
+
+    By the rigid load: tangent or secant, as dynamics.tappet_contact says.
+    """
+    spec = profile.dynamics_spec
+    assert spec is not None
+    duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
+    lever = float(duty.force.panels.at(duty.reference.lever, np.array([duty.least_peak.cam_angle]))[0])
+    each = duty.stiffness.tangent if spec.tappet_contact == "tangent" else duty.stiffness.secant
+    return each * lever**2 * (MILLI if load.rotating else 1.0)
 
 
 class Vibrating(Indexer, Protocol):

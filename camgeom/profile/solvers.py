@@ -91,11 +91,14 @@ def _of_indexing(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> 
 def _of_follower(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> Iterator[Problem]:
     operation = profile.operation
     assert operation is not None
-    if spec.tappet_stiffness > 0.0 or spec.shaft_stiffness is not None:
+    if spec.elastic_tappet or spec.shaft_stiffness is not None:
         yield from _refused(
             profile, ("guide_friction",), "is that of a tappet which follows the cam exactly, not one on an elastic "
             "contact or cam shaft", "leave tappet_stiffness and shaft_stiffness out, or give a friction in N",
         )  # fmt: skip
+    if spec.tappet_contact is not None and mechanism.roller is None:
+        yield Problem("dynamics.tappet_contact", "takes the stiffness of a roller's contact", spec.tappet_contact,
+                      "a follower with a [roller]", "or give tappet_stiffness")  # fmt: skip
     moved = mechanism.follower.moving(operation.load_mass, operation.load_inertia)
     if spec.mass is None and moved <= spec.tappet_mass:
         own, load = ("inertia", "load_inertia") if profile.rotating else ("mass", "load_mass")
@@ -121,7 +124,7 @@ def uncorrected(profile: Profile, mechanism: Mechanism) -> Iterator[Problem]:
         if value:
             yield Problem(f"dynamics.{key}", "dynamics.polydyne corrects for damping to ground alone", value, "0",
                           "give return_damping instead, or polydyne = false")  # fmt: skip
-    order, needed = mechanism.program.continuity.order, 5 if spec.tappet_stiffness else 3
+    order, needed = mechanism.program.continuity.order, 5 if spec.elastic_tappet else 3
     if order < needed:
         hint = 'take a smoother law, such as "5-6-7-8-9", or polydyne = false'
         yield Problem("dynamics.polydyne", f"corrects a motion of {needed} continuous derivatives or more", order,
