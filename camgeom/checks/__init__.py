@@ -56,7 +56,7 @@ def judged_pressure(
         return
     peak, duty = max(known, key=lambda pair: pair[0].value)
     beside = rigid.peak_pressure if rigid is not None else None
-    where = f"{duty.spot(peak)}, half a millimetre inside the sharp end" if duty.no_stress else duty.spot(peak)
+    where = f"{duty.spot(peak)}, at least: {duty.no_stress.partition(':')[0]}" if duty.no_stress else duty.spot(peak)
     yield judged(name, peak.value, "<=", model.pressure_limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where,
                  worst=worst, rigid=beside.value if beside is not None else None)  # fmt: skip
 

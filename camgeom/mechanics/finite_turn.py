@@ -30,8 +30,10 @@ COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
 TABLED = (32, 48, 64)
 """cells across and along, and strips, of a tabled contact"""
-FINE = 128
-"""strips of the hardest one"""
+FINE, FINER = 128, 256
+"""strips of the hardest one, and of one whose peak is not yet known"""
+KNOWN = 0.02
+"""error up to which a peak is one"""
 SMALL = 0.02
 """share by which the load is changed for the tangent of the approach"""
 
@@ -107,7 +109,10 @@ class FiniteTurn:
                 here, k = (float(self.panels.at(one, at)[0]) for one in (load, self.curvature))
                 if here > 0.0:
                     patch = press(replace(bodies, curvature=k), here, strips=FINE)
-                    found.append((Extreme(patch.peak[0], each, patch.peak[1], where=str(wall)), patch))
+                    if patch.error > KNOWN and not patch.unbounded:
+                        patch = press(replace(bodies, curvature=k), here, strips=FINER)
+                    sure = 1.0 if patch.unbounded or patch.error <= KNOWN else max(0.0, 1.0 - patch.error)
+                    found.append((Extreme(sure * patch.peak[0], each, patch.peak[1], where=str(wall)), patch))
         sharp = [one for one in found if one[1].unbounded]
         return max(sharp or found, key=lambda one: one[0].value)
 
@@ -115,6 +120,11 @@ class FiniteTurn:
     def unbounded(self) -> bool:
         """Whether a sharp end bears at the hardest angle, where no pressure is the largest."""
         return self.hardest[1].unbounded
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the largest pressure is not known within KNOWN: at ends that are nearly sharp."""
+        return not self.unbounded and self.hardest[1].error > KNOWN
 
     @cached_property
     def stiffness(self) -> Stiffness:

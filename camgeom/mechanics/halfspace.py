@@ -152,7 +152,8 @@ def pressed(
     guess: a pressure to begin with. Raises NotConverged where it has not settled after STEPS.
     """
     weight = np.broadcast_to(area, gap.shape)
-    start = np.where(gap < NOWHERE, 1.0 if guess is None else guess, 0.0)
+    body = gap < NOWHERE
+    start = body * (np.ones_like(gap) if guess is None or not (guess * body).any() else guess)
     p = start * (load / _sum(start, weight))
     u, way, old = influence(p), np.zeros_like(p), 0.0
     for step in range(1, STEPS + 1):

@@ -314,8 +314,13 @@ class RollerDuty:
     @property
     def no_stress(self) -> str:
         """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
-        if self.finite is None or not self.finite.unbounded:
+        if self.finite is None or not (self.finite.unbounded or self.finite.unknown):
             return ""
+        if self.finite.unknown:
+            return (
+                f"the pressure at the roller's end is known within {self.finite.hardest[1].error:.1%} alone: its edge "
+                "is nearly sharp; give a larger roller.end_radius, or crown = 'logarithmic'"
+            )
         return (
             f"the pressure is unbounded at the sharp end that bears ({self.least_peak.value:.6g} MPa half a "
             "millimetre inside): give roller.end_radius, or a crown that ends within the roller (crown = 'logarithmic')"
@@ -595,7 +600,7 @@ class RollerDuty:
         if not np.all(self.slices.sound):
             return None
         if self.finite is not None:
-            return None if self.finite.unbounded else Beneath(*self.finite.hardest[1].beneath(self.cam.poisson))
+            return None if self.no_stress else Beneath(*self.finite.hardest[1].beneath(self.cam.poisson))
         peaks = self.slices.peak()
         m = int(np.argmax(peaks.pressure))
         pressure, angle = float(peaks.pressure[m]), float(peaks.theta[m])

@@ -11,6 +11,7 @@ import pytest
 
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
+from camgeom.mechanics import finite_turn
 from camgeom.mechanics.finite_contact import INSIDE, press
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.model import Model
@@ -244,3 +245,21 @@ def test_stiffness_of_line_and_ellipse_is_their_approach_by_load() -> None:
     assert 1.05 < line.tangent / line.secant < 1.1
     run_out = made(**LOGARITHMIC).duty.stiffness
     assert ellipse.tangent < run_out.tangent < line.tangent
+
+
+def test_a_peak_that_is_not_known_is_not_passed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What its own grid leaves open is as a sharp end: not judged, and failed by what is surely reached."""
+    monkeypatch.setattr(finite_turn, "KNOWN", 1e-6)
+    monkeypatch.setattr(finite_turn, "FINER", finite_turn.FINE)
+    roller = {**CYLINDER, "misalignment_deg": 0.02, "end_radius": 1.0, "diameter": 22.0}
+    model = Model(from_data(data("disc_offset_roller", **roller), "disc"))
+    assert model.duty.finite.unknown
+    assert model.duty.peak_pressure is None
+    assert set(model.duty.lives) == {"bearing"}
+    found, reasons = said(model, "contact-pressure")
+    assert found == []
+    assert "nearly sharp" in reasons[0]
+    sure = model.duty.least_peak.value
+    hard = data("disc_offset_roller", **roller)
+    hard["limits"] |= {"contact_pressure_mpa": 0.999 * sure}
+    assert said(Model(from_data(hard, "disc")), "contact-pressure")[0] == ["fail"]
