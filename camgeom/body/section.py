@@ -66,12 +66,10 @@ class Fineness:
     @classmethod
     def fine_at(cls, upper: bool, times: int = 1) -> Fineness:
         """Fine beside one flank alone."""
-        fine, coarse = 4 * times, 2
-
         def pair(this: int, other: int) -> tuple[int, int]:
             return (other, this) if upper else (this, other)
 
-        return cls(pair(3 + times, 2), pair(fine, coarse), 3, 2 + times, pair(2 + times, 1), 2, 2.2)
+        return cls(pair(3 + times, 1), pair(4 + 2 * times, 2), 3, 2 + times, pair(3, 1), 2, 2.2)
 
 
 @final
@@ -121,6 +119,24 @@ class DrumSection:
         flank, root, floor, _, _ = self.counts
         other = self.counts[3]
         return flank + root // 2, flank + root + floor + other // 2
+
+    def root_cells(self, upper: bool) -> Index:
+        """Numbers along the contour of the cells of one root."""
+        before = sum(self.counts[: 3 if upper else 1])
+        return np.arange(before, before + self.counts[3 if upper else 1])
+
+    def wall_cells(self, upper: bool) -> tuple[Index, Index]:
+        """Quadrilaterals of layer and wall above the foot of a flank, from there through the wall to the end."""
+        c, along = self.cells, self.contour_cells
+        low, high = self.middles
+        first = along * c.layer
+        if upper:
+            foot = sum(self.counts[:4])
+            start = first + c.wall[0] * low + (foot - high)
+            return along * np.arange(c.layer) + foot, start + (along - high) * np.arange(c.wall[1])
+        foot = self.counts[0]
+        start = first + low - foot
+        return along * np.arange(c.layer) + foot - 1, start + low * np.arange(c.wall[0])[::-1]
 
     def contour(self, psi: Floats) -> tuple[Floats, Floats, Floats]:
         """Exact z and r (n, 2 k + 1) of the contour's places at azimuths (n,), and the share of a root's turn there.

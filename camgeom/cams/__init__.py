@@ -86,7 +86,7 @@ NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_ri
 NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid") | idle(
     "flanks that end at a face have no root, and other grooves than a drum's are made with a sharp one so far",
     "cutter.corner_radius",
-)
+) | idle("stress in the body is found at the root of a drum's groove alone so far", "material.cam.bending_limit")
 NO_GAPS = idle(
     "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
     "limits.clearance_mm",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "roller load", "crowned load", "face load",
-               "turret load", "dynamics", "impact", "cutter", "tolerance"]
+               "turret load", "dynamics", "impact", "cutter", "root", "tolerance"]
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
@@ -105,6 +105,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
     "impact": lambda model: _load(model, model.profile.impact_spec),
     "cutter": lambda model: model.profile.cutter_spec is not None,
+    "root": lambda model: model.profile.material.cam.bending_limit is not None and model.root_stress is not None,
     "tolerance": lambda model: model.profile.tolerance_spec is not None,
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.
@@ -181,7 +182,7 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
     "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"), "cutter": ("cutter",),
-    "tolerance": ("tolerance",),
+    "root": ("root",), "tolerance": ("tolerance",),
 }  # fmt: skip
 """Files of checks of which each needs one of these: not imported for a model that has none of them."""
 

@@ -65,6 +65,13 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("bearing_life_h", "bearing life", "h"),
         ("bearing_static_safety", "static safety of the bearing", ""),
     ),
+    "body": (
+        ("nominal_stress_mpa", "nominal stress at the root", "MPa"),
+        ("nominal_at_deg", "at", "deg"),
+        ("peak_stress_mpa", "peak stress at the root", "MPa"),
+        ("load_angle_deg", "under the load at", "deg"),
+        ("fatigue_factor", "bending limit over peak stress", ""),
+    ),
     "dynamics": (
         ("first_frequency_hz", "lowest natural frequency", "Hz"),
         ("frequencies_hz.0", "lowest natural frequency", "Hz"),

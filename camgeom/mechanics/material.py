@@ -51,6 +51,10 @@ class Material(Section):
     case_depth_mm: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
         None, description="mm, depth of a hardened case; carburised tracks 0.8 to 1.2")
 
+    bending_limit: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
+        None, description="MPa, of the cam: stress at a groove's root that its body endures for ever, pulsating; with "
+        "it the body is solved and root-stress judged")
+
     @model_validator(mode="before")
     @classmethod
     def _graded(cls, data: object) -> object:

@@ -33,6 +33,7 @@ from camgeom.track.follower import Setup
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
+    from camgeom.body.stress import RootStress
     from camgeom.body.volume import BodyVolume
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
@@ -408,6 +409,22 @@ class Model(Sealed):
         if self.profile.operation is None or not self.mechanism.touches:
             return None
         return face_duty(self.profile.material, self.load, self.mechanism.touches)
+
+    @fact
+    def root_stress(self) -> RootStress | None:
+        """Stress at the root of a drum's groove under its duty; None of other cams, and without an [operation]."""
+        from camgeom.solid.drum import GroovedCylinder
+
+        if self.profile.duty:
+            return self.hardest_state.root_stress
+        part = self.parts[0]
+        if not self.duties or not isinstance(part, GroovedCylinder) or part.blank.bore is None or not part.fits():
+            return None
+        from camgeom.body.stress import RootStress
+
+        self.refuse_folded()
+        angle = self.profile.output.load_angle_deg
+        return RootStress(part, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
 
     @fact
     def volume(self) -> BodyVolume:

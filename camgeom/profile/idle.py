@@ -57,6 +57,7 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         )  # fmt: skip
     if dynamics is None or dynamics.kind != "indexing" or dynamics.turret_inertia is not None:
         found["material.roller.density"] = "only the turret of an indexing drive without a turret_inertia is weighed"
+    found["material.roller.bending_limit"] = "the roller's body is not solved; give material.cam.bending_limit"
     if profile.operation is not None:
         found |= _under("operation", profile.operation.idle(profile.rotating))
     if profile.output.table_tolerance is not None:

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from camgeom.track.planar import Planar
 
 PRODUCTS = (
-    "motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "dynamics", "cutter", "tolerance",
+    "motion", "blank", "flank", "checks", "solid", "contact", "fatigue", "body", "dynamics", "cutter", "tolerance",
     "exports", "report",
 )
 FIRST = {"motion", "blank", "flank"}
 """products that stand before the checks in the result"""
 COMMANDS: dict[str, tuple[str, ...]] = {
-    "run": PRODUCTS,
+    "run": tuple(name for name in PRODUCTS if name != "body"),
     "build": ("motion", "blank", "solid", "cutter", "exports"),
     "check": ("motion", "blank", "flank", "checks"),
     "solve": ("motion", "contact", "fatigue", "dynamics", "tolerance"),
@@ -86,6 +86,8 @@ def compute(
     from camgeom.checks.verdict import Verdict
 
     asked, noted = set(wanted), products if products is not None else Products()
+    if "contact" in asked and model.profile.material.cam.bending_limit is not None:
+        asked.add("body")
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
     data |= _sections(model, asked & FIRST, noted)
     verdict = Verdict(())
@@ -516,6 +518,15 @@ def impact_figures(model: Model) -> dict[str, Any]:
     return data if torque is None else data | {"peak_torque_n_m": MILLI * torque.value}
 
 
+NO_ROOT = "stress in the body is found at the root of a drum's closed groove under an [operation], the drum with a bore"
+
+
+def body_data(model: Model) -> dict[str, Any]:
+    """Nominal and peak stress at the root of a drum's groove. Raises DesignError where its volume is not meshed."""
+    assert model.root_stress is not None
+    return model.root_stress.data()
+
+
 def cutter_data(model: Model) -> dict[str, Any]:
     """The tool's passes and what they leave. Raises DesignError where the tool cannot make the cam."""
     return model.machined.data()
@@ -566,6 +577,7 @@ SOURCES: dict[str, Source] = {
     "solid": (solid_data, lambda model: ""),
     "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "body": (body_data, lambda model: _unless(model.root_stress, NO_ROOT)),
     "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),
     "impact": (impact_data, lambda model: _unless(model.profile.impact_spec, "the profile has no [impact]")),
     "cutter": (cutter_data, lambda model: _unless(model.profile.cutter, "the profile has no [cutter]")),

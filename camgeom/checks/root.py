@@ -1,0 +1,32 @@
+"""Stress at the root of a drum's groove against what the cam's material endures in bending."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import degrees
+from typing import TYPE_CHECKING
+
+from camgeom.checks import solved
+from camgeom.checks.verdict import Finding, NotJudged, judged
+
+if TYPE_CHECKING:
+    from camgeom.model import Model
+
+ADVICE = "a thicker wall (a longer drum, another `start`), a larger root radius, less force, or a stronger material"
+
+
+@solved("root-stress", "root")
+def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
+    """Peak stress at the root against material.cam.bending_limit; without a peak the nominal stress can only fail."""
+    found, limit = model.root_stress, model.profile.material.cam.bending_limit
+    if found is None or limit is None:
+        return
+    worst, where = found.worst, f"root of {found.patch.where}"
+    if worst.value > limit:
+        yield judged("root-stress", worst.value, "<=", limit, "MPa", ADVICE, cam_angle=worst.cam_angle,
+                     where=f"{where}, nominal")  # fmt: skip
+    elif found.peak is not None:
+        yield judged("root-stress", found.peak, "<=", limit, "MPa", ADVICE, cam_angle=found.patch.theta, where=where)
+    else:
+        told = f"the nominal stress is {worst.value:.4g} MPa at {degrees(worst.cam_angle):.4g} deg, below the limit"
+        yield NotJudged("root-stress", f"{found.why_no_peak}; {told}")

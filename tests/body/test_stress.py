@@ -1,0 +1,98 @@
+"""Stress at a groove's root: nominal over the turn, the peak of two meshes, and the check that judges them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from camgeom.body import stress
+from camgeom.body.section import Fineness
+from camgeom.body.stress import Peak, RootStress
+from camgeom.checks import judge
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import from_data, read_data
+from camgeom.report.result import compute
+from tests.places import PROFILES
+
+
+def pin(root: float = 1.0, limit: float | None = 400.0, **cam: Any) -> Model:
+    data = read_data(PROFILES / "pin_insertion.toml")
+    steel = {**data["material"]["cam"]} | ({"bending_limit": limit} if limit is not None else {})
+    cam = {**data["cam"], "root_radius": root, **cam}
+    return Model(from_data({**data, "cam": cam, "material": {**data["material"], "cam": steel}}))
+
+
+def known(model: Model, nominal: float, *peaks: float) -> Model:
+    """The model with these stresses in place of computed ones."""
+    found = model.root_stress
+    assert isinstance(found, RootStress)
+    curve = np.zeros(stress.ANGLES)
+    curve[60] = nominal
+    vars(found).update(nominal=curve, peaks=tuple(Peak(value, np.zeros(3), 1000) for value in peaks))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("peaks", "nominal", "level"),
+    [
+        ((401.0, 0.999 * 400.0), 20.0, "pass"),
+        ((401.0, 1.002 * 400.0), 20.0, "fail"),
+        ((300.0, 390.0), 20.0, "not judged"),
+        ((), 20.0, "not judged"),
+        ((), 0.999 * 400.0, "not judged"),
+        ((), 1.002 * 400.0, "fail"),
+        ((300.0, 390.0), 1.002 * 400.0, "fail"),
+    ],
+)  # fmt: skip
+def test_the_root_is_judged_by_its_peak_and_can_fail_by_its_nominal_stress(
+    peaks: tuple[float, ...], nominal: float, level: str
+) -> None:
+    verdict = judge(known(pin(root=1.0 if peaks else 0.0), nominal, *peaks), ["root-stress"])
+    if level == "not judged":
+        assert not verdict.findings
+        assert "nominal stress" in verdict.not_judged[0].reason
+    else:
+        (finding,) = verdict.findings
+        assert (finding.level, finding.limit, finding.unit) == (level, 400.0, "MPa")
+        assert "flank" in finding.where
+
+
+def test_the_result_has_the_figures_where_a_limit_is_given_or_they_are_asked_for() -> None:
+    data = compute(known(pin(), 20.0, 119.0, 118.0), ("contact",)).data["body"]
+    assert data["peak_stress_mpa"] == 118.0
+    assert data["fatigue_factor"] == pytest.approx(400.0 / 118.0)
+    assert (data["nominal_stress_mpa"], data["nominal_at_deg"]) == (20.0, 300.0)
+    without = pin(limit=None)
+    assert "body" not in compute(without, ("contact",)).data
+    assert not judge(without, ["root-stress"]).findings
+    assert compute(known(without, 20.0, 119.0, 118.0), ("body",)).data["body"]["peak_stress_mpa"] == 118.0
+    reasons = compute(known(pin(0.0), 20.0), ("body",)).data["body"]
+    assert reasons["peak_stress_mpa"] is None
+    assert "sharp root" in reasons["no_peak"]
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [("tool_changer", "cam"), ("disc_flat_face", "cam"), ("pin_insertion", "roller")]
+)
+def test_a_limit_that_nothing_reads_is_refused(name: str, key: str) -> None:
+    data = read_data(PROFILES / f"{name}.toml")
+    material = {**data.get("material", {})}
+    material[key] = {**material.get(key, {}), "bending_limit": 300.0}
+    with pytest.raises(ProfileError, match="bending_limit"):
+        from_data({**data, "material": material})
+
+
+@pytest.mark.slow
+def test_a_thinner_end_wall_bends_more_and_the_pressed_wall_bears_the_stress(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    monkeypatch.setattr(stress, "Fineness", lambda: Fineness((2, 2), (2, 2), 1, 1, (2, 2), 1))
+    nominal = [pin(length=length).root_stress for length in (110.0, 106.0)]
+    thick, thin = (one.nominal for one in nominal if one is not None)
+    at = 20  # 300 deg, on the upper flank, whose wall ends at the drum's length
+    assert thick[at] > 5.0
+    assert thin[at] > 1.2 * thick[at]
+    still = np.abs(thick[:9]).max()  # a dwell without load
+    assert still < 0.05 * thick.max()
