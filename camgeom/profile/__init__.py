@@ -22,7 +22,17 @@ from camgeom.profile.duty import MOST_STATES, OperatingState, duty_problems
 from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
-from camgeom.profile.sections import INTERNAL, Force, Limits, Materials, MotionSegment, Operation, Output, TitleBlock
+from camgeom.profile.sections import (
+    INTERNAL,
+    Force,
+    Limits,
+    Materials,
+    MotionSegment,
+    Operation,
+    Output,
+    Reproduced,
+    TitleBlock,
+)
 from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
 from camgeom.profile.twice import contradictions
@@ -55,6 +65,10 @@ class Profile(Section):
     """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
 
     name: Annotated[str, Field(min_length=1, max_length=120)] = Field("cam", description="shown in reports")
+    reproduces: Reproduced | None = Field(
+        None, description="the source document that the profile is the machine of: its report then shows every printed "
+        "result beside ours (`camgeom validate`)"
+    )
     cam: SerializeAsAny[Cam] = Field(description="the cam, by kind")
     follower: AnyFollower = Field(description="the follower, by kind")
     roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")

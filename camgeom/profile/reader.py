@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
@@ -25,7 +25,15 @@ from camgeom.profile.errors import (
     without_guessed,
 )
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
-from camgeom.profile.sections import Limits, Materials, MotionSegment, Operation, Output, TitleBlock
+from camgeom.profile.sections import (
+    Limits,
+    Materials,
+    MotionSegment,
+    Operation,
+    Output,
+    Reproduced,
+    TitleBlock,
+)
 from camgeom.profile.text import Path_, beside, dotted, number_table, text_fault
 from camgeom.track.follower import (
     AnyFollower,
@@ -51,6 +59,8 @@ ROLLERS: dict[str, Model] = {
     "crowned": CrownedRoller,
     "sphere": SphereRoller,
 }
+TOP = ("name", "reproduces", "cam", "follower", "roller", "motion", "duty")
+"""what a profile may have at its top beside its other sections"""
 PLAIN_SECTIONS: dict[str, Model] = {
     "operation": Operation,
     "material": Materials,
@@ -89,6 +99,7 @@ class Reader:
         parts["motion"] = self._motion()
         parts["duty"] = self._duty()
         parts["name"] = self._name()
+        parts["reproduces"] = self._reproduces()
         if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
             # The motion as a whole is judged even where another section is wrong.
             self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], self.span, self.file)
@@ -147,7 +158,7 @@ class Reader:
 
     def _refuse_unknown_sections(self) -> None:
         """Top-level keys that are no section, with the section that they may belong to."""
-        known = {"name", "cam", "follower", "roller", "motion", "duty", *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
+        known = {*TOP, *PLAIN_SECTIONS, *OPTIONAL_SECTIONS}
         stray = dict([(key, value) for key, value in self.data.items() if key not in known][:MOST_PROBLEMS])
         if not stray:
             return
@@ -266,6 +277,17 @@ class Reader:
         self.problems += found
         typed: MotionSegment | None = self._typed(MotionSegment, own, at)
         return None if found else typed
+
+    def _reproduces(self) -> str | None:
+        """The source document that the profile is the machine of."""
+        if "reproduces" not in self.data:
+            return None
+        allowed = get_args(Reproduced)
+        value = self.data["reproduces"]
+        if value not in allowed:
+            self.problems.append(choice_problem("reproduces", value, allowed, "a source document"))
+            return None
+        return str(value)
 
     def _name(self) -> str | None:
         """The profile's name; by default that of its file."""

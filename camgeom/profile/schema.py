@@ -6,7 +6,7 @@ Everything comes from the types: cam kinds, followers, rollers, motion laws with
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
@@ -17,7 +17,7 @@ from camgeom.profile import Profile
 from camgeom.profile.duty import MOST_STATES, OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLERS
-from camgeom.profile.sections import MotionSegment
+from camgeom.profile.sections import MotionSegment, Reproduced
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]
@@ -29,6 +29,9 @@ def schema() -> Schema:
     optional = {name: getattr(import_module(home), word) for name, (home, word) in OPTIONAL_SECTIONS.items()}
     sections: Schema = {
         "name": {"type": "string", "minLength": 1, "maxLength": 120, "description": "shown in reports"},
+        "reproduces": {
+            "type": "string", "enum": list(get_args(Reproduced)), "description": _meaning("reproduces")
+        },
         "cam": _one_of("kind", {kind: collected.of(cam_class(kind)) for kind in kinds()}, required=True),
         "follower": _one_of("kind", {kind: collected.of(model) for kind, model in FOLLOWERS.items()}),
         "roller": _one_of("shape", {shape: collected.of(model) for shape, model in ROLLERS.items()}),

@@ -22,6 +22,9 @@ NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 Number = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
 
+Reproduced = Literal["S1", "S2", "S3", "S4", "S5"]
+"""the source documents of `camgeom.validation`, by their short names"""
+
 INTERNAL: dict[str, Any] = {"internal": True}
 """Marks a field that is no key of the profile."""
 

@@ -89,6 +89,8 @@ def compute(
     if "contact" in asked and model.profile.material.cam.bending_limit is not None:
         asked.add("body")
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
+    if model.profile.reproduces is not None:
+        data["reproduces"] = model.profile.reproduces
     data |= _sections(model, asked & FIRST, noted)
     verdict = Verdict(())
     if "checks" in asked:

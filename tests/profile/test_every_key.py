@@ -34,6 +34,7 @@ ONLY_NAMES = "a name, shown and not judged"
 ONLY_FILE = "how a file is written"
 EXEMPT = {
     "name": ONLY_NAMES,
+    "reproduces": "names what the report tells beside the design",
     "material.cam.name": ONLY_NAMES,
     "material.roller.name": ONLY_NAMES,
     "output.formats": ONLY_FILE,

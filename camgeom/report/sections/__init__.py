@@ -64,6 +64,7 @@ SECTIONS = (
     Entry("cutter", "Cutter data", "cutter:cutter"),
     Entry("tolerance", "Tolerances", "tolerance:tolerance"),
     Entry("validation", "Validation", "record:validation"),
+    Entry("source", "The source, recomputed", "source:source"),
     Entry("parameters", "Parameters", "record:parameters"),
     Entry("cost", "What was computed", "record:cost"),
 )
