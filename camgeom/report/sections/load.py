@@ -29,6 +29,7 @@ from camgeom.drawing.content import (
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 from camgeom.report.result import state_data
+from camgeom.report.sections.forces import along
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
 if TYPE_CHECKING:
@@ -75,12 +76,12 @@ def contact(model: Model) -> tuple[Block, ...]:
         name = state.state.name if state.state else ""
         return Text((f"Of the operating state {name!r}, in which the contact is pressed hardest.",)), *contact(state)
     if model.turret_duty is not None:
-        return turret_contact(model, model.turret_duty)
+        return (*turret_contact(model, model.turret_duty), *along(model))
     if model.drive is not None:
-        return touch_contact(model, model.drive)
+        return (*touch_contact(model, model.drive), *along(model))
     if not model.duties:
         return ()
-    return track_contact(model)
+    return (*track_contact(model), *along(model))
 
 
 def track_contact(model: Model) -> tuple[Block, ...]:
