@@ -7,10 +7,13 @@ import json
 from collections.abc import Iterable, Sequence
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camgeom.cli import Console, UsageError
 from camgeom.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from camgeom.motion.law import LawEntry
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Iterable[int] = ()) -> list[str]:
@@ -63,6 +66,7 @@ def law_rows() -> list[dict[str, Any]]:
             {
                 "name": name,
                 **{key: value if isfinite(value) else None for key, value in values.items()},
+                "torque_rate": _torque_rate(entry),
                 "continuity": claims.order,
                 "summary": entry.summary,
                 "source": entry.source,
@@ -75,24 +79,31 @@ def law_rows() -> list[dict[str, Any]]:
     return rows
 
 
+def _torque_rate(entry: LawEntry) -> float | None:
+    """Peak rate of the torque of a pure inertia; None where it is infinite, or a law is sought for its own wish."""
+    rate = inf if entry.stand_in else entry.make({}).torque_rate()
+    return rate if isfinite(rate) else None
+
+
 def laws(arguments: argparse.Namespace, console: Console) -> int:
     """Print the motion laws."""
     rows = law_rows()
     if arguments.json:
         console.out(json.dumps(rows, indent=2, allow_nan=False))
         return 0
-    head = ("law", "Vm", "Am", "Jm", "(VA)m", "Arms", "continuity", "parameters", "source")
+    head = ("law", "Vm", "Am", "Jm", "(VA)m", "Arms", "(VA)'m", "continuity", "parameters", "source")
     cells = [
         (
             row["name"],
             *("inf" if row[key] is None else f"{row[key]:.5f}" for key in ("vm", "am", "jm", "vam", "arms")),
+            number(row["torque_rate"]),
             str(row["continuity"]),
             ", ".join(row["parameters"]) or "-",
             row["source"],
         )
         for row in rows
     ]
-    for line in aligned([head, *cells], right=range(1, 7)):
+    for line in aligned([head, *cells], right=range(1, 8)):
         console.out(line)
     return 0
 

@@ -119,6 +119,20 @@ class Law:
             order_inside=inside,
         )
 
+    def torque_rate(self) -> float:
+        """Peak |(s' s'')'|, dimensionless: how fast the drive torque of a pure inertia changes (T/WLJC 15-2018, 7.1.6).
+
+        Infinite where that torque jumps: where the acceleration does while the follower moves.
+        """
+        moving = JUMP_TOLERANCE * abs(self.table.derivative_peak(1).value)
+        jumps = [x for x, order in self._breaks if order == 2]
+        impulsive = min(self._rest_order("first"), self._rest_order("last")) < 1
+        impulsive |= any(order < 2 for _, order in self._breaks)
+        if impulsive or (jumps and float(np.abs(self.jet(jumps, 1)[1]).max()) > moving):
+            return math.inf
+        found = self.table.peak(4, lambda d: d[2] * d[2] + d[1] * d[3], lambda d: 3.0 * d[2] * d[3] + d[1] * d[4])
+        return abs(found.value)
+
     def integral(self, x: npt.ArrayLike = 1.0) -> Floats:
         """The integral of s from 0 to x, (*x.shape), dimensionless; exact, piece by piece."""
         total, parts = 0.0, []
