@@ -149,6 +149,20 @@ class GloboidalMechanism(Mechanism):
         return self.blank.envelope
 
     @property
+    def named(self) -> dict[str, float]:
+        """Radii of the turret's seat rf0 and over its rollers rfm, outside diameter De and depth h, mm.
+
+        T/WLJC 15-2018, (7), (8), (11), (13), with the operators that its scan lost; h from the blank to the floor.
+        """
+        low, high = self.contact
+        return {
+            "seat_radius_mm": low,
+            "over_rollers_radius_mm": hypot(high, 0.5 * self.roller.diameter),
+            "outside_diameter_mm": self.envelope[0],
+            "groove_depth_mm": self.floor_radius - self.cam.globoid_radius,
+        }
+
+    @property
     def blank(self) -> Blank:
         """The globoid before the grooves are cut."""
         return self.cam.globoid.blank()

@@ -307,7 +307,8 @@ def _quoted(model: Model) -> dict[str, Any]:
 def blank_data(model: Model) -> dict[str, Any]:
     """The cylinder about the axis that just holds the finished cam: what it is turned from."""
     diameter, length = model.mechanism.envelope
-    return {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
+    whole = {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
+    return whole | model.mechanism.named
 
 
 def solid_data(model: Model) -> dict[str, Any]:

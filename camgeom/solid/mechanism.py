@@ -136,6 +136,11 @@ class Mechanism(ABC):
         """Diameter and length, mm, of the cylinder about the axis that just holds the finished cam."""
 
     @property
+    def named(self) -> dict[str, float]:
+        """Measures that the standards of its kind have names for, mm."""
+        return {}
+
+    @property
     def quoted_radius(self) -> float | None:
         """Where the classical figures are quoted, along the roller as its track counts; None: no figures are quoted."""
         return None

@@ -19,7 +19,9 @@ from camgeom.drawing.content import (
     Path,
     Region,
     Series,
+    Table,
     Text,
+    quantities,
 )
 from camgeom.drawing.sheet import number
 from camgeom.errors import DesignError
@@ -43,8 +45,15 @@ def design(model: Model) -> tuple[Block, ...]:
     try:
         meshes = cam_meshes(model)
     except DesignError as error:
-        return (Text((f"No body can be drawn: {error}.",)), *developed(model))
-    return (*views(model, meshes), *developed(model))
+        return (Text((f"No body can be drawn: {error}.",)), *developed(model), *named(model))
+    return (*views(model, meshes), *developed(model), *named(model))
+
+
+def named(model: Model) -> tuple[Table, ...]:
+    """The measures that the standards of the kind have names for; none of others."""
+    rows = [(key.removesuffix("_mm").replace("_", " ").capitalize(), value, "mm")
+            for key, value in model.mechanism.named.items()]  # fmt: skip
+    return (quantities("Measures by their names", rows),) if rows else ()
 
 
 def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
