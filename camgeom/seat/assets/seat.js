@@ -253,7 +253,7 @@
 
   // ---- the form ---------------------------------------------------------------------------------------------------
 
-  const SECTIONS = ["cam", "follower", "roller", "operation", "material.cam", "material.roller", "limits", "dynamics", "impact", "cutter", "output"];
+  const SECTIONS = ["cam", "follower", "roller", "operation", "material.cam", "material.roller", "limits", "dynamics", "impact", "cutter", "output", "drawing"];
   const at = (data, path) => path.split(".").reduce((found, key) => found?.[key], data);
 
   function solved(schema) {
