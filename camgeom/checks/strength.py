@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from camgeom.checks import LIFTED, Need, check, judged_lives, judged_pressure, no_stress, solved
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
-from camgeom.mechanics.roller_duty import RollerDuty
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
@@ -58,6 +57,8 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
 
     Of sharp ends: rounded ones may bear, and their pressure is judged.
     """
+    from camgeom.mechanics.roller_duty import RollerDuty
+
     for duty in duties:
         if not isinstance(duty, RollerDuty) or duty.ellipse is None or duty.ends.radius:
             continue
@@ -72,13 +73,13 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
         )  # fmt: skip
 
 
-@solved("dynamic-crown-length", "dynamics")
+@solved("dynamic-crown-length", "dynamics", "crowned load")
 def dynamic_crown_length(model: Model) -> Iterable[Finding]:
     """Whether a crown's contact ellipse ends within its roller under the periodic contact force."""
     yield from crown_lengths("dynamic-crown-length", model.dynamic_duties)
 
 
-@solved("impact-crown-length", "impact")
+@solved("impact-crown-length", "impact", "crowned load")
 def impact_crown_length(model: Model) -> Iterable[Finding]:
     """The same under the forces of the counted turns, of which the longest ellipse counts."""
     found = [one for duties in model.impact_duties for one in crown_lengths("impact-crown-length", duties)]

@@ -11,6 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from camgeom.dynamics.follower.study import follower_study
+from camgeom.dynamics.indexing.response import at_rest, from_rest
 from camgeom.dynamics.indexing.study import indexing_study
 from camgeom.dynamics.linear.method import INTEGRATORS, Collocated
 from camgeom.dynamics.spec import DRIVE_KEYS, FOLLOWER_KEYS, INDEXING_KEYS, INERTIA_KEYS, DynamicsSpec
@@ -169,3 +170,21 @@ def test_a_table_of_contact_stiffness_feeds_the_drive(index: Program) -> None:
     assert study.modes.lowest_hz()[0] > 100.0
     with pytest.raises(ProfileError, match="contact_stiffness"):
         indexing_study(spec, index, 800.0)
+
+
+def test_a_steady_state_and_a_start_share_their_steps(index: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are of one system on one grid: the maps of its steps are formed once, and read as a start of its own is."""
+    from camgeom.dynamics.linear import maps
+
+    formed: list[int] = []
+    real = maps._step_maps
+    monkeypatch.setattr(maps, "_step_maps", lambda m, s, a, h: (formed.append(a.shape[1]), real(m, s, a, h))[1])
+    study = indexing_study(DynamicsSpec(**DRIVE), index, 300.0)
+    steady = study.steady
+    steps = [n for n in formed if n >= maps.KEPT[0]]
+    start = study.start
+    assert start.solution.grid.steps == steady.solution.grid.steps
+    assert [n for n in formed if n >= maps.KEPT[0]] == steps
+    alone = from_rest(study.drive, study.motion, study.speed, 1, study.accuracy, study.fluctuation, study.torque,
+                      at_rest(study.drive, study.motion, study.torque), study.exact)  # fmt: skip
+    assert np.array_equal(alone.solution.state, start.solution.state)

@@ -34,9 +34,16 @@ def steady_state(
     Raises DesignError for a torsion that is not definite, NotConverged for a resonance without damping, a growing
     turn or a tolerance out of reach.
     """
-    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact)
+    return periodic_response(driven(drive, motion, speed, fluctuation, torque, exact), accuracy)
+
+
+def driven(
+    drive: IndexingDrive, motion: Motion, speed: npt.ArrayLike, fluctuation: Fluctuation, torque: Torque | None,
+    exact: bool,
+) -> TorsionSystem:
+    """The torsion of a drive at input speeds (b,) in rad/s. Raises DesignError where it is not definite."""
     refuse_indefinite(drive, motion)
-    return periodic_response(system, accuracy)
+    return TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact)
 
 
 def from_rest(
@@ -53,12 +60,15 @@ def from_rest(
     """Transient over `turns` turns from rest at the first cam angle (or from begin (b, 6): deviations, rad, and
     rates, rad/s).
     """
-    system = TorsionSystem(drive, motion, np.atleast_1d(speed), fluctuation, torque, exact)
-    refuse_indefinite(drive, motion)
+    return begun(driven(drive, motion, speed, fluctuation, torque, exact), turns, accuracy, begin)
+
+
+def begun(system: TorsionSystem, turns: int, accuracy: Accuracy, begin: npt.ArrayLike | None = None) -> DriveResponse:
+    """The same of a system."""
     state = np.zeros((system.batch, 6))
     if begin is not None:
         state[:] = np.asarray(begin, dtype=float)
-        state[:, 3:] /= system.rates(np.array([[motion.knots[0]]]))[0]
+        state[:, 3:] /= system.rates(np.array([[system.motion.knots[0]]]))[0]
     return transient_response(system, accuracy, state, turns)
 
 

@@ -22,12 +22,12 @@ from camgeom.dynamics.indexing.measures import (
     residual_vibration,
 )
 from camgeom.dynamics.indexing.modes import Modes, SpeedClasses, critical_speeds, natural_modes, speed_classes
-from camgeom.dynamics.indexing.response import CONSTANT, amplification, at_rest, from_rest, steady_state, sweep
-from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque
+from camgeom.dynamics.indexing.response import CONSTANT, amplification, at_rest, begun, driven, sweep
+from camgeom.dynamics.indexing.system import DriveResponse, Fluctuation, Torque, TorsionSystem
 from camgeom.dynamics.linear.accuracy import STANDARD, Accuracy
 from camgeom.dynamics.linear.budget import sought
 from camgeom.dynamics.linear.method import Motion
-from camgeom.dynamics.linear.response import Sweep
+from camgeom.dynamics.linear.response import Sweep, periodic_response
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
@@ -72,20 +72,21 @@ class IndexingStudy(Settles):
         """First critical speed and speed classes, r/min."""
         return speed_classes(self.modes.lowest_hz()[0])
 
+    @cached_property
+    def system(self) -> TorsionSystem:
+        """The torsion at the speed, one for all its responses: they share its steps. Raises DesignError."""
+        return driven(self.drive, self.motion, self.speed, self.fluctuation, self.torque, self.exact)
+
     @sought
     def steady(self) -> DriveResponse:
         """Periodic steady state."""
-        return steady_state(
-            self.drive, self.motion, self.speed, self.accuracy, self.fluctuation, self.torque, self.exact
-        )
+        return periodic_response(self.system, self.accuracy)
 
     @sought
     def start(self) -> DriveResponse:
         """First turn from rest, its shafts wound up by what acts on them there."""
         still = at_rest(self.drive, self.motion, self.torque)
-        return from_rest(
-            self.drive, self.motion, self.speed, 1, self.accuracy, self.fluctuation, self.torque, still, self.exact
-        )
+        return begun(self.system, 1, self.accuracy, still)
 
     @sought
     def sweep(self) -> Sweep:

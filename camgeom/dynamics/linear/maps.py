@@ -26,12 +26,15 @@ step, so that a step never looks past a knot of the motion, where the accelerati
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import RLock
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from camgeom.dynamics.linear.method import Coefficients, Collocated, Method, RungeKutta, System
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.maths.frozen import frozen
 
 WORK_SET = 2048
 """steps x speeds x stages / 4 whose matrices are formed together; about 4 MB for three coordinates and four stages"""
@@ -43,6 +46,14 @@ WORTH = 4
 """steps of one length that pay for the inverse they share"""
 
 
+KEPT = (256, 8192)
+"""steps x speeds, from and up to which maps are kept: a steady state, a start from rest and what is read from them ask
+for the same ones"""
+KEPT_SETS = 6
+_ONE = RLock()
+_MAPS: WeakKeyDictionary[System, dict[tuple[str, bytes, bytes], Floats]] = WeakKeyDictionary()
+
+
 def step_maps(method: Method, system: System, start: Floats, step: Floats) -> Floats:
     """Affine one-step maps [P | r] (b, n, r, r + 1) for steps (n,) or (b, n) rad long from cam angles start, same
     shape.
@@ -50,8 +61,23 @@ def step_maps(method: Method, system: System, start: Floats, step: Floats) -> Fl
     A step must not straddle a knot of the motion. Formed in parts of `WORK_SET` so that memory stays bounded. Raises
     NotConverged where the equations of a step are singular to working precision.
     """
+    start, step = np.atleast_2d(start), np.atleast_2d(step)
+    if KEPT[0] <= start.shape[1] * system.batch <= KEPT[1]:
+        key = method.name, start.tobytes(), step.tobytes()
+        with _ONE:
+            kept = _MAPS.setdefault(system, {})
+            if key not in kept:
+                if len(kept) >= KEPT_SETS:
+                    del kept[next(iter(kept))]
+                kept[key] = frozen(_formed(method, system, start, step))
+            return kept[key]
+    return _formed(method, system, start, step)
+
+
+def _formed(method: Method, system: System, start: Floats, step: Floats) -> Floats:
+    """The maps, not kept."""
     try:
-        return _step_maps(method, system, np.atleast_2d(start), np.atleast_2d(step))
+        return _step_maps(method, system, start, step)
     except np.linalg.LinAlgError:
         raise NotConverged(
             f"the equations of a step of {method.name} are singular to working precision: the fastest mode is too many "

@@ -186,7 +186,8 @@ class Walk:
         """The chain of the part that begins with step `low`."""
         cut = slice(low, low + self.part)
         start = self.grid.start[cut]
-        single = step_maps(self.method, self.system, start, self.grid.step[cut])
+        # What is kept of them is not to be used up.
+        single = np.array(step_maps(self.method, self.system, start, self.grid.step[cut]))
         if isinstance(self.method, Collocated):
             # the carried acceleration is renewed before each step that starts at a knot
             at_knot = self.grid.starts_at_knot[cut]
