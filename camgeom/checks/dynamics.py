@@ -133,7 +133,7 @@ def settling(model: Model) -> Iterable[Finding | NotJudged]:
         return
     worst: Level = "fail" if given else "warn"
     yield judged("settling", value, "<=", limit, "ms", advice, cam_angle=left.begin_rad, worst=worst,
-                 where=f"into {band}, before the longest dwell ends")  # fmt: skip
+                 where=f"into {band}, before the dwell ends at {np.degrees(left.end_rad) % 360.0:.6g} deg")  # fmt: skip
 
 
 def _free(model: Model) -> float:

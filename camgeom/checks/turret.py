@@ -19,7 +19,6 @@ USUAL_STOPS = (3, 24)
 """stops in use (T/WLJC 15-2018): below 3 the pressure angle grows, above 24 preload tends to jam"""
 DWELL_SECONDS = 30.0
 """seconds of arc; coarser end of the indexing accuracy of globoidal cams (T/WLJC 15-2018, section 3.2)"""
-ANGLES = 721
 HORN_DEGREES = 60.0
 """degrees of cam angle; a groove that runs out of an end face during an index takes 5 to 30, a hoop the whole dwell"""
 
@@ -54,13 +53,10 @@ def turret_gap(model: Model) -> Iterable[Finding]:
 @check("hand-over", "turret")
 def hand_over(model: Model) -> Iterable[Finding]:
     """Least number of rollers with a wall to bear on, pushing on and holding back, over the whole turn."""
-    from camgeom.track.turret import Engagement
+    from camgeom.track.turret import least_held
 
-    theta = np.linspace(0.0, 2.0 * np.pi, ANGLES)
     turret = _turret(model)
-    count = Engagement(turret.bearing, model.mechanism.inside, theta).count
-    for row, name in zip(count, ("pushing on", "holding back")):
-        least = int(np.argmin(row))
+    for least, name in zip(least_held(turret.bearing, model.mechanism.inside), ("pushing on", "holding back")):
         advice = "no roller holds the turret there: widen the cam so that the next roller is engaged"
         if turret.take_turns:
             advice = (
@@ -68,7 +64,7 @@ def hand_over(model: Model) -> Iterable[Finding]:
                 "them beside their plates longer, more motion angle makes the walls less steep"
             )
         yield judged(
-            "hand-over", float(row[least]), ">=", 1.0, "rollers", advice, cam_angle=float(theta[least]), where=name
+            "hand-over", least.value, ">=", 1.0, "rollers", advice, cam_angle=least.cam_angle, where=name
         )
 
 

@@ -18,7 +18,7 @@ from math import ceil, floor, pi
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.maths import Floats, among
+from camgeom.maths import Floats, among, distinct
 from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -36,6 +36,8 @@ FINE = 20
 """halvings of the distance of two places along a roller between which its wall ends: down to micrometres"""
 FANS = 6
 """rounds in which a cam angle is sought among FAN: a degree becomes 1e-9 rad"""
+HANDS = 6
+"""rounds in which a hand-over is looked at between FAN cam angles"""
 NEARBY = 0.04
 """rad; flanks this far on either side of a contact line are looked at for what stands nearest to the roller"""
 
@@ -295,6 +297,31 @@ class Beside:
     def _asked(self) -> list[Engagement]:
         """Engagements that were asked for."""
         return []
+
+
+def least_held(tracks: tuple[Track, ...], inside: Inside, samples: int = 361) -> tuple[Extreme, Extreme]:
+    """Least number of rollers that have a wall to bear on, pushing on and holding back, over a turn.
+
+    Between two cam angles at which other rollers hold the turret it is looked at ever finer, down to 1e-7 rad: there
+    one may have left its wall before the next one comes.
+    """
+    theta = np.linspace(0.0, TURN, samples)
+    best: list[Extreme] = []
+    for number in range(HANDS):
+        held = np.asarray(Engagement(tracks, inside, theta).on.any(axis=3))
+        for way, count in enumerate(held.sum(axis=2)):
+            least = Extreme(float(count.min()), float(theta[count.argmin()]))
+            if not number:
+                best.append(least)
+            elif least.value < best[way].value:
+                best[way] = least
+        other = np.logical_xor(held[:, 1:], held[:, :-1]).any(axis=(0, 2))
+        changes = np.flatnonzero(other & (np.diff(theta) < 2.0 * TURN / samples))
+        if not len(changes):
+            break
+        low, high = theta[changes], theta[changes + 1]
+        theta = distinct(low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN))
+    return best[0], best[1]
 
 
 def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> Extreme:

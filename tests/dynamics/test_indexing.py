@@ -20,7 +20,7 @@ from camgeom.dynamics.indexing.drive import (
     modes,
     periodic_spline,
 )
-from camgeom.dynamics.indexing.measures import energy_balance, longest_dwell, residual_vibration
+from camgeom.dynamics.indexing.measures import dwells, energy_balance, residual_vibration
 from camgeom.dynamics.indexing.modes import Mode, Modes, campbell, critical_speeds, natural_modes, speed_classes
 from camgeom.dynamics.indexing.response import amplification, from_rest, steady_state, sweep
 from camgeom.dynamics.indexing.system import OUTPUTS, DriveResponse, Fluctuation, TorsionSystem
@@ -407,7 +407,7 @@ class TestResponse:
 
     def test_residual_vibration_and_settling(self, mt: Program) -> None:
         found = steady_state(DRIVE, mt, np.array([1000.0, 3000.0]) * RPM)
-        assert longest_dwell(found) == pytest.approx((radians(300.0), 2.0 * pi))
+        assert dwells(found) == [pytest.approx((radians(300.0), 2.0 * pi))]
         first = residual_vibration(found, band=1e-5)
         at_start = np.abs(found.at(radians(300.0), "load_deviation"))[:, 0]
         assert (first.deviation >= at_start * (1.0 - 1e-12)).all()

@@ -93,3 +93,24 @@ def test_a_solved_force_is_solved_once_at_each_cam_angle() -> None:
     assert np.array_equal(kept(more), np.cos(more))
     assert np.array_equal(kept(theta), np.cos(theta))
     assert asked == [31, 30]
+
+
+@pytest.mark.parametrize(("band", "level", "ends"), [(0.0074, "pass", 110.0), (0.0060, "fail", 110.0)])
+def test_every_dwell_has_to_settle_not_the_longest_alone(band: float, level: str, ends: float) -> None:
+    """Ten degrees at the top swing by 0.0071 mm, the 140 degrees at the bottom 20 deg later by 0.0055 mm."""
+    data = load(starter("disc"), "disc")[0]
+    data["motion"] = (
+        {"until": 100.0, "to": 20.0, "law": "modified-sine"}, {"until": 110.0},
+        {"until": 220.0, "to": 0.0, "law": "modified-sine"}, {"until": 360.0},
+    )  # fmt: skip
+    data["operation"] = {"speed": 300.0, "spring_rate": 4.0, "spring_preload": 400.0}
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": 800.0, "linkage_damping": 30.0, "settling_band": band}
+    made = Model(from_data(data, "disc"))
+    (found,) = judge(made, ("settling",)).findings
+    assert (found.level, found.where.endswith(f"ends at {ends:g} deg")) == (level, True)
+    study = made.elastic_follower
+    assert study is not None
+    top, bottom = (1e3 * np.abs(study.steady.at(np.radians(np.linspace(low, high, 2001)), "vibration")).max()
+                   for low, high in ((100.0, 110.0), (240.0, 360.0)))  # fmt: skip
+    assert bottom < 0.0060 < top < 0.0074
+    assert 1e3 * float(study.residual.deviation[0]) == pytest.approx(top, rel=1e-3)

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from camgeom.cams import starter
+from camgeom.checks import judge
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
+from camgeom.profile.text import load
 from camgeom.track import TURN
 from camgeom.track.turret import Beside, Engagement, comings
 
@@ -61,3 +65,23 @@ def test_a_duty_under_another_load_asks_for_its_rollers_once() -> None:
     heavier = replace(duty, load=replace(duty.load, friction=50_000.0))
     assert heavier.beside.comings is duty.beside.comings
     assert heavier.peak_force.value > duty.peak_force.value
+
+
+@pytest.mark.parametrize("begin", [120.0, 120.26])
+@pytest.mark.parametrize(("width", "level", "least"), [(62.38, "fail", 0.0), (62.46, "pass", 1.0)])
+def test_a_hand_over_that_leaves_the_turret_free_for_a_tenth_of_a_degree(begin, width, level, least) -> None:
+    """Wherever it falls between the cam angles that are looked at first; counted beside it at every minute."""
+    data = load(starter("globoidal"), "globoidal")[0]
+    data["cam"]["width"] = width
+    data["motion"] = (
+        {"until": begin}, {"until": begin + 120.0, "to": 45.0, "law": "modified-sine"}, {"until": 360.0},
+    )  # fmt: skip
+    made = Model(from_data(data))
+    said = judge(made, ("hand-over",)).findings
+    assert [found.level for found in said] == [level, level]
+    turret = made.mechanism.turret
+    assert turret is not None
+    for way, found in enumerate(said):
+        theta = np.radians(np.arange(0.0, 360.0, 1.0 / 60.0))
+        held = Engagement(turret.bearing, made.mechanism.inside, theta).on[way].any(axis=2).sum(axis=1)
+        assert found.value == least == held.min()

@@ -80,7 +80,7 @@ class FollowerStudy(Settles):
 
     @cached_property
     def residual(self) -> Residual:
-        """Vibration left in the longest dwell of the steady state, m (rad). Raises ProfileError where there is none."""
+        """Vibration left in the hardest dwell of the steady state, m (rad). Raises ProfileError where there is none."""
         return residual_vibration(self.steady, self.band, "vibration", "acceleration")
 
     @property

@@ -136,6 +136,11 @@ class Residual:
     settling_s: Floats
     settled: npt.NDArray[np.bool_]
 
+    def room(self, speed: Floats) -> float:
+        """Time, s, that the dwell has left once it has settled, the least; endless where the band is never left."""
+        left = (self.end_rad - self.begin_rad) / speed - self.settling_s
+        return float(np.where(self.settling_s > 0.0, left, np.inf).min())
+
 
 class Rings(Protocol):
     """A motion that vibrates on in its dwell: cam speed, rad/s; half a period of its lowest mode, s."""
@@ -149,7 +154,7 @@ class Rings(Protocol):
 
 
 class Settles:
-    """Whether and when a motion comes to rest in its longest dwell."""
+    """Whether and when a motion comes to rest in its hardest dwell."""
 
     @property
     def dwells(self: Rings) -> bool:
@@ -177,20 +182,30 @@ def residual_vibration(
     deviation_of: str = "load_deviation",
     acceleration_of: str = "load_acceleration",
 ) -> Residual:
-    """Residual vibration in the longest dwell; band of the deviation, rad (a slide's: m), defines settling.
+    """Residual vibration in the hardest dwell; band of the deviation, rad (a slide's: m), defines settling.
+
+    The hardest is the one that has the least time left once it has settled; of those that never leave the band, or
+    never keep it, the one with the largest deviation.
 
     A dwell goes on over the turn's end where the response is periodic; of a transient the last turn counts. Peaks are
     as exact as the solution. Raises ProfileError when the motion has no dwell.
     """
     if not band > 0.0:
         raise ProfileError([Problem("dynamics.settling_band", "must be positive", band, "> 0 rad")])
-    low, high = longest_dwell(response)
+    found = [_of_dwell(response, low, high, band, (deviation_of, acceleration_of)) for low, high in dwells(response)]
+    return max(found, key=lambda one: (-one.room(response.speed), float(one.deviation.max())))
+
+
+def _of_dwell(
+    response: DriveResponse | FollowerResponse, low: float, high: float, band: float, names: tuple[str, str]
+) -> Residual:
+    """Residual vibration in one dwell."""
     parts = [_between(response.solution, *ends) for ends in _pieces(low, high)]
     deviation, acceleration = (
         np.max([peak(part, output(response.system, name)).magnitude for part in parts], axis=0)
-        for name in (deviation_of, acceleration_of)
+        for name in names
     )
-    time, settled = _settling(response, parts, band, deviation_of)
+    time, settled = _settling(response, parts, band, names[0])
     return Residual(low, high, deviation, acceleration, time, settled)
 
 
@@ -231,9 +246,8 @@ def _settling(
     return np.where(outside.any(-1), place, 0.0) / response.speed, last < count - 1
 
 
-def longest_dwell(response: DriveResponse | FollowerResponse) -> tuple[float, float]:
-    """Cam angles in rad between which the turret rests longest; beyond 2 pi where a periodic state rests over the end.
-    """
+def dwells(response: DriveResponse | FollowerResponse) -> list[tuple[float, float]]:
+    """Cam angles in rad between which the motion rests; beyond 2 pi where a periodic state rests over the end."""
     motion = response.system.motion
     knots = np.asarray(motion.knots)
     middle = 0.5 * (knots[:-1] + knots[1:])
@@ -248,7 +262,7 @@ def longest_dwell(response: DriveResponse | FollowerResponse) -> tuple[float, fl
         raise ProfileError(
             [Problem("motion", "has no dwell, so there is no residual vibration", None, "", f"0 to {TURN:.6f}")]
         )
-    return max(rests, key=lambda rest: rest[1] - rest[0])
+    return rests
 
 
 def _comes_back(solution: Solution) -> bool:

@@ -184,7 +184,7 @@ def balance(study: IndexingStudy) -> Text:
 
 
 def in_dwell(study: IndexingStudy) -> Chart | None:
-    """Deviation of the load in the longest dwell against the band it has to settle in; None without a dwell."""
+    """Deviation of the load in its hardest dwell against the band it has to settle in; None without a dwell."""
     try:
         left = study.residual
     except ProfileError:
@@ -198,7 +198,7 @@ def in_dwell(study: IndexingStudy) -> Chart | None:
     band = 1e3 * study.band
     limits = (Limit(band, f"band ±{number(band)} mrad"), Limit(-band, "")) if 0.02 * top < band < 3.0 * top else ()
     panel = Panel(Axis("Load deviation", "mrad"), (Series("deviation", time, deviation),), limits=limits)
-    return Chart("The load in its longest dwell", Axis("Time from the start of the dwell", "ms"), (panel,))
+    return Chart("The load in its hardest dwell", Axis("Time from the start of the dwell", "ms"), (panel,))
 
 
 def figures(study: IndexingStudy) -> Table:
