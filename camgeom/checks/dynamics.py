@@ -29,7 +29,11 @@ SURE = 0.1
 """share of the settling band to which the deviation must be known"""
 SENSITIVE = 1.25
 """change of the largest acceleration over omega squared within `BAND` of the speed: a resonance doubles it or more"""
-BAND = (0.95, 0.975, 1.025, 1.05)
+BAND = (0.95, 1.05)
+HARMONICS = 40
+"""of the turn that are looked at one by one; those beyond are as small as they are close"""
+BESIDE = (0.975, 1.025)
+"""shares of the speed that are looked at within the band where no harmonic of the turn meets the lowest mode there"""
 """shares of the operating speed: it is held to a few per cent"""
 
 
@@ -152,7 +156,8 @@ def resonance(model: Model) -> Iterable[Finding]:
     study = drive or follower
     assert study is not None, "the registry asks for it"
     name = "load_acceleration" if drive is not None else "acceleration"
-    shares = np.array(BAND)
+    hertz = _lowest_frequency(model)
+    shares = np.array([*BAND, *(_meetings(2.0 * np.pi * hertz / study.speed) or BESIDE)])
     # The halved step is known to meet the tolerance at the operating speed.
     sweep = study.over(study.speed * shares, max(1, study.steady.solution.grid.steps // 2))
     if not sweep.answered.all():
@@ -162,7 +167,6 @@ def resonance(model: Model) -> Iterable[Finding]:
     values = np.append(sweep.peaks[name].magnitude / shares**2, here)
     value = float(values.max() / values.min()) if values.min() > 0.0 else 1.0
     worst = study.speed * float(np.append(shares, 1.0)[values.argmax()]) * 30.0 / np.pi
-    hertz = _lowest_frequency(model)
     order = max(1, round(60.0 * hertz / worst))
     advice = (
         f"vibration is largest near {worst:.4g} r/min, where harmonic {order} of the turn meets the mode of "
@@ -170,6 +174,15 @@ def resonance(model: Model) -> Iterable[Finding]:
     )
     yield judged("resonance", value, "<=", SENSITIVE, "1", advice, worst="warn",
                  where="change of the largest acceleration within 5 % of the speed")  # fmt: skip
+
+
+def _meetings(turns: float) -> tuple[float, ...]:
+    """Shares of the speed, inside the band, at which a harmonic of the turn meets a mode of so many swings a turn: the
+    two nearest to the speed. A slightly damped mode answers nowhere else."""
+    orders = np.arange(max(1.0, np.floor(turns) - 1.0), np.floor(turns) + 3.0)
+    shares = turns / orders
+    inside = shares[(shares > BAND[0]) & (shares < BAND[1]) & (orders <= HARMONICS)]
+    return tuple(float(share) for share in inside[np.argsort(np.abs(inside - 1.0))][:2])
 
 
 def _lowest_frequency(model: Model) -> float:

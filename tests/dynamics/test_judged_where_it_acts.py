@@ -114,3 +114,24 @@ def test_every_dwell_has_to_settle_not_the_longest_alone(band: float, level: str
                    for low, high in ((100.0, 110.0), (240.0, 360.0)))  # fmt: skip
     assert bottom < 0.0060 < top < 0.0074
     assert 1e3 * float(study.residual.deviation[0]) == pytest.approx(top, rel=1e-3)
+
+
+@pytest.mark.parametrize(("damping", "level"), [(0.3, "warn"), (1.0, "warn"), (4.0, "pass")])
+def test_a_resonance_between_the_ends_of_the_band_is_met_where_a_harmonic_meets_the_mode(damping, level) -> None:
+    """Harmonic 19 of the turn meets 45.02 Hz 1.3 % above the speed; a damping of 0.3 N s/m lets it ring threefold."""
+    data = load(starter("disc"), "disc")[0]
+    data["motion"] = (
+        {"until": 100.0, "to": 20.0, "law": "4-5-6-7"}, {"until": 110.0},
+        {"until": 220.0, "to": 0.0, "law": "4-5-6-7"}, {"until": 360.0},
+    )  # fmt: skip
+    data["operation"] = {"speed": 140.3, "spring_rate": 4.0, "spring_preload": 1400.0}
+    data["dynamics"] = {"kind": "follower", "linkage_stiffness": 60.0, "linkage_damping": damping, "settling_band": 1.0}
+    made = Model(from_data(data, "disc"))
+    (found,) = judge(made, ("resonance",)).findings
+    assert found.level == level
+    study = made.elastic_follower
+    assert study is not None
+    shares = np.linspace(0.95, 1.05, 201)
+    values = study.over(study.speed * shares).peaks["acceleration"].magnitude / shares**2
+    assert found.value == pytest.approx(values.max() / values.min(), rel=0.03)
+    assert (values.max() / values.min() > 1.25) == (level == "warn")
