@@ -362,7 +362,9 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         return {}
     data = model.carrier.fatigue_data()
     if len(model.duties) > 1:
-        data["roller_lives_h"] = [finite(duty.lives["roller"]) for duty in model.duties]
+        # A roller whose sharp end presses has no life; its reason stands with the findings.
+        data["roller_lives_h"] = [finite(life) if (life := duty.lives.get("roller")) is not None else None
+                                  for duty in model.duties]  # fmt: skip
     if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
     return data | bearing_data(model.carrier.bearing)

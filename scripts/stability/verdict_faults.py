@@ -623,6 +623,12 @@ def resonant(data: Data, dice: Dice) -> None:
                         "tolerance": 1e-4}  # fmt: skip
 
 
+def nearly_resonant(data: Data, dice: Dice) -> None:
+    """The same up to 4.5 % beside the speed: nothing rings much there, and everything does within the 5 % around it."""
+    resonant(data, dice)
+    data["dynamics"]["linkage_stiffness"] *= dice.between(0.955, 1.045) ** 2
+
+
 def ringing(data: Data, dice: Dice) -> None:
     """The same off resonance, with a band of a thousandth of the stroke that it should hold in its dwells."""
     resonant(data, dice)
@@ -748,7 +754,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "indefinite bearings": Fault(TURRETS, indefinite, ("stability",), warns=True),
     "relief below the preload": Fault((*GLOBOIDS, "barrel"), preloaded, ("relief",), ("relief", "preload")),
-    "resonance": Fault((*GROOVES, *PLATES), resonant, ("resonance",), warns=True),
+    "resonance": Fault((*GROOVES, *PLATES), nearly_resonant, ("resonance",), warns=True),
     "ringing follower": Fault((*GROOVES, *PLATES), ringing, ("settling",)),
     "torque, dynamic": Fault((*GROOVES, *PLATES, *TURRETS), swung(weak_drive), ("dynamic-torque",)),
     "torque, from rest": Fault((*GROOVES, *PLATES, *TURRETS), swung(weak_drive), ("start-torque",)),

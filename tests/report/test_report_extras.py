@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from camgeom.cams import starter
 from camgeom.cli import main
 from camgeom.errors import ExportError
 from camgeom.model import Model, read
+from camgeom.profile import from_data
+from camgeom.profile.text import load
 from camgeom.report import movie, pdf, views
 from camgeom.report.files import EXTRAS
 from camgeom.report.page import render
+from camgeom.report.result import compute
 from camgeom.report.sections import report
 from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.mechanism import fields
@@ -150,3 +154,14 @@ def test_report_refuses_formats_of_bodies_and_names_its_own(tmp_path: Path, caps
     assert main(["report", profile, "--formats", "stl", "--out", str(tmp_path / "o")]) == 2
     assert "png, gif, mp4, webm, pdf" in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
+
+
+def test_of_two_rollers_the_one_whose_sharp_end_presses_has_no_life() -> None:
+    """The other one's stands beside it, and the section is not lost."""
+    data = load(starter("conjugate"), "pair")[0]
+    data["roller"] = {"shape": "crowned", "diameter": 40.0, "length": 20.0, "crown_radius": 8000.0}
+    data["operation"] = {"speed": 200.0, "force": ({"from": 0.0, "until": 360.0, "expression": "-300000"},)}
+    made = Model(from_data(data))
+    assert [bool(duty.no_stress) for duty in made.duties] == [False, True]
+    found = compute(made, ("fatigue",)).data["fatigue"]["roller_lives_h"]
+    assert found == [None if np.isinf(made.duties[0].lives["roller"]) else made.duties[0].lives["roller"], None]
