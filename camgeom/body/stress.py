@@ -34,6 +34,8 @@ ANGLES = 72
 """cam angles of the curve, and planes of its mesh"""
 AGREE = 0.05
 """share within which the peaks of two meshes agree"""
+CONTACT = 1.0 / 3.0
+"""share of the root's height below the flank's foot in which the contact's own stress is larger than the bending's"""
 STEPS = (0.05, 0.035)
 """rad between the planes beside the load, of the two meshes"""
 
@@ -130,6 +132,12 @@ class RootStress:
         return self.peaks[-1].value if apart is not None and apart <= AGREE else None
 
     @property
+    def hardest(self) -> bool:
+        """Whether the nominal stress is about largest under the load that the peak is asked of."""
+        here = float(np.interp(self.patch.theta % TURN, self.theta, self.nominal, period=TURN))
+        return here >= (1.0 - AGREE) * self.worst.value
+
+    @property
     def why_no_peak(self) -> str:
         """Why there is no peak; empty where there is one."""
         if not self.body.track.root:
@@ -149,6 +157,7 @@ class RootStress:
             "load_n": patch.normal,
             "wall_mm": patch.thickness,
             "where": f"root of {patch.where}",
+            "hardest_load": self.hardest,
             "peak_stress_mpa": self.peak,
         }
         if self.peaks:
@@ -199,6 +208,10 @@ class RootStress:
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)[:, cells].reshape(-1, 20)
         x = ring.nodes[nodes]
         found = largest_principal(stresses(x, moved[nodes], NATURAL[list(FACE)], problem.material))
+        # Beside the flank's foot, where the contact line ends, the stress is the contact's, which Hertz judges.
+        face = x[:, FACE]
+        free = np.hypot(face[..., 0], face[..., 1]) <= self.body.track.foot - CONTACT * self.body.track.root
+        found = np.where(free, found, -np.inf)
         element, corner = np.unravel_index(int(np.argmax(found)), found.shape)
         return Peak(float(found[element, corner]), x[element, FACE[corner]], problem.cost.unknowns)
 

@@ -25,8 +25,12 @@ def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
     if worst.value > limit:
         yield judged("root-stress", worst.value, "<=", limit, "MPa", ADVICE, cam_angle=worst.cam_angle,
                      where=f"{where}, nominal")  # fmt: skip
-    elif found.peak is not None:
+    elif found.peak is not None and (found.hardest or found.peak > limit):
         yield judged("root-stress", found.peak, "<=", limit, "MPa", ADVICE, cam_angle=found.patch.theta, where=where)
     else:
-        told = f"the nominal stress is {worst.value:.4g} MPa at {degrees(worst.cam_angle):.4g} deg, below the limit"
-        yield NotJudged("root-stress", f"{found.why_no_peak}; {told}")
+        told = f"the largest nominal stress is {worst.value:.4g} MPa at {degrees(worst.cam_angle):.4g} deg"
+        why = found.why_no_peak or (
+            f"the peak, {found.peak:.4g} MPa at {degrees(found.patch.theta):.4g} deg, is not where the nominal is "
+            "largest: name that angle by output.load_angle_deg"
+        )
+        yield NotJudged("root-stress", f"{why}; {told}, below the limit")

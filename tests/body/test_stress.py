@@ -60,6 +60,19 @@ def test_the_root_is_judged_by_its_peak_and_can_fail_by_its_nominal_stress(
         assert "flank" in finding.where
 
 
+def test_a_peak_under_another_load_than_the_hardest_can_fail_and_not_pass() -> None:
+    for peak, level in ((300.0, ""), (401.0, "fail")):
+        model = known(pin(), 20.0, peak, peak)
+        found = model.root_stress
+        assert found is not None
+        curve = np.array(found.nominal)
+        curve[69] = 22.0
+        vars(found).update(nominal=curve)
+        verdict = judge(model, ["root-stress"])
+        assert [finding.level for finding in verdict.findings] == ([level] if level else [])
+        assert level or "load_angle_deg" in verdict.not_judged[0].reason
+
+
 def test_the_result_has_the_figures_where_a_limit_is_given_or_they_are_asked_for() -> None:
     data = compute(known(pin(), 20.0, 119.0, 118.0), ("contact",)).data["body"]
     assert data["peak_stress_mpa"] == 118.0
