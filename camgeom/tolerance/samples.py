@@ -59,7 +59,7 @@ class Position:
 
     push, hold  (q, c): approach over |lever| per unit of a column, mm or rad, of the stations that push and hold
     nominal     the same without errors, (q,) of both; base: nominal low and high; side: of the load (see `Walls`)
-    lever, stiffness, load  of all stations, pushing ones first, for what is pressed; half_lever: see `Walls`
+    lever, stiffness, load  of all stations, pushing ones first, for what is pressed; half_levers: see `Walls`
     """
 
     theta: float
@@ -74,7 +74,7 @@ class Position:
     stiffness: Singles
     load: float
     side: float
-    half_lever: float
+    half_levers: tuple[float, float]
     base: tuple[float, float]
 
 
@@ -212,12 +212,13 @@ class Machines:
         g = np.array(rows).reshape(len(rows), len(on)).T / np.abs(lever)[:, None]
         nominal = np.where(on, walls.approach[row], 0.0) / np.abs(lever)
         order = np.r_[np.flatnonzero(push), np.flatnonzero(hold)]
+        pressed, free = walls.half_levers
         base = float(seated.nominal.low[row]), float(seated.nominal.high[row])
         return Position(
             float(at.theta[row]), stop, dwell, np.array(used, dtype=np.intp), g[push].astype(SINGLE),
             g[hold].astype(SINGLE), nominal[push].astype(SINGLE), nominal[hold].astype(SINGLE),
             lever[order].astype(SINGLE), walls.stiffness[row, order].astype(SINGLE), float(walls.load[row]),
-            float(walls.load_side[row]), float(walls.half_lever[row]), base,
+            float(walls.load_side[row]), (float(pressed[row]), float(free[row])), base,
         )  # fmt: skip
 
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
@@ -263,7 +264,8 @@ class Machines:
             if position.dwell or none:
                 np.maximum(rest, off, out=rest)
                 np.maximum(loose, play, out=loose)
-                np.minimum(tight, -play * position.half_lever, out=tight)
+                levers = np.where(play < 0.0, *position.half_levers)
+                np.minimum(tight, -play * levers, out=tight)
             if block < EXPLAINED and (position.dwell or none):
                 middle = 0.5 * (low + high) - (0.5 * (reference[0] + reference[1]) if reference else 0.0)
                 explained.append(_explained(x, np.arange(len(x)) if reference else position.columns, middle))

@@ -38,6 +38,8 @@ SCALE = 0.005
 load by a logarithm alone, and drops out where nothing but errors presses"""
 LEAST = 0.1
 """share of the largest line load at which a contact that bears less, or not yet, is taken"""
+HAIR = 1e-9
+"""mm of growth of all walls"""
 SOFTEN = 6
 """rounds in which stiffness and load find each other"""
 
@@ -96,13 +98,26 @@ class Walls:
         return push, hold
 
     @cached_property
-    def half_lever(self) -> Floats:
-        """Normal approach of either of two opposed walls, mm, per unit of play taken, (n,): those nearest nominally."""
-        first, second = (
-            np.take_along_axis(np.abs(self.lever), np.argmax(nominal, axis=1)[:, None], 1)[:, 0]
-            for _, nominal in self._sides
+    def half_levers(self) -> tuple[Floats, Floats]:
+        """Normal approach of either of two opposed walls, mm, per unit of play, (n,): of a play below zero, and above.
+
+        Of the walls that are nearest nominally; of those alike near, the ones that meet first where all walls grow,
+        whose lever is the least, and where all shrink.
+        """
+        tight, loose = (
+            [
+                np.take_along_axis(np.abs(self.lever), np.argmax(nominal + hair * size, axis=1)[:, None], 1)[:, 0]
+                for size, nominal in self._sides
+            ]
+            for hair in (HAIR, -HAIR)
         )
-        return np.asarray(1.0 / (1.0 / first + 1.0 / second))
+        pressed, free = (1.0 / (1.0 / first + 1.0 / second) for first, second in (tight, loose))
+        return pressed, free
+
+    def normal(self, play: Floats) -> Floats:
+        """Normal interference, mm, (..., n), of a play below zero, mm or rad, (..., n); above it minus half the gap."""
+        tight, loose = self.half_levers
+        return np.asarray(-play * np.where(play < 0.0, tight, loose))
 
     def bounds(self, errors: Floats) -> tuple[Floats, Floats]:
         """Rigid bounds (..., n) under approaches (..., n, q), mm, beyond the nominal ones."""

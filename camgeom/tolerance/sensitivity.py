@@ -126,7 +126,7 @@ class Seated:
 
     def preload(self, play: Floats) -> Floats:
         """Normal interference, mm, (..., n), of a play below zero, mm or rad, (..., n); above it minus half the gap."""
-        return np.asarray(-play * self.walls.half_lever)
+        return self.walls.normal(play)
 
 
 @final

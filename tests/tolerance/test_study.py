@@ -86,6 +86,14 @@ def test_a_roller_five_micrometres_larger_moves_a_preloaded_turret_as_its_sharin
     assert np.abs(moved).max() < 1.0
 
 
+def test_a_growth_of_all_walls_is_a_preload_of_as_much() -> None:
+    """A drive without preload or play, whose walls are all alike near."""
+    seated = _loaded(_profile("tool_changer")).at(np.radians([0.0, 20.0, 160.0, 200.0]))
+    for grown in (0.004, -0.004):
+        stand = seated.walls.stand(np.full(seated.walls.lever.shape, grown))
+        assert seated.preload(stand.play) == pytest.approx(grown, abs=1e-9)
+
+
 def test_a_preload_is_lost_by_as_much_as_is_worn_off() -> None:
     seated = _loaded(_profile("fine_indexer")).at(np.radians([0.0, 20.0]))
     zero = np.zeros(seated.walls.lever.shape)
