@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from camgeom.model.vibration import Turn
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
-Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "roller load", "crowned load", "face load",
-               "turret load", "dynamics", "impact", "cutter", "root", "tolerance"]
+Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rated", "roller load", "crowned load",
+               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance"]
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
@@ -98,6 +98,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "operation": lambda model: True,
+    "rated": lambda model: model.profile.roller is not None and model.profile.roller.dynamic_rating is not None,
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
     "crowned load": lambda model: _load(model, _crowned(model)),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),
@@ -182,7 +183,7 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
     "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"), "cutter": ("cutter",),
-    "root": ("root",), "tolerance": ("tolerance",),
+    "root": ("root",), "tolerance": ("tolerance",), "bearing": ("rated",),
 }  # fmt: skip
 """Files of checks of which each needs one of these: not imported for a model that has none of them."""
 

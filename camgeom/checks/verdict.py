@@ -166,7 +166,8 @@ def judged(
         level = worst
     elif warn is not None and not holds(value, warn):
         level = "warn"
-        advice = f"allowed, but {comparison} {warn:g} {unit} is customary: {advice}" if warn else advice
+        usual = f"{comparison} {warn:g} {unit}" if unit != "1" else f"{comparison} {warn:g}"
+        advice = f"allowed, but {usual} is customary: {advice}" if warn else advice
     return Finding(
         check,
         level,

@@ -59,6 +59,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("laws", "the motion laws with their characteristic values", "camgeom.cli.tables:laws", ("laws", "json")),
     Command("materials", "cam and roller materials by name, with treatment, hardness and limit",
             "camgeom.cli.tables:materials", ("json",)),
+    Command("rollers", "track rollers by designation, with what their bearings bear", "camgeom.cli.tables:rollers",
+            ("catalogue", "json")),
     Command("new", "a commented starter profile that runs as it is", "camgeom.cli.tables:new", ("new",)),
     Command("design", "a checked profile from stops, motion, size, speed, load and life, with its reasons",
             "camgeom.cli.design:run", ("laws", "design")),
@@ -254,6 +256,10 @@ def _add_shell(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("shell", metavar="SHELL", help="bash, zsh or fish")
 
 
+def _add_catalogue(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument("file", metavar="FILE", nargs="?", help="a TOML file of your own, listed first")
+
+
 def _add_schema(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
 
@@ -319,6 +325,7 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
     "delivery": _add_delivery,
     "json": _add_json,
     "serve": _add_serve,
+    "catalogue": _add_catalogue,
     "study": _add_study,
     "optimise": _add_optimise,
     "tolerance": _add_tolerance,

@@ -155,6 +155,29 @@ def formats(arguments: argparse.Namespace, console: Console) -> int:
     return 0
 
 
+def rollers(arguments: argparse.Namespace, console: Console) -> int:
+    """Print the track rollers of the catalogue, or of a file of the user's own with it."""
+    from camgeom.profile.catalogue import read, shipped
+
+    catalogues = [shipped()]
+    if arguments.file is not None:
+        catalogues.insert(0, read(Path(arguments.file), arguments.file))
+    rows = [{**dict(one), "source": catalogue.source_of(one)} for catalogue in catalogues for one in catalogue.follower]
+    if arguments.json:
+        console.out(json.dumps(rows, indent=2, allow_nan=False))
+        return 0
+    columns = (("designation", "designation"), ("type", "type"), ("diameter", "D mm"), ("bore", "d mm"),
+               ("width", "B mm"), ("dynamic_rating", "C N"), ("static_rating", "C0 N"),
+               ("max_radial_load", "Fr max N"), ("max_static_load", "F0r max N"),
+               ("limiting_speed", "r/min"))  # fmt: skip
+    cells = [tuple(number(row[key]) for key, _ in columns) for row in rows]
+    for line in aligned([tuple(head for _, head in columns), *cells], right=range(2, len(columns))):
+        console.out(line)
+    for source in dict.fromkeys(row["source"] for row in rows if row["source"]):
+        console.out(f"source: {source}")
+    return 0
+
+
 def schema(arguments: argparse.Namespace, console: Console) -> int:
     """Print the JSON Schema of the profile."""
     from camgeom.profile.schema import schema as profile_schema

@@ -5,8 +5,8 @@ Units N, mm, MPa, N mm, rad, s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, highest
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.rating import Rating
 
 ROLLER_EXPONENT = 10.0 / 3.0
 """Load exponent of roller bearings, line contact (ISO 281); 3 for ball bearings."""
@@ -26,13 +29,40 @@ class BearingLife:
     """Rated life of a roller bearing over a load spectrum; each field (...).
 
     life_h: L10 hours, infinite without load; mean_load: equivalent load, N; speed: mean roller speed, rad/s;
-    static_safety: static rating over the largest load, infinite without load; None where no static rating is known.
+    static_safety: static rating over the largest load, infinite without load; None where no static rating is known;
+    rated_h: L_n or L_nm hours at the reliability asked for, 0 where a_ISO does not apply (see `modified`);
+    ratio, factor: kappa and a_ISO; None where nothing is known of the lubrication; peak_speed: the largest, rad/s.
     """
 
     life_h: Floats
     mean_load: Floats
     speed: Floats
     static_safety: Floats | None
+    rated_h: Floats | None = None
+    ratio: Floats | None = None
+    factor: Floats | None = None
+    peak_speed: Floats | None = None
+
+    @property
+    def judged_h(self) -> float:
+        """The life that is judged, h: the rated one, where none was asked for L10."""
+        return float(self.life_h if self.rated_h is None else self.rated_h)
+
+
+def modified(life: BearingLife, rating: Rating) -> BearingLife:
+    """A basic life with a1, and with a_ISO where the lubrication is known (ISO 281:2007, equation 23)."""
+    from camgeom.mechanics.rating import life_factor, viscosity_ratio
+
+    known = rating.lubrication
+    if known is None:
+        return replace(life, rated_h=np.asarray(rating.reliability * life.life_h))
+    loaded = (life.mean_load > 0.0) & (life.speed > 0.0)
+    turning = np.where(loaded, life.speed, 1.0) * 60.0 / TURN
+    ratio = viscosity_ratio(known.viscosity, turning, known.pitch_diameter)
+    share = known.contamination * known.fatigue_limit / np.where(loaded, life.mean_load, 1.0)
+    factor = life_factor(rating.kind, ratio, share)
+    rated = np.where(loaded, rating.reliability * factor * np.where(loaded, life.life_h, 1.0), np.inf)
+    return replace(life, rated_h=np.asarray(rated), ratio=ratio, factor=factor)
 
 
 def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius: ArrayLike, speed: ArrayLike,
@@ -49,7 +79,9 @@ def bearing_life(where: Panels, normal: Floats, path_rate: Floats, roller_radius
     roller_speed = cam * travel / (TURN * radius)
     largest = np.maximum(highest(where, normal)[0], highest(where, -normal)[0])
     safety = static_safety(static_rating, largest) if static_rating is not None else None
-    return BearingLife(rated_hours(rating, mean, roller_speed, exponent), mean, np.asarray(roller_speed), safety)
+    fastest = cam * np.abs(path_rate).max(axis=(-1, -2)) / radius
+    return BearingLife(rated_hours(rating, mean, roller_speed, exponent), mean, np.asarray(roller_speed), safety,
+                       peak_speed=np.asarray(fastest))
 
 
 def static_safety(rating: ArrayLike | None, largest: Floats) -> Floats | None:

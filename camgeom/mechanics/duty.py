@@ -23,6 +23,9 @@ from camgeom.mechanics.load import FollowerForce
 if TYPE_CHECKING:
     from camgeom.mechanics.kept import Kept
 
+if TYPE_CHECKING:
+    from camgeom.mechanics.film import Film, Oil
+
 MILLI = 1e-3
 MEAN_OF_NOTHING = 1e-12
 """share of the largest torque below which a mean over the turn is the rounding of its sum"""
@@ -96,6 +99,18 @@ class Duty(Protocol):
     @property
     def bearing(self) -> BearingLife | None:
         """Life of the hardest used roller's bearing; None without a rating."""
+
+    def film(self, oil: Oil) -> Film | None:
+        """The film in the hardest contact and slice of every cam angle; None of a knife edge and without any load."""
+
+    @property
+    def rubbed(self) -> float:
+        """Load times sliding way of all contacts over a turn, N mm; times a coefficient of friction their heat."""
+
+    @property
+    def rubbing(self) -> Mapping[str, float]:
+        """Load per width, times sliding way over the way that a point is passed on, N/mm, summed over a turn at the
+        hardest rubbed place of "roller" or "face" and "cam": times a wear rate, mm³/(N mm), its depth, mm."""
 
     def contact_data(self) -> dict[str, Any]:
         """Force, pressure and torque as plain data for result.json."""
@@ -186,5 +201,10 @@ def bearing_data(bearing: BearingLife | None) -> dict[str, Any]:
     """Life of the roller's bearing; empty where it has no rating."""
     if bearing is None:
         return {}
-    data = {"bearing_life_h": finite(bearing.life_h), "bearing_mean_load_n": float(bearing.mean_load)}
+    data: dict[str, Any] = {"bearing_life_h": finite(bearing.life_h), "bearing_mean_load_n": float(bearing.mean_load)}
+    data["bearing_speed_rpm"] = float(bearing.speed) * 30.0 / pi
+    if bearing.rated_h is not None:
+        data["bearing_rated_life_h"] = finite(bearing.rated_h)
+    if bearing.ratio is not None and bearing.factor is not None:
+        data |= {"bearing_viscosity_ratio": float(bearing.ratio), "bearing_life_factor": float(bearing.factor)}
     return data if bearing.static_safety is None else data | {"bearing_static_safety": finite(bearing.static_safety)}

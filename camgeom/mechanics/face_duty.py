@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import degrees, isfinite, pi
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -17,14 +17,19 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import resolved
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.duty import finite, hertz_data, largest_of, peak_of, torque_data
-from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth
+from camgeom.mechanics.hertz import Beneath, beneath_line, line_depth, line_half_width
 from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import cam_life, check_strength, hours, swept_damage
-from camgeom.mechanics.load import FollowerForce, Load, guided_force
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.track import Swing
 from camgeom.track.touch import Touch
 
+if TYPE_CHECKING:
+    from camgeom.mechanics.film import Film, Oil
+
+CELLS, MOST_CELLS = 8, 20_000
+"""into which half a width of the contact, and the whole way, are cut for wear"""
 SHARP = 1e-7
 """share of the largest relative curvature to which it is resolved"""
 FINE = 7200
@@ -228,6 +233,52 @@ class FaceDuty:
         square = np.maximum(self.force.panels.at(contact.behind, np.mod(theta, 2.0 * pi)), 0.0)
         return np.asarray((square / material.contact_limit**2) ** (0.5 * material.exponent) / material.contact_cycles)
 
+    def film(self, oil: Oil) -> Film | None:
+        """The film of the thinnest of all touches; None of a knife edge and without any load."""
+        from camgeom.mechanics.film import line_film, thinnest
+
+        theta = self.force.panels.theta
+        pair, ratio = pair_compliance(self.follower, self.cam), np.full(theta.shape, np.inf)
+        which = np.zeros(theta.shape, dtype=np.intp)
+        for number, touch in enumerate(self.touches):
+            if touch.kind == "knife":
+                return None
+            speed = self.load.omega * touch.at(theta.ravel()).passing.reshape(theta.shape)
+            normal, k = self.normals[touch.name], self._relative[touch.name]
+            bears = (normal > QUIET * self.contact_forces.max()) & (k > 0.0)
+            safe = np.where(bears, normal, 1.0) / touch.length
+            each = np.where(bears, line_film(speed, np.where(bears, k, 1.0), safe, oil, pair) / oil.roughness, np.inf)
+            which, ratio = np.where(each < ratio, number, which), np.minimum(ratio, each)
+        return thinnest(theta, ratio, oil, where=lambda at: self.touches[int(which.flat[at])].name)
+
+    @cached_property
+    def rubbed(self) -> float:
+        """Load times sliding way of all touches over a turn, N mm."""
+        theta = self.force.panels.theta
+        each = (self.normals[t.name] * t.at(theta.ravel()).sliding.reshape(theta.shape) for t in self.touches)
+        return float(sum(self.force.panels.integral(one) for one in each))
+
+    @cached_property
+    def rubbing(self) -> dict[str, float]:
+        """Load per width times sliding way that passes a point of cam and face, N/mm; see `Duty.rubbing`."""
+        turn = np.linspace(0.0, 2.0 * pi, FINE, endpoint=False)
+        step, most = turn[1], {"cam": 0.0, "face": 0.0}
+        for touch in self.touches:
+            if touch.kind == "knife":
+                return {}
+            at = touch.at(turn)
+            load = np.maximum(self.force.panels.at(self.normals[touch.name], turn), 0.0) / touch.length
+            half = line_half_width(load, np.where(at.relative > 0.0, at.relative, 1.0), self._compliance)
+            work = load * at.sliding * step
+            way = np.cumsum(np.abs(at.curve.speed)) * step
+            most["cam"] += heaped(way, half, work, float(way[-1]))
+            most["face"] = max(most["face"], heaped(_face_place(touch, turn), half, work))
+        return most
+
+    @property
+    def _compliance(self) -> float:
+        return pair_compliance(self.follower, self.cam)
+
     @property
     def bearing(self) -> None:
         """None: a roller's bearing is judged with its roller (`roller_duty`)."""
@@ -253,6 +304,32 @@ class FaceDuty:
     def fatigue_data(self) -> dict[str, Any]:
         """Lives of cam and face as plain data; empty of a knife edge."""
         return {f"{body}_life_h": finite(life) for body, life in self.lives.items()}
+
+
+def heaped(place: Floats, half: Floats, work: Floats, around: float | None = None) -> float:
+    """Largest sum of work, N, per length, mm, laid on a face round the turn: N/mm.
+
+    place (n,): of the contact, mm; half (n,): its half width, mm, over which a step's work lies as the pressure does,
+    in an ellipse; around: length after which the places come again.
+    """
+    reach = half + np.abs(np.gradient(place))
+    low, high = float((place - reach).min()), float((place + reach).max())
+    cells = max(1, min(MOST_CELLS, int(CELLS * (high - low) / max(float(np.median(half)), 1e-9))))
+    edges = np.linspace(low, high, cells + 1)
+    # A step moves on by as much as the contact is wide, or more: its work lies on that way too.
+    heap, wide = np.zeros(cells), np.maximum(reach, (high - low) / cells)
+    first = np.clip(np.searchsorted(edges, place - wide) - 1, 0, cells - 1)
+    last = np.clip(np.searchsorted(edges, place + wide), 1, cells)
+    for i in np.flatnonzero(work > 0.0):
+        x = np.clip((edges[first[i] : last[i] + 1] - place[i]) / wide[i], -1.0, 1.0)
+        # The part of an ellipse up to x.
+        part = 0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / pi
+        heap[first[i] : last[i]] += work[i] * np.diff(part)
+    if around is not None and around < high - low:
+        whole = round(around / (high - low) * cells)
+        heap[: cells - whole] += heap[whole:]
+        heap = heap[:whole]
+    return float(heap.max() * cells / (high - low))
 
 
 def _face_place(touch: Touch, phi: Floats) -> Floats:

@@ -50,6 +50,11 @@ class Material(Section):
     hardness: Annotated[float, Field(gt=0.0, le=80.0)] | None = Field(None, description="Surface hardness, HRC")
     case_depth_mm: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
         None, description="mm, depth of a hardened case; carburised tracks 0.8 to 1.2")
+    roughness_um: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        None, description="um, roughness Rq (root mean square) of the surface; ground 0.2 to 0.4, honed 0.05 to 0.1")
+    wear_rate: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        None, description="mm3/(N m), wear volume per load and sliding way, K/H of Archard's law; measured, boundary "
+        "lubricated steel 1e-9 to 1e-7")
 
     bending_limit: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
         None, description="MPa, of the cam: stress at a groove's root that its body endures for ever, pulsating; with "

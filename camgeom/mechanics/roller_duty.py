@@ -20,7 +20,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import highest, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
-from camgeom.mechanics.bearing import BearingLife, bearing_life
+from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
 from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, peak_of, slice_data, torque_data
 from camgeom.mechanics.hertz import (
@@ -44,7 +44,9 @@ from camgeom.track.follower import PLAIN, Ends
 from camgeom.track.runout import touching, wall_ends
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_turn import FiniteTurn
+    from camgeom.mechanics.rating import Rating
 
 SLICES = 9
 """equal shares of the length that touches"""
@@ -82,7 +84,7 @@ class RollerDuty:
     load    what acts on the follower
     crown   radius of the meridian, mm, of a crowned roller on a straight flank, which the track's cylinder cuts: it
             touches at its crest, the station; None: the flank is the roller's own envelope
-    rating  of the roller's bearing, dynamic and static, N; None where it is not known
+    rating  of the roller's bearing; None where it is not known
     ends    how the roller ends and how it stands against the flank
     beside  which contact points (3, ...) have a wall; None where the whole contact stretch always has one
     runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
@@ -96,8 +98,7 @@ class RollerDuty:
     roller: Material
     cam: Material
     crown: float | None = None
-    rating: float | None = None
-    static_rating: float | None = None
+    rating: Rating | None = None
     beside: Callable[[Floats], Mask] | None = None
     runs_out: bool = False
     alone: bool = False
@@ -717,8 +718,90 @@ class RollerDuty:
         """Life of the roller as a bearing; None where it has no rating."""
         if self.rating is None:
             return None
-        return bearing_life(self.force.panels, self.normal, self.path_rate, self.radius, self.speed,
-                            self.rating, self.static_rating)
+        basic = bearing_life(self.force.panels, self.normal, self.path_rate, self.radius, self.speed,
+                             self.rating.dynamic, self.rating.static, self.rating.kind.exponent)
+        return modified(basic, self.rating)
+
+    def film(self, oil: Oil) -> Film | None:
+        """The film of the thinnest slice, under a crown of its ellipse; None without load and where a wall is undercut.
+
+        The roller rolls without slip at the quoted station; its own inertia may make it slide where it is spun up.
+        """
+        from camgeom.mechanics.film import line_film, point_film, thinnest
+
+        if not np.all(self.slices.sound) or self.no_stress:
+            return None
+        theta, pair = self.force.panels.theta, pair_compliance(self.roller, self.cam)
+        if self.ellipse is not None and self.level == "ellipse":
+            bears = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
+            load, along = np.where(bears, np.abs(self.normal), 1.0), np.where(bears, self.ellipse.around, 1.0)
+            k = np.where(bears, self.ellipse.along, 1.0) / along
+            speed = self.speed * self._runs[0][len(self._runs[0]) // 2]
+            thick = point_film(speed, self._principal[0], load, k, oil, pair)
+            return thinnest(theta, np.where(bears, thick / oil.roughness, np.inf), oil, k, self._crest)
+        force = np.abs(self.slices.normal)
+        bears = force > QUIET * force.max(initial=0.0)
+        if self.finite is None:
+            k = np.stack([np.where(self.pushed >= 0.0, walls.behind, walls.ahead) for walls in self._slices])
+        else:
+            k = np.broadcast_to(self._loaded_curvature, force.shape)
+        safe = np.where(bears & (k > 0.0), k, 1.0)
+        thick = line_film(self.speed * self._runs[0], safe, np.where(bears, force, 1.0), oil, pair)
+        ratio = np.where(bears & (k > 0.0), thick / oil.roughness, np.inf)
+        m = np.argmin(ratio, axis=0)[None]
+        return thinnest(theta, np.take_along_axis(ratio, m, 0)[0], oil,
+                        place=np.take_along_axis(self.slice_places, m, 0)[0])  # fmt: skip
+
+    @cached_property
+    def _runs(self) -> tuple[Floats, Floats, Floats]:
+        """Of every slice, (m, p, n) each, mm/rad: mean speed of both surfaces through the contact, the contact's along
+        the cam, and sliding: round the roller, which rolls without slip at the quoted station, and along its axis."""
+        shape = self.force.panels.theta.shape
+        theta, both = self.force.panels.theta.ravel(), len(self.track.sides) > 1
+        many = len(self.slice_places)
+        stations = self.track.meridian.parameters(self.slice_places.reshape(many, -1, 1))
+        found = np.zeros((3, many, *shape))
+        for m, t in enumerate(stations):
+            for side in self.track.sides:
+                flank = Flank(self.track, theta, t, side)
+                behind = float(flank.lever().mean()) < 0.0
+                pressed = (self.normal >= 0.0) == behind if both else np.ones(shape, dtype=bool)
+                on_cam = flank.passing.reshape(shape)
+                radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
+                rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius
+                slip = rim - flank.rolled.reshape(shape)
+                axial = flank.sliding()[1].reshape(shape)
+                each = (np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial))
+                for kind, values in enumerate(each):
+                    found[kind, m] = np.where(pressed, values, found[kind, m])
+        return found[0], found[1], found[2]
+
+    @property
+    def _slice_load(self) -> Floats:
+        """Load of every slice per length, N/mm, (m, p, n)."""
+        return np.abs(self.slices.normal)
+
+    @cached_property
+    def rubbed(self) -> float:
+        """Load times sliding way over a turn, N mm: of slices that roll less than the quoted one, and along the axis.
+
+        A crown is taken to roll at its crest.
+        """
+        if self.crown is not None:
+            return 0.0
+        width = self.touching / len(self.slice_places)
+        return float(self.force.panels.integral((self._slice_load * self._runs[2] * width).sum(axis=0)))
+
+    @cached_property
+    def rubbing(self) -> dict[str, float]:
+        """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
+        if self.crown is not None:
+            return {"roller": 0.0, "cam": 0.0}
+        _, on_cam, slip = self._runs
+        share = np.divide(slip, on_cam, out=np.zeros_like(slip), where=on_cam > 0.0)
+        work = self.force.panels.integral(self._slice_load * slip)
+        round_it = 2.0 * np.pi * self.radius
+        return {"roller": float(np.max(work) / round_it), "cam": float((self._slice_load * share).max())}
 
     @cached_property
     def lives(self) -> dict[str, float]:
@@ -730,7 +813,7 @@ class RollerDuty:
             "roller": min(float(np.min(self.slice_life.life_h)), float(self.roller_life.life_h)),
             "cam": min(float(np.min(self.slice_cam_life.life_h)), float(self.cam_life.life_h)),
         }  # fmt: skip
-        return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
+        return lives if self.bearing is None else lives | {"bearing": self.bearing.judged_h}
 
     @cached_property
     def torque(self) -> Floats:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +19,8 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.bearing import (
-    ROLLER_EXPONENT,
     BearingLife,
+    modified,
     rated_hours,
     shaft_stress,
     span_moment,
@@ -36,6 +36,11 @@ from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
 from camgeom.track.turret import Beside, Engagement
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.film import Film, Oil
+    from camgeom.mechanics.rating import Rating
+
 
 FAR = 1e6
 """mm; gap of a slice with nothing to bear on"""
@@ -62,7 +67,7 @@ class TurretDuty:
     load     torque on the turret
     preload  normal interference in the dwell, mm
     width, bore   of the cam, mm, for its shaft (no shaft stress without a bore)
-    rating   of a roller's bearing, dynamic and static, N; None where it is not known
+    rating   of a roller's bearing; None where it is not known
     """
 
     beside: Beside
@@ -72,8 +77,7 @@ class TurretDuty:
     preload: float = 0.0
     width: float = 0.0
     bore: float = 0.0
-    rating: float | None = None
-    static_rating: float | None = None
+    rating: Rating | None = None
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -253,9 +257,14 @@ class TurretDuty:
         rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
         return np.stack([whole[r].sum(axis=0) for r in rows])
 
-    @cached_property
+    @property
     def path_rate(self) -> Floats:
-        """Path that each roller's rim turns by at the middle of its length, mm/rad, (n, k).
+        """Path that each roller's rim turns by at the middle of its length, mm/rad, (n, k), >= 0."""
+        return np.asarray(self._radius * np.abs(self.turning))
+
+    @cached_property
+    def turning(self) -> Floats:
+        """Turning of each roller about its pin, rad/rad, signed, (n, k).
 
         A slice whose wall asks for another turning slides. The friction mu N r of the slices that are dragged on equals
         that of those that are held back (a free bearing): the roller turns as the weighted median of its slices, on
@@ -274,7 +283,17 @@ class TurretDuty:
         chosen = np.where(self.turret_torque >= 0.0, 0, 1), np.arange(len(self.theta))
         free = e.turning[chosen][..., len(radii) // 2]
         pressed = np.take_along_axis(turning, middle, axis=-1)[..., 0]
-        return np.asarray(self._radius * np.abs(np.where(total[..., -1] > 0.0, pressed, free)))
+        return np.asarray(np.where(total[..., -1] > 0.0, pressed, free))
+
+    @cached_property
+    def _runs(self) -> tuple[Floats, Floats, Floats]:
+        """Of every slice on the wall that it presses, mm/rad, (n, k, m) each: mean speed of both surfaces through the
+        contact, the contact's along the cam, and sliding, round the roller and along its axis."""
+        on_cam, axial = (self._walls(values) for values in self.engagement.runs)
+        radii, wanted = self.tracks[0].meridian.jet(self.engagement.stations)[3], self._walls(self.engagement.turning)
+        # A roller that turns faster than a slice rolls carries more oil in, whichever way it turns.
+        slip = (self.turning[..., None] - wanted) * radii * np.where(wanted >= 0.0, 1.0, -1.0)
+        return np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial)
 
     @cached_property
     def _path(self) -> Floats:
@@ -286,15 +305,23 @@ class TurretDuty:
         """Life of the worst roller's bearing (equation 37, ISO 281); None where it has no rating."""
         if self.rating is None:
             return None
+        power = self.rating.kind.exponent
         largest, zero = self.roller_load.max(initial=0.0), np.zeros(())
-        safety = static_safety(self.static_rating, np.asarray(largest))
+        safety = static_safety(self.rating.static, np.asarray(largest))
         if largest == 0.0:
-            return BearingLife(np.asarray(np.inf), zero, zero, safety)
-        mean = largest * (self._passage((self.roller_load / largest) ** ROLLER_EXPONENT) / self._path) ** (
-            1.0 / ROLLER_EXPONENT
-        )
+            return modified(BearingLife(np.asarray(np.inf), zero, zero, safety, peak_speed=zero), self.rating)
+        mean = largest * (self._passage((self.roller_load / largest) ** power) / self._path) ** (1.0 / power)
         omega = self._path / self._radius * self.passes_per_hour / 3600.0
-        return BearingLife(rated_hours(self.rating, mean, omega).min(), mean.max(), omega.max(), safety)
+        fastest = self.path_rate.max(initial=0.0) * self.speed / self._radius
+        basic = rated_hours(self.rating.dynamic, mean, omega, power)
+        each = modified(BearingLife(basic, mean, omega, None), self.rating)
+        judged = each.life_h if each.rated_h is None else each.rated_h
+        worst = int(np.argmin(judged))
+        return BearingLife(
+            each.life_h.min(), mean.max(), omega.max(), safety, judged[worst],
+            None if each.ratio is None else each.ratio[worst], None if each.factor is None else each.factor[worst],
+            np.asarray(fastest),
+        )  # fmt: skip
 
     @cached_property
     def _radius(self) -> float:
@@ -330,7 +357,48 @@ class TurretDuty:
     def lives(self) -> dict[str, float]:
         """Fatigue life, h, of roller, cam and the roller's bearing."""
         lives = {"roller": self.roller_life, "cam": self.cam_life}
-        return lives if self.bearing is None else lives | {"bearing": float(self.bearing.life_h)}
+        return lives if self.bearing is None else lives | {"bearing": self.bearing.judged_h}
+
+    def film(self, oil: Oil) -> Film | None:
+        """The film of the thinnest slice of all rollers; None without load and where a wall is undercut."""
+        from camgeom.mechanics.film import line_film, thinnest
+
+        if np.isinf(self.pressure).any():
+            return None
+        bears = self.line_load > QUIET * self.line_load.max(initial=0.0)
+        k = self._walls(self.engagement.curvature)
+        speed = self.speed * self._runs[0]
+        thick = line_film(
+            speed, np.where(bears, k, 1.0), np.where(bears, self.line_load, 1.0), oil,
+            pair_compliance(self.roller, self.cam),
+        )  # fmt: skip
+        ratio = np.where(bears, thick / oil.roughness, np.inf).reshape(len(self.theta), -1)
+        m = np.argmin(ratio, axis=1)[:, None]
+        place = self._walls(self.engagement.place).reshape(ratio.shape)
+        return thinnest(self.theta, np.take_along_axis(ratio, m, 1)[:, 0], oil,
+                        place=np.take_along_axis(place, m, 1)[:, 0])  # fmt: skip
+
+    @cached_property
+    def _rubbed_load(self) -> Floats:
+        """Line load times sliding of every slice, N/rad, (n, k, m)."""
+        return np.asarray(self.line_load * self._runs[2])
+
+    @cached_property
+    def rubbed(self) -> float:
+        """Load times sliding way of all rollers over a turn, N mm."""
+        total = (self._rubbed_load * self._cover).sum(axis=(1, 2))[self._nodes]
+        return float(self.force.panels.integral(total.reshape(self.force.panels.theta.shape)))
+
+    @cached_property
+    def rubbing(self) -> dict[str, float]:
+        """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
+        _, on_cam, sliding = self._runs
+        share = np.divide(sliding, on_cam, out=np.zeros_like(sliding), where=on_cam > 0.0)
+        summed = np.moveaxis(self._rubbed_load[self._nodes].reshape(*self.force.panels.theta.shape, -1), -1, 0)
+        # A roller's own share of the turns of the cam; the next turn is another roller's.
+        turns = self.speed / TURN * 3600.0
+        each = self.force.panels.integral(summed).max(initial=0.0) * self.passes_per_hour / turns
+        return {"roller": float(each / (TURN * self._radius)), "cam": float((self.line_load * share).max())}
 
     @cached_property
     def contact_forces(self) -> Floats:

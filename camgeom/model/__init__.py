@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.contact import Contact
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.film import Film
     from camgeom.mechanics.life import RollerLife
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.roller_duty import RollerDuty
@@ -448,12 +449,12 @@ class Model(Sealed):
     @fact
     def turret_duty(self) -> TurretDuty | None:
         """Load sharing, stress and life of a turret; None for other cams, and without an [operation]."""
-        from camgeom.model.loads import turret_duty
+        from camgeom.model.loads import rating_of, turret_duty
 
         turret = self.mechanism.turret
         if self.profile.operation is None or turret is None:
             return None
-        return turret_duty(self.profile.material, self.mechanism, turret, self.load)
+        return turret_duty(self.profile.material, self.mechanism, turret, self.load, rating_of(self.profile))
 
     @fact
     def indexing(self) -> IndexingStudy | None:
@@ -631,12 +632,12 @@ class Model(Sealed):
 
         None of them without an [operation], for a turret, whose rollers share, and for a follower without a roller.
         """
-        from camgeom.model.loads import roller_duties
+        from camgeom.model.loads import rating_of, roller_duties
 
         shared = self.mechanism.drive is Drive.SHARED
         if self.profile.operation is None or shared or self.mechanism.roller is None:
             return ()
-        return roller_duties(self.profile.material, self.mechanism, self.load)
+        return roller_duties(self.profile.material, self.mechanism, self.load, rating_of(self.profile))
 
     @fact
     def duty(self) -> RollerDuty:
@@ -668,6 +669,46 @@ class Model(Sealed):
     def carriers(self) -> tuple[Duty, ...]:
         """The duties of all that presses the cam: every roller, or what `carrier` has; none without [operation]."""
         return self.duties or ((self.carrier,) if self.carrier is not None else ())
+
+    @fact
+    def film(self) -> Film | None:
+        """The thinnest film of all that presses the cam; None without the keys that it takes, and where none is."""
+        from camgeom.mechanics.film import Oil
+
+        oil = Oil.between(self.profile.oil, self.profile.material.cam, self.profile.material.roller)
+        if oil is None:
+            return None
+        found = [film for film in (duty.film(oil) for duty in self.carriers) if film is not None]
+        return min(found, key=lambda film: film.least.value, default=None)
+
+    @fact
+    def friction_power(self) -> float | None:
+        """Heat of the sliding contacts, W, the mean of a turn; None without a coefficient of friction or a load."""
+        oil = self.profile.oil
+        if oil is None or oil.friction is None or not self.carriers:
+            return None
+        return oil.friction * sum(duty.rubbed for duty in self.carriers) * 1e-3 * self.load.omega / TURN
+
+    @fact
+    def wear(self) -> dict[str, float]:
+        """Depth that a turn wears off each body with a wear rate, mm, at its hardest rubbed place (Archard)."""
+        material, found = self.profile.material, dict[str, float]()
+        for duty in self.carriers:
+            for body, rubbing in duty.rubbing.items():
+                rate = (material.cam if body == "cam" else material.roller).wear_rate
+                if rate is not None:
+                    found[body] = max(found.get(body, 0.0), 1e-3 * rate * rubbing)
+        return found
+
+    @property
+    def wear_per_hour(self) -> dict[str, float]:
+        """The same in an hour of running, mm, over all operating states."""
+        total = dict[str, float]()
+        for one in self.states:
+            weight, speed = (1.0, one.load.omega) if one.state is None else (one.state.weight, one.load.omega)
+            for body, depth in one.wear.items():
+                total[body] = total.get(body, 0.0) + depth * weight * 3600.0 * speed / TURN
+        return total
 
     @fact
     def lives(self) -> dict[str, float]:

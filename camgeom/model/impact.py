@@ -15,7 +15,7 @@ from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
 from camgeom.mechanics.duty import least_lives
 from camgeom.mechanics.material import pair_compliance
-from camgeom.model.loads import carriers, load_of
+from camgeom.model.loads import carriers, load_of, rating_of
 from camgeom.profile.solvers import refuse, with_law
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: Im
     for turn in range(spec.settle, len(run.turn_times())):
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
-        found.append(carriers(profile.material, mechanism, acting))
+        found.append(carriers(profile.material, mechanism, acting, rating_of(profile)))
     return tuple(found)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.mechanics.load import Load
+from camgeom.profile.idle import MODIFIED
 from camgeom.solid.mechanism import Drive
 from camgeom.track import Arc
 from camgeom.track.follower import PLAIN
@@ -15,12 +16,12 @@ from camgeom.track.follower import PLAIN
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.face_duty import FaceDuty
+    from camgeom.mechanics.rating import Rating
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
     from camgeom.profile.sections import Materials, Operation
     from camgeom.solid.mechanism import Mechanism, Turret
-    from camgeom.track.follower import AnyRoller
     from camgeom.track.touch import Touch
 
 DEGREES = 180.0 / pi
@@ -57,14 +58,16 @@ def load_of(profile: Profile, mechanism: Mechanism, load_factor: float = 1.0) ->
     )
 
 
-def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tuple[RollerDuty, ...]:
+def roller_duties(
+    material: Materials, mechanism: Mechanism, load: Load, rating: Rating | None
+) -> tuple[RollerDuty, ...]:
     """Force, stress and life of every roller: of two that drive a follower to and fro each carries its own direction.
 
     On a flank that is straight along it a crowned roller touches with the crown's own arc, at its crest.
     """
     from camgeom.mechanics.roller_duty import RollerDuty
 
-    quoted, rating = mechanism.quoted_radius, _rating(mechanism.roller)
+    quoted = mechanism.quoted_radius
     alone = mechanism.drive is Drive.ALONE and not mechanism.touches
     ends = mechanism.roller.ends if mechanism.roller is not None else PLAIN
     duties = []
@@ -76,7 +79,7 @@ def roller_duties(material: Materials, mechanism: Mechanism, load: Load) -> tupl
         within = crown is None and quoted is not None and min(low, high) <= quoted <= max(low, high)
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
-            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, *rating,
+            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
                        mechanism.beside, mechanism.runs_out, alone, ends)
         )  # fmt: skip
     return tuple(duties)
@@ -89,14 +92,18 @@ def face_duty(material: Materials, load: Load, touches: tuple[Touch, ...]) -> Fa
     return FaceDuty(touches, load, material.roller, material.cam)
 
 
-def carriers(material: Materials, mechanism: Mechanism, load: Load) -> tuple[Duty, ...]:
+def carriers(
+    material: Materials, mechanism: Mechanism, load: Load, rating: Rating | None
+) -> tuple[Duty, ...]:
     """The duties of all that presses a cam without a turret: its rollers, or the faces together."""
     if mechanism.roller is None:
         return (face_duty(material, load, mechanism.touches),)
-    return roller_duties(material, mechanism, load)
+    return roller_duties(material, mechanism, load, rating)
 
 
-def turret_duty(material: Materials, mechanism: Mechanism, turret: Turret, load: Load) -> TurretDuty:
+def turret_duty(
+    material: Materials, mechanism: Mechanism, turret: Turret, load: Load, rating: Rating | None
+) -> TurretDuty:
     """Load sharing, stress and life of a turret's rollers."""
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.track.turret import Beside
@@ -104,10 +111,33 @@ def turret_duty(material: Materials, mechanism: Mechanism, turret: Turret, load:
     bore = mechanism.bore.diameter if mechanism.bore else 0.0
     return TurretDuty(
         Beside(turret.bearing, mechanism.inside), load, material.roller, material.cam, turret.preload, mechanism.width,
-        bore, *_rating(mechanism.roller),
+        bore, rating,
     )  # fmt: skip
 
 
-def _rating(roller: AnyRoller | None) -> tuple[float | None, float | None]:
-    """Dynamic and static rating of the roller's bearing, N."""
-    return (roller.dynamic_rating, roller.static_rating) if roller is not None else (None, None)
+def rating_of(profile: Profile) -> Rating | None:
+    """What the profile says of its rollers' bearings; None without a dynamic rating."""
+    from camgeom.mechanics.rating import KINDS, RELIABILITY, Lubrication, Rating
+
+    roller, oil = profile.roller, profile.oil
+    if roller is None or roller.dynamic_rating is None:
+        return None
+    static = [one for one in (roller.static_rating, roller.max_static_load) if one is not None]
+    lubrication = None
+    if not missing_for_bearing(profile):
+        assert oil is not None
+        assert roller.fatigue_load_limit is not None
+        assert roller.contamination is not None
+        assert roller.pitch_diameter is not None
+        lubrication = Lubrication(roller.fatigue_load_limit, roller.contamination, roller.pitch_diameter, oil.viscosity)
+    return Rating(
+        roller.dynamic_rating, min(static) if roller.static_rating is not None else None, KINDS[roller.bearing_type],
+        RELIABILITY[profile.limits.bearing_reliability], lubrication,
+    )  # fmt: skip
+
+
+def missing_for_bearing(profile: Profile) -> list[str]:
+    """The keys that a modified rating life (a_ISO of ISO 281) of a rated bearing wants and the profile leaves out."""
+    given = dict(profile.roller) if profile.roller is not None else {}
+    absent = [f"roller.{key}" for key in MODIFIED if given.get(key) is None]
+    return absent if profile.lubricant is not None else [*absent, "[lubricant]"]

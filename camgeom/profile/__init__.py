@@ -18,12 +18,12 @@ from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
 from camgeom.cams import Cam
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.profile.duty import MOST_STATES, OperatingState, duty_problems
 from camgeom.profile.idle import idle_problems
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
     INTERNAL,
+    MOST_STATES,
     Force,
     Limits,
     Materials,
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from camgeom.dynamics.impact.spec import ImpactSpec
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.machining.spec import CutterSpec
+    from camgeom.mechanics.lubricant import Lubricant
+    from camgeom.profile.duty import OperatingState
     from camgeom.tolerance.spec import ToleranceSpec
 
 STDIN = "-"
@@ -76,10 +78,13 @@ class Profile(Section):
         description="segments of the motion round the cam, in order"
     )
     operation: Operation | None = Field(None, description="speed and forces; needed for contact, life and dynamics")
-    duty: Annotated[tuple[OperatingState, ...], Field(max_length=MOST_STATES)] = Field(
+    duty: Annotated[tuple[SerializeAsAny[Section], ...], Field(max_length=MOST_STATES)] = Field(
         (), description="operating states, over which damage is summed; without any the machine runs as [operation]"
     )
     material: Materials = Field(Materials(), description="the two bodies in contact")
+    lubricant: SerializeAsAny[Section] | None = Field(
+        None, description="the lubricant of roller and cam, and of the bearing"
+    )
     output: Output = Field(Output(), description="what is written")
     limits: Limits = Field(Limits(), description="what the checks judge against")
     drawing: TitleBlock = Field(TitleBlock(), description="what the part drawing's title block says")
@@ -142,12 +147,30 @@ class Profile(Section):
         return self.cutter if isinstance(self.cutter, CutterSpec) else None
 
     @property
+    def operating_states(self) -> tuple[OperatingState, ...]:
+        """The [[duty]] tables with their own type."""
+        if not self.duty:
+            return ()
+        from camgeom.profile.duty import OperatingState
+
+        return tuple(state for state in self.duty if isinstance(state, OperatingState))
+
+    @property
+    def oil(self) -> Lubricant | None:
+        """The [lubricant] section with its own type."""
+        if self.lubricant is None:
+            return None
+        from camgeom.mechanics.lubricant import Lubricant
+
+        return self.lubricant if isinstance(self.lubricant, Lubricant) else None
+
+    @property
     def fastest(self) -> float | None:
         """Cam speed, r/min, of the fastest operating state; None without an [operation]."""
         if self.operation is None:
             return None
         stated = self.operation.speed
-        return max((state.speed or stated for state in self.duty), default=stated)
+        return max((state.speed or stated for state in self.operating_states), default=stated)
 
     @property
     def tolerance_spec(self) -> ToleranceSpec | None:
@@ -298,10 +321,14 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     except ProfileError as error:
         return error.problems
     idle = idle_problems(profile, setup)
-    idle += [*_warnings_beyond(profile.limits), *duty_problems(profile)]
+    idle += _warnings_beyond(profile.limits)
+    if profile.duty:
+        from camgeom.profile.duty import duty_problems
+
+        idle += duty_problems(profile)
     if profile.operation is not None:
         idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
-        for index, state in enumerate(profile.duty):
+        for index, state in enumerate(profile.operating_states):
             forces = profile.operation.force if state.force is None else state.force
             idle += _forces(f"duty[{index}]", forces, state.speed or profile.operation.speed, profile, setup)
     told = {problem.key for problem in idle}

@@ -16,12 +16,12 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem
 from camgeom.keys import Section
+from camgeom.mechanics.lubricant import Celsius
 from camgeom.profile.sections import Force
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-MOST_STATES = 64
 MOST_SAMPLES = 200_000
 """of a measured history"""
 CLASSES = 10
@@ -51,6 +51,7 @@ class OperatingState(Section):
                        BeforeValidator(_listed)] | None = Field(
         None, description="1, measured load factors in order of time, or `history_file`, a CSV file with one column of "
         "them; counted by rainflow (ASTM E1049), the maxima of its cycles are the load factors")
+    temperature: Celsius | None = Field(None, description="°C, of the lubricant; default that of [lubricant]")
     share: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
         None, description="1, of the running time; those of all states add up to 1")
     hours: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
@@ -96,13 +97,16 @@ def running_states(profile: Profile) -> tuple[RunningState, ...]:
     """The states of [[duty]], those with a history one by one of its classes; none without [[duty]]."""
     if profile.operation is None:
         return ()
-    hours = sum(state.hours or 0.0 for state in profile.duty)
+    hours = sum(state.hours or 0.0 for state in profile.operating_states)
     found = []
-    for number, state in enumerate(profile.duty, start=1):
+    for number, state in enumerate(profile.operating_states, start=1):
         name, speed = state.name or f"state {number}", state.speed or profile.operation.speed
         force = profile.operation.force if state.force is None else state.force
         operation = profile.operation.model_copy(update={"speed": speed, "force": force})
-        alone = profile.model_copy(update={"operation": operation, "duty": ()})
+        oil = profile.oil
+        if oil is not None and state.temperature is not None:
+            oil = oil.model_copy(update={"temperature": state.temperature})
+        alone = profile.model_copy(update={"operation": operation, "lubricant": oil, "duty": ()})
         if state.starts is not None:
             weight = state.starts * (state.turns or 1.0) / (60.0 * speed)
         else:
@@ -131,9 +135,7 @@ def _classes(history: tuple[float, ...]) -> Iterator[tuple[float, float]]:
 
 def duty_problems(profile: Profile) -> Iterator[Problem]:
     """What no state knows alone: shares that do not add up, states without an [operation], factors of no force."""
-    duty = profile.duty
-    if not duty:
-        return
+    duty = profile.operating_states
     if profile.operation is None:
         yield Problem("duty", "means nothing here", None, "", "give [operation]: a state says what differs from it")
         return
@@ -147,6 +149,9 @@ def duty_problems(profile: Profile) -> Iterator[Problem]:
         hint = "shares are of the time in which the machine runs"
         yield Problem("duty", "has shares that do not add up to 1", sum(shares), "1", hint)
     for number, state in enumerate(duty):
+        if state.temperature is not None and profile.lubricant is None:
+            yield Problem(f"duty[{number}].temperature", "means nothing here", state.temperature, "",
+                          "it is that of the oil: give [lubricant]")
         forces = profile.operation.force if state.force is None else state.force
         if not forces and (state.load_factor != 1.0 or state.history is not None):
             key = "history" if state.history is not None else "load_factor"

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 MESSAGE = "means nothing here"
 ENDS = ("roller.end_radius", "roller.misalignment_deg", "roller.free_ends")
 """keys of a roller that is more than a line: how it ends and how it stands"""
+MODIFIED = ("fatigue_load_limit", "contamination", "pitch_diameter")
+"""keys of a bearing that the life factor a_ISO of ISO 281 takes"""
 
 
 def idle_problems(profile: Profile, setup: Setup) -> list[Problem]:
@@ -48,8 +50,8 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         )
     elif roller is not None and not roller.ends.stated and roller.shape != "crowned":
         found[ENDS[-1]] = "an end bears where roller.misalignment_deg or roller.end_radius is given"
-    if roller is not None and roller.dynamic_rating is None:
-        found["roller.static_rating"] = "the bearing is judged where its dynamic_rating is given"
+    found |= _of_bearing(profile)
+    found |= _of_film(profile)
     if roller is None or roller.static_rating is None:
         found["limits.bearing_static_safety"] = found["limits.warn_bearing_static_safety"] = (
             "a follower without a roller has no bearing" if roller is None else
@@ -72,6 +74,47 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         found |= _under("impact", impact.idle())
     if (cutter := profile.cutter_spec) is not None:
         found |= _under("cutter", cutter.idle())
+    return found
+
+
+def _of_bearing(profile: Profile) -> dict[str, str]:
+    """Keys of a roller's bearing that is not rated, and of one whose other keys are missing."""
+    roller, found = profile.roller, dict[str, str]()
+    if roller is not None and roller.designation is None:
+        found["roller.catalogue"] = "give roller.designation: the catalogue is asked for that"
+    if roller is None:
+        return {"limits.bearing_reliability": "a follower without a roller has no bearing"}
+    if roller.dynamic_rating is None:
+        reason = "the bearing is judged where its dynamic_rating is given"
+        keys = ("static_rating", "bearing_type", *MODIFIED, "max_radial_load", "max_static_load", "limiting_speed")
+        return found | dict.fromkeys(["limits.bearing_reliability", *(f"roller.{key}" for key in keys)], reason)
+    if roller.static_rating is None:
+        found["roller.max_static_load"] = "give roller.static_rating too: the lower of both is the static limit"
+    given = dict(roller)
+    absent = [key for key in MODIFIED if given[key] is None]
+    if profile.lubricant is None:
+        absent.append("lubricant")
+    if absent:
+        wanted = ", ".join("[lubricant]" if key == "lubricant" else f"roller.{key}" for key in absent)
+        found |= {f"roller.{key}": f"a_ISO of ISO 281 wants {wanted} too" for key in MODIFIED}
+    return found
+
+
+def _of_film(profile: Profile) -> dict[str, str]:
+    """Keys of film, friction and wear whose other keys are missing."""
+    found, oil = dict[str, str](), profile.oil
+    bodies = (("cam", profile.material.cam), ("roller", profile.material.roller))
+    rough = all(material.roughness_um is not None for _, material in bodies)
+    if profile.operation is None:
+        found["lubricant"] = "nothing runs: give [operation]"
+    if oil is None or oil.pressure_viscosity is None:
+        reason = "the film that it is compared with wants [lubricant] with a pressure_viscosity"
+        found |= {f"material.{body}.roughness_um": reason for body, _ in bodies}
+    if oil is None or oil.pressure_viscosity is None or not rough:
+        reason = "wants [lubricant] with a pressure_viscosity, and roughness_um of cam and roller"
+        found |= dict.fromkeys(("limits.film_ratio", "limits.warn_film_ratio"), reason)
+    if all(material.wear_rate is None for _, material in bodies):
+        found["limits.wear_um"] = "nothing wears: give material.cam.wear_rate, material.roller.wear_rate"
     return found
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import ValidationError
 
 from camgeom.cams import cam_class, kinds
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.profile.duty import MOST_STATES, OperatingState
 from camgeom.profile.errors import (
     MOST_PROBLEMS,
     UNKNOWN,
@@ -26,6 +25,7 @@ from camgeom.profile.errors import (
 )
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
 from camgeom.profile.sections import (
+    MOST_STATES,
     Limits,
     Materials,
     MotionSegment,
@@ -46,6 +46,9 @@ from camgeom.track.follower import (
     TranslatingFollower,
     TurretFollower,
 )
+
+if TYPE_CHECKING:
+    from camgeom.profile.duty import OperatingState
 
 FOLLOWERS: dict[str, Model] = {
     "translating": TranslatingFollower,
@@ -73,6 +76,7 @@ OPTIONAL_SECTIONS = {
     "dynamics": ("camgeom.dynamics.spec", "DynamicsSpec"),
     "cutter": ("camgeom.machining.spec", "CutterSpec"),
     "tolerance": ("camgeom.tolerance.spec", "ToleranceSpec"),
+    "lubricant": ("camgeom.mechanics.lubricant", "Lubricant"),
 }
 """Sections whose module is imported only when a profile has them."""
 
@@ -130,7 +134,11 @@ class Reader:
 
     def _index(self, models: dict[str, Model | None]) -> None:
         """Where every key of a profile belongs, for hints on misplaced keys."""
-        self.sections = {"profile": [self.top], "motion": [MotionSegment], "duty": [OperatingState]}
+        self.sections = {"profile": [self.top], "motion": [MotionSegment]}
+        if "duty" in self.data:
+            from camgeom.profile.duty import OperatingState
+
+            self.sections["duty"] = [OperatingState]
         for name, model in {"roller": CylinderRoller, **PLAIN_SECTIONS, **models}.items():
             if model is not None:
                 self.sections[name] = [model]
@@ -179,8 +187,32 @@ class Reader:
             table.pop("kind", None)
         if name == "operation":
             table = self._with_tables(table, ("operation",))
+        given = set(table)
+        if name == "roller" and isinstance(table.get("designation"), str):
+            table = self._from_catalogue(table)
         section: Section | None = self._typed(model, table, (name,))
+        if section is not None and set(table) != given:
+            # What a catalogue fills in is not stated: it may mean nothing where nobody asks for it.
+            section = type(section).model_construct(given, **dict(section))
         return section
+
+    def _from_catalogue(self, roller: dict[str, Any]) -> dict[str, Any]:
+        """The [roller] table with the figures of its designation."""
+        from camgeom.profile.catalogue import filled, read, shipped
+
+        catalogues = [shipped()]
+        if isinstance(roller.get("catalogue"), str):
+            place = beside(roller["catalogue"], self._folder(), "roller.catalogue")
+            if isinstance(place, Problem):
+                self.problems.append(place)
+            else:
+                try:
+                    catalogues.insert(0, read(place, "roller.catalogue"))
+                except ProfileError as error:
+                    self.problems += [replace(p, key=f"roller.catalogue: {p.key}") for p in error.problems]
+        table, found = filled(roller, catalogues)
+        self.problems += found
+        return table
 
     def _typed(self, model: Model, table: dict[str, Any], at: Path_) -> Any:
         try:
@@ -238,6 +270,8 @@ class Reader:
         if not isinstance(state, dict):
             self.problems.append(Problem(dotted(at), "needs a table [[duty]]", plain(state)))
             return None
+        from camgeom.profile.duty import OperatingState
+
         table = self._from_file(state, at, "history_file", "history", 1, "a state")
         found: OperatingState | None = self._typed(OperatingState, self._with_tables(table, at), at)
         return found

@@ -14,10 +14,10 @@ from pydantic.json_schema import GenerateJsonSchema
 from camgeom.cams import cam_class, kinds
 from camgeom.motion.law import LAWS, LawEntry, Parameter
 from camgeom.profile import Profile
-from camgeom.profile.duty import MOST_STATES, OperatingState
+from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLERS
-from camgeom.profile.sections import MotionSegment, Reproduced
+from camgeom.profile.sections import MOST_STATES, MotionSegment, Reproduced
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 TOLERANCE_RANGE = (1e-7, 1.0)
 """mm; finer than a tenth of a nanometre is below the rounding of a part's coordinates"""
 
+MOST_STATES = 64
+"""of [[duty]]"""
+
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 Number = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
@@ -244,6 +247,19 @@ class Limits(Section):
     )
     least_on_time: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
         None, description="1, smallest share of the turn in which it stands there"
+    )
+
+    bearing_reliability: Literal[90, 95, 96, 97, 98, 99] = Field(
+        90, description="%, reliability at which the bearing's life is rated: the factor a1 of ISO 281"
+    )
+    film_ratio: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        None, description="1, least ratio lambda of film to roughness; without it only warn_film_ratio is judged"
+    )
+    warn_film_ratio: Annotated[float, Field(ge=0.0, le=100.0)] = Field(
+        1.0, description="1, ratio lambda below which to warn: there the surfaces' peaks touch"
+    )
+    wear_um: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
+        None, description="um, largest depth that either surface may wear over life_h"
     )
 
     def for_follower(self, follower: AnyFollower) -> Limits:

@@ -360,14 +360,29 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         return _over_states(model)
     if model.carrier is None:
         return {}
-    data = model.carrier.fatigue_data()
+    data = model.carrier.fatigue_data() | film_data(model)
     if len(model.duties) > 1:
         # A roller whose sharp end presses has no life; its reason stands with the findings.
         data["roller_lives_h"] = [finite(life) if (life := duty.lives.get("roller")) is not None else None
                                   for duty in model.duties]  # fmt: skip
     if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
+    if model.setup.roller is not None and model.setup.roller.designation is not None:
+        data["bearing_designation"] = model.setup.roller.designation
     return data | bearing_data(model.carrier.bearing)
+
+
+def film_data(model: Model) -> dict[str, Any]:
+    """Least film over the turn, heat of sliding and wear; empty where nothing of it is asked."""
+    data: dict[str, Any] = {}
+    if model.film is not None:
+        data["film_ratio"] = model.film.least.value
+        data["film_ratio_at_deg"] = degrees(model.film.least.cam_angle) % 360.0
+        data["film_thickness_um"] = 1e3 * model.film.thickness
+    if model.friction_power is not None:
+        data["friction_power_w"] = model.friction_power
+    data |= {f"{body}_wear_um_per_1000h": 1e6 * depth for body, depth in model.wear_per_hour.items()}
+    return data
 
 
 def _over_states(model: Model) -> dict[str, Any]:
@@ -379,6 +394,11 @@ def _over_states(model: Model) -> dict[str, Any]:
     for key in [key for key in data if key.endswith("_life_h")]:
         lives = [(_weight(state), inf if found[key] is None else found[key]) for state, found in each if key in found]
         data[key] = finite(summed_life(lives))
+    # The thinnest film and the most heat may be those of another state.
+    data |= film_data(min(model.states, key=lambda one: inf if one.film is None else one.film.least.value))
+    powers = [state.friction_power for state in model.states if state.friction_power is not None]
+    data |= {"friction_power_w": max(powers)} if powers else {}
+    data |= {f"{body}_wear_um_per_1000h": 1e6 * depth for body, depth in model.wear_per_hour.items()}
     return data | {"states": [state_data(state, model.lives) for state in model.states]}
 
 
@@ -399,6 +419,13 @@ def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
     }  # fmt: skip
     if model.carrier.peak_pressure is not None:
         data["peak_pressure_mpa"] = finite(model.carrier.peak_pressure.value)
+    bearing = model.carrier.bearing
+    if bearing is not None and bearing.ratio is not None and bearing.factor is not None:
+        data |= {"bearing_viscosity_ratio": float(bearing.ratio), "bearing_life_factor": float(bearing.factor)}
+    if model.film is not None:
+        data["film_ratio"] = model.film.least.value
+    if model.friction_power is not None:
+        data["friction_power_w"] = model.friction_power
     if model.shaft is not None:
         data["peak_torque_n_m"] = model.shaft.peak_torque.value * MILLI
     for body, hours in model.lives.items():

@@ -174,6 +174,13 @@ class Flank:
         return self._tangents[:2]
 
     @cached_property
+    def passing(self) -> Floats:
+        """Speed of the contact line over the cam's flank, square to itself, mm/rad, (n, m)."""
+        across, along = self.tangents
+        line = along / np.sqrt(dot(along, along))
+        return np.sqrt(np.maximum(dot(across, across) - dot(across, line) ** 2, 0.0))
+
+    @cached_property
     def forms(self) -> Forms:
         """First and second form in (phi, t) for the normal n that points into the material."""
         x_phi, x_t, n_phi, n_t = self._tangents

@@ -53,6 +53,24 @@ class _Bearing(Section):
 
     dynamic_rating: Load | None = Field(None, description="N, basic dynamic load rating C of the roller's bearing")
     static_rating: Load | None = Field(None, description="N, basic static load rating C0 of the roller's bearing")
+    bearing_type: Literal["roller", "ball"] = Field(
+        "roller", description="what rolls in the roller's bearing: the load exponent of ISO 281 is 10/3 or 3")
+    fatigue_load_limit: Load | None = Field(
+        None, description="N, fatigue load limit C_u (P_u) of the bearing, for the life factor a_ISO of ISO 281")
+    contamination: Annotated[float, Field(ge=0.0, le=1.0)] | None = Field(
+        None, description="1, contamination factor e_C of ISO 281: 0.8 to 0.6 sealed and greased for life, 0.5 to 0.3 "
+        "slight, 0.3 to 0.1 typical contamination (pitch diameters below 100 mm)")
+    pitch_diameter: Length | None = Field(None, description="mm, D_pw of the rolling elements")
+    max_radial_load: Load | None = Field(
+        None, description="N, largest running load F_r max, which bends the outer ring of a track roller")
+    max_static_load: Load | None = Field(
+        None, description="N, largest static load F_0r max of ring and stud; with static_rating the lower one counts")
+    limiting_speed: Annotated[float, Field(gt=0.0, le=1e7, allow_inf_nan=False)] | None = Field(
+        None, description="r/min, limiting speed of the bearing")
+    designation: Annotated[str, Field(min_length=1, max_length=60)] | None = Field(
+        None, description="of a track roller in a catalogue (`camgeom rollers`), which gives diameter and bearing")
+    catalogue: Annotated[str, Field(min_length=1, max_length=200)] | None = Field(
+        None, description="TOML file of your own track rollers beside the profile, asked before camgeom's")
 
     @property
     def ends(self) -> Ends:

@@ -35,7 +35,8 @@ class Contacting:
                      of contact; signed, positive in the rise of a follower without offset
     relative         relative curvature of cam against follower, 1/mm; infinite for a knife edge
     along            place of the contact on a flat face, mm along the face from the follower's reference point
-    sliding          speed of the cam over a follower that does not roll, mm per rad
+    slip             speed of the follower's point over the cam, of one that does not roll, along the tangent turned
+                     left from the outward normal, in which `curve.speed` counts; mm per rad
     """
 
     touch: Touch
@@ -44,7 +45,20 @@ class Contacting:
     pressure_angle: Floats
     relative: Floats
     along: Floats
-    sliding: Floats
+    slip: Floats
+
+    @cached_property
+    def sliding(self) -> Floats:
+        """Speed of the cam over a follower that does not roll, mm per rad."""
+        return np.abs(self.slip)
+
+    @cached_property
+    def passing(self) -> Floats:
+        """Mean speed of both surfaces through the contact, which moves itself, mm per rad: it draws the oil in.
+
+        The contact runs along the cam by `curve.speed`, along the follower by less the slip; a roller rolls.
+        """
+        return np.abs(self.curve.speed - (0.0 if self.touch.rolling else 0.5 * self.slip))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +137,7 @@ class Touch:
             self._pressure_angle(turn, curve),
             self.material * curve.curvature + own,
             self._along(turn, curve, left),
-            self._sliding(curve, e, lever, left),
+            self._slip(curve, e, lever, left),
         )
 
     def _pressure_angle(self, turn: npt.NDArray[np.complex128], curve: Curve) -> Floats:
@@ -142,7 +156,7 @@ class Touch:
         x = curve.points
         return np.asarray((x[0] - fixed.real) * left[0] + (x[1] - fixed.imag) * left[1])
 
-    def _sliding(self, curve: Curve, e: Floats, lever: Floats, left: Floats) -> Floats:
+    def _slip(self, curve: Curve, e: Floats, lever: Floats, left: Floats) -> Floats:
         """Speed of the follower's point over the cam along the tangent, mm/rad.
 
         Seen from the cam the follower's point moves by its joint (e times the rate of the lift) and turns back with the
@@ -152,4 +166,4 @@ class Touch:
         n = curve.normals
         rate = -(back[0] * n[0] + back[1] * n[1]) / np.where(np.abs(lever) > 1e-300, lever, 1e-300)
         v = back + rate * e
-        return np.asarray(np.abs(v[0] * left[0] + v[1] * left[1]))
+        return np.asarray(v[0] * left[0] + v[1] * left[1])

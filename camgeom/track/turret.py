@@ -173,6 +173,21 @@ class Engagement:
         return (high - low) / SLICES
 
     @cached_property
+    def runs(self) -> tuple[Floats, Floats]:
+        """Speed of the contact along the cam, and sliding along the roller's axis, mm/rad, (2, n, k, m) each."""
+        on_cam, axial = np.zeros((2, *self.curvature.shape))
+        for place, (index, turn) in enumerate(self.places):
+            track = self.tracks[index]
+            phi = self.theta + TURN * turn
+            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
+            for side in track.sides if len(rows) else ():
+                flank = Flank(track, phi[rows], self.stations, side)
+                way = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
+                on_cam[way, rows, place] = flank.passing
+                axial[way, rows, place] = flank.sliding()[1]
+        return on_cam, axial
+
+    @cached_property
     def _walls(self) -> dict[str, Floats]:
         n, k, m = len(self.theta), len(self.places), SLICES
         out = {

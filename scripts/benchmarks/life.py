@@ -1,4 +1,5 @@
-"""Fatigue life: many variants in one call against one variant at a time, and how time and memory grow.
+"""Fatigue life: many variants in one call against one variant at a time, and how time and memory grow; the rated
+bearing, the film, and operating states.
 
 A two-stroke groove cam with inertia and friction; the variants differ in roller radius.
 """
@@ -7,17 +8,25 @@ from __future__ import annotations
 
 import math
 import resource
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from kit import Table, best, milli, run, short
 
+from camgeom.mechanics import groove
+from camgeom.mechanics.bearing import bearing_life, modified
+from camgeom.mechanics.film import Oil, line_film
 from camgeom.mechanics.groove import groove_contact
 from camgeom.mechanics.life import roller_life
 from camgeom.mechanics.load import FollowerForce, Load
 from camgeom.mechanics.material import STEEL
+from camgeom.mechanics.rating import Lubrication, Rating
+from camgeom.model import Model
 from camgeom.motion import Program, Segment
+from camgeom.profile import parse
 
+ROOT = Path(__file__).resolve().parents[2]
 SPEED = 60.0
 
 
@@ -47,7 +56,34 @@ def tables(quick: bool) -> list[Table]:
         rows.append({"variants": count, "time_ms": milli(seconds), "us_a_variant": short(seconds / count * 1e6),
                      "gain": short(count * one / seconds, 3), "peak_memory_mb": memory()})
     note = "gain: against as many calls of one variant each."
-    return [Table("life", "Roller life of many variants in one call", rows, note)]
+    return [Table("life", "Roller life of many variants in one call", rows, note), rated(load, quick), states(quick)]
+
+
+def rated(load: FollowerForce, quick: bool) -> Table:
+    """The roller's bearing with a_ISO, and the film, of many variants in one call."""
+    rate, normal = groove.path_rate(67.0, load.ds), load.normal(groove.cos_pressure_angle(67.0, load.ds))
+    oil, rows = Lubrication(700.0, 0.5, 14.0, 25.0), []
+    for count in (1, 100, 1000) if quick else (1, 100, 1000, 10_000):
+        radii, ratings = np.linspace(5.0, 13.0, count), np.linspace(4e3, 9e3, count)
+        spread = normal[None] * np.ones((count, 1, 1))
+        seconds, _ = best(lambda r=radii, c=ratings, n=spread: modified(
+            bearing_life(load.panels, n, rate, r, SPEED, c, 1.3 * c), Rating(1.0, lubrication=oil)), 3)
+        film, _ = best(lambda r=radii, n=spread: line_film(
+            SPEED * rate, 1.0 / r[:, None, None], np.abs(n) / 12.0 + 1.0, Oil(4e-8, 0.022, 3e-4), 9e-6), 3)
+        rows.append({"variants": count, "bearing_ms": milli(seconds), "film_ms": milli(film)})
+    return Table("rated", "Rated bearing (a_ISO) and film of many variants in one call", rows,
+                 "film: at every point of the turn")  # fmt: skip
+
+
+def states(quick: bool) -> Table:
+    """Lives over several operating states of the pin cam, beside one."""
+    text, rows = (ROOT / "profiles" / "pin_insertion.toml").read_text(), []
+    for count in (1, 2, 4) if quick else (1, 2, 4, 8, 16):
+        duty = "".join(f"\n[[duty]]\nspeed = {400 + 20 * k}\nhours = {100 + k}\n" for k in range(count))
+        profile = parse(text + duty)
+        seconds, _ = best(lambda p=profile: Model(p).lives, 3)
+        rows.append({"states": count, "time_ms": milli(seconds), "ms_a_state": short(1e3 * seconds / count)})
+    return Table("states", "Lives of the pin cam over its operating states", rows, "each state is solved by itself")
 
 
 def memory() -> float:

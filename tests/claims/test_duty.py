@@ -164,3 +164,37 @@ def test_a_state_without_life_ends_all():
     assert summed_life([(0.5, 100.0), (0.5, 0.0)]) == 0.0
     assert summed_life([(0.5, float("inf")), (0.5, 100.0)]) == pytest.approx(200.0)
     assert summed_life([(1.0, float("inf"))]) == float("inf")
+
+
+def test_the_page_shows_damage_by_state_and_life_by_part_and_cause():
+    from camgeom.drawing.content import Chart, Table
+    from camgeom.report.sections import report
+
+    oil = (
+        "[lubricant]\nviscosity_40 = 100\nviscosity_100 = 11\ntemperature = 60\npressure_viscosity = 20\n"
+    )
+    text = PIN.replace("[material.cam]", "[material.cam]\nroughness_um = 0.2\nwear_rate = 1e-8")
+    text = text.replace("[material.roller]", "[material.roller]\nroughness_um = 0.2")
+    page = report(Model(parse(f"{text}\n{oil}{TWO}")), ["fatigue", "contact"])
+    blocks = [block for chapter in page.sections for block in chapter.blocks]
+    tables = {block.caption: block for block in blocks if isinstance(block, Table)}
+    shares = tables["Operating states, and their shares of the damage of each body"]
+    assert [row[0] for row in shares.rows] == ["normal", "fast"]
+    assert sum(float(row[4]) for row in shares.rows) == pytest.approx(100.0)
+    causes = {(row[0], row[1]) for row in tables["Life by part and cause"].rows}
+    assert causes == {("Roller", "contact fatigue"), ("Cam", "contact fatigue"), ("Cam", "sliding wear")}
+    assert any(isinstance(block, Chart) and "Oil film" in block.caption for block in blocks)
+
+
+def test_vibration_is_solved_in_every_state():
+    text = (PROFILES / "tool_changer.toml").read_text()
+    speeds = [s for s in text.splitlines() if s.startswith("speed")]
+    assert speeds
+    made = Model(parse(text + "\n[[duty]]\nshare = 0.8\n[[duty]]\nname = 'fast'\nspeed = 350\nshare = 0.2\n"))
+    alone = Model(parse(text.replace(speeds[0], "speed = 350", 1)))
+    slow = Model(parse(text))
+    (found,) = judge(made, ["dynamic-pressure"]).findings
+    assert found.value == pytest.approx(alone.dynamic_duty.peak_pressure.value, rel=1e-9)
+    assert "state 'fast'" in found.where
+    for body, life in made.dynamic_lives.items():
+        assert life == pytest.approx(1.0 / (0.8 / slow.dynamic_lives[body] + 0.2 / alone.dynamic_lives[body]))

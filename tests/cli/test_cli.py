@@ -355,3 +355,14 @@ def test_a_profile_may_come_from_standard_input(
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"x" * 2_000_000)))
     assert run(capsys, "check", "-")[0] == 2
     assert run(capsys, "serve", "-")[0] == 2
+
+
+def test_rollers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = run(capsys, "rollers", "--json")
+    rows = json.loads(out)
+    assert status == 0
+    assert next(row for row in rows if row["designation"] == "CF 10 WBUUR/SG")["dynamic_rating"] == 5430.0
+    status, out, _ = run(capsys, "rollers")
+    assert status == 0
+    assert "CF 10 WBUUR/SG" in out
+    assert "source: IKO" in out

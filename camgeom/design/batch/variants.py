@@ -35,17 +35,33 @@ def path_of(key: str) -> tuple[str | int, ...]:
     return tuple(path)
 
 
+BEARING = {
+    "limits.bearing_reliability", *(f"roller.{key}" for key in (
+        "bearing_type", "fatigue_load_limit", "contamination", "pitch_diameter", "max_radial_load", "max_static_load",
+        "limiting_speed", "designation", "catalogue")),
+}  # fmt: skip
+"""keys of a bearing that no kernel knows"""
+
+
 def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
     """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
     from camgeom.profile.idle import ENDS, idle_keys
 
     if profile.duty:
         return "[[duty]]: damage is summed over its states by the exact model"
+    roller, limits = profile.roller, profile.limits
+    if roller is not None and roller.dynamic_rating is not None:
+        simple = roller.bearing_type == "roller" and limits.bearing_reliability == 90
+        bent = roller.max_static_load is not None or roller.max_radial_load is not None
+        if not simple or bent or profile.lubricant is not None:
+            return "the bearing is rated by the exact model where more than C and C0 of it is given"
     idle = idle_keys(profile, profile.setup())
     if profile.roller is not None and profile.roller.ends.stated:
         return "how the roller ends or stands is left to the exact model: its contact is solved on a half-space"
     for key in varied:
         table = path_of(key)[0]
+        if key in BEARING:
+            return f"{key}: the bearing is rated by the exact model where more than C and C0 of it is given"
         if table in SOLVED:
             return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
         if table == "operation" and (profile.dynamics is not None or profile.impact is not None):

@@ -29,6 +29,7 @@ from camgeom.drawing.content import (
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
 from camgeom.report.result import state_data
+from camgeom.report.sections.film import lasting
 from camgeom.report.sections.forces import along
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
@@ -241,9 +242,15 @@ def reversals(duty: RollerDuty) -> Text:
 
 
 def life(model: Model) -> tuple[Block, ...]:
-    """Hot spot, life along the roller and the table of lives; of several operating states over all of them."""
-    if model.profile.duty:
-        return life_over_states(model)
+    """Lives by part and cause, the film of oil, and where along and round the roller the damage is."""
+    if model.carrier is None:
+        return ()
+    damaged = life_over_states(model) if model.profile.duty else surface_life(model)
+    return *damaged, *lasting(model)
+
+
+def surface_life(model: Model) -> tuple[Block, ...]:
+    """Hot spot, life along the roller and the table of lives, in one operating state."""
     if model.turret_duty is not None:
         return turret_life(model.turret_duty)
     if not model.duties:
@@ -257,23 +264,20 @@ def life(model: Model) -> tuple[Block, ...]:
 
 
 def life_over_states(model: Model) -> tuple[Block, ...]:
-    """Lives over all operating states, the damage that each has in them, and the hardest one by itself."""
-    remark = "Miner's sum over the operating states, each at its hardest place"
-    rows: list[tuple[Cell, ...]] = [(body.capitalize(), hours(life), remark) for body, life in model.lives.items()]
-    lived = Table("Lives over all operating states", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
+    """The damage that each operating state does, and the hardest one by itself."""
     data = [(state, state_data(state, model.lives)) for state in model.states]
-    columns = [Column("State"), Column("Share of time", "%"), Column("Speed", "r/min"), Column("Peak pressure", "MPa")]
-    columns += [Column(f"Damage of the {body}", "%") for body in model.lives]
+    columns = [Column("State"), Column("Time", "%"), Column("Speed", "r/min"), Column("Pressure", "MPa")]
+    columns += [Column(body.capitalize(), "%") for body in model.lives]
     damage = tuple(
         (one["name"], 100.0 * one["weight"], one["speed_rpm"], one.get("peak_pressure_mpa"),
          *(100.0 * one[f"{body}_damage_share"] for body in model.lives))
         for _, one in data
     )  # fmt: skip
-    by_state = Table("Damage by operating state", tuple(columns), damage)
+    by_state = Table("Operating states, and their shares of the damage of each body", tuple(columns), damage)
     hardest = model.hardest_state
     name = hardest.state.name if hardest.state else ""
     alone = Text((f"Below: the state {name!r} by itself, as if it lasted all the time.",))
-    return lived, by_state, alone, *life(hardest)
+    return by_state, alone, *surface_life(hardest)
 
 
 def face_life(drive: FaceDuty) -> tuple[Block, ...]:

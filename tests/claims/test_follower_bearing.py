@@ -1,0 +1,225 @@
+"""The roller as a bearing: every check has the side that passes and the other, every key acts or is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import camgeom
+from camgeom.checks import judge
+from camgeom.checks.verdict import Finding, NotJudged
+from camgeom.errors import ProfileError
+from camgeom.mechanics.rating import ROLLER, life_factor, viscosity_ratio
+from camgeom.model import Model
+from camgeom.profile import from_data, parse
+from camgeom.profile.catalogue import shipped
+from camgeom.profile.text import load
+from camgeom.report.result import compute
+from tests.places import PROFILES
+
+OIL: dict[str, Any] = {"lubricant__viscosity_40": 46.0, "lubricant__viscosity_100": 6.8, "lubricant__temperature": 60.0}
+KNOWN: dict[str, Any] = {"roller__fatigue_load_limit": 700.0, "roller__contamination": 0.5,
+                         "roller__pitch_diameter": 14.0, **OIL}  # fmt: skip
+
+
+def model(name: str = "disc_offset_roller", **changes: Any) -> Model:
+    """A shipped profile with keys, dots written as two underscores, changed; None removes one."""
+    data, _, _ = load((PROFILES / f"{name}.toml").read_text(), name)
+    for key, value in changes.items():
+        *tables, last = key.split("__")
+        place = data
+        for table in tables:
+            place = place.setdefault(table, {})
+        if value is None:
+            place.pop(last, None)
+        else:
+            place[last] = value
+    return Model(from_data(data, name))
+
+
+def said(made: Model, check: str) -> list[Finding]:
+    return list(judge(made, [check]).findings)
+
+
+def omitted(made: Model, check: str) -> list[NotJudged]:
+    return list(judge(made, [check]).not_judged)
+
+
+def test_the_rated_life_is_the_one_of_the_standard():
+    made = model(**KNOWN, limits__bearing_reliability=95)
+    bearing, plain = made.duty.bearing, model().duty.bearing
+    assert bearing is not None
+    assert plain is not None
+    oil = made.profile.oil
+    assert oil is not None
+    load, turning = float(plain.mean_load), float(plain.speed) * 30 / 3.141592653589793
+    kappa = float(viscosity_ratio(oil.viscosity, turning, 14.0))
+    factor = float(life_factor(ROLLER, kappa, 0.5 * 700.0 / load))
+    assert 0.1 < factor < 50.0
+    assert made.lives["bearing"] == pytest.approx(0.64 * factor * plain.life_h, rel=1e-9)
+    data = compute(made, ("fatigue",)).data["fatigue"]
+    assert data["bearing_viscosity_ratio"] == pytest.approx(kappa)
+    assert data["bearing_life_factor"] == pytest.approx(factor)
+    assert data["bearing_life_h"] == pytest.approx(float(plain.life_h))
+    for share, level in ((0.999, "pass"), (1.002, "fail")):
+        judged = model(**KNOWN, limits__bearing_reliability=95, limits__life_h=share * made.lives["bearing"])
+        assert [f.level for f in said(judged, "life") if f.where == "bearing"] == [level]
+
+
+def test_a_factor_of_every_state_is_not_that_of_the_mean_load():
+    duty = ({"share": 0.9, "load_factor": 0.3}, {"share": 0.1, "load_factor": 12.0, "temperature": 90.0})
+    made = model(**KNOWN, duty=duty)
+    hand = sum(
+        one.state.weight / one.duty.bearing.judged_h for one in made.states if one.state and one.duty.bearing
+    )
+    assert made.lives["bearing"] == pytest.approx(1.0 / hand)
+    factors = [float(one.duty.bearing.factor) for one in made.states if one.duty.bearing and one.duty.bearing.factor]
+    assert factors[0] > 2.0 * factors[1]
+
+
+@pytest.mark.parametrize(
+    ("check", "key", "of", "margins"),
+    [
+        # the key at which the check is met exactly, and the shares of it that pass and fail
+        ("bearing", "roller__max_radial_load", lambda m: m.duty.peak_force.value, (1.001, 0.998)),
+        ("bearing-speed", "roller__limiting_speed", lambda m: float(m.duty.bearing.peak_speed) * 9.549296585513721,
+         (1.001, 0.998)),
+        ("bearing-least-load", "roller__static_rating", lambda m: float(m.duty.bearing.mean_load) / 0.0167,
+         (0.998, 1.001)),
+    ],
+)  # fmt: skip
+def test_a_limit_of_the_bearing_has_two_sides(check, key, of, margins):
+    exact = of(model())
+    good, bad = (model(**{key: share * exact}) for share in margins)
+    assert {f.level for f in said(good, check)} == {"pass"}
+    assert "pass" not in {f.level for f in said(bad, check) if "static" not in f.where}
+
+
+def test_a_roller_that_turns_too_fast_on_the_mean_fails():
+    mean = float(model().duty.bearing.speed) * 9.549296585513721
+    assert [f.level for f in said(model(roller__limiting_speed=1.002 * mean), "bearing-speed")] == ["warn"]
+    assert [f.level for f in said(model(roller__limiting_speed=0.999 * mean), "bearing-speed")] == ["fail"]
+
+
+def test_the_lower_of_both_static_limits_counts():
+    force = model().duty.peak_force.value
+    for share, level in ((1.001, "pass"), (0.998, "fail")):
+        made = model(roller__max_static_load=share * force, limits__warn_bearing_static_safety=1.0)
+        assert [f.level for f in said(made, "bearing")] == [level]
+    assert model(roller__max_static_load=1e6).duty.bearing.static_safety == model().duty.bearing.static_safety
+
+
+def test_the_lubrication_of_the_bearing():
+    assert "roller.fatigue_load_limit" in omitted(model(), "bearing-lubrication")[0].reason
+    thick = model(**{**KNOWN, "lubricant__viscosity_40": 460.0, "lubricant__viscosity_100": 31.0})
+    assert [f.level for f in said(thick, "bearing-lubrication")] == ["pass"]
+    assert [f.level for f in said(model(**KNOWN), "bearing-lubrication")] == ["warn"]
+    thin = model(**{**KNOWN, "lubricant__viscosity_40": 3.0, "lubricant__viscosity_100": 2.0})
+    assert [f.level for f in said(thin, "bearing-lubrication")] == ["fail"]
+    assert [f.level for f in said(thin, "life") if f.where == "bearing"] == ["fail"]
+
+
+def test_what_is_missing_is_told():
+    assert "max_radial_load" in omitted(model(), "bearing")[0].reason
+    assert "limiting_speed" in omitted(model(), "bearing-speed")[0].reason
+
+
+def test_a_ball_bearing_has_another_exponent():
+    ball, roller = (model(roller__bearing_type=kind).duty.bearing for kind in ("ball", "roller"))
+    assert float(ball.life_h) < float(roller.life_h)
+
+
+def test_a_turret_has_the_same():
+    made = model("parallel_index", **{**KNOWN, "roller__max_radial_load": 9000.0, "roller__limiting_speed": 3000.0})
+    bearing = made.turret_duty.bearing
+    assert bearing.factor is not None
+    assert made.lives["bearing"] == pytest.approx(float(bearing.life_h * bearing.factor))
+    assert float(bearing.peak_speed) > float(bearing.speed) > 0.0
+    assert {f.check for f in judge(made, ["bearing", "bearing-speed", "bearing-lubrication"]).findings} == {
+        "bearing", "bearing-speed", "bearing-lubrication"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"roller__fatigue_load_limit": 300.0}, "a_ISO of ISO 281 wants"),
+        ({"roller__dynamic_rating": None, "roller__static_rating": None, "roller__limiting_speed": 9.0}, "_rating"),
+        ({"roller__static_rating": None, "roller__max_static_load": 9.0}, "static_rating"),
+        ({"roller__catalogue": "own.toml"}, "designation"),
+        ({"roller__designation": "CF 99"}, "no catalogue"),
+        ({"roller__designation": "CF 10 WBUUR/SG"}, "stated twice"),
+    ],
+)
+def test_what_means_nothing_is_refused(changes, word):
+    with pytest.raises(ProfileError) as caught:
+        model(**changes)
+    assert word in str(caught.value)
+
+
+def test_a_designation_fills_in_what_the_profile_leaves_out():
+    bare = {"roller__dynamic_rating": None, "roller__static_rating": None, "roller__diameter": None}
+    made = model(**bare, roller__designation="cf10 WBUUR/SG")
+    roller = made.profile.roller
+    assert roller is not None
+    assert (roller.diameter, roller.dynamic_rating, roller.static_rating) == (22.0, 5430.0, 6890.0)
+    assert roller.max_static_load == 6890.0
+    by_hand = model(roller__dynamic_rating=5430.0, roller__static_rating=6890.0)
+    assert made.lives["bearing"] == by_hand.lives["bearing"]
+    assert compute(made, ("fatigue",)).data["fatigue"]["bearing_designation"] == "cf10 WBUUR/SG"
+    with pytest.raises(ProfileError, match="longer than the outer ring"):
+        model(**bare, roller__designation="CF 10 WBUUR/SG", roller__length=12.5)
+
+
+def test_a_catalogue_of_the_users_own(tmp_path: Path):
+    (tmp_path / "own.toml").write_text(
+        '[[follower]]\ndesignation = "MY 25"\ntype = "yoke"\ndiameter = 22\nbore = 8\nwidth = 14\n'
+        "dynamic_rating = 4000\nlimiting_speed = 6000\n"
+    )
+    text = (PROFILES / "disc_offset_roller.toml").read_text()
+    start, end = text.index("dynamic_rating"), text.index("[[motion]]")
+    text = text[:start] + 'designation = "MY 25"\ncatalogue = "own.toml"\n\n' + text[end:]
+    (tmp_path / "cam.toml").write_text(text)
+    roller = camgeom.read(str(tmp_path / "cam.toml")).profile.roller
+    assert roller is not None
+    assert (roller.dynamic_rating, roller.limiting_speed, roller.static_rating) == (4000.0, 6000.0, None)
+    (tmp_path / "own.toml").write_text('[[follower]]\ndesignation = "MY 25"\ntype = "wheel"\n')
+    with pytest.raises(ProfileError, match="catalogue"):
+        camgeom.read(str(tmp_path / "cam.toml"))
+    with pytest.raises(ProfileError, match="read from a file"):
+        parse(text)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("roller__fatigue_load_limit", 500.0), ("roller__contamination", 0.3), ("roller__pitch_diameter", 12.0),
+        ("roller__bearing_type", "ball"), ("roller__max_static_load", 3000.0), ("roller__max_radial_load", 100.0),
+        ("roller__limiting_speed", 100.0), ("limits__bearing_reliability", 97), ("lubricant__viscosity_40", 68.0),
+        ("lubricant__viscosity_100", 7.5), ("lubricant__temperature", 75.0), ("lubricant__density", 920.0),
+        ("lubricant__pressure_viscosity", 24.0), ("lubricant__friction", 0.2), ("material__cam__roughness_um", 0.3),
+        ("material__roller__roughness_um", 0.3), ("material__cam__wear_rate", 2e-8),
+        ("material__roller__wear_rate", 2e-8), ("limits__film_ratio", 7.0), ("limits__warn_film_ratio", 7.0),
+        ("limits__wear_um", 1e-3),
+    ],
+)  # fmt: skip
+def test_every_key_of_bearing_film_and_wear_changes_a_figure_or_a_finding(key: str, value: object):
+    whole = {
+        **KNOWN, "lubricant__pressure_viscosity": 20.0, "lubricant__friction": 0.1, "limits__wear_um": 1e3,
+        "material__cam__roughness_um": 0.2, "material__roller__roughness_um": 0.2, "material__cam__wear_rate": 1e-8,
+        "material__roller__wear_rate": 1e-8, "limits__life_h": 100.0, "roller__dynamic_rating": 9000.0,
+        "roller__static_rating": 9000.0,
+    }  # fmt: skip
+    asked = ["bearing", "bearing-speed", "film", "wear"]
+    one, other = model("steep_shuttle", **whole), model("steep_shuttle", **{**whole, key: value})
+    assert (compute(one, ("fatigue",)).data["fatigue"], judge(one, asked).findings) != (
+        compute(other, ("fatigue",)).data["fatigue"], judge(other, asked).findings)  # fmt: skip
+
+
+def test_every_shipped_row_has_a_source_and_makes_a_roller():
+    catalogue = shipped()
+    assert len({one.designation for one in catalogue.follower}) == len(catalogue.follower) > 8
+    for one in catalogue.follower:
+        assert "http" in catalogue.source_of(one)
+        assert one.bore < one.diameter
