@@ -37,8 +37,9 @@ def turn_history(model: Model) -> Columns:
 
     Where a derivative of the motion jumps the row has the value after the jump. The pressure of a roller is that of its
     hardest slice; a turret's rollers are numbered by their places beside the cam, one index apart, and their values lie
-    on straight lines between the samples of the duty.
+    on straight lines between the samples of the duty. With [[duty]] the turn is that of the hardest state.
     """
+    model = model.hardest_state
     angle = np.arange(0.0, 360.0 + 0.5 * STEP, STEP)
     theta = np.radians(angle)
     rotating, operation = model.profile.rotating, model.profile.operation

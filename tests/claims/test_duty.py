@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import camgeom
@@ -198,3 +199,23 @@ def test_vibration_is_solved_in_every_state():
     assert "state 'fast'" in found.where
     for body, life in made.dynamic_lives.items():
         assert life == pytest.approx(1.0 / (0.8 / slow.dynamic_lives[body] + 0.2 / alone.dynamic_lives[body]))
+
+
+def test_head_colours_and_history_are_of_the_hardest_state_and_lives_of_all():
+    from camgeom.export.history import turn_history
+    from camgeom.report.sections.judgement import key_figures
+    from camgeom.report.sections.mechanism import fields
+
+    whole = pin(TWO)
+    fast, slow = whole.hardest_state, pin()
+    figures = {one.label: one.value for one in key_figures(whole, ("contact", "fatigue"))}
+    assert figures["Peak contact force"] == pytest.approx(fast.duty.peak_force.value)
+    assert figures["Peak contact force"] > 1.2 * slow.duty.peak_force.value
+    assert figures["Roller life"] == pytest.approx(whole.lives["roller"])
+    rows, calm = turn_history(whole), turn_history(slow)
+    force = next(name for name in rows if name.endswith("_force_n") and not name.startswith(("follower", "inertia")))
+    assert calm[force].max() < rows[force].max() == pytest.approx(fast.duty.peak_force.value, rel=1e-3)
+    assert rows["time_s"][-1] == pytest.approx(60.0 / 750.0)
+    mesh = whole.solid.mesh
+    ratio = np.nanmax(fields(whole, mesh)["pressure"]) / np.nanmax(fields(slow, mesh)["pressure"])
+    assert ratio == pytest.approx(fast.duty.peak_pressure.value / slow.duty.peak_pressure.value, rel=0.02)

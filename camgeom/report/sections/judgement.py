@@ -207,7 +207,8 @@ def _touched(model: Model, drive: FaceDuty) -> Iterator[Figure]:
     yield Figure("Peak drive torque", drive.peak_torque.value * 1e-3, "N m", _at(drive.peak_torque.cam_angle))
 
 
-def _contact(model: Model) -> Iterator[Figure]:
+def _contact(cam: Model) -> Iterator[Figure]:
+    model = cam.hardest_state
     if model.turret_duty is not None:
         yield from _shared(model.turret_duty)
     if not model.duties:
@@ -237,7 +238,7 @@ def _quoted(model: Model) -> str:
 
 
 def _life(model: Model) -> Iterator[Figure]:
-    lives = model.carrier.lives if model.carrier is not None else {}
+    lives = model.lives
     for body in ("roller", "face", "cam"):
         if body in lives:
             value = life_shown(lives[body])

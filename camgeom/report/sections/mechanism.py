@@ -147,8 +147,9 @@ def _sampled(model: Model) -> _Samples:
         for side in survey.track.sides:
             flank = Flank(survey.track, phi, t, side)
             results = {"pressure_angle": np.degrees(flank.pressure_angle()).ravel(), "curvature": flank.k_rel.ravel()}
-            if number == 0 and model.planar is None and model.duties and bool(np.all(model.duty.slices.sound)):
-                results["pressure"] = _pressure(model, flank, phi, t).ravel()
+            state = model.hardest_state
+            if number == 0 and model.planar is None and state.duties and bool(np.all(state.duty.slices.sound)):
+                results["pressure"] = _pressure(state, flank, phi, t).ravel()
             parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
     names = sorted({name for part in parts for name in part[2]})
     blank = [np.full(len(part[1]), np.nan) for part in parts]
@@ -197,7 +198,7 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
         at = touch.at(phi)
         points.append(at.curve.points.T)
         values.append({"pressure_angle": np.degrees(np.abs(at.pressure_angle)), "curvature": at.relative})
-        if (pressure := _touch_pressure(model, number, phi, heights)) is not None:
+        if (pressure := _touch_pressure(model.hardest_state, number, phi, heights)) is not None:
             values[-1]["pressure"] = pressure
     distance, nearest = _nearest(np.concatenate(points), mesh.vertices[:, :2])
     wall = np.zeros(len(mesh.vertices), dtype=bool)
