@@ -86,14 +86,18 @@ def impact_crown_length(model: Model) -> Iterable[Finding]:
     yield from sorted(found, key=lambda one: -(one.value or 0.0))[:1]
 
 
-@check("load", "operation")
+@check("load", "operation", summed=True)
 def load(model: Model) -> Iterable[Finding]:
-    """Whether anything presses the cam at all."""
-    if model.carrier is None:
+    """Whether anything presses the cam at all, in every operating state."""
+    peaks = [(one.carrier.peak_force, one.state) for one in model.states if one.carrier is not None]
+    if not peaks:
         return
-    peak = model.carrier.peak_force
+    peak, state = min(peaks, key=lambda pair: pair[0].value)
+    if peak.value > 0.0:
+        peak, state = max(peaks, key=lambda pair: pair[0].value)
+    where = f"state {state.name!r}: largest contact force" if state is not None else "largest contact force"
     yield judged("load", peak.value, ">", 0.0, "N", "nothing presses the cam: give mass, friction, force or spring",
-                 cam_angle=peak.cam_angle, where="largest contact force", worst="warn")  # fmt: skip
+                 cam_angle=peak.cam_angle, where=where, worst="warn")  # fmt: skip
 
 
 @check("moving-mass", "operation")

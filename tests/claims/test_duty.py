@@ -219,3 +219,7 @@ def test_head_colours_and_history_are_of_the_hardest_state_and_lives_of_all():
     mesh = whole.solid.mesh
     ratio = np.nanmax(fields(whole, mesh)["pressure"]) / np.nanmax(fields(slow, mesh)["pressure"])
     assert ratio == pytest.approx(fast.duty.peak_pressure.value / slow.duty.peak_pressure.value, rel=0.02)
+    said = judge(whole, ["load"]).findings
+    assert [(one.value, one.where) for one in said] == [
+        (pytest.approx(fast.duty.peak_force.value), "state 'fast': largest contact force")
+    ]
