@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -117,8 +118,9 @@ class ToleranceStudy:
 
     @cached_property
     def drawn(self) -> Drawn:
-        """The machines that the profile asks for."""
-        assert self.spec is not None, "asked of a profile with [tolerance]"
+        """The machines that the profile asks for. Raises ProfileError where it has no [tolerance]."""
+        if self.spec is None:
+            raise ProfileError([Problem("tolerance", "is missing", None, "a [tolerance] table: nobody said what errs")])
         return self.machines(self.spreads).drawn(self.spec.samples)
 
     def share(self, drawn: Drawn | None = None) -> float:

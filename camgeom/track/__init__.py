@@ -12,6 +12,7 @@ from math import asin, pi, sqrt, tan
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import DesignError
 from camgeom.maths import Floats, distinct
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
@@ -234,7 +235,8 @@ class Track:
 
         Its parameter runs from 0, where the side ends, to tip_sign * pi / 2, where the flat end begins.
         """
-        assert isinstance(self.meridian, Straight)
+        if not isinstance(self.meridian, Straight):
+            raise DesignError("only a straight tool has a corner between its side and its end")
         return replace(self, meridian=Arc(self.meridian.radius, self.foot, self.root), root=0.0)
 
     def coordinate(self, phi: Floats, order: int = 2, side: Side = "right") -> Floats:

@@ -15,7 +15,7 @@ from camgeom.profile import Profile, parse
 from camgeom.report.result import compute
 from camgeom.solid.mechanism import Drive
 
-ONE_WAY = {"disc"}
+ONE_WAY = {"disc", "end-face"}
 """kinds whose starter pushes one way, and is held by a spring"""
 
 
@@ -34,7 +34,8 @@ def test_a_mechanism_answers_for_every_kind(kind: str) -> None:
 
 def test_an_elastic_follower_between_two_discs_has_no_contact_to_lose() -> None:
     elastic = '\n[dynamics]\nkind = "follower"\nlinkage_stiffness = 5e5\n'
-    for kind, closure in (("conjugate", "form"), ("disc", "force"), ("cylindrical", "form")):
+    kinds_of = {"conjugate": "form", "disc": "force", "cylindrical": "form", "end-face": "force"}
+    for kind, closure in kinds_of.items():
         model = Model(parse(starter(kind) + elastic))
         assert model.elastic_follower is not None
         assert model.elastic_follower.train.closure == closure
