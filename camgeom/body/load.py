@@ -19,6 +19,7 @@ from camgeom.body.section import DrumSection
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.face_duty import FaceDuty
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.solid.prism import Prism
@@ -57,7 +58,7 @@ class Patch:
         """Azimuth of its middle, rad."""
         return float(np.angle(np.exp(1j * self.azimuth).mean()))
 
-    @property
+    @cached_property
     def force(self) -> Floats:
         """Resultant on the cam (3,), N."""
         return np.asarray(self.forces.sum(axis=0))

@@ -32,7 +32,7 @@ class PlateSection:
     body: Prism
     cells: tuple[int, int, int] = (4, 3, 3)
 
-    @property
+    @cached_property
     def rows(self) -> Floats:
         """Shares of the width."""
         return np.linspace(0.0, 1.0, 2 * self.cells[0] + 1)

@@ -100,7 +100,7 @@ class RingMesh:
         every = np.concatenate([inside, f + half[half >= 0]])
         return np.asarray((self.per_plane * np.arange(len(self.planes))[:, None] + every).ravel())
 
-    @property
+    @cached_property
     def steps(self) -> Floats:
         """Azimuth (n,) from every plane to the next, rad."""
         return np.diff(np.append(self.planes, self.planes[0] + TURN))

@@ -48,7 +48,7 @@ class BodyVolume:
         """Nodal forces (v, 3), N."""
         return np.asarray(nodal_forces(self.ring, [self.patch])[:, :, 0])
 
-    @property
+    @cached_property
     def sets(self) -> dict[str, Index]:
         """Node numbers, from 0, of the named sets: faces of the body and the pressed patch."""
         found = {name: self.ring.node_set(name) for name in self.ring.sets}

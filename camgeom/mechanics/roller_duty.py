@@ -847,7 +847,7 @@ class RollerDuty:
         that it loads, None where a sharp end bears."""
         return None if self.no_stress else self.least_peak
 
-    @property
+    @cached_property
     def hardest_pressure(self) -> Floats:
         """Pressure at the hardest place along the roller, MPa, (p, n), over the turn; as far as there is one."""
         return np.asarray(np.maximum(self.slices.pressure.max(axis=0), self.contact.pressure))

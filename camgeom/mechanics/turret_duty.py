@@ -257,7 +257,7 @@ class TurretDuty:
         rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
         return np.stack([whole[r].sum(axis=0) for r in rows])
 
-    @property
+    @cached_property
     def path_rate(self) -> Floats:
         """Path that each roller's rim turns by at the middle of its length, mm/rad, (n, k), >= 0."""
         return np.asarray(self._radius * np.abs(self.turning))

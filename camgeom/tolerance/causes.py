@@ -20,6 +20,7 @@ from typing import Literal, final
 
 import numpy as np
 
+from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.solid.mechanism import Mechanism
@@ -193,7 +194,8 @@ class Approaches:
     def carried(self) -> tuple[Floats, Floats]:
         """The follower's own two directions across its axis, (3, n): the first on the line of centres at lift zero."""
         joint, angle = self.contacts.joint, self.contacts.turned
-        assert isinstance(joint, Swing)
+        if not isinstance(joint, Swing):
+            raise DesignError("a follower that slides does not turn with its own directions")
         axis = np.array(joint.axis)
         first, second = -self._e_c, np.cross(axis, -self._e_c)
         c, s = np.cos(angle), np.sin(angle)

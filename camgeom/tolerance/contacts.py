@@ -78,12 +78,12 @@ class Contacts:
         meridian = tracks[0].meridian
         return float(meridian.jet(np.array([meridian.parameter(0.5 * sum(tracks[0].contact))]))[3][0])
 
-    @property
+    @cached_property
     def pushes(self) -> Bools:
         """Which stations push towards larger lift, (n, l, m)."""
         return np.asarray(self.on & (self.lever < 0.0))
 
-    @property
+    @cached_property
     def holds(self) -> Bools:
         """Which stations hold the follower back, (n, l, m)."""
         return np.asarray(self.on & (self.lever > 0.0))

@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
-from verdict_designs import FIRST_SEED, KINDS, Data, furnished, kind_of, sound  # noqa: E402
+from verdict_designs import FIRST_SEED, Data, furnished, kind_of, kinds_of, sound  # noqa: E402
 from verdict_faults import FAULTS, FIRST, PENDING, fault_of, injected, swinging_torque  # noqa: E402
 
 EXPLAINED: dict[str, str] = {}
@@ -101,8 +101,10 @@ def of_fault(seed: int) -> tuple[str, str, Data, Data]:
     name = fault_of(seed)
     turn = seed // (FIRST if seed < FIRST_SEED else len(FAULTS))
     # Classes step through their kinds from different places, so that few seeds meet many pairs.
-    kind = FAULTS[name].kinds[(turn + 7 * list(FAULTS).index(name)) % len(FAULTS[name].kinds)]
-    data = sound(list(KINDS).index(kind) + len(KINDS) * turn)
+    every = kinds_of(seed)
+    kinds = [kind for kind in FAULTS[name].kinds if kind in every]
+    kind = kinds[(turn + 7 * list(FAULTS).index(name)) % len(kinds)]
+    data = sound(every.index(kind) + len(every) * turn, kind)
     return name, kind, data, injected(name, data, kind, seed)
 
 

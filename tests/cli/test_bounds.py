@@ -300,7 +300,7 @@ def test_what_was_not_found_is_not_sought_again(monkeypatch: pytest.MonkeyPatch)
     study = _drive(0.3).indexing
     with pytest.raises(NotConverged, match="would take about") as first:
         study.steady  # noqa: B018
-    monkeypatch.setattr("camgeom.dynamics.indexing.study.steady_state", None)
+    monkeypatch.setattr("camgeom.dynamics.indexing.study.periodic_response", None)
     with pytest.raises(NotConverged) as second:
         study.steady  # noqa: B018
     assert str(second.value) == str(first.value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from camgeom.checks import judge
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -44,7 +46,9 @@ def finding(model, name):
 def limited(text, *lines):
     """A profile's text with further limits."""
     more = "".join(f"{line}\n" for line in lines)
-    return text.replace("[limits]\n", "[limits]\n" + more) if "[limits]" in text else f"{text}\n[limits]\n{more}"
+    if "[limits]" not in text:
+        return f"{text}\n[limits]\n{more}"
+    return re.sub(r"(\[limits\][^\n]*\n)", lambda table: table[1] + more, text)
 
 
 IMPACTS = ROCKER + "\n[impact]\nturns = 3\n"

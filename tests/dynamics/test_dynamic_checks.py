@@ -388,6 +388,8 @@ def test_the_life_of_the_hardest_body_is_judged_whichever_roller_has_it():
     """A roller that is pressed less may live shorter: it turns more often. Two stand-ins, the second of them worse."""
 
     class Pressed:
+        no_stress = ""
+
         def __init__(self, pressure, hours):
             self.peak_pressure = type("Peak", (), {"value": pressure})()
             self.lives = {"roller": hours, "cam": 3e5}

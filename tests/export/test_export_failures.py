@@ -37,12 +37,12 @@ def made(name: str) -> Model:
 
 
 def model(extension: str = "") -> Model:
-    """A face groove, which admits every format but the stock a tool leaves and what solvers need."""
+    """A face groove, which admits every format but the stock a tool leaves, volumes, and what solvers need."""
     if extension.startswith(".impact"):
         return made("conjugate_rocker")
     if extension == ".polydyne.csv":
         return Model(parse(ELASTIC.format(law="5-6-7-8-9")))
-    return made("pin_insertion" if extension.startswith(".rest") else "disc_face_groove")
+    return made("pin_insertion" if extension.startswith((".rest", ".volume")) else "disc_face_groove")
 
 
 class Filling:
@@ -123,7 +123,8 @@ def test_every_format_is_written_whole(tmp_path: Path, extension: str) -> None:
 @pytest.mark.parametrize("extension", [one for one in FORMATS if one.values[0] not in NO_FLANK])
 def test_what_a_design_does_not_admit_names_the_file(tmp_path: Path, extension: str) -> None:
     """A folded flank: no format but those that need no flank leaves anything behind."""
-    folded = flat(cam="base_radius = 5\nbore = 4", rest='[cutter]\nkind = "flat"\ndiameter = 8')
+    rest = '[operation]\nspeed = 60\n[cutter]\nkind = "flat"\ndiameter = 8'
+    folded = flat(cam="base_radius = 5\nbore = 4", rest=rest)
     path = tmp_path / f"cam{extension}"
     path.write_text("old")
     if extension == ".outline.csv":

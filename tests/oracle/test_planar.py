@@ -118,7 +118,8 @@ def test_a_crowned_roller_presses_harder_on_a_straight_disc() -> None:
     plain, raised = (float(model.duty.slices.peak().pressure.max()) for model in (flat_roller, crowned))
     assert raised > 1.2 * plain
     mild = disc(roller='shape = "crowned"\ndiameter = 20\nlength = 12\ncrown_radius = 1e5', rest=rest)
-    assert float(mild.duty.slices.peak().pressure.max()) == pytest.approx(plain, rel=0.03)
+    assert float(np.median(mild.duty.slices.peak().pressure)) == pytest.approx(plain, rel=0.03)
+    assert mild.duty.no_stress, "its sharp ends bear"
 
 
 GUIDED = """
