@@ -50,6 +50,16 @@ def motion_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
         yield _within(model, "motion-tolerance", study.drawn.motion, study.worst.motion.value, limit, "in the turn")
 
 
+@check("yield-tolerance", "tolerance")
+def yield_tolerance(model: Model) -> Iterable[Finding]:
+    """Share of the machines that keep every limit, where a preload or a pressure is among them."""
+    study, spec = model.tolerances, model.profile.tolerance_spec
+    if spec is None or (spec.preload_limit is None and spec.pressure_limit is None):
+        return
+    advice = "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
+    yield judged("yield-tolerance", study.share(), ">=", spec.wanted_yield, "1", advice, where="all limits together")
+
+
 @check("backlash-tolerance", "tolerance")
 def backlash_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
     """Play of a follower between two walls in its dwells, with those errors."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, number, number_in
+from camgeom.errors import ProfileError
 from camgeom.profile import Profile
 
 FIGURES = ("dwell", "motion", "backlash")
@@ -48,7 +49,10 @@ def asked(profile: Profile, arguments: argparse.Namespace) -> Profile:
         return profile
     if spec is None:
         raise UsageError("--samples, --yield, --limit: the profile has no [tolerance], so no machine can be drawn")
-    return profile.model_copy(update={"tolerance": spec.model_copy(update=change)})
+    changed = spec.model_copy(update=change)
+    if found := list(changed.problems(profile.cam.mechanism(profile.setup()))):
+        raise ProfileError(found, profile.source)
+    return profile.model_copy(update={"tolerance": changed})
 
 
 def summary(data: dict[str, Any]) -> list[str]:

@@ -1,8 +1,9 @@
 """What the errors' tilt of a roller against its flank does at its ends, where the load is hardest.
 
 Every error turns the line of contact by the slope of its approaches along the roller; that of all of them at their
-tolerances is the root of the sum of squares. Under that tilt and the load of the roller the contact is solved on a
-half-space (`mechanics.finite_contact`), with the roller's own ends. A sharp end that bears has no largest pressure.
+tolerances is the root of the sum of squares, beside the sum of their means. Under that tilt and the load of the roller
+the contact is solved on a half-space (`mechanics.finite_contact`), with the roller's own ends. A sharp end that bears
+has no largest pressure.
 """
 
 from __future__ import annotations
@@ -55,15 +56,17 @@ def edge_of(study: ToleranceStudy) -> Edge | None:
     along = (away * at.axis[:, 0, line, None]).sum(axis=0)
     pull = at.lever[0] * seated.walls.stiffness.reshape(shape)[0] * (force > 0.0)
     weight = -pull / (pull * at.lever[0]).sum()
-    square = 0.0
+    square = constant = 0.0
     for cause in study.causes:
-        _, value, _ = study.spreads[cause.key]
+        mean, value, _ = study.spreads[cause.key]
         for g in seated.approaches.of(cause)[:, 0]:
             if cause.holder == "roller":
                 g = g * (at.roller == at.roller[line])[:, None]
             # What the follower gives way to tilts nothing.
-            square += (value * slope(g[line] + at.lever[0, line] * (weight * g).sum(), along)) ** 2
-    tilt = float(np.sqrt(square))
+            tilted_by = slope(g[line] + at.lever[0, line] * (weight * g).sum(), along)
+            square += (value * tilted_by) ** 2
+            constant += mean * tilted_by
+    tilt = abs(constant) + float(np.sqrt(square))
     pair, ends = pair_compliance(loaded.roller, loaded.cam), roller.ends
     middle = 0.5 * (along.min() + along.max())
     profile = Profile(float(along.min() - middle), float(along.max() - middle), inf, ends.run_out, ends.radius, length)

@@ -29,10 +29,12 @@ from camgeom.track import TURN
 BLOCK = 2048
 """machines drawn and judged at once: their approaches stay in a core's cache"""
 SEED = 19
-MOVES = 6
+MOVES = 24
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
-"""shares of a dwell at which it is judged: errors that turn with the cam move the follower there too"""
+"""shares of a dwell at which it is judged at every stop"""
+WAVE = 18
+"""cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 SINGLE = np.float32
 Singles = npt.NDArray[np.float32]
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
@@ -135,18 +137,28 @@ class Machines:
         )
 
     @cached_property
-    def _angles(self) -> tuple[Floats, npt.NDArray[np.bool_]]:
-        """Cam angles judged, rad, the first dwell's middle first, and which lie in dwells."""
-        dwells, moves = [], []
+    def _angles(self) -> tuple[Floats, int, int]:
+        """Cam angles judged, rad: of dwells, the first one's middle first, further ones of dwells, those of moves; and
+        the numbers of the first two."""
+        dwells, between, moves = [], [], []
         for start, end, still in resting(self.loaded.mechanism.program):
             if still:
                 dwells.append([(start + share * (end - start)) % TURN for share in DWELLS])
+                count = int(np.ceil((end - start) / TURN * WAVE * self._waves))
+                between.append((start + (np.arange(count) + 0.5) / max(count, 1) * (end - start)) % TURN)
             else:
                 moves.append(start + (np.arange(MOVES) + 0.5) / MOVES * (end - start))
         first = [dwells[0][1], dwells[0][0], dwells[0][2]] if dwells else []
         rest = np.asarray(first + [angle for dwell in dwells[1:] for angle in dwell])
-        moving = np.concatenate(moves) if moves else np.zeros(0)
-        return np.concatenate([rest, moving]), np.arange(len(rest) + len(moving)) < len(rest)
+        more, moving = (np.concatenate(some) if some else np.zeros(0) for some in (between, moves))
+        return np.concatenate([rest, more, moving]), len(rest), len(more)
+
+    @property
+    def _waves(self) -> int:
+        """Waves in a cam turn of what turns with the cam; 0 where nothing does."""
+        turning = [cause for cause in map(CAUSES.__getitem__, self.spreads) if cause.holder == "cam"]
+        form = self.loaded.pivots.waves if "flank_form" in self.spreads else 0
+        return max(form, 1 if turning else 0)
 
     @cached_property
     def _seated(self) -> Seated:
@@ -178,13 +190,13 @@ class Machines:
     @cached_property
     def positions(self) -> tuple[Position, ...]:
         """Every place judged: dwells at all stops, moves from the first."""
-        theta, still = self._angles
+        theta, dwells, more = self._angles
         stops, step = self.stops
         own = bool({"roller", "turret"} & {CAUSES[key].holder for key in self.spreads})
         found = []
         for row in range(len(theta)):
-            for stop in range(stops if still[row] and own else 1):
-                found.append(self._position(self._seated, row, stop, int(step), bool(still[row])))
+            for stop in range(stops if row < dwells and own else 1):
+                found.append(self._position(self._seated, row, stop, int(step), row < dwells + more))
         return tuple(found)
 
     def _position(self, seated: Seated, row: int, stop: int, step: int, dwell: bool) -> Position:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import ceil
 from typing import TYPE_CHECKING, Annotated, Literal, Self, final
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length, Section, SignedLength
+from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.fits import clearance, limits
+from camgeom.track.follower import CylinderRoller
 
 if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
@@ -19,6 +22,12 @@ Distribution = Literal["normal", "uniform", "worst"]
 FITTED = {"cam_eccentricity": "pair", "turret_eccentricity": "pair", "running_clearance": "gap",
           "roller_diameter": "size"}  # fmt: skip
 """errors that an ISO fit can state: half the largest clearance of a pair, a gap from wall to wall, one body's size"""
+
+TILTS = frozenset({"crossing_arcmin", "skew_arcmin", "cam_wobble_arcmin", "turret_wobble_arcmin", "roller_tilt_arcmin",
+                   "face_squareness_arcmin"})  # fmt: skip
+"""errors that press the ends of a line of contact"""
+RARE = 10.0
+"""machines beyond a limit that a share of them is told from"""
 
 
 @final
@@ -200,8 +209,9 @@ class ToleranceSpec(Section):
                     yield Problem(f"tolerance.{key}.fit", str(why), given.fit)
             elif given.mean and CAUSES[key].parts == 2:
                 yield Problem(f"tolerance.{key}.mean", "means nothing here: its direction is any", given.mean, "0")
-        for key in self.cost.model_fields_set - possible:
-            yield Problem(f"tolerance.cost.{key}", "means nothing here: this cam has no such error")
+        for key in sorted(self.cost.model_fields_set - self.stated().keys()):
+            yield Problem(f"tolerance.cost.{key}", "means nothing here: no such error is given")
+        yield from self._limit_problems(mechanism)
         turret = mechanism.turret
         if self.preload_limit is not None and (turret is None or turret.preload <= 1e-3 * self.preload_limit):
             nominal = turret.preload if turret is not None else 0.0
@@ -219,6 +229,28 @@ class ToleranceSpec(Section):
             yield Problem("tolerance.roller_pivot", "means nothing without roller_tilt_arcmin", self.roller_pivot)
         if "flank_waves" in self.model_fields_set and self.flank_form is None:
             yield Problem("tolerance.flank_waves", "means nothing without flank_form", self.flank_waves)
+
+
+    def _limit_problems(self, mechanism: Mechanism) -> Iterator[Problem]:
+        """Limits that this cam, with these errors and so many samples, cannot be judged by."""
+        alone, roller = mechanism.drive is Drive.ALONE, mechanism.roller
+        for key in ("running_clearance", "backlash_limit") if alone else ():
+            if (given := getattr(self, key)) is not None:
+                why = "means nothing here: what a spring or weight holds on its cam has no play"
+                yield Problem(f"tolerance.{key}", why, given if key == "backlash_limit" else None)
+        if self.pressure_limit is not None:
+            tilts = sorted(key for key in self.stated() if key in TILTS)
+            if tilts:
+                why = f"cannot be judged beside {', '.join(tilts)}: tilts press the ends of lines, told as `edge` alone"
+                yield Problem("tolerance.pressure_limit", why, self.pressure_limit)
+            elif roller is not None and not (isinstance(roller, CylinderRoller) and not roller.ends.stated):
+                why = "is of straight cylinders that stand level and touch along a line"
+                yield Problem("tolerance.pressure_limit", why, self.pressure_limit)
+        least = ceil(RARE / (1.0 - self.wanted_yield) * (1.0 - 1e-9))
+        if self.samples < least:
+            yield Problem("tolerance.samples", "are too few for this yield", self.samples, f"{least} or more")
+        if self.reference == "first-dwell" and not any(span.before == span.after for span in mechanism.program.spans):
+            yield Problem("tolerance.reference", "means nothing here: the motion has no dwell", self.reference)
 
 
 def _fitted(key: str, given: Scatter, mechanism: Mechanism) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
@@ -16,7 +16,7 @@ from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
-from camgeom.tolerance.samples import Drawn, Machines, Spreads, resting
+from camgeom.tolerance.samples import BLOCK, Drawn, Machines, Spreads, resting
 from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
 from camgeom.tolerance.spec import Costs, ToleranceSpec
 
@@ -140,6 +140,8 @@ class ToleranceStudy:
         if spec is not None and spec.pressure_limit is not None and hard is not None and drawn.pressure is not None:
             room = spec.pressure_limit - hard[1]
             over.append((drawn.pressure - hard[1]) / room if room > 0.0 else np.full(len(drawn.dwell), np.inf))
+        elif spec is not None and spec.pressure_limit is not None:
+            over.append(np.full(len(drawn.dwell), np.inf))  # a pressure that nobody knows keeps no limit
         return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
 
     @property
@@ -152,30 +154,63 @@ class ToleranceStudy:
         """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces."""
         seated = self.sensitivities.seated
         walls = seated.walls
-        ends = np.zeros(walls.lever.shape)
-        moved = np.zeros(len(self.sensitivities.theta))
+        ends, mean_ends, apart = (np.zeros(walls.lever.shape) for _ in range(3))
+        moved, mean_moved = (np.zeros(len(self.sensitivities.theta)) for _ in range(2))
+        whole: list[tuple[Floats, float]] = []
         weight = _yield_of(walls.lever, walls.stiffness, walls.forces(ends))
         for cause in self.causes:
             mean, value, _ = self.spreads[cause.key]
             g = seated.flat(seated.approaches.of(cause))
-            size = np.sqrt((g * g).sum(axis=0))
-            ends += size * (abs(mean) + value)
+            size = np.sqrt((g * g).sum(axis=0)) * value
+            ends += size
+            mean_ends += mean * g[0]
             owners = {"roller": seated.contacts.roller, "wall": seated.contacts.wall}.get(cause.holder)
-            moved += (abs(mean) + value) * _balanced(g, weight, owners, seated.contacts.on.shape)
-        low, high = walls.bounds(ends)
+            moved += value * _balanced(g, weight, owners, seated.contacts.on.shape)
+            mean_moved += mean * (g[0] * weight).sum(axis=1)
+            if owners is None:
+                whole.append((g, value))
+            else:
+                apart += size
+        moved += np.abs(mean_moved)
         base = seated.nominal
-        curve = np.maximum(low - base.low, base.high - high) if self.both else low - base.low
-        pressed = (walls.load_side != 0.0) if self.loaded.mechanism.drive is Drive.SHARED else np.zeros(len(low), bool)
-        pressed = pressed | ((base.play < 0.0) & (self.loaded.mechanism.drive is Drive.SHARED))
-        if self.loaded.mechanism.drive is Drive.OPPOSED:
-            side = walls.load_side
-            curve = np.where(side > 0.0, low - base.low, np.where(side < 0.0, base.high - high, curve))
+        curve = np.maximum(self._off(mean_ends + ends), self._off(mean_ends - ends))
+        shared = self.loaded.mechanism.drive is Drive.SHARED
+        pressed = ((walls.load_side != 0.0) | (base.play < 0.0)) & shared
         curve = np.where(pressed, np.maximum(moved, 0.0), curve)
-        loose_low, loose_high = walls.bounds(-ends)
-        play = np.maximum(loose_high - loose_low, 0.0) if self.both else np.zeros(len(curve))
+        play = self._loosest(mean_ends - apart, whole) if self.both else np.zeros(len(curve))
         still = self._still
         return Worst(curve, self._extreme(curve), self._extreme(np.where(still, curve, -1.0)),
                      self._extreme(np.where(still, play, -1.0)))  # fmt: skip
+
+    def _off(self, approach: Floats) -> Floats:
+        """How far the follower stands off, (n,), with approaches (n, q): on the wall that its load presses, else on
+        the one that moves further."""
+        walls, base = self.sensitivities.seated.walls, self.sensitivities.seated.nominal
+        low, high = walls.bounds(approach)
+        behind = np.abs(low - base.low)
+        if not self.both:
+            return behind
+        ahead, side = np.abs(high - base.high), walls.load_side
+        opposed = self.loaded.mechanism.drive is Drive.OPPOSED
+        pressed = np.where(side > 0.0, behind, np.where(side < 0.0, ahead, np.maximum(behind, ahead)))
+        return pressed if opposed else np.maximum(behind, ahead)
+
+    def _loosest(self, approach: Floats, whole: Sequence[tuple[Floats, float]]) -> Floats:
+        """Largest play, (n,), with approaches (n, q) and errors of the machine, the cam or the turret (parts, n, q),
+        whose ends move both walls as one; each opens the play by what it does alone."""
+        walls = self.sensitivities.seated.walls
+
+        def play(near: Floats) -> Floats:
+            low, high = walls.bounds(near)
+            return high - low
+
+        bare = play(approach)
+        opened = np.array(bare)
+        for g, value in whole:
+            ways = [(1.0,), (-1.0,)] if len(g) == 1 else [(np.cos(t), np.sin(t)) for t in np.arange(8) * np.pi / 4.0]
+            each = [play(approach + value * sum(part * way for part, way in zip(g, one))) for one in ways]
+            opened += np.maximum(np.max(each, axis=0) - bare, 0.0)
+        return np.maximum(opened, 0.0)
 
     @cached_property
     def _still(self) -> npt.NDArray[np.bool_]:
@@ -228,31 +263,42 @@ def widest(study: ToleranceStudy, cost: Costs, share: float, samples: int) -> Wi
     """See `ToleranceStudy.widest`: shares x of the given tolerances with the least sum w / x, and t = x given."""
     given = {key: (mean, value or _first(key), how) for key, (mean, value, how) in study.spreads.items()}
     shares = dict.fromkeys(given, 1.0)
+    offset = _offset(study, given, share)
+    if offset >= 1.0:
+        return None
     for _ in range(ROUNDS):
         effect = {key: _alone(study, given, shares, key, share) / shares[key] for key in given}
         used = [key for key in given if effect[key] > NOTHING]
         if not used:
             return None
         wanted = {key: (cost.of(key) / effect[key] ** 2) ** (1.0 / 3.0) for key in used}
-        factor = float(np.sqrt(sum((effect[key] * wanted[key]) ** 2 for key in used)))
+        factor = float(np.sqrt(sum((effect[key] * wanted[key]) ** 2 for key in used))) / (1.0 - offset)
         fresh = {key: wanted[key] / factor if key in used else 1.0 for key in given}
         change = max(abs(fresh[key] / shares[key] - 1.0) for key in used)
         shares = fresh
         if change < 0.05:
             break
     shown = {key: (mean, value * shares[key], how) for key, (mean, value, how) in given.items()}
-    return _settled(study, shown, set(used), share, samples)
+    return _settled(study, shown, set(used), share, samples, offset)
+
+
+def _offset(study: ToleranceStudy, given: Spreads, share: float) -> float:
+    """Largest figure over its limit where no error scatters: what their means do alone."""
+    if not any(mean for mean, _, _ in given.values()):
+        return 0.0
+    drawn = study.machines({key: (mean, 0.0, how) for key, (mean, _, how) in given.items()}).drawn(BLOCK)
+    return max(0.0, drawn.at_yield(study.ratios(drawn), share))
 
 
 def _alone(study: ToleranceStudy, given: Spreads, shares: Mapping[str, float], key: str, share: float) -> float:
     """Largest figure over its limit, at the wanted yield, where all errors but one have no size."""
-    mean, value, how = given[key]
-    drawn = study.machines({key: (mean, value * shares[key], how)}).drawn(ALONE)
+    _, value, how = given[key]
+    drawn = study.machines({key: (0.0, value * shares[key], how)}).drawn(ALONE)
     return drawn.at_yield(study.ratios(drawn), share)
 
 
 def _settled(
-    study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int
+    study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int, offset: float
 ) -> Widest | None:
     """The tolerances scaled until all samples hold the wanted share, and not much less would."""
     for turn in range(SETTLING):
@@ -261,9 +307,11 @@ def _settled(
         if turn >= 4 and reached >= share and ratio >= NEAR:
             values = {key: value / CAUSES[key].scale if key in used else None for key, (_, value, _) in shown.items()}
             return Widest(values, reached)
-        if not isfinite(ratio) or ratio <= 0.0:
+        if not isfinite(ratio) or ratio <= offset:
             return None
-        scale = 0.5 * (1.0 + NEAR) / ratio
+        scale = (0.5 * (1.0 + NEAR) - offset) / (ratio - offset)
+        if scale <= 0.0:
+            return None
         shown = {key: (mean, value * (scale if key in used else 1.0), how) for key, (mean, value, how) in shown.items()}
     return None
 

@@ -1,0 +1,83 @@
+"""What a tolerance study must not pass: figures between its samples, pressures nobody knows, limits without meaning."""
+
+from __future__ import annotations
+
+from math import atan, tan
+
+import numpy as np
+import pytest
+
+from camgeom.cams import starter
+from camgeom.checks import findings
+from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import parse
+
+
+def disc(table: str, text: str = "") -> Model:
+    return Model(parse((text or starter("disc")) + f"\n[tolerance]\n{table}\n"))
+
+
+def drum(table: str) -> Model:
+    return Model(parse(starter("cylindrical") + f"\n[tolerance]\n{table}\n"))
+
+
+def test_an_error_that_is_always_at_its_end_moves_as_its_worst_case() -> None:
+    """Across the line of a slide by d: d tan of the largest pressure angle, which lies between no two samples."""
+    d = 0.03
+    made = disc(f'side_shift = {{ value = {d}, distribution = "worst" }}')
+    theta = np.linspace(0.0, 2.0 * np.pi, 36001)
+    s, ds = made.setup.program.jet(theta, 1)
+    cam, roller = made.profile.cam, made.profile.roller
+    tangent = float(np.abs(ds / (cam.base_radius + 0.5 * roller.diameter + s)).max())
+    true = 1e3 * d * tan(atan(tangent))
+    study = made.tolerances
+    assert study.loaded.shown(study.worst.motion.value) == pytest.approx(true, rel=2e-3)
+    assert study.loaded.shown(float(study.drawn.motion.min())) == pytest.approx(true, rel=5e-3)
+
+
+def test_what_turns_with_the_cam_is_seen_all_along_a_dwell() -> None:
+    """Eccentricity of every direction under a dwell of 300 degrees reaches all of itself."""
+    text = starter("disc")
+    head, tail = text[: text.index("[[motion]]")], text[text.index("[operation]") :]
+    dwelling = f'{head}[[motion]]\nuntil = 300\n[[motion]]\nuntil = 330\nto = 2\nlaw = "cycloidal"\n'
+    dwelling += f'[[motion]]\nuntil = 360\nto = 0\nlaw = "cycloidal"\n{tail}'
+    made = disc('cam_eccentricity = { value = 0.02, distribution = "worst" }', dwelling)
+    study = made.tolerances
+    reach = study.loaded.shown(study.drawn.dwell)
+    assert study.loaded.shown(study.worst.dwell.value) == pytest.approx(20.0, rel=1e-3)
+    assert float(np.max(reach)) == pytest.approx(20.0, rel=0.02)
+
+
+def test_means_that_undo_each_other_leave_nothing_and_a_gap_moves_no_wall_of_its_own() -> None:
+    undone = disc("center_distance = { value = 0, mean = -0.02 }\nroller_place = { value = 0, mean = 0.02 }").tolerances
+    added = disc("center_distance = { value = 0, mean = 0.02 }\nroller_place = { value = 0, mean = 0.02 }").tolerances
+    assert sorted(round(one.loaded.shown(one.worst.motion.value), 3) for one in (undone, added)) == [0.0, 40.0]
+    gap, rise = 0.0235, 0.004
+    play = drum(f"running_clearance = {{ value = {rise}, mean = {gap} }}\naxial_shift = 0.1").tolerances
+    assert play.loaded.shown(play.worst.backlash.value) == pytest.approx(2e3 * (gap + rise), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("side_shift = 0.02\nbacklash_limit = 10", "backlash_limit.*no play"),
+        ("running_clearance = 0.02", "running_clearance.*no play"),
+        ("skew_arcmin = 2\npressure_limit = 900", "pressure_limit.*skew_arcmin"),
+        ("side_shift = 0.02\nyield = 0.9999\nsamples = 1000", "samples.*100000 or more"),
+        ("side_shift = 0.02\n[tolerance.cost]\nphase_arcmin = 2", "cost.phase_arcmin.*no such error is given"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(table: str, words: str) -> None:
+    with pytest.raises(ProfileError, match=words):
+        disc(table)
+
+
+def test_a_limit_of_the_pressure_is_judged_by_the_share_of_the_machines() -> None:
+    nominal = disc("roller_diameter = 0.02").duty.peak_pressure.value
+    for limit, level in ((1.2 * nominal, "pass"), (0.9 * nominal, "fail")):
+        (found,) = findings(disc(f"roller_diameter = 0.02\npressure_limit = {limit}"), ["yield-tolerance"])
+        assert found.level == level
+    crowned = starter("disc").replace('shape = "cylinder"', 'shape = "crowned"\ncrown_radius = 300')
+    with pytest.raises(ProfileError, match=r"pressure_limit.*straight cylinders"):
+        disc("roller_diameter = 0.02\npressure_limit = 900", crowned)
