@@ -161,6 +161,15 @@ class Panels:
         x = np.clip((angle - self.middle[panel]) / self.half[panel], -1.0, 1.0)
         return evaluate(self.coefficients(values)[..., panel, :], np.broadcast_to(x, (*values.shape[:-2], x.size)))
 
+    def limit(self, values: Floats, angle: float, judged: Floats) -> Floats:
+        """Values (..., p, n) at one cam angle, rad: at an edge on its side where `judged` (p, n) is larger; (...)."""
+        sides = np.searchsorted(self.edges, angle + np.array([-SMALLEST_PANEL, SMALLEST_PANEL]), side="right") - 1
+        panel = np.clip(sides, 0, len(self.half) - 1)
+        x = np.clip((angle - self.middle[panel]) / self.half[panel], -1.0, 1.0)
+        side = int(np.argmax(evaluate(self.coefficients(judged[panel]), x)))
+        row = self.coefficients(values[..., panel[side], :])
+        return evaluate(row, np.broadcast_to(x[side], row.shape[:-1]))
+
     def tail(self, values: Floats) -> Floats:
         """Share of the last coefficients in the largest value, per panel (p,): the error of the interpolation."""
         series = np.abs(self.coefficients(values))

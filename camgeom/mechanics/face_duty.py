@@ -174,8 +174,8 @@ class FaceDuty:
         peak = self.peak_pressure
         if peak is None or not isfinite(peak.value):
             return None
-        touch = next(one for one in self.touches if one.name == peak.where)
-        k = float(touch.at(np.array([peak.cam_angle])).relative[0])
+        pressed = self.contacts[peak.where].pressure
+        k = float(self.force.panels.limit(self._relative[peak.where], peak.cam_angle, pressed))
         return beneath_line(peak.value, k, pair_compliance(self.follower, self.cam)) if k > 0.0 else None
 
     @property

@@ -85,7 +85,8 @@ class FiniteTurn:
     def squares(self) -> Floats:
         """Squared largest pressure of every bin, MPa², (m, p, n), of the wall that bears, as hard as `hardest`."""
         at, patch = self.hardest
-        tabled = float(self.panels.at(self._tabled.max(axis=0), np.array([at.cam_angle]))[0])
+        top = self._tabled.max(axis=0)
+        tabled = float(self.panels.limit(top, at.cam_angle, top))
         return np.asarray(self._tabled * (1.0 if patch.unbounded else patch.peak[0] ** 2 / tabled))
 
     @cached_property
@@ -103,10 +104,12 @@ class FiniteTurn:
         found: list[tuple[Extreme, Patch]] = []
         for wall, bodies in self.walls.items():
             load = self._of(wall)
-            value, angle = highest(self.panels, np.where(load > 0.0, self._tabled, 0.0))
-            for each in {float(angle[int(np.argmax(value))]), float(highest(self.panels, load)[1])}:
-                at = np.array([each])
-                here, k = (float(self.panels.at(one, at)[0]) for one in (load, self.curvature))
+            tabled = np.where(load > 0.0, self._tabled, 0.0)
+            value, angle = highest(self.panels, tabled)
+            m = int(np.argmax(value))
+            places = {float(highest(self.panels, load)[1]): load, float(angle[m]): tabled[m]}
+            for each, judged in places.items():
+                here, k = (float(self.panels.limit(one, each, judged)) for one in (load, self.curvature))
                 if here > 0.0:
                     patch = press(replace(bodies, curvature=k), here, strips=FINE)
                     if patch.error > KNOWN and not patch.unbounded:

@@ -608,20 +608,14 @@ class RollerDuty:
         if self.ellipse is not None:
             one = self.ellipse
             top, *axes = (
-                self._limit(each, self.slices.pressure[m], angle) for each in (one.pressure, one.along, one.around)
+                self._at(each, angle, self.slices.pressure[m]) for each in (one.pressure, one.along, one.around)
             )
             return beneath_point(top, max(axes), min(axes), self.cam.poisson)
         walls = self._slices[m]
         k = np.where(self.pushed >= 0.0, walls.behind, walls.ahead)
         return beneath_line(
-            pressure, self._limit(k, self.slices.pressure[m], angle), pair_compliance(self.roller, self.cam)
+            pressure, self._at(k, angle, self.slices.pressure[m]), pair_compliance(self.roller, self.cam)
         )
-
-    def _limit(self, values: Floats, pressed: Floats, angle: float) -> float:
-        """A quantity (p, n) at a cam angle, rad, at which a jump may be: on its side where the pressure is larger."""
-        sides = np.array([np.nextafter(angle, -1.0), angle])
-        panels = self.force.panels
-        return float(panels.at(values, sides)[int(np.argmax(panels.at(pressed, sides)))])
 
     def patch(self, counts: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
         """The hardest contact: places along the roller axis (delta) (i,) and across (j,), mm, pressure (j, i), MPa.
@@ -635,7 +629,7 @@ class RollerDuty:
         assert self.ellipse is not None, "a line is alike all along"
         angle = self.least_peak.cam_angle
         top, along, around, crest = (
-            self._limit(each, self.ellipse.pressure, angle)
+            self._at(each, angle, self.ellipse.pressure)
             for each in (self.ellipse.pressure, self.ellipse.along, self.ellipse.around, self._crest)
         )
         x, y = crest + 1.1 * along * np.linspace(-1.0, 1.0, n), 1.1 * around * np.linspace(-1.0, 1.0, m)
@@ -647,13 +641,13 @@ class RollerDuty:
         """Of the hardest contact along its normal, N/mm, as a line, an ellipse (approach as load^(2/3)) or solved."""
         if self.finite is not None:
             return self.finite.stiffness
-        angle, pressed = self.least_peak.cam_angle, self.hardest_pressure
-        load = self._limit(np.abs(self.normal), pressed, angle)
+        angle = self.least_peak.cam_angle
+        load = self._at(np.abs(self.normal), angle)
         pair = pair_compliance(self.roller, self.cam)
         if self.ellipse is not None:
-            secant = load / self._limit(self._approach, pressed, angle)
+            secant = load / self._at(self._approach, angle)
             return Stiffness(1.5 * secant, secant)
-        length, k = (self._limit(each, pressed, angle) for each in (self.touching, self._loaded_curvature))
+        length, k = (self._at(each, angle) for each in (self.touching, self._loaded_curvature))
         soft = float(line_flexibility(load / length, k, self.roller, self.cam, self.radius, 2.0 * self.radius))
         return Stiffness(length / (soft - pair / np.pi), length / soft)
 
@@ -677,7 +671,7 @@ class RollerDuty:
             short = np.minimum(self.ellipse.along, self.ellipse.around)
             depth = short * point_depths(np.divide(short, long, out=np.ones_like(short), where=long > 0.0), self.cam)
             deepest = peak_of(self.force.panels, depth)
-            return replace(deepest, place=self._at(self._crest, deepest.cam_angle))
+            return replace(deepest, place=self._at(self._crest, deepest.cam_angle, depth))
         pair = pair_compliance(self.roller, self.cam)
         walls, pressed = self._slices, self.slices.pressure
         k = np.stack([np.where(self.pushed >= 0.0, wall.behind, wall.ahead) for wall in walls])
@@ -685,7 +679,7 @@ class RollerDuty:
         depths = line_depth(pressed, np.where(k > 0.0, k, 1.0 / self.radius), pair)
         value, angle = highest(self.force.panels, depths)
         m = int(np.argmax(value))
-        return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m])))
+        return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m]), depths[m]))
 
     def spot(self, at: Extreme) -> str:
         """A place on the roller in words, and how much of it touches there where that is not all."""
@@ -861,13 +855,15 @@ class RollerDuty:
         if float(quoted.pressure) > float(peak.pressure[worst]):
             delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
             if self.crown is not None:
-                delta = self._at(self._crest, float(quoted.theta))
+                delta = self._at(self._crest, float(quoted.theta), self.contact.pressure)
             return Extreme(float(quoted.pressure), float(quoted.theta), delta)
-        return Extreme(float(peak.pressure[worst]), angle, self._at(self.slice_places[worst], angle))
+        place = self._at(self.slice_places[worst], angle, self.slices.pressure[worst])
+        return Extreme(float(peak.pressure[worst]), angle, place)
 
-    def _at(self, values: Floats, cam_angle: float) -> float:
-        """A quantity (p, n) at a cam angle, rad."""
-        return float(self.force.panels.at(values, np.array([cam_angle]))[0])
+    def _at(self, values: Floats, cam_angle: float, judged: Floats | None = None) -> float:
+        """A quantity (p, n) at a cam angle, rad; at a jump on its side where the pressure, or `judged`, is larger."""
+        harder = self.hardest_pressure if judged is None else judged
+        return float(self.force.panels.limit(values, cam_angle, harder))
 
     @cached_property
     def contact_length(self) -> float:

@@ -11,6 +11,7 @@ import pytest
 
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
+from camgeom.maths.panels import panels
 from camgeom.mechanics import finite_turn
 from camgeom.mechanics.finite_contact import INSIDE, press
 from camgeom.mechanics.roller_duty import RollerDuty
@@ -140,6 +141,31 @@ def test_the_table_is_the_half_space_at_every_angle(roller: dict[str, Any]) -> N
         p, n = int(at[0]), int(at[1])
         solved = press(replace(bodies, curvature=float(turn.curvature[p, n])), float(load[p, n]))
         assert np.sqrt(turn.squares[:, p, n].max()) == pytest.approx(solved.peak[0], rel=1.5e-2)
+
+
+def test_where_the_force_jumps_its_harder_side_is_the_hardest() -> None:
+    """The rise of this cam ends with a jump of the force, down from 402.7 N to 377.7 N, at 120 degrees."""
+    duty = made("misaligned_roller").duty
+    angles, peak = duty.force.panels, duty.peak_pressure
+    assert np.degrees(peak.cam_angle) == pytest.approx(120.0)
+    before, after = angles.at(np.abs(duty.normal), np.radians([120.0 - 1e-6, 120.0]))
+    assert (before, after) == (pytest.approx(402.73, rel=1e-4), pytest.approx(377.73, rel=1e-4))
+    assert duty.finite.hardest[1].load == pytest.approx(before, rel=1e-6)
+    (bodies,) = duty.finite.walls.values()
+    here = replace(bodies, curvature=float(angles.at(duty.finite.curvature, np.radians(119.0))[0]))
+    least = press(here, float(angles.at(np.abs(duty.normal), np.radians(119.0))[0])).peak[0]
+    assert least < peak.value < 1.001 * least
+    assert np.sqrt(duty.finite.squares.max()) == pytest.approx(peak.value, rel=1e-3)
+
+
+@pytest.mark.parametrize(("left", "right"), [(3.0, 2.0), (2.0, 3.0)])
+def test_a_limit_is_that_of_the_harder_side(left: float, right: float) -> None:
+    where = panels([0.0, 1.0, 2.0])
+    judged = np.where(where.theta < 1.0, left, right)
+    values = np.stack([where.theta + 10.0 * (where.theta > 1.0), -judged])
+    for angle in (1.0, np.nextafter(1.0, 0.0), np.nextafter(1.0, 2.0)):
+        assert where.limit(values, angle, judged) == pytest.approx([1.0 if left > right else 11.0, -3.0], abs=1e-12)
+    assert where.limit(values, 0.5, judged) == pytest.approx([0.5, -left], abs=1e-12)
 
 
 def test_tilt_presses_the_end_that_it_names_on_either_wall() -> None:
