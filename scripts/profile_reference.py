@@ -52,6 +52,7 @@ def reference() -> str:
     lines = [HEAD]
     needed = set(whole["required"])
     plain = [name for name, section in whole["properties"].items() if section.get("type") == "string"]
+    told: dict[str, Schema] = {}
     lines += ["## At the top of the file", "", *table(whole["properties"], plain, needed, whole["$defs"])]
     for name, section in whole["properties"].items():
         if name in plain:
@@ -60,6 +61,11 @@ def reference() -> str:
         if name not in needed:
             lines += ["Optional.", ""]
         lines += [f"{sentence(section['description'])}", ""] if section.get("description") else []
+        same = next((other for other, one in told.items() if "oneOf" in one and one["oneOf"] == section.get("oneOf")), None)
+        told[name] = section
+        if same is not None:
+            lines += [f"Its keys are those of `[{same}]`."]
+            continue
         lines += motion(section) if name == "motion" else parts(name, section.get("items", section), whole["$defs"])
     return "\n".join(lines).rstrip() + "\n"
 

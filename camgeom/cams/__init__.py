@@ -28,10 +28,12 @@ class Cam(Section, ABC):
 
     FOLLOWERS    follower kinds it accepts, the first one the usual
     MOTION_SPAN  deg of cam angle that the profile states; 180 where the other half follows, s(theta + pi) = lift - s
+    ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]]
     MOTION_SPAN: ClassVar[float] = 360.0
+    ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
 
     @abstractmethod
     def problems(self, setup: Setup) -> list[Problem]:

@@ -77,11 +77,12 @@ def roller_track(
 SLIDE = Slide((1.0, 0.0, 0.0))
 
 
-def straight_problems(roller: AnyRoller | None) -> list[Problem]:
+def straight_problems(roller: AnyRoller | None, table: str = "roller") -> list[Problem]:
     """What is wrong with a crowned roller on a planar cam: its outline is the same at every height."""
     if not isinstance(roller, CrownedRoller) or roller.flank == "straight":
         return []
-    return [problem("roller.flank", roller.flank, "straight on this cam, whose wall is the same curve at every height")]
+    limit = "straight on this cam, whose wall is the same curve at every height"
+    return [problem(f"{table}.flank", roller.flank, limit)]
 
 
 def triangle_problem(key: str, centre: float, arm: float, prime: float, what: str) -> Problem | None:

@@ -1,7 +1,8 @@
 """Conjugate pair: main and return disc on one shaft, two rollers on one rocker or slide, driven both ways, no spring.
 
-The return disc is the envelope of the return roller under the same motion, ahead of it by the play asked for. The
-discs are stacked along Z: main 0 <= z <= width, return disc above it after `gap`.
+The return disc is the envelope of the return roller under the same motion, ahead of it by the play asked for; that
+roller may be another one than the main roller. The discs are stacked along Z: main 0 <= z <= width, return disc above
+it after `gap`.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ class Conjugate(Cam):
     """Two discs on one shaft; the main roller drives towards larger lift, the return roller back."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("swinging", "translating")
+    ROLLERS: ClassVar[tuple[str, ...]] = ("roller", "return_roller")
 
     kind: Literal["conjugate"]
     base_radius: Length = Field(description="mm, radius of the main profile at zero lift")
@@ -87,6 +89,7 @@ class Conjugate(Cam):
             width=self.width,
             bore=bore_of(self.bore, self.keyway_width, self.keyway_depth),
             base_radius=self.base_radius,
+            back=setup.second or roller,
             cam=self,
         )
 
@@ -104,9 +107,10 @@ class Conjugate(Cam):
         if setup.roller is None:
             return [Problem("roller", "a conjugate pair needs rollers", None, "a [roller] table")]
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, self.base_radius)
-        if setup.roller.shape not in ("cylinder", "crowned"):
-            found.append(problem("roller.shape", setup.roller.shape, "cylinder or crowned on conjugate cams"))
-        found += straight_problems(setup.roller)
+        for table, roller in zip(self.ROLLERS, (setup.roller, setup.second)):
+            if roller is not None and roller.shape not in ("cylinder", "crowned"):
+                found.append(problem(f"{table}.shape", roller.shape, "cylinder or crowned on conjugate cams"))
+            found += straight_problems(roller, table)
         mechanism = self.mechanism(setup)
         reach = mechanism.bore.reach if mechanism.bore else 0.0
         found += mark_problems(self.mark_diameter, self.mark_radius, self.base_radius, reach)
@@ -123,7 +127,8 @@ class Conjugate(Cam):
             return [Problem("cam.center_distance", "is missing", None, "mm, cam shaft to the rocker's pivot")]
         back = self.return_arm or follower.arm
         open_ = [triangle_problem("cam.center_distance", a, follower.arm, prime, "arm")]
-        open_ += [triangle_problem("cam.return_arm", a, back, prime, "return arm")] if self.rocker_angle is None else []
+        if self.rocker_angle is None:
+            open_ += [triangle_problem("cam.return_arm", a, back, mechanism.return_prime, "return arm")]
         if any(open_):
             return list(filter(None, open_))
         start = arm_angle(a, follower.arm, prime)
@@ -142,7 +147,7 @@ class Conjugate(Cam):
         if abs(follower.offset) >= prime:
             return [*found, problem("follower.offset", follower.offset, f"below the prime radius {prime:g} mm")]
         stroke = lift_range(mechanism.program)[1]
-        least = sqrt((stroke + 1e-3) ** 2 + follower.offset**2) - 0.5 * mechanism.roller.diameter
+        least = sqrt((stroke + 1e-3) ** 2 + follower.offset**2) - 0.5 * mechanism.back.diameter
         if mechanism.slide_return_radius <= max(least, 0.0):
             limit = f"above {max(least, 0.0):g} mm, so that the roller stays on its side of the shaft"
             found.append(problem("cam.return_radius", self.return_radius, limit))
@@ -152,11 +157,17 @@ class Conjugate(Cam):
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ConjugateMechanism(Mechanism):
-    """A conjugate pair and its rocker or slide."""
+    """A conjugate pair and its rocker or slide; back: the return roller."""
 
     follower: SwingingFollower | TranslatingFollower
     roller: AnyRoller
+    back: AnyRoller
     cam: Conjugate
+
+    @property
+    def rollers(self) -> tuple[AnyRoller, ...]:
+        """The main and the return roller."""
+        return self.roller, self.back
 
     @property
     def quoted_radius(self) -> float:
@@ -167,9 +178,9 @@ class ConjugateMechanism(Mechanism):
     def _heights(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Heights z between which the main and the return roller touch, mm."""
         width = self.cam.width
-        length = min(width, self.roller.length or width)
+        halves = (0.5 * min(width, roller.length or width) for roller in self.rollers)
         middles = 0.5 * width, 1.5 * width + self.cam.gap
-        low, high = ((m - 0.5 * length, m + 0.5 * length) for m in middles)
+        low, high = ((m - half, m + half) for m, half in zip(middles, halves))
         return low, high
 
     @property
@@ -177,15 +188,14 @@ class ConjugateMechanism(Mechanism):
         """Each roller, as long as it is, beside the disc of the other one."""
         from camgeom.track.beside import Neighbour
 
-        above, radius = self.width + self.cam.gap, 0.5 * self.roller.diameter
-        half = 0.5 * (self.roller.length or self.width)
+        above = self.width + self.cam.gap
         discs = {"main": (0.0, self.width), "return": (above, above + self.width)}
         found = []
-        for track, other in zip(self.tracks, ("return", "main")):
-            middle = 0.5 * sum(discs[track.name])
+        for track, roller, other in zip(self.tracks, self.rollers, ("return", "main")):
+            middle, half = 0.5 * sum(discs[track.name]), 0.5 * (roller.length or self.width)
             ends = middle - half, middle + half
             name = f"{track.name} roller to {other} disc"
-            found.append(Neighbour(name, track, ends, radius, self.outlines[other], discs[other]))
+            found.append(Neighbour(name, track, ends, 0.5 * roller.diameter, self.outlines[other], discs[other]))
         return tuple(found)
 
     @property
@@ -194,8 +204,14 @@ class ConjugateMechanism(Mechanism):
         return self.cam.base_radius + 0.5 * self.roller.diameter
 
     @property
+    def return_prime(self) -> float:
+        """That of the return roller's centre where its disc has the main base radius, mm."""
+        return self.cam.base_radius + 0.5 * self.back.diameter
+
+    @property
     def slide_return_radius(self) -> float:
-        """Radius of the slide's return profile at zero lift, mm; the default makes the discs mirror images."""
+        """Radius of the slide's return profile at zero lift, mm; the default makes equal rollers' discs mirror images.
+        """
         if self.cam.return_radius is not None:
             return self.cam.return_radius
         e = self.follower.offset
@@ -217,7 +233,7 @@ class ConjugateMechanism(Mechanism):
         assert isinstance(self.follower, SwingingFollower)
         assert a is not None
         start = arm_angle(a, self.follower.arm, prime)
-        return start + lift_range(self.program)[1] + arm_angle(a, self.return_arm, prime)
+        return start + lift_range(self.program)[1] + arm_angle(a, self.return_arm, self.return_prime)
 
     @property
     def play(self) -> float:
@@ -237,7 +253,7 @@ class ConjugateMechanism(Mechanism):
             back = start - self.angle_between
             return arm.joint, arm.point(follower.arm, start), arm.point(self.return_arm, back)
         e = follower.offset
-        far = self.slide_return_radius + prime - self.cam.base_radius
+        far = self.slide_return_radius + 0.5 * self.back.diameter
         return SLIDE, (sqrt(prime**2 - e**2), e, 0.0), (-sqrt(far**2 - e**2), e, 0.0)
 
     @cached_property
@@ -246,7 +262,7 @@ class ConjugateMechanism(Mechanism):
         joint, main, back = self._mounts
         low, high = self._heights
         # Each roller's free end faces the other disc: it reaches no further than its own.
-        first, second = (self.roller.meridian(0.5 * (z[0] + z[1]), 1.0) for z in (low, high))
+        first, second = (roller.meridian(0.5 * sum(z), 1.0) for roller, z in zip(self.rollers, (low, high)))
         return (
             roller_track("main", self.program, self.sense, main, joint, first, low, tip_high=True),
             roller_track("return", self.program, self.sense, back, joint, second, high, shift=self.play),
@@ -255,11 +271,10 @@ class ConjugateMechanism(Mechanism):
     @cached_property
     def outlines(self) -> dict[str, Outline]:
         """Profile and pitch curve of both discs by name."""
-        r = 0.5 * self.roller.diameter
         main, back = self.tracks
         return {
-            "main": RollerOutline(main, -r),
-            "return": RollerOutline(back, -r),
+            "main": RollerOutline(main, -0.5 * self.roller.diameter),
+            "return": RollerOutline(back, -0.5 * self.back.diameter),
             "main pitch curve": RollerOutline(main, 0.0),
             "return pitch curve": RollerOutline(back, 0.0),
         }
@@ -274,11 +289,9 @@ class ConjugateMechanism(Mechanism):
     def touches(self) -> tuple[Touch, ...]:
         """The two contacts: the main disc pushes towards larger lift, the return disc back."""
         joint, _, _ = self._mounts
-        low, high = self._heights[0]
-        radius = 0.5 * self.roller.diameter
         return tuple(
-            Touch(name, self.outlines[name], joint, self.sense, way, radius, high - low)
-            for name, way in (("main", 1.0), ("return", -1.0))
+            Touch(name, self.outlines[name], joint, self.sense, way, 0.5 * roller.diameter, high - low)
+            for name, way, roller, (low, high) in zip(("main", "return"), (1.0, -1.0), self.rollers, self._heights)
         )
 
     @cached_property

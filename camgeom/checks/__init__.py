@@ -67,7 +67,7 @@ def no_stress(duties: Iterable[Duty]) -> str:
 
 
 def _crowned(model: Model) -> bool:
-    return model.profile.roller is not None and model.profile.roller.shape in ("crowned", "sphere")
+    return any(roller.shape in ("crowned", "sphere") for roller in model.profile.rollers.values())
 
 
 def judged_lives(
@@ -98,7 +98,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "operation": lambda model: True,
-    "rated": lambda model: model.profile.roller is not None and model.profile.roller.dynamic_rating is not None,
+    "rated": lambda model: any(roller.dynamic_rating is not None for roller in model.profile.rollers.values()),
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
     "crowned load": lambda model: _load(model, _crowned(model)),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),

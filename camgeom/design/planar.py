@@ -149,8 +149,8 @@ def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]
     if wanted.convex_radius_mm is not None:
         if planar.face_radius is not None:
             found["convex radius"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
-        for track in model.tracks:
-            reach = wanted.convex_radius_mm + 0.5 * (model.setup.roller.diameter if model.setup.roller else 0.0)
+        for track, roller in zip(model.tracks, model.mechanism.rollers):
+            reach = wanted.convex_radius_mm + 0.5 * roller.diameter
             found[f"convex radius, {track.name}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
         peak = model.drive.peak_pressure if model.drive is not None else None

@@ -89,29 +89,34 @@ def _machine(spec: CutterSpec, paths: Sequence[ToolPath], sense: float) -> Machi
 
 def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
     """Contours of discs and of the flanks of a face groove."""
-    parts, roller = mechanism.parts, None
-    if mechanism.roller is not None:
-        roller = 0.5 * mechanism.roller.diameter
-        roller += mechanism.running_clearance if isinstance(parts[0], FaceGroove) else 0.0
-    tool = tool_of(spec, None, roller)
-    reach, start = tool.radius + spec.allowance, radians(spec.start_angle)
+    parts, start = mechanism.parts, radians(spec.start_angle)
+    radii = [0.5 * roller.diameter for roller in mechanism.rollers]
     paths: list[ContourPath] = []
+    tools: list[Tool] = []
     safe = 0.0
-    for part in parts:
+    for index, part in enumerate(parts):
+        # Of a pair each disc has its own roller, of other cams all have the first.
+        like = radii[min(index, len(radii) - 1)] if radii else None
         if isinstance(part, Prism):
-            low = part.z0 - spec.overrun
-            paths.append(ContourPath(part.name, part.outer.outline, 1.0, reach, low, part.z1 - low, None, start))
+            tool = tool_of(spec, None, like)
+            low, reach = part.z0 - spec.overrun, tool.radius + spec.allowance
+            cuts = [ContourPath(part.name, part.outer.outline, 1.0, reach, low, part.z1 - low, None, start)]
         elif isinstance(part, FaceGroove):
-            paths += _groove_contours(part, reach, start, spec)
+            tool = tool_of(spec, None, like and like + mechanism.running_clearance)
+            cuts = _groove_contours(part, tool.radius + spec.allowance, start, spec)
             rim = part.rim.outline
             safe = rim.radius if isinstance(rim, CircleOutline) else 0.0
+        else:
+            continue
+        paths += cuts
+        tools += [tool] * len(cuts)
     _refuse_short(spec, paths)
     for path in paths:
         path.refuse_gouge()
-    paths = [path.with_lead(spec.lead, tool.radius) for path in paths]
+    paths = [path.with_lead(spec.lead, tool.radius) for path, tool in zip(paths, tools)]
     way = "plain" if spec.machine == "plain" else "polar"
     machine = Machine(spec.rotary or "C", way, False, mechanism.sense, spec.reversed_rotary)  # type: ignore[arg-type]
-    return Machining(title, spec, tuple(paths), tuple(tool for _ in paths), machine, safe)
+    return Machining(title, spec, tuple(paths), tuple(tools), machine, safe)
 
 
 def _groove_contours(part: FaceGroove, reach: float, start: float, spec: CutterSpec) -> list[ContourPath]:

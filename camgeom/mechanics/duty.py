@@ -21,10 +21,9 @@ from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
 
 if TYPE_CHECKING:
-    from camgeom.mechanics.kept import Kept
-
-if TYPE_CHECKING:
     from camgeom.mechanics.film import Film, Oil
+    from camgeom.mechanics.kept import Kept
+    from camgeom.mechanics.rating import Rating
 
 MILLI = 1e-3
 MEAN_OF_NOTHING = 1e-12
@@ -95,6 +94,10 @@ class Duty(Protocol):
 
         "roller" or "face", "cam", and the roller's "bearing" where it is rated.
         """
+
+    @property
+    def rating(self) -> Rating | None:
+        """What is known of the bearing of its roller; None without a dynamic rating."""
 
     @property
     def bearing(self) -> BearingLife | None:

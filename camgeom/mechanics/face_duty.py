@@ -280,6 +280,10 @@ class FaceDuty:
         return pair_compliance(self.follower, self.cam)
 
     @property
+    def rating(self) -> None:
+        """None, likewise."""
+
+    @property
     def bearing(self) -> None:
         """None: a roller's bearing is judged with its roller (`roller_duty`)."""
 

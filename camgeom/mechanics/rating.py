@@ -60,7 +60,10 @@ class Lubrication:
 class Rating:
     """What is known of a roller's bearing: C and C0 N, its kind, a1, the static load its ring bears, its lubrication.
 
-    static  the lower of C0 and the static load that the outer ring or the stud bears; None where C0 is not known
+    static      the lower of C0 and the static load that the outer ring or the stud bears; None where C0 is not known
+    basic       C0; bent: the largest load that bends the outer ring, N; fastest: its limiting speed, r/min; None where
+                it is not known
+    table       of the profile that says so; missing: what that leaves out of what a_ISO takes
     """
 
     dynamic: float
@@ -68,6 +71,11 @@ class Rating:
     kind: Kind = ROLLER
     reliability: float = 1.0
     lubrication: Lubrication | None = None
+    basic: float | None = None
+    bent: float | None = None
+    fastest: float | None = None
+    table: str = "roller"
+    missing: tuple[str, ...] = ()
 
 
 def reference_viscosity(speed: ArrayLike, pitch_diameter: ArrayLike) -> Floats:

@@ -449,12 +449,12 @@ class Model(Sealed):
     @fact
     def turret_duty(self) -> TurretDuty | None:
         """Load sharing, stress and life of a turret; None for other cams, and without an [operation]."""
-        from camgeom.model.loads import rating_of, turret_duty
+        from camgeom.model.loads import ratings_of, turret_duty
 
         turret = self.mechanism.turret
         if self.profile.operation is None or turret is None:
             return None
-        return turret_duty(self.profile.material, self.mechanism, turret, self.load, rating_of(self.profile))
+        return turret_duty(self.profile.material, self.mechanism, turret, self.load, ratings_of(self.profile)[0])
 
     @fact
     def indexing(self) -> IndexingStudy | None:
@@ -632,12 +632,12 @@ class Model(Sealed):
 
         None of them without an [operation], for a turret, whose rollers share, and for a follower without a roller.
         """
-        from camgeom.model.loads import rating_of, roller_duties
+        from camgeom.model.loads import ratings_of, roller_duties
 
         shared = self.mechanism.drive is Drive.SHARED
         if self.profile.operation is None or shared or self.mechanism.roller is None:
             return ()
-        return roller_duties(self.profile.material, self.mechanism, self.load, rating_of(self.profile))
+        return roller_duties(self.profile.material, self.mechanism, self.load, ratings_of(self.profile))
 
     @fact
     def duty(self) -> RollerDuty:

@@ -15,7 +15,7 @@ from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.panels import TURN
 from camgeom.mechanics.duty import least_lives
 from camgeom.mechanics.material import pair_compliance
-from camgeom.model.loads import carriers, load_of, rating_of
+from camgeom.model.loads import carriers, load_of, ratings_of
 from camgeom.profile.solvers import refuse, with_law
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: Im
     for turn in range(spec.settle, len(run.turn_times())):
         where, thrust = run.thrust(turn)
         acting = replace(load, solved=partial(where.at, thrust / MILLI if load.rotating else thrust), solved_on=where)
-        found.append(carriers(profile.material, mechanism, acting, rating_of(profile)))
+        found.append(carriers(profile.material, mechanism, acting, ratings_of(profile)))
     return tuple(found)
 
 
@@ -107,8 +107,11 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
     spec = profile.impact_spec
     assert spec is not None
     assert profile.operation is not None, "it made the load"
-    roller, drum = mechanism.roller, mechanism.drum
-    radius = 0.5 * roller.diameter if roller is not None else float("inf")
+    rollers, drum, touches = mechanism.rollers, mechanism.drum, mechanism.touches
+    sizes = [(touch.length, 0.5 * roller.diameter) for touch, roller in zip(touches, rollers)]
+    length, radius = mechanism.contact_length, 0.5 * rollers[0].diameter if rollers else float("inf")
+    if sizes:
+        length, radius = sizes[0]
     base = mechanism.base_radius or (drum.radius if drum else radius)
     pair, acting = impact_pair(profile, mechanism), impact_load(load, mechanism.program)
     if acting.applied is not None and acting.applied.jumps:
@@ -118,10 +121,11 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
         inertia=load.si.mass,
         speed_rpm=profile.operation.speed,
         modulus_mpa=1.0 / pair_compliance(profile.material.roller, profile.material.cam),
-        length_mm=mechanism.contact_length,
+        length_mm=length,
         roller_radius_mm=radius,
         cam_radius_mm=base,
         load=acting,
+        back=sizes[1] if len(set(sizes)) > 1 else None,
     )
 
 

@@ -11,9 +11,10 @@ from camgeom.mechanics.load import Load
 from camgeom.profile.idle import MODIFIED
 from camgeom.solid.mechanism import Drive
 from camgeom.track import Arc
-from camgeom.track.follower import PLAIN
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.face_duty import FaceDuty
     from camgeom.mechanics.rating import Rating
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from camgeom.profile import Profile
     from camgeom.profile.sections import Materials, Operation
     from camgeom.solid.mechanism import Mechanism, Turret
+    from camgeom.track.follower import AnyRoller
     from camgeom.track.touch import Touch
 
 DEGREES = 180.0 / pi
@@ -59,9 +61,12 @@ def load_of(profile: Profile, mechanism: Mechanism, load_factor: float = 1.0) ->
 
 
 def roller_duties(
-    material: Materials, mechanism: Mechanism, load: Load, rating: Rating | None
+    material: Materials, mechanism: Mechanism, load: Load, ratings: Sequence[Rating | None] = ()
 ) -> tuple[RollerDuty, ...]:
     """Force, stress and life of every roller: of two that drive a follower to and fro each carries its own direction.
+
+    ratings  of the rollers' bearings, one a table of the profile, the last one for all that follow; without any none is
+             rated
 
     On a flank that is straight along it a crowned roller touches with the crown's own arc, at its crest.
     """
@@ -69,9 +74,9 @@ def roller_duties(
 
     quoted = mechanism.quoted_radius
     alone = mechanism.drive is Drive.ALONE and not mechanism.touches
-    ends = mechanism.roller.ends if mechanism.roller is not None else PLAIN
     duties = []
-    for track in mechanism.tracks:
+    for index, (track, roller) in enumerate(zip(mechanism.tracks, mechanism.rollers)):
+        rating = ratings[min(index, len(ratings) - 1)] if ratings else None
         low, high = track.contact
         crown = None
         if mechanism.crown == "straight" and isinstance(track.meridian, Arc):
@@ -80,7 +85,7 @@ def roller_duties(
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
-                       mechanism.beside, mechanism.runs_out, alone, ends)
+                       mechanism.beside, mechanism.runs_out, alone, roller.ends)
         )  # fmt: skip
     return tuple(duties)
 
@@ -93,12 +98,12 @@ def face_duty(material: Materials, load: Load, touches: tuple[Touch, ...]) -> Fa
 
 
 def carriers(
-    material: Materials, mechanism: Mechanism, load: Load, rating: Rating | None
+    material: Materials, mechanism: Mechanism, load: Load, ratings: Sequence[Rating | None]
 ) -> tuple[Duty, ...]:
     """The duties of all that presses a cam without a turret: its rollers, or the faces together."""
     if mechanism.roller is None:
         return (face_duty(material, load, mechanism.touches),)
-    return roller_duties(material, mechanism, load, rating)
+    return roller_duties(material, mechanism, load, ratings)
 
 
 def turret_duty(
@@ -115,16 +120,24 @@ def turret_duty(
     )  # fmt: skip
 
 
-def rating_of(profile: Profile) -> Rating | None:
-    """What the profile says of its rollers' bearings; None without a dynamic rating."""
+def ratings_of(profile: Profile) -> tuple[Rating | None, ...]:
+    """What the profile says of the bearing in each of its tables of rollers; None without a dynamic rating."""
+    return tuple(_rating(profile, table, roller) for table, roller in profile.rollers.items())
+
+
+def _rating(profile: Profile, table: str, roller: AnyRoller) -> Rating | None:
     from camgeom.mechanics.rating import KINDS, RELIABILITY, Lubrication, Rating
 
-    roller, oil = profile.roller, profile.oil
-    if roller is None or roller.dynamic_rating is None:
+    oil = profile.oil
+    if roller.dynamic_rating is None:
         return None
     static = [one for one in (roller.static_rating, roller.max_static_load) if one is not None]
     lubrication = None
-    if not missing_for_bearing(profile):
+    given = dict(roller)
+    missing = [f"{table}.{key}" for key in MODIFIED if given[key] is None]
+    if oil is None:
+        missing.append("[lubricant]")
+    if not missing:
         assert oil is not None
         assert roller.fatigue_load_limit is not None
         assert roller.contamination is not None
@@ -132,12 +145,6 @@ def rating_of(profile: Profile) -> Rating | None:
         lubrication = Lubrication(roller.fatigue_load_limit, roller.contamination, roller.pitch_diameter, oil.viscosity)
     return Rating(
         roller.dynamic_rating, min(static) if roller.static_rating is not None else None, KINDS[roller.bearing_type],
-        RELIABILITY[profile.limits.bearing_reliability], lubrication,
+        RELIABILITY[profile.limits.bearing_reliability], lubrication, roller.static_rating, roller.max_radial_load,
+        roller.limiting_speed, table, tuple(missing),
     )  # fmt: skip
-
-
-def missing_for_bearing(profile: Profile) -> list[str]:
-    """The keys that a modified rating life (a_ISO of ISO 281) of a rated bearing wants and the profile leaves out."""
-    given = dict(profile.roller) if profile.roller is not None else {}
-    absent = [f"roller.{key}" for key in MODIFIED if given.get(key) is None]
-    return absent if profile.lubricant is not None else [*absent, "[lubricant]"]

@@ -19,7 +19,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, panels
 from camgeom.mechanics.duty import largest_of
 from camgeom.mechanics.load import QUIET
-from camgeom.model.loads import carriers, rating_of, roller_duties
+from camgeom.model.loads import carriers, ratings_of, roller_duties
 from camgeom.profile.solvers import refuse
 from camgeom.solid.mechanism import Drive
 
@@ -263,7 +263,7 @@ def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> floa
     """
     spec = profile.dynamics_spec
     assert spec is not None
-    duty = max(roller_duties(profile.material, mechanism, load, None), key=lambda one: one.least_peak.value)
+    duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
     lever = float(duty.force.panels.at(duty.reference.lever, np.array([duty.least_peak.cam_angle]))[0])
     each = duty.stiffness.tangent if spec.tappet_contact == "tangent" else duty.stiffness.secant
     return each * lever**2 * (MILLI if load.rotating else 1.0)
@@ -319,7 +319,7 @@ def dynamic_duties_of(model: Vibrating, turn: Turn) -> tuple[Duty, ...]:
         return ()
     unit = 1.0 / MILLI if model.load.rotating else 1.0
     load = replace(model.load, solved=Kept(lambda theta: unit * found.at(theta, "contact_force")[0]))
-    return carriers(material, mechanism, replace(load, solved_on=load.panels()), rating_of(model.profile))
+    return carriers(material, mechanism, replace(load, solved_on=load.panels()), ratings_of(model.profile))
 
 
 def least_contact(model: Vibrating, turn: Turn) -> Extreme | None:

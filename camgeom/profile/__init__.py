@@ -74,6 +74,9 @@ class Profile(Section):
     cam: SerializeAsAny[Cam] = Field(description="the cam, by kind")
     follower: AnyFollower = Field(description="the follower, by kind")
     roller: AnyRoller | None = Field(None, description="the roller, by shape; none for flat and knife followers")
+    return_roller: AnyRoller | None = Field(
+        None, description="a conjugate pair's return roller, by shape, with all of its own keys; default: as [roller]"
+    )
     motion: Annotated[tuple[MotionSegment, ...], Field(min_length=1, max_length=MAX_SEGMENTS)] = Field(
         description="segments of the motion round the cam, in order"
     )
@@ -154,6 +157,12 @@ class Profile(Section):
         from camgeom.profile.duty import OperatingState
 
         return tuple(state for state in self.duty if isinstance(state, OperatingState))
+
+    @property
+    def rollers(self) -> dict[str, AnyRoller]:
+        """The rollers that the profile gives, by the names of their tables."""
+        given = {"roller": self.roller, "return_roller": self.return_roller}
+        return {table: roller for table, roller in given.items() if roller is not None}
 
     @property
     def oil(self) -> Lubricant | None:
@@ -242,7 +251,7 @@ class Profile(Section):
             raise ProfileError(problems, self.source)
         program = program_of(self.motion, follower, self.cam.MOTION_SPAN, _folder_name(self.source))
         corner = self.cutter_spec.corner_radius if self.cutter_spec is not None else 0.0
-        return Setup(follower, self.roller, program, corner)
+        return Setup(follower, self.roller, program, corner, self.return_roller)
 
 
 def read(path: str | Path) -> Profile:

@@ -93,17 +93,19 @@ def read(path: Path, key: str) -> Catalogue:
     return parse(decode(read_bytes(path, LARGEST, "", key), str(path)), path.name)
 
 
-def filled(table: dict[str, Any], catalogues: list[Catalogue]) -> tuple[dict[str, Any], list[Problem]]:
-    """The [roller] table of a profile with the figures of its designation, and what is wrong with that."""
+def filled(
+    table: dict[str, Any], catalogues: list[Catalogue], name: str = "roller"
+) -> tuple[dict[str, Any], list[Problem]]:
+    """A roller's table (`name`) of a profile with the figures of its designation, and what is wrong with that."""
     wanted = str(table["designation"])
     rollers = {one.designation: one for catalogue in reversed(catalogues) for one in catalogue.follower}
     plain = {_plain(name): one for name, one in rollers.items()}
     found = plain.get(_plain(wanted))
     if found is None:
-        hint = did_you_mean(wanted, tuple(rollers)) or "`camgeom rollers` lists them; roller.catalogue names your own"
-        return table, [Problem("roller.designation", "is in no catalogue", wanted, "", hint)]
+        hint = did_you_mean(wanted, tuple(rollers)) or f"`camgeom rollers` lists them; {name}.catalogue names your own"
+        return table, [Problem(f"{name}.designation", "is in no catalogue", wanted, "", hint)]
     problems = [
-        Problem(f"roller.{key}", f"is stated twice: the catalogue's {found.designation} has {value:g}", table[key],
+        Problem(f"{name}.{key}", f"is stated twice: the catalogue's {found.designation} has {value:g}", table[key],
                 f"within {SAME:.0%} of it", "leave the key out, or the designation")
         for key, value in found.figures.items()
         if isinstance(value, float) and isinstance(table.get(key), int | float)
@@ -111,7 +113,7 @@ def filled(table: dict[str, Any], catalogues: list[Catalogue]) -> tuple[dict[str
     ]  # fmt: skip
     length = table.get("length")
     if isinstance(length, int | float) and length > found.width:
-        problems.append(Problem("roller.length", f"is longer than the outer ring of {found.designation}", length,
+        problems.append(Problem(f"{name}.length", f"is longer than the outer ring of {found.designation}", length,
                                 f"at most {found.width:g} mm"))  # fmt: skip
     return {**found.figures, **table}, problems
 

@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from camgeom.errors import Problem
-from camgeom.track.follower import Setup, TurretFollower
+from camgeom.track.follower import AnyRoller, Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
 MESSAGE = "means nothing here"
-ENDS = ("roller.end_radius", "roller.misalignment_deg", "roller.free_ends")
+ENDS = ("end_radius", "misalignment_deg", "free_ends")
 """keys of a roller that is more than a line: how it ends and how it stands"""
+RATED = "the bearing is judged where its dynamic_rating is given"
 MODIFIED = ("fatigue_load_limit", "contamination", "pitch_diameter")
 """keys of a bearing that the life factor a_ISO of ISO 281 takes"""
 
@@ -36,7 +37,7 @@ def idle_problems(profile: Profile, setup: Setup) -> list[Problem]:
 def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     """Keys (dotted paths) that mean nothing for this profile, whether it gives them or not, each with the reason."""
     found = dict(profile.cam.idle(setup))
-    roller, dynamics, impact = profile.roller, profile.dynamics_spec, profile.impact_spec
+    rollers, dynamics, impact = profile.rollers, profile.dynamics_spec, profile.impact_spec
     turret = isinstance(setup.follower, TurretFollower)
     if not turret:
         found["limits.output_torque_n_m"] = "only a turret has an output shaft"
@@ -45,16 +46,22 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
             "a turret that goes on in one direction would wind it up: give its torque as an [[operation.force]]"
         )
     if turret:
-        found |= dict.fromkeys(
-            ENDS, "the rollers of a turret share its torque as lines along all of their length, parallel to the flank"
-        )
-    elif roller is not None and not roller.ends.stated and roller.shape != "crowned":
-        found[ENDS[-1]] = "an end bears where roller.misalignment_deg or roller.end_radius is given"
-    found |= _of_bearing(profile)
+        reason = "the rollers of a turret share its torque as lines along all of their length, parallel to the flank"
+        found |= _under("roller", dict.fromkeys(ENDS, reason))
+    for table, roller in rollers.items():
+        if table not in profile.cam.ROLLERS:
+            found[table] = "only a conjugate pair has a second roller of its own"
+            continue
+        if not turret and not roller.ends.stated and roller.shape != "crowned":
+            reason = f"an end bears where {table}.misalignment_deg or {table}.end_radius is given"
+            found[f"{table}.{ENDS[-1]}"] = reason
+        found |= _of_bearing(profile, table, roller)
+    if not any(roller.dynamic_rating for roller in rollers.values()):
+        found["limits.bearing_reliability"] = RATED if rollers else "a follower without a roller has no bearing"
     found |= _of_film(profile)
-    if roller is None or roller.static_rating is None:
+    if not any(roller.static_rating for roller in rollers.values()):
         found["limits.bearing_static_safety"] = found["limits.warn_bearing_static_safety"] = (
-            "a follower without a roller has no bearing" if roller is None else
+            "a follower without a roller has no bearing" if not rollers else
             "give roller.static_rating (and dynamic_rating): the safety is that rating over the largest load"
         )  # fmt: skip
     if dynamics is None or dynamics.kind != "indexing" or dynamics.turret_inertia is not None:
@@ -77,26 +84,23 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     return found
 
 
-def _of_bearing(profile: Profile) -> dict[str, str]:
+def _of_bearing(profile: Profile, table: str, roller: AnyRoller) -> dict[str, str]:
     """Keys of a roller's bearing that is not rated, and of one whose other keys are missing."""
-    roller, found = profile.roller, dict[str, str]()
-    if roller is not None and roller.designation is None:
-        found["roller.catalogue"] = "give roller.designation: the catalogue is asked for that"
-    if roller is None:
-        return {"limits.bearing_reliability": "a follower without a roller has no bearing"}
+    found = dict[str, str]()
+    if roller.designation is None:
+        found[f"{table}.catalogue"] = f"give {table}.designation: the catalogue is asked for that"
     if roller.dynamic_rating is None:
-        reason = "the bearing is judged where its dynamic_rating is given"
         keys = ("static_rating", "bearing_type", *MODIFIED, "max_radial_load", "max_static_load", "limiting_speed")
-        return found | dict.fromkeys(["limits.bearing_reliability", *(f"roller.{key}" for key in keys)], reason)
+        return found | _under(table, dict.fromkeys(keys, RATED))
     if roller.static_rating is None:
-        found["roller.max_static_load"] = "give roller.static_rating too: the lower of both is the static limit"
+        found[f"{table}.max_static_load"] = f"give {table}.static_rating too: the lower of both is the static limit"
     given = dict(roller)
     absent = [key for key in MODIFIED if given[key] is None]
     if profile.lubricant is None:
         absent.append("lubricant")
     if absent:
-        wanted = ", ".join("[lubricant]" if key == "lubricant" else f"roller.{key}" for key in absent)
-        found |= {f"roller.{key}": f"a_ISO of ISO 281 wants {wanted} too" for key in MODIFIED}
+        wanted = ", ".join("[lubricant]" if key == "lubricant" else f"{table}.{key}" for key in absent)
+        found |= {f"{table}.{key}": f"a_ISO of ISO 281 wants {wanted} too" for key in MODIFIED}
     return found
 
 

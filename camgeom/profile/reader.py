@@ -62,7 +62,9 @@ ROLLERS: dict[str, Model] = {
     "crowned": CrownedRoller,
     "sphere": SphereRoller,
 }
-TOP = ("name", "reproduces", "cam", "follower", "roller", "motion", "duty")
+ROLLER_TABLES = ("roller", "return_roller")
+"""the tables of rollers"""
+TOP = ("name", "reproduces", "cam", "follower", *ROLLER_TABLES, "motion", "duty")
 """what a profile may have at its top beside its other sections"""
 PLAIN_SECTIONS: dict[str, Model] = {
     "operation": Operation,
@@ -122,9 +124,10 @@ class Reader:
             message = f"a {cam} cam has no such follower"
             self.problems.append(Problem("follower.kind", message, follower, ", ".join(accepted)))
         models: dict[str, Model | None] = {"cam": cam_model, "follower": FOLLOWERS.get(follower or "")}
-        if "roller" in self.data:
-            shape = self._choice("roller", "shape", tuple(ROLLERS), "a roller shape", "cylinder")
-            models["roller"] = ROLLERS.get(shape or "")
+        for table in ROLLER_TABLES:
+            if table in self.data:
+                shape = self._choice(table, "shape", tuple(ROLLERS), "a roller shape", "cylinder")
+                models[table] = ROLLERS.get(shape or "")
         models |= {name: model for name, model in PLAIN_SECTIONS.items() if name in self.data}
         for name, (module, attribute) in OPTIONAL_SECTIONS.items():
             if name in self.data:
@@ -188,29 +191,30 @@ class Reader:
         if name == "operation":
             table = self._with_tables(table, ("operation",))
         given = set(table)
-        if name == "roller" and isinstance(table.get("designation"), str):
-            table = self._from_catalogue(table)
+        if name in ROLLER_TABLES and isinstance(table.get("designation"), str):
+            table = self._from_catalogue(table, name)
         section: Section | None = self._typed(model, table, (name,))
         if section is not None and set(table) != given:
             # What a catalogue fills in is not stated: it may mean nothing where nobody asks for it.
             section = type(section).model_construct(given, **dict(section))
         return section
 
-    def _from_catalogue(self, roller: dict[str, Any]) -> dict[str, Any]:
-        """The [roller] table with the figures of its designation."""
+    def _from_catalogue(self, roller: dict[str, Any], name: str) -> dict[str, Any]:
+        """A roller's table (`name`) with the figures of its designation."""
         from camgeom.profile.catalogue import filled, read, shipped
 
         catalogues = [shipped()]
         if isinstance(roller.get("catalogue"), str):
-            place = beside(roller["catalogue"], self._folder(), "roller.catalogue")
+            key = f"{name}.catalogue"
+            place = beside(roller["catalogue"], self._folder(), key)
             if isinstance(place, Problem):
                 self.problems.append(place)
             else:
                 try:
-                    catalogues.insert(0, read(place, "roller.catalogue"))
+                    catalogues.insert(0, read(place, key))
                 except ProfileError as error:
-                    self.problems += [replace(p, key=f"roller.catalogue: {p.key}") for p in error.problems]
-        table, found = filled(roller, catalogues)
+                    self.problems += [replace(p, key=f"{key}: {p.key}") for p in error.problems]
+        table, found = filled(roller, catalogues, name)
         self.problems += found
         return table
 

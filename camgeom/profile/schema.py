@@ -16,7 +16,7 @@ from camgeom.motion.law import LAWS, LawEntry, Parameter
 from camgeom.profile import Profile
 from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
-from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLERS
+from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLER_TABLES, ROLLERS
 from camgeom.profile.sections import MOST_STATES, MotionSegment, Reproduced
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -34,7 +34,11 @@ def schema() -> Schema:
         },
         "cam": _one_of("kind", {kind: collected.of(cam_class(kind)) for kind in kinds()}, required=True),
         "follower": _one_of("kind", {kind: collected.of(model) for kind, model in FOLLOWERS.items()}),
-        "roller": _one_of("shape", {shape: collected.of(model) for shape, model in ROLLERS.items()}),
+        **{
+            table: {**_one_of("shape", {shape: collected.of(model) for shape, model in ROLLERS.items()}),
+                    "description": _meaning(table)}
+            for table in ROLLER_TABLES
+        },
         "motion": {
             "type": "array",
             "minItems": 1,

@@ -137,6 +137,9 @@ def _of_impact(profile: Profile, spec: ImpactSpec, mechanism: Mechanism) -> Iter
     if ways != {1.0, -1.0} and not groove:
         yield Problem("impact", "this cam does not drive its follower both ways", profile.kind, BOTH_WAYS)
         return
+    if spec.roller_inertia is not None and profile.return_roller is not None:
+        yield Problem("impact.roller_inertia", "is that of both rollers, and these are two kinds", spec.roller_inertia,
+                      "none beside a [return_roller]")  # fmt: skip
     yield from _refused(
         profile, ("guide_friction",), "hangs on the side thrust, which jumps with every contact: the solver with free "
         "play does not carry it", "give a friction in N instead",

@@ -116,7 +116,8 @@ def rows(model: Model) -> list[tuple[str, str]]:
     profile = model.profile
     found: list[tuple[str, str]] = []
     sections: list[tuple[str, Section | None]] = [
-        ("cam", profile.cam), ("follower", profile.follower), ("roller", profile.roller), ("", profile.operation)
+        ("cam", profile.cam), ("follower", profile.follower), ("roller", profile.roller),
+        ("return roller", profile.return_roller), ("", profile.operation),
     ]  # fmt: skip
     for word, section in sections:
         found += [] if section is None else _section_rows(word, section, profile.rotating)

@@ -19,6 +19,7 @@ from camgeom.report.products import Products
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
     from camgeom.mechanics.duty import Duty
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.model import Model
     from camgeom.motion.optimal.best import Best
     from camgeom.track.planar import Planar
@@ -351,7 +352,24 @@ def contact_data(model: Model) -> dict[str, Any]:
         return data
     # Nor have its touches a pressure where the roller's sharp end has none.
     whole = model.drive.force_data() if model.carrier.no_stress else model.drive.contact_data()
-    return whole | data | model.drive.torque_data()
+    each = {"rollers": [roller_data(duty) for duty in model.duties]} if len(model.duties) > 1 else {}
+    return whole | data | model.drive.torque_data() | each
+
+
+def roller_data(duty: RollerDuty) -> dict[str, Any]:
+    """What one of a pair's rollers bears."""
+    peak, force, bearing = duty.peak_pressure, duty.peak_force, duty.bearing
+    return {
+        "name": duty.track.name,
+        "diameter_mm": 2.0 * duty.radius,
+        "length_mm": duty.length,
+        "peak_force_n": force.value,
+        "peak_force_at_deg": degrees(force.cam_angle) % 360.0,
+        "peak_pressure_mpa": peak.value if peak is not None else None,
+        "peak_pressure_at_deg": degrees(peak.cam_angle) % 360.0 if peak is not None else None,
+        **{f"{body}_life_h": finite(hours) for body, hours in duty.lives.items()},
+        **({} if bearing is None else {"bearing_mean_load_n": float(bearing.mean_load)}),
+    }
 
 
 def fatigue_data(model: Model) -> dict[str, Any]:
@@ -367,9 +385,12 @@ def fatigue_data(model: Model) -> dict[str, Any]:
                                   for duty in model.duties]  # fmt: skip
     if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
-    if model.setup.roller is not None and model.setup.roller.designation is not None:
-        data["bearing_designation"] = model.setup.roller.designation
-    return data | bearing_data(model.carrier.bearing)
+    for table, roller in model.profile.rollers.items():
+        if roller.designation is not None:
+            data[f"{table.removesuffix('roller')}bearing_designation"] = roller.designation
+    # Of two rollers the one that is not pressed hardest may be the only one with a rated bearing.
+    rated = (duty.bearing for duty in (model.carrier, *model.carriers) if duty.bearing is not None)
+    return data | bearing_data(next(rated, None))
 
 
 def film_data(model: Model) -> dict[str, Any]:

@@ -151,6 +151,11 @@ class Mechanism(ABC):
         return ()
 
     @property
+    def rollers(self) -> tuple[AnyRoller, ...]:
+        """The roller of every track."""
+        return () if self.roller is None else (self.roller,) * len(self.tracks)
+
+    @property
     def cutters(self) -> tuple[Track, ...]:
         """The same tracks with the tool that cuts them: larger by a clearance, deeper at the tip."""
         return self.tracks
@@ -252,18 +257,18 @@ class Mechanism(ABC):
 
     @property
     def fit_size(self) -> float:
-        """Nominal size of the fit that has this play, mm: of the roller, or of the cam between two faces."""
-        return self.roller.diameter if self.roller is not None else self.span_between or 0.0
+        """Nominal size of the fit that has this play, mm: of the smallest roller, or of the cam between two faces."""
+        return min((roller.diameter for roller in self.rollers), default=self.span_between or 0.0)
 
     @property
     def contact_length(self) -> float:
-        """Length, mm, over which a roller or face touches; 1 where neither has one."""
-        return self.touches[0].length if self.touches else (self.roller and self.roller.length) or 1.0
+        """Length, mm, over which a roller or face touches, the least of several; 1 where none has one."""
+        return min((touch.length for touch in self.touches), default=(self.roller and self.roller.length) or 1.0)
 
     @property
     def crown(self) -> str:
         """How the flank meets a crowned roller: `CrownedRoller.flank`; empty for other rollers."""
-        return self.roller.flank if isinstance(self.roller, CrownedRoller) else ""
+        return next((roller.flank for roller in self.rollers if isinstance(roller, CrownedRoller)), "")
 
     def cutting(self, track: Track) -> Track:
         """The track of a roller with the shape that cuts its flank: a cylinder where a crown runs on a straight one."""

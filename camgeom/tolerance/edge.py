@@ -43,8 +43,8 @@ class Edge:
 def edge_of(study: ToleranceStudy) -> Edge | None:
     """The pressure that the tilt of all errors brings; None without a load, or where no cylinder bears along a line."""
     loaded, hard = study.loaded, study.sensitivities.hard
-    roller = loaded.mechanism.roller
-    if hard is None or not isinstance(roller, CylinderRoller):
+    rollers = loaded.mechanism.rollers
+    if hard is None or not rollers or not all(isinstance(roller, CylinderRoller) for roller in rollers):
         return None
     peak = hard[2]
     seated = loaded.at(np.array([peak.cam_angle]))
@@ -67,7 +67,7 @@ def edge_of(study: ToleranceStudy) -> Edge | None:
             square += (value * tilted_by) ** 2
             constant += mean * tilted_by
     tilt = abs(constant) + float(np.sqrt(square))
-    pair, ends = pair_compliance(loaded.roller, loaded.cam), roller.ends
+    pair, ends = pair_compliance(loaded.roller, loaded.cam), rollers[min(at.roller[line], len(rollers) - 1)].ends
     middle = 0.5 * (along.min() + along.max())
     profile = Profile(float(along.min() - middle), float(along.max() - middle), inf, ends.run_out, ends.radius, length)
     curvature = float(at.curvature[0, line].mean())

@@ -53,8 +53,7 @@ class Loaded:
     def line(self) -> bool:
         """Whether contacts are lines, along which a tilt makes the load uneven."""
         tracks = self.mechanism.tracks
-        shaped = self.mechanism.roller.shape if self.mechanism.roller is not None else ""
-        if shaped in ("crowned", "sphere"):
+        if any(roller.shape in ("crowned", "sphere") for roller in self.mechanism.rollers):
             return self.mechanism.crown == "conforming"
         return bool(tracks) or self.mechanism.touches[0].kind != "knife"
 

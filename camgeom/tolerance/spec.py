@@ -233,7 +233,7 @@ class ToleranceSpec(Section):
 
     def _limit_problems(self, mechanism: Mechanism) -> Iterator[Problem]:
         """Limits that this cam, with these errors and so many samples, cannot be judged by."""
-        alone, roller = mechanism.drive is Drive.ALONE, mechanism.roller
+        alone = mechanism.drive is Drive.ALONE
         for key in ("running_clearance", "backlash_limit") if alone else ():
             if (given := getattr(self, key)) is not None:
                 why = "means nothing here: what a spring or weight holds on its cam has no play"
@@ -243,7 +243,7 @@ class ToleranceSpec(Section):
             if tilts:
                 why = f"cannot be judged beside {', '.join(tilts)}: tilts press the ends of lines, told as `edge` alone"
                 yield Problem("tolerance.pressure_limit", why, self.pressure_limit)
-            elif roller is not None and not (isinstance(roller, CylinderRoller) and not roller.ends.stated):
+            elif any(roller.ends.stated or not isinstance(roller, CylinderRoller) for roller in mechanism.rollers):
                 why = "is of straight cylinders that stand level and touch along a line"
                 yield Problem("tolerance.pressure_limit", why, self.pressure_limit)
         least = ceil(RARE / (1.0 - self.wanted_yield) * (1.0 - 1e-9))
@@ -261,7 +261,10 @@ def _fitted(key: str, given: Scatter, mechanism: Mechanism) -> tuple[float, floa
     size = given.size
     if size is None:
         bore = mechanism.bore.diameter if mechanism.bore is not None else None
-        roller = mechanism.roller.diameter if mechanism.roller is not None else None
+        sizes = {roller.diameter for roller in mechanism.rollers}
+        if len(sizes) > 1 and key == "roller_diameter":
+            raise ValueError("has two nominal sizes here, those of both rollers: give size, mm")
+        roller = min(sizes, default=None)
         size = {"cam_eccentricity": bore, "turret_eccentricity": None}.get(key, roller)
     if size is None:
         raise ValueError("has no nominal size here: give size, mm")

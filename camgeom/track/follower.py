@@ -376,9 +376,11 @@ class Setup:
     """What drives a cam: follower, roller (None for flat and knife followers) and the motion round the cam.
 
     corner  corner radius of the tool that cuts it, mm, where the profile names one
+    second  the return roller of a pair, where it is another one
     """
 
     follower: AnyFollower
     roller: AnyRoller | None
     program: Program
     corner: float = 0.0
+    second: AnyRoller | None = None

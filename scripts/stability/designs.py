@@ -18,8 +18,10 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face",)
-"""kinds that came when the seeds below had been judged already: those of seeds from LATER on"""
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair")
+"""kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
+"""
+EACH = 10_000
 SMOOTH = (
     "3-4-5", "4-5-6-7", "5-6-7-8-9", "cycloidal", "freudenstein-1-3", "freudenstein-1-3-5", "gutman-1-3",
     "modified-constant-velocity", "modified-sine", "modified-trapezoid", "polynomial", "power-polynomial", "scca",
@@ -40,6 +42,7 @@ LENGTHS = {
         "offset", "face_radius", "face_width", "clearance", "arm", "pivot_distance", "face_offset", "pitch_radius",
     ),
     "roller": ("diameter", "length", "crown_radius"),
+    "return_roller": ("diameter", "length", "crown_radius"),
 }  # fmt: skip
 
 
@@ -67,8 +70,9 @@ class Dice:
 
 def kind_of(seed: int) -> str:
     """The kind of a seed."""
-    kinds = KINDS if seed < LATER else KINDS_LATER
-    return kinds[seed % len(kinds)]
+    if seed < LATER:
+        return KINDS[seed % len(KINDS)]
+    return KINDS_LATER[min((seed - LATER) // EACH, len(KINDS_LATER) - 1)]
 
 
 def design(seed: int) -> dict[str, Any]:
@@ -80,6 +84,7 @@ def design(seed: int) -> dict[str, Any]:
         "disc-groove": _disc_groove,
         "constant-width": _constant_width,
         "conjugate": _conjugate,
+        "unequal-pair": _unequal_pair,
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "end-face": _end_face,
@@ -104,7 +109,8 @@ def design(seed: int) -> dict[str, Any]:
 
 def _spoil(dice: Dice, data: dict[str, Any]) -> None:
     """Multiply one to three numbers by a factor of 1/8 to 8."""
-    places = [(t, k) for t in ("cam", "follower", "roller") for k, v in data.get(t, {}).items() if isinstance(v, float)]
+    tables = ("cam", "follower", "roller", "return_roller")
+    places = [(t, k) for t in tables for k, v in data.get(t, {}).items() if isinstance(v, float)]
     places += [(i, "to") for i, segment in enumerate(data["motion"]) if segment.get("to")]
     for _ in range(dice.whole(1, 3)):
         table, key = places[dice.whole(0, len(places) - 1)]
@@ -140,6 +146,8 @@ def _operation(dice: Dice, data: dict[str, Any]) -> None:
     follower["inertia" if follower["kind"] in ("swinging", "turret") else "mass"] = dice.log(1e-4, 1e3)
     if dice.chance(0.4) and "roller" in data:
         data["roller"]["dynamic_rating"] = dice.log(100.0, 1e5)
+    if "return_roller" in data and dice.chance(0.4):
+        data["return_roller"]["dynamic_rating"] = dice.log(100.0, 1e5)
 
 
 def _law(dice: Dice) -> dict[str, Any]:
@@ -295,6 +303,13 @@ def _conjugate(dice: Dice) -> dict[str, Any]:
         cam |= {"mark_diameter": 0.06 * base, "mark_radius": 0.9 * base}
     roller = _flat_roller(dice, 2.0 * radius, cam["width"] * dice.between(0.4, 1.0))
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _round_trip(dice, stroke)}
+
+
+def _unequal_pair(dice: Dice) -> dict[str, Any]:
+    data = _conjugate(dice)
+    first, width = data["roller"], data["cam"]["width"]
+    data["return_roller"] = _flat_roller(dice, first["diameter"] * dice.log(0.4, 2.5), width * dice.between(0.3, 1.0))
+    return data
 
 
 def _roller(dice: Dice, diameter: float, length: float) -> dict[str, Any]:

@@ -76,6 +76,8 @@ def judges_of(data, lift, low, high, ends):
     cam = data["cam"]
     if corner := data.get("cutter", {}).get("corner_radius"):
         cam = {**cam, "root_radius": corner}
+    if second := data.get("return_roller"):
+        cam = {**cam, "return_diameter": second["diameter"]}
     judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
     marks = np.unique(np.concatenate([[0.0, TURN], ends]))
     for judge in judges:
@@ -198,11 +200,14 @@ def _constant_width(cam, follower, roller, lift, low, high):
 def _conjugate(cam, follower, roller, lift, low, high):
     del low
     sense, r = _sense(cam), 0.5 * roller["diameter"]
+    q = 0.5 * cam.get("return_diameter", roller["diameter"])
     main = _place(cam, follower, r, lift)
     play, prime = follower.get("clearance", 0.0), cam["base_radius"] + r
     if follower["kind"] == "translating":
         e = follower.get("offset", 0.0)
-        far = cam["return_radius"] + r if "return_radius" in cam else sqrt((sqrt(prime**2 - e**2) + high) ** 2 + e**2)
+        # Without a radius of its own the return profile has that of a main profile that is pushed all the way.
+        same = sqrt((sqrt(prime**2 - e**2) + high) ** 2 + e**2) - r
+        far = cam.get("return_radius", same) + q
 
         def back(phi):
             return -sqrt(far**2 - e**2) + lift(phi) + play, e
@@ -213,7 +218,7 @@ def _conjugate(cam, follower, roller, lift, low, high):
         if "rocker_angle" in cam:
             rocker = radians(cam["rocker_angle"])
         else:
-            rocker = start + high + acos((a * a + arm * arm - prime**2) / (2.0 * a * arm))
+            rocker = start + high + acos((a * a + arm * arm - (cam["base_radius"] + q) ** 2) / (2.0 * a * arm))
         ahead = 2.0 * asin(min(1.0, play / (2.0 * arm)))
 
         def back(phi):
@@ -229,8 +234,8 @@ def _conjugate(cam, follower, roller, lift, low, high):
 
     above = cam["width"] + cam.get("gap", 0.0)
     return [
-        Judge(_centre_distance(place, r, sense), _planes(cam, z, z + cam["width"], mark), genus=_genus(cam))
-        for place, z in ((main, 0.0), (back, above))
+        Judge(_centre_distance(place, size, sense), _planes(cam, z, z + cam["width"], mark), genus=_genus(cam))
+        for place, z, size in ((main, 0.0, r), (back, above, q))
     ]
 
 

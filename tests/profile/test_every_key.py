@@ -47,6 +47,7 @@ EXEMPT = {
     "follower.kind": "another kind is another section",
     "cam.kind": "another kind is another section",
     "roller.shape": "another shape is another section",
+    "return_roller.shape": "another shape is another section",
 }
 """Keys that change no figure, with the reason."""
 EXEMPT_OF = {
@@ -74,7 +75,7 @@ def sections(case: str, profile: Profile) -> Iterator[tuple[str, type[BaseModel]
     if only is not None:
         yield only, type(getattr(profile, only))
         return
-    for name in ("cam", "follower", "roller"):
+    for name in ("cam", "follower", "roller", "return_roller"):
         if getattr(profile, name) is not None:
             yield name, type(getattr(profile, name))
     for name in ("operation", "material", "output", "limits"):

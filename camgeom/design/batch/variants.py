@@ -49,6 +49,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
 
     if profile.duty:
         return "[[duty]]: damage is summed over its states by the exact model"
+    if profile.return_roller is not None:
+        return "rollers of two kinds: a [return_roller] is left to the exact model"
     roller, limits = profile.roller, profile.limits
     if roller is not None and roller.dynamic_rating is not None:
         simple = roller.bearing_type == "roller" and limits.bearing_reliability == 90
@@ -66,7 +68,7 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
             return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
         if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
             return f"{key}: the profile's [dynamics] or [impact] is solved again for every variant"
-        if key in ENDS:
+        if key in (f"roller.{end}" for end in ENDS):
             return f"{key}: is left to the exact model, which solves the contact on a half-space"
         if key in idle:
             return f"{key}: means nothing here ({idle[key]})"

@@ -131,7 +131,8 @@ class RollerSpin:
 class ImpactProblem:
     """Everything the solver needs. `inertia` kg (slide) or kg m^2 (rocker), `speed` of the cam in rad/s.
 
-    `law` and `damping` give the normal force, `friction` the tangential one, `patch` the data of the line pressure.
+    `law` and `damping` give the normal force, `friction` the tangential one, `patch` the data of the line pressure;
+    `back` is the law and the patch of the return side, where its roller is another one.
     """
 
     pair: Pair
@@ -143,6 +144,17 @@ class ImpactProblem:
     spin: RollerSpin | None = None
     load: Load = field(default_factory=Load)
     patch: LinePatch | None = None
+    back: tuple[ContactLaw, LinePatch] | None = None
+
+    @property
+    def laws(self) -> tuple[ContactLaw, ContactLaw]:
+        """The contact law of the main and of the return side."""
+        return self.law, self.law if self.back is None else self.back[0]
+
+    @property
+    def patches(self) -> tuple[LinePatch | None, LinePatch | None]:
+        """The data of the line pressure of either side."""
+        return self.patch, self.patch if self.back is None else self.back[1]
 
     def __post_init__(self) -> None:
         problems = [

@@ -54,7 +54,7 @@ class Machine:
         return size, max(0.5 * jerk * flight * flight, size * w)
 
     def _deflection(self, force: float) -> float:
-        """Penetration [m] at a contact force [N]."""
+        """Penetration [m] at a contact force [N], of the main side."""
         if force <= 0.0:
             return 0.0
         law = self.problem.law
@@ -87,7 +87,7 @@ class Machine:
         damping = self.problem.damping
         if isinstance(damping, ImpactDamping):
             return delta, speed, 1.0 + damping.factor * speed / regime.approach
-        elastic = self.problem.law.force(delta, bend)
+        elastic = self.problem.laws[which].force(delta, bend)
         return delta, speed, 1.0 + damping.viscosity(delta) * speed / elastic if elastic > 0.0 else 1.0
 
     def rate(self, regime: Regime) -> Rate:
@@ -124,7 +124,8 @@ class Machine:
 
     def _contact(self, regime: Regime) -> PlainRate:
         arc, begin, w = regime.arc, regime.begin, self.speed
-        jet, touch, law = self.jets.jets[arc], self.touches[regime.state - 1], self.problem.law.force
+        which = regime.state - 1
+        jet, touch, law = self.jets.jets[arc], self.touches[which], self.problem.laws[which].force
         ww, inverse, damp = w * w, 1.0 / self.problem.inertia, self.factor / regime.approach
         whole = self.problem.law.uses_curvature
 
@@ -176,7 +177,7 @@ class Machine:
 
     def _forces(self, regime: Regime) -> Callable[[float, float, float], tuple[float, float]]:
         """(penetration, curvature, penetration rate) -> elastic force and damping force [N]; clipped they cancel."""
-        law, damping = self.problem.law.force, self.problem.damping
+        law, damping = self.problem.laws[max(regime.state - 1, 0)].force, self.problem.damping
         if regime.clipped:
 
             def clipped(delta: float, bend: float, speed: float) -> tuple[float, float]:

@@ -138,7 +138,7 @@ def evaluate(
             continue
         delta, h, g, ht, gt, bend = problem.pair.sides[side].many(lift, angle[on], eta[on])
         sinking = g * w - h * q1[on]
-        elastic = problem.law.force_many(delta, bend)
+        elastic = problem.laws[side].force_many(delta, bend)
         if isinstance(problem.damping, ImpactDamping):
             lost = elastic * (problem.damping.factor / approach[on]) * sinking
         else:
@@ -156,8 +156,8 @@ def evaluate(
         needed[on] += force * g - rub * gt
         pairs["force"][on, side], pairs["penetration"][on, side] = force, delta
         pairs["sliding"][on, side] = slide
-        if problem.patch is not None:
-            pairs["pressure"][on, side] = problem.patch.pressure(force, bend)
+        if (patch := problem.patches[side]) is not None:
+            pairs["pressure"][on, side] = patch.pressure(force, bend)
     moved = (time, w * time, eta, q, q1, torque / problem.inertia)
     return Trace(*moved, cam_torque=needed, thrust=thrust, state=state, **pairs)
 
@@ -371,7 +371,7 @@ class ImpactRun:
             elastic = 0.0
             if not problem.law.uses_curvature:
                 depths = (touch(regime.arc, x, s0, s1, s2, state.real)[0] for touch in machine.touches)
-                elastic = sum(problem.law.energy(depth) for depth in depths)
+                elastic = sum(law.energy(depth) for law, depth in zip(problem.laws, depths))
             stored.append(elastic + problem.load.energy(s0 + state.real))
         work, lost = recorded.work[-1].real, recorded.work[-1].imag
         residual = work - (kinetic[1] - kinetic[0]) - (stored[1] - stored[0]) - lost

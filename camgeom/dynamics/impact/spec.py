@@ -164,11 +164,18 @@ class ImpactSpec(Section):
         roller_radius_mm: float,
         cam_radius_mm: float,
         load: Load | None = None,
+        back: tuple[float, float] | None = None,
     ) -> ImpactProblem:
         """The problem in SI units; `inertia` (kg or kg m²) is the follower's unless the section gives its own.
 
-        `modulus_mpa` is the contact modulus E*, `cam_radius_mm` the cam radius of the contact law unless given here.
+        `modulus_mpa` is the contact modulus E*, `cam_radius_mm` the cam radius of the contact law unless given here;
+        `back`: contact length and roller radius, mm, of the return side where they are others.
         """
+        other = None
+        if back is not None:
+            length, radius = back
+            law = self.contact_law(modulus_mpa, length, radius, cam_radius_mm)
+            other = law, self.patch(modulus_mpa, length, radius)
         return ImpactProblem(
             pair,
             self.inertia or inertia,
@@ -179,6 +186,7 @@ class ImpactSpec(Section):
             self.spin(),
             load or Load(),
             self.patch(modulus_mpa, length_mm, roller_radius_mm),
+            other,
         )
 
     def patch(self, modulus_mpa: float, length_mm: float, roller_radius_mm: float) -> LinePatch:

@@ -255,13 +255,16 @@ def _stand(track: Track) -> Floats:
 
 
 def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
-    roller = model.setup.roller
-    if roller is None or not model.tracks:
-        return ()
-    place = _stand(model.tracks[0])
-    to = float(place["xyz".index(axes[0])]), float(place["xyz".index(axes[1])])
-    length = f", contact length {number(roller.length, 6)}" if roller.length else ""
-    return (Leader(to, f"roller ⌀ {number(roller.diameter, 6)}{length}"),)
+    rollers = model.mechanism.rollers
+    several = len(set(rollers)) > 1
+    notes = []
+    for track, roller in zip(model.tracks, rollers if several else rollers[:1]):
+        place = _stand(track)
+        to = float(place["xyz".index(axes[0])]), float(place["xyz".index(axes[1])])
+        length = f", contact length {number(roller.length, 6)}" if roller.length else ""
+        name = f"{track.name} roller" if several else "roller"
+        notes.append(Leader(to, f"{name} ⌀ {number(roller.diameter, 6)}{length}"))
+    return tuple(notes)
 
 
 def developed(model: Model) -> tuple[Block, ...]:

@@ -260,7 +260,8 @@ def surface_life(model: Model) -> tuple[Block, ...]:
         return (Text((f"No life of roller and cam: {duty.no_stress}.",)),)
     spot = hot_spot(model)
     along = along_roller(duty.slice_stations, np.asarray(duty.slice_life.life_h, dtype=float), 1.3, "half")
-    return (*(block for block in (spot, along) if block is not None), lives(model))
+    each = (each_roller(model),) if len(model.duties) > 1 else ()
+    return (*(block for block in (spot, along) if block is not None), lives(model), *each)
 
 
 def life_over_states(model: Model) -> tuple[Block, ...]:
@@ -326,8 +327,22 @@ def along_roller(x: Floats, lives: Floats, height: float = 1.0, width: Width = "
     return Chart("Life of the roller's slices", Axis("Along the roller axis", "mm"), (panel,), width=width)
 
 
+def each_roller(model: Model) -> Table:
+    """What each of a pair's rollers bears, and how long it and its disc live."""
+    columns = [Column("Roller"), Column("Size", "mm"), Column("Force", "N"), Column("Pressure", "MPa")]
+    bodies = list(dict.fromkeys(body for duty in model.duties for body in duty.lives))
+    rows = []
+    for duty in model.duties:
+        peak = duty.peak_pressure
+        size = f"⌀ {number(2.0 * duty.radius)} × {number(duty.length)}"
+        row: tuple[Cell, ...] = (duty.track.name, size, duty.peak_force.value, None if peak is None else peak.value)
+        rows.append((*row, *(hours(duty.lives[body]) if body in duty.lives else "" for body in bodies)))
+    columns += [Column("Disc life" if body == "cam" else f"{body.capitalize()} life") for body in bodies]
+    return Table("Each roller with its disc", tuple(columns), tuple(rows))
+
+
 def lives(model: Model) -> Table:
-    """Life of roller, cam and bearing."""
+    """Life of the hardest pressed roller, its disc or flank, and its bearing."""
     duty = model.duty
     roller = duty.roller_life
     cam = duty.cam_life
