@@ -52,7 +52,7 @@ def reference() -> str:
     lines = [HEAD]
     needed = set(whole["required"])
     plain = [name for name, section in whole["properties"].items() if section.get("type") == "string"]
-    told: dict[str, Schema] = {}
+    told: dict[str, Any] = {}
     lines += ["## At the top of the file", "", *table(whole["properties"], plain, needed, whole["$defs"])]
     for name, section in whole["properties"].items():
         if name in plain:
@@ -61,8 +61,9 @@ def reference() -> str:
         if name not in needed:
             lines += ["Optional.", ""]
         lines += [f"{sentence(section['description'])}", ""] if section.get("description") else []
-        same = next((other for other, one in told.items() if "oneOf" in one and one["oneOf"] == section.get("oneOf")), None)
-        told[name] = section
+        kinds = section.get("oneOf")
+        same = next((other for other, known in told.items() if kinds is not None and known == kinds), None)
+        told[name] = kinds
         if same is not None:
             lines += [f"Its keys are those of `[{same}]`."]
             continue

@@ -52,7 +52,8 @@ def test_each_roller_has_the_figures_that_it_has_in_a_pair_of_its_own_kind() -> 
     mixed = model_of("pair, slide", **FAST, return_roller=SMALL)
     same = model_of("pair, slide", **FAST)
     stroke, half = 12.0, 0.5 * (first - last)
-    other = model_of("pair, slide", **FAST, roller=SMALL, cam__base_radius=40.0 + half, cam__return_radius=40.0 + stroke)
+    radii = {"cam__base_radius": 40.0 + half, "cam__return_radius": 40.0 + stroke}
+    other = model_of("pair, slide", **FAST, roller=SMALL, **radii)
     for index, alone in enumerate((same, other)):
         found, wanted = mixed.duties[index], alone.duties[index]
         assert found.peak_pressure.value > 100.0
