@@ -131,6 +131,7 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         if not len(rows):
             continue
         whole = np.array([track.meridian.parameter(d) for d in sorted(track.contact)])
+        pose = track.eased(side).pose(phi[rows], 2)
         crest = isinstance(mechanism.tracks[0].meridian, Arc) and isinstance(track.meridian, Straight)
         if crest:
             # A crowned roller touches a straight flank at its crest alone.
@@ -138,9 +139,9 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         elif inside is None:
             begin, stop = np.full(len(rows), whole[0]), np.full(len(rows), whole[1])
         else:
-            begin, stop = touching(track, side, phi[rows], inside, FINE)
+            begin, stop = touching(track, side, phi[rows], inside, FINE, pose)
         t = 0.5 * (begin + stop)[:, None] + 0.5 * (stop - begin)[:, None] * NODES
-        flank = Flank(track, phi[rows], t, side)
+        flank = Flank(track, phi[rows], t, side, given_pose=pose)
         back = np.conj(flank.pose.turn)
         sheet.x[:, rows, line], sheet.normal[:, rows, line] = _machine(flank.x, back), _machine(flank.n, back)
         lever = flank.lever()

@@ -7,11 +7,11 @@ seed of its own, so that the same come out whatever number of workers draws them
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import pi
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,8 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause
-from camgeom.tolerance.seat import balance, pressures
-from camgeom.tolerance.sensitivity import Loaded, Seated
+from camgeom.tolerance.seat import Bools, Reals, balance, beyond, pressures
+from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities
 from camgeom.tolerance.spec import Distribution
 from camgeom.track import TURN
 
@@ -38,8 +38,10 @@ WAVE = 18
 SINGLE = np.float32
 Singles = npt.NDArray[np.float32]
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
-EXPLAINED = 20
-"""blocks from which the contributions are told"""
+EXPLAINED = 4
+"""blocks from which the contributions are told, 8192 machines: a share of the variance r² is then good to its standard
+error 2 r sqrt((1 - r²) / n), at most 0.011"""
+Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
 """mean, half width, mm or rad, and distribution of the errors by key"""
 
@@ -59,19 +61,20 @@ class Column:
 class Position:
     """A cam angle at a stop: how the columns bring each station nearer, as deviations of the coordinate.
 
-    push, hold  (q, c): approach over |lever| per unit of a column, mm or rad, of the stations that push and hold
-    nominal     the same without errors, (q,) of both; base: nominal low and high; side: of the load (see `Walls`)
-    lever, stiffness, load  of all stations, pushing ones first, for what is pressed; half_levers: see `Walls`
+    columns     which of a machine's numbers count there, (c,)
+    near        approach over |lever| per unit of a column, mm or rad, (q, c), stations that push first
+    nominal     the same without errors, (q, 1); pushing: how many stations push; base: nominal low and high
+    side        of the load (see `Walls`); half_levers: see `Walls`
+    lever, stiffness, load  of all stations, (q, 1), for what is pressed
     """
 
     theta: float
     stop: int
     dwell: bool
     columns: npt.NDArray[np.intp]
-    push: Singles
-    hold: Singles
-    nominal_push: Singles
-    nominal_hold: Singles
+    near: Singles
+    nominal: Singles
+    pushing: int
     lever: Singles
     stiffness: Singles
     load: float
@@ -79,24 +82,60 @@ class Position:
     half_levers: tuple[float, float]
     base: tuple[float, float]
 
+    def bounds(self, x: Singles) -> tuple[Singles, Singles, Singles]:
+        """Approaches over |lever| of machines x (columns, size), (q, size), rigid bounds low, high (size,)."""
+        near = self.near @ x[self.columns]
+        near += self.nominal
+        low = near[: self.pushing].max(axis=0, initial=-np.inf)
+        return near, low, -near[self.pushing :].max(axis=0, initial=-np.inf)
+
+    def balanced(self, near: Singles, low: Reals, high: Reals, loaded: bool) -> Floats:
+        """Where what is pressed stands, (r,), of approaches (q, r) and bounds (r,); loaded: near where it does
+        nominally."""
+        start = np.full(1, self.base[0]) if loaded else None
+        load = np.full(1, self.load)
+        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, low, high, start)
+
+    def beyond(self, near: Singles, least: Reals, most: Reals) -> Bools:
+        """Whether what is pressed stands outside least .. most, (r,), of approaches (q, r)."""
+        size = np.abs(self.lever)
+        return beyond(near * size, self.lever, self.lever * self.stiffness, np.full(1, self.load), least, most)
+
+
+Zero = tuple[Reals, Reals]
+"""low and high, (size,), of machines where they are set to zero"""
+
 
 @final
 @dataclass(frozen=True, eq=False)
 class Drawn:
     """What the machines do, one figure a machine, (s,): mm or rad.
 
-    dwell, motion  largest deviation in the dwells (of a program without one: anywhere), and anywhere
-    backlash       largest play in the dwells; preload: least normal interference there, mm, below zero half the play
-    pressure       largest contact pressure at the cam angle that is nominally the hardest, MPa; None of no line contact
-    shares         part of the variance of the deviation that each error explains, by key
+    dwell    largest deviation in the dwells (of a program without one: anywhere)
+    backlash largest play in the dwells; preload: least normal interference there, mm, below zero half the play
+    shares   part of the variance of the deviation that each error explains, by key
     """
 
+    machines: Machines
+    workers: int
     dwell: Floats
-    motion: Floats
     backlash: Floats
     preload: Floats
-    pressure: Floats | None
     shares: dict[str, float]
+
+    @cached_property
+    def motion(self) -> Floats:
+        """Largest deviation anywhere."""
+        return np.maximum(self.dwell, self.machines.moved(len(self.dwell), self.workers))
+
+    @cached_property
+    def pressure(self) -> Floats | None:
+        """Largest contact pressure at the cam angle that is nominally the hardest, MPa; None of no line contact."""
+        return self.machines.pressed(len(self.dwell), self.workers)
+
+    def figure(self, name: str) -> Floats:
+        """The figure that has a limit: dwell, motion or backlash."""
+        return self.motion if name == "motion" else self.dwell if name == "dwell" else self.backlash
 
     def at_yield(self, figure: Floats, share: float) -> float:
         """The value that a share of the machines does not exceed."""
@@ -116,13 +155,16 @@ class Machines:
 
     spreads   of the errors by key
     relative  deviations from where each machine stands in the first dwell of its first stop
-    hardest   cam angle, rad, at which the pressure is asked, at the first stop; None where none is
     """
 
-    loaded: Loaded
+    table: Sensitivities
     spreads: Spreads
     relative: bool = False
-    hardest: float | None = None
+
+    @property
+    def loaded(self) -> Loaded:
+        """The mechanism and its loads."""
+        return self.table.loaded
 
     @cached_property
     def columns(self) -> tuple[Column, ...]:
@@ -166,15 +208,16 @@ class Machines:
 
     @cached_property
     def _hard(self) -> tuple[Position, Singles] | None:
-        """Where the pressure is asked, and the square of the pressure per approach of its stations, MPa²/mm, (q,)."""
-        if self.hardest is None:
+        """Where the pressure is asked, and the square of the pressure per approach of its stations, MPa²/mm, (q, 1)."""
+        hard = self.table.hard
+        if hard is None:
             return None
-        seated = self.loaded.at(np.array([self.hardest]))
-        position = self._position(seated, 0, 0, 0, False)
+        seated = self.loaded.at(np.array([hard[2].cam_angle]))
+        (position,) = self._positions(seated, 0, 1, False)
         on = np.isfinite(seated.walls.approach[0])
         order = np.r_[np.flatnonzero(on & (seated.walls.lever[0] < 0.0)), np.flatnonzero(seated.walls.holds[0])]
         one = pressures(seated.contacts, seated.walls.stiffness, self.loaded.roller, self.loaded.cam)[0, order]
-        return position, (one * one).astype(SINGLE)
+        return position, (one * one).astype(SINGLE)[:, None]
 
     @cached_property
     def stops(self) -> tuple[int, float]:
@@ -187,118 +230,156 @@ class Machines:
         step = round(abs(advance) / (TURN / count))
         return count // int(np.gcd(count, step)), step
 
-    @cached_property
+    @property
     def positions(self) -> tuple[Position, ...]:
         """Every place judged: dwells at all stops, moves from the first."""
-        theta, dwells, more = self._angles
-        stops, step = self.stops
-        own = bool({"roller", "turret"} & {CAUSES[key].holder for key in self.spreads})
-        found = []
-        for row in range(len(theta)):
-            for stop in range(stops if row < dwells and own else 1):
-                found.append(self._position(self._seated, row, stop, int(step), row < dwells + more))
-        return tuple(found)
+        return self.resting + self.moving
 
-    def _position(self, seated: Seated, row: int, stop: int, step: int, dwell: bool) -> Position:
+    @cached_property
+    def resting(self) -> tuple[Position, ...]:
+        """The places of dwells, the middle of the first dwell first; all of a program without one."""
+        theta, dwells, more = self._angles
+        own = {"roller", "turret"} & {CAUSES[key].holder for key in self.spreads}
+        stops = self.stops[0] if own else 1
+        whole = dwells + more or len(theta)
+        found = [self._positions(self._seated, row, stops if row < dwells else 1, dwells > 0) for row in range(whole)]
+        return tuple(position for each in found for position in each)
+
+    @cached_property
+    def moving(self) -> tuple[Position, ...]:
+        """The places of moves; none of a program without a dwell."""
+        theta, dwells, more = self._angles
+        rows = range(dwells + more, len(theta)) if dwells else ()
+        return tuple(position for row in rows for position in self._positions(self._seated, row, 1, False))
+
+    def _positions(self, seated: Seated, row: int, stops: int, dwell: bool) -> list[Position]:
+        """A cam angle at so many stops."""
         walls, at = seated.walls, seated.contacts
-        on = at.on[row].reshape(-1)
-        lines = np.repeat(np.arange(at.on.shape[1]), at.on.shape[2])
-        rollers = (at.roller - stop * step) % at.rollers if self.loaded.mechanism.turret is not None else at.roller
-        owners = {"roller": rollers, "wall": at.wall}
-        turned = stop * self.loaded.mechanism.program.advance
-        used, rows = [], []
-        for index, column in enumerate(self.columns):
-            g = seated.approaches.of(column.cause)[:, row]
-            mine = g[column.part]
-            if column.cause.holder == "turret":
-                other = g[1 - column.part] * (1.0 if column.part == 0 else -1.0)
-                mine = np.cos(turned) * mine + np.sin(turned) * other
-            flat = mine.reshape(-1)
-            if column.cause.holder in owners:
-                flat = flat * (owners[column.cause.holder] == column.owner)[lines]
-            if np.any(flat[on]):
-                used.append(index)
-                rows.append(flat)
         lever = walls.lever[row]
+        on = at.on[row].reshape(-1)
         push, hold = on & (lever < 0.0), on & (lever > 0.0)
-        g = np.array(rows).reshape(len(rows), len(on)).T / np.abs(lever)[:, None]
-        nominal = np.where(on, walls.approach[row], 0.0) / np.abs(lever)
         order = np.r_[np.flatnonzero(push), np.flatnonzero(hold)]
+        size = np.abs(lever[order])
+        nominal = (walls.approach[row, order] / size).astype(SINGLE)[:, None]
+        line = order // at.on.shape[2]
+        roller, wall = at.roller[line][:, None], at.wall[line][:, None]
+        turret = self.loaded.mechanism.turret is not None
+        holders, owner, way = self._held
+        each = [(seated.approaches.of(column.cause)[:, row].reshape(column.cause.parts, -1)[:, order], column.part)
+                for column in self.columns]  # fmt: skip
+        mine = np.stack([g[part] for g, part in each], axis=1)
+        other = np.stack([g[-1 - part] for g, part in each], axis=1)
+        stiffness = walls.stiffness[row, order].astype(SINGLE)[:, None]
         pressed, free = walls.half_levers
-        base = float(seated.nominal.low[row]), float(seated.nominal.high[row])
-        return Position(
-            float(at.theta[row]), stop, dwell, np.array(used, dtype=np.intp), g[push].astype(SINGLE),
-            g[hold].astype(SINGLE), nominal[push].astype(SINGLE), nominal[hold].astype(SINGLE),
-            lever[order].astype(SINGLE), walls.stiffness[row, order].astype(SINGLE), float(walls.load[row]),
-            float(walls.load_side[row]), (float(pressed[row]), float(free[row])), base,
-        )  # fmt: skip
+        found = []
+        for stop in range(stops):
+            turned = stop * self.loaded.mechanism.program.advance
+            rollers = (roller - stop * int(self.stops[1])) % at.rollers if turret else roller
+            g = np.where(holders == "turret", np.cos(turned) * mine + np.sin(turned) * way * other, mine)
+            beside = np.where(holders == "roller", rollers == owner, (holders != "wall") | (wall == owner))
+            g = np.where(beside, g, 0.0)
+            used = np.flatnonzero(g.any(axis=0))
+            found.append(Position(
+                float(at.theta[row]), stop, dwell, used, (g[:, used] / size[:, None]).astype(SINGLE), nominal,
+                int(push.sum()), lever[order].astype(SINGLE)[:, None], stiffness,
+                float(walls.load[row]), float(walls.load_side[row]), (float(pressed[row]), float(free[row])),
+                (float(seated.nominal.low[row]), float(seated.nominal.high[row])),
+            ))  # fmt: skip
+        return found
+
+    @cached_property
+    def _held(self) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp], Floats]:
+        """Of each column, (c,): who holds it, whose it is, and the sign of what its other part turns to."""
+        return (
+            np.array([column.cause.holder for column in self.columns]),
+            np.array([column.owner for column in self.columns], dtype=np.intp),
+            np.array([1.0 if column.part == 0 else -1.0 for column in self.columns]),
+        )
 
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
         """Figures of so many machines; the same ones whatever the number of workers."""
-        sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
-        # Made once, before the workers share them.
-        self.positions, self._hard  # noqa: B018
-
-        def judged(block: int) -> tuple[Floats, Floats | None]:
-            return self._block(block, sizes[block])
-
-        with ThreadPoolExecutor(max(1, workers)) as pool:
-            found = list(pool.map(judged, range(len(sizes))))
-        figures = np.concatenate([figure for figure, _ in found], axis=1)
-        told = [shares for _, shares in found[:EXPLAINED] if shares is not None]
-        shares = np.mean(told, axis=0) if told else np.zeros(0)
+        self.resting  # noqa: B018  made once, before the workers share it
+        found = self._judged(self._rest, samples, workers)
+        dwell, backlash, preload = np.concatenate([figures for figures, _ in found], axis=1)
+        told = [shares for _, shares in found if shares is not None]
         by_key = dict.fromkeys(self.spreads, 0.0)
-        for column, share in zip(self.columns, shares):
+        for column, share in zip(self.columns, np.mean(told, axis=0)):
             by_key[column.cause.key] += float(share)
         by_key = {key: max(0.0, share) for key, share in by_key.items()}
-        dwell, motion, backlash, preload, pressure = figures
-        return Drawn(dwell, motion, backlash, preload, pressure if self._hard is not None else None, by_key)
+        return Drawn(self, workers, dwell, backlash, preload, by_key)
 
-    def _block(self, block: int, size: int) -> tuple[Floats, Floats | None]:
-        """Figures (5, size) of a block, and of early ones the share of the variance each column explains."""
-        x = self._numbers(np.random.default_rng([SEED, block]), size)
-        worst, rest, loose = np.zeros(size), np.zeros(size), np.full(size, -np.inf)
-        tight = np.full(size, np.inf)
-        none = not any(position.dwell for position in self.positions)
-        reference: tuple[Floats, Floats] | None = None
-        explained = []
-        for position in self.positions:
-            low, high, play = self._stand(position, x[position.columns])
-            base_low, base_high = position.base
-            low, high = low - base_low, high - base_high
-            if self.relative:
-                reference = reference or (low, high)
-                off = np.maximum(high - reference[0], reference[1] - low)
-                off = np.zeros(size) if reference[0] is low else off
-            else:
-                off = np.maximum(np.abs(low), np.abs(high))
-            np.maximum(worst, off, out=worst)
-            if position.dwell or none:
-                np.maximum(rest, off, out=rest)
-                np.maximum(loose, play, out=loose)
-                levers = np.where(play < 0.0, *position.half_levers)
-                np.minimum(tight, -play * levers, out=tight)
-            if block < EXPLAINED and (position.dwell or none):
-                middle = 0.5 * (low + high) - (0.5 * (reference[0] + reference[1]) if reference else 0.0)
-                explained.append(_explained(x, np.arange(len(x)) if reference else position.columns, middle))
-        figures = np.stack([rest, worst, np.maximum(loose, 0.0), tight, self._pressure(x)])
-        return figures, np.mean(explained, axis=0) if explained else None
+    def moved(self, samples: int, workers: int = 2) -> Floats:
+        """Largest deviation of those machines in the moves, (samples,); 0 of a program without a dwell."""
+        self.moving  # noqa: B018
+        return np.concatenate(self._judged(self._move, samples, workers))
 
-    def _pressure(self, x: Singles) -> Floats:
-        """Largest pressure of machines (columns, size) where it is asked, MPa; 0 where it is not."""
+    def pressed(self, samples: int, workers: int = 2) -> Floats | None:
+        """Largest pressure of those machines where it is asked, MPa, (samples,); None of no line contact."""
         if self._hard is None:
-            return np.zeros(x.shape[1])
+            return None
         position, square = self._hard
-        own = x[position.columns]
-        push = position.push @ own + position.nominal_push[:, None]
-        hold = position.hold @ own + position.nominal_hold[:, None]
-        low = push.max(axis=0, initial=-np.inf).astype(np.float64)
-        high = -hold.max(axis=0, initial=-np.inf).astype(np.float64)
-        lever = position.lever[:, None]
-        approach = np.concatenate([push, hold]) * np.abs(lever)
-        psi = balance(approach, lever, position.stiffness[:, None], np.full(1, position.load), low, high)
-        pressed = np.maximum(approach + lever * psi.astype(SINGLE), 0.0)
-        return np.asarray(np.sqrt((square[:, None] * pressed).max(axis=0)), dtype=np.float64)
+
+        def pressure(_: int, x: Singles) -> Floats:
+            return _pressure(position, square, x)
+
+        return np.concatenate(self._judged(pressure, samples, workers))
+
+    def _judged(self, judge: Callable[[int, Singles], Judged], samples: int, workers: int) -> list[Judged]:
+        """What a judge of a block's number and numbers (columns, size) says of every block."""
+        sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
+
+        def judged(block: int) -> Judged:
+            return judge(block, self._numbers(np.random.default_rng([SEED, block]), sizes[block]))
+
+        with ThreadPoolExecutor(max(1, workers)) as pool:
+            return list(pool.map(judged, range(len(sizes))))
+
+    def _rest(self, block: int, x: Singles) -> tuple[Floats, Floats | None]:
+        """Figures (3, size) of a block where it rests, and of early ones what each column explains of the variance."""
+        size = x.shape[1]
+        rest, loose, tight = np.zeros(size), np.full(size, -np.inf), np.full(size, np.inf)
+        zero: Zero | None = None
+        middles = []
+        for position in self.resting:
+            known = rest if block >= EXPLAINED and (zero is not None or not self.relative) else None
+            low, high, play = self._stand(position, x, known, zero)
+            if zero is not None:
+                np.maximum(rest, _off(low, high, zero), out=rest)
+            elif self.relative:
+                zero = low, high
+            else:
+                np.maximum(rest, _off(low, high, None), out=rest)
+            np.maximum(loose, play, out=loose)
+            levers = np.where(play < 0.0, *position.half_levers)
+            np.minimum(tight, -play * levers, out=tight)
+            if block < EXPLAINED:
+                middle = 0.5 * (low + high)
+                middles.append(middle if zero is None else middle - 0.5 * (zero[0] + zero[1]))
+        figures = np.stack([rest, np.maximum(loose, 0.0), tight])
+        return figures, self._explained(x, np.array(middles, dtype=np.float64)) if middles else None
+
+    def _move(self, _: int, x: Singles) -> Floats:
+        """Largest deviation of a block in the moves, (size,)."""
+        zero = self._stand(self.resting[0], x)[:2] if self.relative else None
+        worst = np.zeros(x.shape[1])
+        for position in self.moving:
+            low, high, _play = self._stand(position, x, worst, zero)
+            np.maximum(worst, _off(low, high, zero), out=worst)
+        return worst
+
+    def _explained(self, x: Singles, deviation: Floats) -> Floats:
+        """Share of the variance of deviations (p, size) at the places of rest that each column of x (c, size) explains
+        alone, by its correlation, the mean of all places."""
+        off = deviation - deviation.mean(axis=1, keepdims=True)
+        own = np.asarray(x - x.mean(axis=1, keepdims=True), dtype=np.float64)
+        total = (off * off).sum(axis=1)[:, None] * (own * own).sum(axis=1)
+        found = np.divide((off @ own.T) ** 2, total, out=np.zeros(total.shape), where=total > 0.0)
+        # Numbers that have nothing to do with it correlate by chance: 1 / (n - 1) on the average.
+        counts = total > 0.0
+        if not self.relative:
+            used = [np.isin(np.arange(len(x)), position.columns) for position in self.resting]
+            counts &= np.array(used)
+        return np.asarray(np.where(counts, found - 1.0 / (x.shape[1] - 1), 0.0).mean(axis=0))
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, (columns, size), mm or rad."""
@@ -320,33 +401,65 @@ class Machines:
             row += 1
         return x
 
-    def _stand(self, position: Position, x: Singles) -> tuple[Floats, Floats, Floats]:
-        """low, high and play (size,) of machines at a position; see `seat.Walls.stand`."""
-        size = x.shape[1]
-        push = position.push @ x
-        push += position.nominal_push[:, None]
-        low = push.max(axis=0) if len(push) else np.full(size, -np.inf)
-        if self.loaded.mechanism.drive is Drive.ALONE:
-            return low, low, np.full(size, np.inf)
-        hold = position.hold @ x
-        hold += position.nominal_hold[:, None]
-        high = -hold.max(axis=0) if len(hold) else np.full(size, np.inf)
+    def _stand(
+        self, position: Position, x: Singles, known: Floats | None = None, zero: Zero | None = None
+    ) -> tuple[Reals, Reals, Reals]:
+        """low, high, beyond the nominal ones, and play (size,) of machines at a position; see `seat.Walls.stand`.
+
+        known: deviations from zero, (size,), beyond which it is asked alone: of a machine whose balance keeps within
+        them the middle of what they allow is given.
+        """
+        near, low, high = position.bounds(x)
         play, side = high - low, position.side
-        if self.loaded.mechanism.drive is Drive.OPPOSED and side:
+        base_low, base_high = position.base
+        drive = self.loaded.mechanism.drive
+        if drive is Drive.ALONE:
+            return low - base_low, low - base_high, np.full(low.shape, np.inf)
+        if drive is Drive.OPPOSED and side:
             one = low if side > 0.0 else high
-            return one, one, play
-        pressed = np.flatnonzero(play < 0.0) if side == 0.0 else np.arange(size)
+            return one - base_low, one - base_high, play
+        pressed = np.arange(len(play)) if side else np.flatnonzero(play < 0.0)
         if len(pressed):
+            bounds = low, high
             low, high = low.astype(np.float64), high.astype(np.float64)
-            lever = np.abs(position.lever)[:, None]
-            approach = np.concatenate([push[:, pressed], hold[:, pressed]]) * lever
-            start = np.full(1, position.base[0]) if side else None
-            psi = balance(
-                approach, position.lever[:, None], position.stiffness[:, None], np.full(1, position.load),
-                low[pressed], high[pressed], start,
-            )  # fmt: skip
-            low[pressed] = high[pressed] = psi
-        return low, high, play
+            near, rows = _taken(near, pressed), pressed
+            if known is not None:
+                least, most = (end[pressed] for end in _within(position, known, zero))
+                low[pressed] = high[pressed] = 0.5 * (least + most)
+                more = np.flatnonzero(position.beyond(near, least, most))
+                near, rows = _taken(near, more), pressed[more]
+            if len(rows):
+                low[rows] = high[rows] = position.balanced(near, bounds[0][rows], bounds[1][rows], bool(side))
+        return low - base_low, high - base_high, play
+
+
+def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:
+    """Columns of values (q, n): an index would turn the order of the array round, which then costs three times more."""
+    return values if len(rows) == values.shape[1] else values.take(rows, axis=1)
+
+
+def _within(position: Position, known: Floats, zero: Zero | None) -> Zero:
+    """Least and largest coordinate, (r,), whose deviation keeps within known ones (r,), see `_off`."""
+    low, high = position.base
+    if zero is None:
+        return max(low, high) - known, min(low, high) + known
+    return zero[1] + low - known, zero[0] + high + known
+
+
+def _off(low: Reals, high: Reals, zero: Zero | None) -> Reals:
+    """Deviation (size,) of followers that stand low .. high, from zero or from where they were set to zero."""
+    if zero is None:
+        return np.maximum(np.abs(low), np.abs(high))
+    return np.maximum(high - zero[0], zero[1] - low)
+
+
+def _pressure(position: Position, square: Singles, x: Singles) -> Floats:
+    """Largest pressure of machines (columns, size) at a position, MPa; square: see `Machines._hard`."""
+    near, low, high = position.bounds(x)
+    psi = position.balanced(near, low.astype(np.float64), high.astype(np.float64), False)
+    approach = near * np.abs(position.lever)
+    pressed = np.maximum(approach + position.lever * psi.astype(SINGLE), 0.0)
+    return np.asarray(np.sqrt((square * pressed).max(axis=0)), dtype=np.float64)
 
 
 def resting(program: Program) -> list[tuple[float, float, bool]]:
@@ -371,17 +484,3 @@ def _direction(rng: np.random.Generator, size: int, value: float, how: Distribut
     angle = 2.0 * pi * rng.random(size, dtype=SINGLE)
     radius = value * np.sqrt(rng.random(size, dtype=SINGLE)) if how == "uniform" else value
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
-
-
-def _explained(x: Singles, used: npt.NDArray[np.intp], deviation: Floats) -> Floats:
-    """Share of the variance of a deviation (size,) that each column (c, size) explains alone, by its correlation."""
-    off = np.asarray(deviation - deviation.mean(), dtype=np.float64)
-    total = float(off @ off)
-    shares = np.zeros(len(x))
-    if total > 0.0:
-        own = np.asarray(x[used] - x[used].mean(axis=1, keepdims=True), dtype=np.float64)
-        square = (own * own).sum(axis=1)
-        found = np.divide((own @ off) ** 2, square * total, out=np.zeros(len(used)), where=square > 0.0)
-        # Numbers that have nothing to do with it correlate by chance: 1 / (n - 1) on the average.
-        shares[used] = np.where(square > 0.0, found - 1.0 / (len(off) - 1), 0.0)
-    return shares

@@ -15,7 +15,7 @@ Arrays: (..., n, q), q stations of all lines; the last two axes are those of `Wa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
@@ -30,9 +30,12 @@ from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.contacts import Contacts
 
 Reals = Floats | npt.NDArray[np.float32]
+Bools = npt.NDArray[np.bool_]
 STEPS = 60
 SAME = 1e-9
 """share of the largest bound to which a balance is found, of single precision what that holds"""
+FEWER = 0.7
+"""share of the rows, or less, that a balance goes on with alone once the others are found"""
 SCALE = 0.005
 """mm, of approach, at which a line contact's stiffness is taken that no load and no preload sets: it falls with the
 load by a logarithm alone, and drops out where nothing but errors presses"""
@@ -74,12 +77,12 @@ class Walls:
     load: Floats
 
     @cached_property
-    def pushes(self) -> npt.NDArray[np.bool_]:
+    def pushes(self) -> Bools:
         """Which stations push, (n, q)."""
         return np.isfinite(self.approach) & (self.lever < 0.0)
 
     @cached_property
-    def holds(self) -> npt.NDArray[np.bool_]:
+    def holds(self) -> Bools:
         """Which stations hold, (n, q)."""
         return np.isfinite(self.approach) & (self.lever > 0.0)
 
@@ -158,7 +161,7 @@ class Walls:
         found[rows] = balance(self._nominal[rows].T, lever, stiffness, self.load[rows], low, high)
         return found
 
-    def _balanced(self, errors: Floats, rows: npt.NDArray[np.bool_], low: Floats, high: Floats) -> Floats:
+    def _balanced(self, errors: Floats, rows: Bools, low: Floats, high: Floats) -> Floats:
         """psi of the rows (..., n) that are pressed, (r,)."""
         at = np.nonzero(rows)[-1]
         approach = self._nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
@@ -178,7 +181,7 @@ class Walls:
 
 
 def balance(
-    approach: Reals, lever: Reals, stiffness: Reals, load: Floats, low: Floats, high: Floats,
+    approach: Reals, lever: Reals, stiffness: Reals, load: Floats, low: Reals, high: Reals,
     start: Floats | None = None,
 ) -> Floats:  # fmt: skip
     """psi (r,) at which stations (q, r) press as hard as loads (r,) ask: sum(-L k [a + L psi]+) = load.
@@ -197,21 +200,52 @@ def balance(
         psi = np.where(np.isnan(start), psi, np.clip(start, below, above))
     kind = approach.dtype
     scale = max(SAME, 8.0 * float(np.finfo(kind).eps)) * np.maximum(np.abs(below), np.abs(above))
+    found, rows = psi, np.arange(len(psi))
+    pressed, on = np.empty_like(approach), np.empty_like(approach)
     for _ in range(STEPS):
-        pressed = lever * psi.astype(kind)
+        np.multiply(lever, psi.astype(kind), out=pressed)
         pressed += approach
-        on = (pressed > 0.0).astype(kind)
+        np.greater(pressed, 0.0, out=on)
         np.maximum(pressed, 0.0, out=pressed)
         rest = -_summed(pull, pressed) - load
         slope = _summed(hard, on)
         below, above = np.where(rest >= 0.0, psi, below), np.where(rest <= 0.0, psi, above)
         fresh = psi + rest / np.where(slope > 0.0, slope, 1.0)
         fresh = np.where((slope > 0.0) & (fresh >= below) & (fresh <= above), fresh, 0.5 * (below + above))
-        done = np.abs(fresh - psi) <= scale
-        psi = fresh
-        if done.all():
-            break
-    return psi
+        left = np.abs(fresh - psi) > scale
+        psi, more = fresh, int(np.count_nonzero(left))
+        if more <= FEWER * len(rows):
+            found[rows] = psi
+            if not more:
+                return found
+            rows = rows[left]
+            psi, below, above, scale = psi[left], below[left], above[left], scale[left]
+            approach, lever, pull, hard, load = (_kept(left, v) for v in (approach, lever, pull, hard, load))
+            pressed, on = np.empty_like(approach), np.empty_like(approach)
+    found[rows] = psi
+    return found
+
+
+def beyond(
+    approach: Reals, lever: Reals, pull: Reals, load: Floats, least: Reals, most: Reals
+) -> Bools:
+    """Which rows' balance lies outside least .. most, (r,): its sum falls with psi, so that its sign there tells.
+
+    pull: lever times stiffness, (q, 1); the others: see `balance`
+    """
+
+    def rest(psi: Reals) -> Reals:
+        pressed = lever * psi.astype(approach.dtype)
+        pressed += approach
+        np.maximum(pressed, 0.0, out=pressed)
+        return -_summed(pull, pressed) - load
+
+    return np.asarray((rest(most) > 0.0) | (rest(least) < 0.0))
+
+
+def _kept(rows: Bools, values: Reals) -> Any:
+    """Those rows of values (..., r), in the order of memory they have; of values (..., 1) that all rows share, all."""
+    return values if values.shape[-1] == 1 else np.compress(rows, values, axis=-1)
 
 
 def _summed(weight: Reals, values: Reals) -> Reals:

@@ -112,9 +112,7 @@ class ToleranceStudy:
 
     def machines(self, spreads: Spreads) -> Machines:
         """Machines whose errors scatter so."""
-        hard = self.sensitivities.hard
-        relative = self.spec is not None and self.spec.reference == "first-dwell"
-        return Machines(self.loaded, spreads, relative, None if hard is None else hard[2].cam_angle)
+        return Machines(self.sensitivities, spreads, self.spec is not None and self.spec.reference == "first-dwell")
 
     @cached_property
     def drawn(self) -> Drawn:
@@ -132,17 +130,22 @@ class ToleranceStudy:
 
         Of a preload and a pressure what is lost or grows, over what may.
         """
-        figures = {"dwell": drawn.dwell, "motion": drawn.motion, "backlash": drawn.backlash}
-        over = [figures[name] / limit for name, limit in self.limits.items()]
-        spec, hard = self.spec, self.sensitivities.hard
+        # Of the moves and of the pressure nothing is drawn where they have no limit.
+        over = [drawn.figure(name) / limit for name, limit in self.limits.items()]
+        spec = self.spec
         if spec is not None and spec.preload_limit is not None and self.preload is not None:
             over.append((self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit))
-        if spec is not None and spec.pressure_limit is not None and hard is not None and drawn.pressure is not None:
-            room = spec.pressure_limit - hard[1]
-            over.append((drawn.pressure - hard[1]) / room if room > 0.0 else np.full(len(drawn.dwell), np.inf))
-        elif spec is not None and spec.pressure_limit is not None:
-            over.append(np.full(len(drawn.dwell), np.inf))  # a pressure that nobody knows keeps no limit
+        if spec is not None and spec.pressure_limit is not None:
+            over.append(self._harder(drawn, spec.pressure_limit))
         return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
+
+    def _harder(self, drawn: Drawn, limit: float) -> Floats:
+        """Growth of every machine's pressure over what a limit, MPa, leaves; infinite where it leaves none, and of a
+        pressure that nobody knows."""
+        hard = self.sensitivities.hard
+        if hard is None or drawn.pressure is None or limit <= hard[1]:
+            return np.full(len(drawn.dwell), np.inf)
+        return np.asarray((drawn.pressure - hard[1]) / (limit - hard[1]))
 
     @property
     def both(self) -> bool:

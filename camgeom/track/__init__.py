@@ -177,6 +177,10 @@ class Pose:
     u: Floats
     turn: npt.NDArray[np.complex128]
 
+    def at(self, rows: npt.NDArray[np.intp]) -> Pose:
+        """The pose at some of its cam angles."""
+        return Pose(self.a.take(rows, axis=-1), self.u.take(rows, axis=-1), self.turn[rows])
+
 
 @dataclass(frozen=True, eq=False)
 class Track:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
-from camgeom.track import TURN, Track
+from camgeom.track import TURN, Pose, Track
 from camgeom.track.flank import Flank
 from camgeom.track.section import Column
 
@@ -27,15 +27,17 @@ Inside = Callable[[Floats], Mask]
 
 
 def touching(
-    track: Track, side: float, phi: Floats, inside: Inside, halvings: int = HALVINGS
+    track: Track, side: float, phi: Floats, inside: Inside, halvings: int = HALVINGS, pose: Pose | None = None
 ) -> tuple[Floats, Floats]:
     """Meridian parameters (n,) between which a roller at cam angles (n,) has a wall beside it; equal where none.
 
     Its contact line leaves the blank where it runs out through the land or an end face: what has a wall is one piece.
+    pose: of that side's track there, where the caller has it.
     """
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
     stations = np.linspace(low, high, PLACES)
-    there = inside(Column(track.eased(side), phi).wall(side, stations))
+    whole = Column(track.eased(side), phi, pose)
+    there = inside(whole.wall(side, stations))
     some = there.any(axis=1)
     at = np.stack((there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)))
     ends = stations[np.where(some, at, 0)]
@@ -43,7 +45,7 @@ def touching(
     rows = np.flatnonzero(some & ((at[0] > 0) | (at[1] < PLACES - 1)))
     if not len(rows):
         return ends[0], ends[1]
-    column = Column(track.eased(side), phi[rows])
+    column = whole.at(rows)
     on, off = ends[:, rows], stations[np.clip(at[:, rows] + ((-1,), (1,)), 0, PLACES - 1)]
     shares = np.arange(1 << AT_ONCE) / (1 << AT_ONCE)
     for _ in range(-(-halvings // AT_ONCE)):

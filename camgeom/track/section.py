@@ -18,6 +18,7 @@ from math import pi
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
@@ -51,11 +52,16 @@ class Column:
 
     track: Track
     phi: Floats
+    given_pose: Pose | None = None
 
     @cached_property
     def pose(self) -> Pose:
-        """Pose jets (order 1)."""
-        return self.track.pose(self.phi, 1)
+        """Pose jets (order 1, or the given ones where the caller already has them)."""
+        return self.given_pose or self.track.pose(self.phi, 1)
+
+    def at(self, rows: npt.NDArray[np.intp]) -> Column:
+        """The same at some of its cam angles."""
+        return Column(self.track, self.phi[rows], self.pose.at(rows))
 
     @cached_property
     def _eased(self) -> dict[float, Column]:

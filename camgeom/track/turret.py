@@ -217,13 +217,16 @@ class Engagement:
     def _fill(self, out: dict[str, Floats], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
         first, last = sorted(track.meridian.parameter(d) for d in track.contact)
         edges = np.linspace(first, last, SLICES + 1)
+        shared = track.pose(phi, 2)
         for side in track.sides:
-            begin, stop = touching(track, side, phi, self.inside, FINE)
+            eased = track.eased(side)
+            pose = shared if eased is track else eased.pose(phi, 2)
+            begin, stop = touching(track, side, phi, self.inside, FINE, pose)
             low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
             some = high > low
             # Of a slice that stands out of the cam with one end, the rest is looked at.
             t = np.where(some, 0.5 * (low + high), self.stations)
-            flank = Flank(track, phi, t, side)
+            flank = Flank(track, phi, t, side, given_pose=pose)
             lever = flank.lever()
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
             out["lever"][way, rows, place] = np.abs(lever)

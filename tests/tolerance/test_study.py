@@ -11,14 +11,16 @@ import pytest
 from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.errors import ProfileError
+from camgeom.maths import Floats
 from camgeom.mechanics.stiffness import Slices
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.tolerance import samples
 from camgeom.tolerance.causes import ARCMIN, CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
 from camgeom.tolerance.samples import BLOCK, Machines
 from camgeom.tolerance.seat import walls_of
-from camgeom.tolerance.sensitivity import Loaded
+from camgeom.tolerance.sensitivity import Loaded, Sensitivities
 from camgeom.track.turret import Engagement
 from tests.places import ROOT
 
@@ -124,17 +126,48 @@ def test_two_errors_add_as_squares_and_each_has_its_part() -> None:
 def test_the_machines_are_the_same_whatever_the_number_of_workers() -> None:
     model = _profile("tool_changer")
     spreads = {key: (0.0, 0.005 * CAUSES[key].scale, "normal") for key in ("roller_diameter", "cam_eccentricity")}
-    one, three = (Machines(_loaded(model), spreads).drawn(3 * BLOCK + 7, workers) for workers in (1, 3))
+    one, three = (Machines(Sensitivities(_loaded(model)), spreads).drawn(3 * BLOCK + 7, workers) for workers in (1, 3))
     for name in ("dwell", "motion", "backlash", "preload"):
         assert np.array_equal(getattr(one, name), getattr(three, name)), name
     assert len(one.dwell) == 3 * BLOCK + 7
     assert one.shares == three.shares
 
 
+def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks beyond the explained ones balance a machine only where it stands further off than before: the same
+    figures, and the balance lies outside a window exactly where its sum's signs at the ends say so."""
+    model = _profile("tool_changer")
+    spreads = {key: (0.0, 0.005 * CAUSES[key].scale, "normal") for key in ("roller_diameter", "cam_eccentricity")}
+    for relative in (False, True):
+        machines = Machines(Sensitivities(_loaded(model)), spreads, relative)
+        whole = machines.drawn(2 * BLOCK)
+        moves = np.maximum(whole.dwell[:BLOCK], _all_moves(machines))
+        with monkeypatch.context() as patch:
+            patch.setattr(samples, "EXPLAINED", 1)
+            few = machines.drawn(2 * BLOCK)
+        for name in ("dwell", "backlash", "preload"):
+            np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
+        np.testing.assert_allclose(few.motion[:BLOCK], moves, rtol=2e-6)
+    position = machines.moving[5]
+    x = machines._numbers(np.random.default_rng(1), 50)
+    near, low, high = position.bounds(x)
+    psi = position.balanced(near, low, high, loaded=True)
+    size = np.abs(psi) + 1e-9
+    for least, most, out in ((-1.002, 1.002, False), (-0.999, 0.999, True)):
+        assert (position.beyond(near, least * size, most * size) == out).all()
+
+
+def _all_moves(machines: Machines) -> Floats:
+    """Deviations of a first block at all moves, every machine balanced at each."""
+    x = machines._numbers(np.random.default_rng([samples.SEED, 0]), BLOCK)
+    zero = machines._stand(machines.resting[0], x)[:2] if machines.relative else None
+    return np.max([samples._off(*machines._stand(position, x)[:2], zero) for position in machines.moving], axis=0)
+
+
 def test_rollers_of_their_own_are_judged_at_every_stop() -> None:
     """One roller's place that is off is off at the stops at which it stands beside the rib, and all stops are seen."""
     model = _profile("tool_changer")
-    machines = Machines(_loaded(model), {"pitch_angle_arcsec": (0.0, 1e-4, "worst")})
+    machines = Machines(Sensitivities(_loaded(model)), {"pitch_angle_arcsec": (0.0, 1e-4, "worst")})
     assert machines.stops == (8, 1)
     assert {position.stop for position in machines.positions if position.dwell} == set(range(8))
     used = {machines.columns[i].owner for p in machines.positions if p.dwell and p.stop == 3 for i in p.columns}
