@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import linprog
 
 from camgeom.errors import ProfileError
 from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.law import Ends
 from camgeom.motion.optimal.best import Best, Impossible, best
+from camgeom.motion.optimal.programme import STEPS
 from camgeom.motion.optimal.wish import Wish
 from camgeom.motion.table import Table
 
@@ -212,6 +214,27 @@ def test_the_bound_holds_against_a_finer_programme(name: str) -> None:
     assert solved.value >= law.bound * (1.0 - 1e-9)
     assert law.value <= solved.value * (1.0 + 1e-6)
     assert solved.value == pytest.approx(law.value, rel=2e-3)
+
+
+def test_a_search_whose_moves_are_as_small_as_the_solvers_tolerance_ends() -> None:
+    """A fast ceiling on velocity and jerk beside a band: breaks that move by millionths are found in reaches, where a
+    programme takes no more steps than it has rows and unknowns; the law keeps its limits and its bound is near."""
+    steps: list[float] = []
+
+    def counted(*words: Any, **more: Any) -> Any:
+        answer = linprog(*words, **more)
+        steps.append(answer.nit / (np.size(words[0]) + len(more["b_ub"])))
+        return answer
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("scipy.optimize.linprog", counted)
+        law = found(Wish("residual", jerk=150.0, velocity=1.5, band=(3.0, 10.0)))
+    assert law.value == pytest.approx(0.0048708, rel=2e-4)
+    assert law.gap < 1e-3
+    assert law.peaks["velocity"] <= 1.5 * (1.0 + 1e-9)
+    assert law.peaks["jerk"] <= 150.0 * (1.0 + 1e-9)
+    assert max(steps) < STEPS
+    assert np.median(steps) < 1.0
 
 
 def test_the_segment_joins_what_moves_beside_it() -> None:

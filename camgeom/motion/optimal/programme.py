@@ -27,6 +27,9 @@ STILL = 1e-6
 """what a unit of a break's move costs against a unit of what is least"""
 PACES = np.array([0.0, 0.02, 0.06, 0.15, 0.4, 1.0])
 """where the straight pieces of that cost meet, shares of the reach"""
+STEPS = 20
+"""steps of the simplex method for each row and unknown after which a programme counts as lost; one takes one to three
+"""
 CLOSEST = 1e-3
 """no two breaks that move come closer than this share of the travel"""
 
@@ -203,7 +206,7 @@ class Programme:
             self.velocity_below = rows.add(lower, np.full(len(block), limit.const + begun))
 
     def solve(self) -> Solved | None:
-        """The best shape and its multipliers; None where the rows leave none."""
+        """The best shape and its multipliers; None where the rows leave none, or the solver finds none in its steps."""
         from scipy.optimize import linprog
 
         cost = np.zeros(self.width)
@@ -211,17 +214,17 @@ class Programme:
         matrix, equal, low, high = self.matrix, self.equal, self.low, self.high
         if self.moves:
             # What a move costs of the second order, as a row of straight pieces forth and back; and each costs a
-            # trifle, so that breaks that gain nothing stay.
+            # trifle, so that breaks that gain nothing stay. Moves count in reaches: in the travel they are as small as
+            # the solver's tolerance in the end, and the simplex method then steps about one corner for minutes.
             moves = slice(self.levels, self.levels + self.moves)
             stiff = np.zeros(self.moves) if self.stiff is None else self.stiff
-            steps = [np.diff(PACES) * self.reach, 0.5 * (PACES[1:] + PACES[:-1]) * self.reach]
             for sign in (1.0, -1.0):
-                for width, middle in zip(*steps, strict=True):
+                for width, middle in zip(np.diff(PACES), 0.5 * (PACES[1:] + PACES[:-1]) * self.reach, strict=True):
                     matrix, equal = (
-                        np.hstack([rows, sign * own[:, moves]])
+                        np.hstack([rows, sign * self.reach * own[:, moves]])
                         for rows, own in ((matrix, self.matrix), (equal, self.equal))
                     )
-                    cost = np.concatenate([cost, stiff * middle + STILL * self.value])
+                    cost = np.concatenate([cost, self.reach * (stiff * middle + STILL * self.value)])
                     low = np.concatenate([low, np.zeros(self.moves)])
                     high = np.concatenate([high, np.full(self.moves, width)])
             low = low.copy()
@@ -236,8 +239,9 @@ class Programme:
             b_eq=self.wanted,
             bounds=np.column_stack([low, high]),
             method="highs",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False},
-        )
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False,
+                     "maxiter": STEPS * sum(matrix.shape)},
+        )  # fmt: skip
         if answer.x is None or not answer.success:
             return None
         worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
@@ -249,7 +253,7 @@ class Programme:
         x = shape.x.copy()
         if self.moves:
             forth, back = unknowns[self.width :].reshape(2, -1, self.moves).sum(axis=1)
-            x[1:-1] += forth - back
+            x[1:-1] += self.reach * (forth - back)
         none = np.zeros(len(self.places))
         above = below = none
         if len(self.places):
