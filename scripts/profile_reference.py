@@ -25,9 +25,15 @@ A profile is a TOML file. This page is made from the schema by `scripts/profile_
 the schema itself, for editors that complete and check while you type, and `camgeom new KIND` a commented profile to
 start from. With `camgeom schema > camgeom.schema.json` beside a profile, editors that know Taplo find it by the
 profile's line `#:schema camgeom.schema.json`. Lengths are mm, angles degrees, forces N, stresses MPa, masses kg,
-inertias kg m², speeds r/min. A key without a default must be given unless its meaning says what it is otherwise. A key
-that is misspelt, out of range or missing is reported with its allowed range and the nearest spelling, all of them at
-once; so is a key that means nothing for the cam, follower, roller, tool or solver of the profile (other than at its
+inertias kg m², speeds r/min. With `units = "inch"` at the top every length that the profile states is in inches: keys
+whose meaning begins with mm, their arrays and scatters, and for translating followers `to`, its rates per degree and
+the lifts among a law's own keys. Nothing else changes: a key that ends in `_mm` keeps mm as its name says, and N,
+N/mm, N mm, N m, MPa, kg, mm/s, mm/min, mm2/s, mm3/(N m) and um stay (1 lbf = 4.4482 N, 1 lbf/in = 0.17513 N/mm, 1 psi
+= 0.0068948 MPa). Options of the command line (`--tolerance`), data files and results are mm, and say so; lift tables
+in files and forces that are expressions of the lift are refused by name there. `with_`, `--vary` and the page write
+the profile's own unit. A key without a default must be given unless its meaning says what it is otherwise. A key that
+is misspelt, out of range or missing is reported with its allowed range and the nearest spelling, all of them at once;
+so is a key that means nothing for the cam, follower, roller, tool or solver of the profile (other than at its
 default), with what it belongs to.
 """
 

@@ -325,6 +325,7 @@ def summary(result: Result, files: Iterable[str]) -> list[str]:
     """All lines for one result."""
     data = result.data
     lines = [f"{data['name']} ({data['kind']}): {_verdict(result)}"]
+    lines += [f"  units: {data['units']}"] if "units" in data else []
     lines += _findings(result.findings)
     lines += [f"  {result.verdict.loads.sentence}"] if result.verdict.loads is not None else []
     lines += [f"  not judged: {word.check}: {word.reason}" for word in result.verdict.not_judged]

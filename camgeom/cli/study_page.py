@@ -35,6 +35,8 @@ from camgeom.drawing.sheet import number
 from camgeom.errors import ProfileError
 from camgeom.keys import Section
 from camgeom.maths import Floats
+from camgeom.profile.errors import OF_SLIDE
+from camgeom.profile.units import is_length
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -178,10 +180,14 @@ def unit_of(profile: Profile | None, path: Sequence[str | int]) -> str:
             found = found[part]
         else:
             return ""
-    if not isinstance(found, Section):
+    if profile is None or not isinstance(found, Section):
         return ""
     fields = type(found).model_fields
     about = next((field.description or "" for name, field in fields.items() if path[-1] in (name, field.alias)), "")
+    if profile.units == "inch" and is_length(str(path[-1]), about, profile.rotating):
+        return "in"
+    if profile.rotating and OF_SLIDE.match(about):
+        return "°"
     known = ("r/min", "N/mm", "N mm", "kg m2", "kg/m³", "MPa", "deg", "mm", "kg", "m/s2", "N m", "N", "h", "s", "Hz")
     parts = re.split(r"[,;(]\s*", about)
     return next((unit for part in parts for unit in known if part.strip() == unit), "").replace("deg", "°")

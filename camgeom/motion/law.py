@@ -224,6 +224,8 @@ class Parameter:
     high: float
     help: str
     kind: Literal["number", "integer", "switch", "text", "list"] = "number"
+    lift: Literal["", "number", "last", "refused"] = ""
+    """what of it is a lift, in the unit of the profile: the number, the last of each entry, or what a file holds"""
 
     @property
     def allowed(self) -> str:

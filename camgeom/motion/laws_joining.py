@@ -70,7 +70,9 @@ def polynomial(ends: Ends, order: int) -> list[Piece]:
     claims=QUINTIC,
     cases=BY_ORDER,
     joins=True,
-    points=Parameter((), 0, 0, "points to pass through: [share of the segment, lift above its start] pairs", "list"),
+    points=Parameter(
+        (), 0, 0, "points to pass through: [share of the segment, lift above its start] pairs", "list", "last"
+    ),
     order=_order(),
 )
 def spline(ends: Ends, points: tuple[tuple[float, float], ...], order: int) -> list[Piece]:
@@ -98,7 +100,8 @@ def spline(ends: Ends, points: tuple[tuple[float, float], ...], order: int) -> l
     claims=QUINTIC,
     cases=BY_ORDER,
     joins=True,
-    control=Parameter((), 0, 0, "inner control values (lift above the segment's start), evenly spread", "list"),
+    control=Parameter((), 0, 0, "inner control values (lift above the segment's start), evenly spread", "list",
+                      "last"),
     order=_order(),
 )
 def b_spline(ends: Ends, control: tuple[float, ...], order: int) -> list[Piece]:
@@ -120,9 +123,12 @@ def b_spline(ends: Ends, control: tuple[float, ...], order: int) -> list[Piece]:
     cases=BY_ORDER,
     joins=True,
     data=("file", "rows"),
-    file=Parameter("", 0, 0, "CSV file with two columns, cam angle and lift; relative to the profile", "text"),
-    rows=Parameter((), 0, 0, "the same rows inline: [[angle, lift], ...]", "list"),
-    smoothing=Parameter(-1.0, -1.0, 1e5, "standard deviation of the measured lifts; -1: found from the data"),
+    file=Parameter("", 0, 0, "CSV file with two columns, cam angle and lift; relative to the profile", "text",
+                   "refused"),
+    rows=Parameter((), 0, 0, "the same rows inline: [[angle, lift], ...]", "list", "last"),
+    smoothing=Parameter(
+        -1.0, -1.0, 1e5, "standard deviation of the measured lifts; -1: found from the data", lift="number"
+    ),
     knots=Parameter(100, 0, 400, "largest number of inner knots", "integer"),
     order=_order(),
 )

@@ -36,6 +36,7 @@ from camgeom.profile.sections import (
 from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
 from camgeom.profile.twice import contradictions
+from camgeom.profile.units import INCH, Units, as_stated
 from camgeom.reading import decode, read_bytes
 from camgeom.track import TURN
 from camgeom.track.follower import AnyFollower, AnyRoller, Setup, TurretFollower
@@ -67,6 +68,11 @@ class Profile(Section):
     """One cam design. `cam` is the section of its kind, chosen from the registry of cam types."""
 
     name: Annotated[str, Field(min_length=1, max_length=120)] = Field("cam", description="shown in reports")
+    units: Units = Field(
+        "mm", description="of every length that the profile states: keys whose meaning begins with mm, and lifts of a "
+        "follower that translates; a key whose name ends in _mm keeps mm, and N/mm, mm/s, mm/min and um stay; results "
+        "are in mm"
+    )
     reproduces: Reproduced | None = Field(
         None, description="the source document that the profile is the machine of: its report then shows every printed "
         "result beside ours (`camgeom validate`)"
@@ -121,6 +127,18 @@ class Profile(Section):
     def rotating(self) -> bool:
         """True where positions of the motion are degrees: swinging followers and turrets."""
         return self.follower.rotating
+
+    @property
+    def units_note(self) -> str:
+        """What stands beside results where the profile's lengths are in another unit; empty where they are not."""
+        return "the profile states lengths in inches; every result is in mm" if self.units == "inch" else ""
+
+    @property
+    def lift_unit(self) -> tuple[float, str]:
+        """What a lift of the program, mm or rad, is divided by to give one as the profile states it, and the unit."""
+        if self.rotating:
+            return np.pi / 180.0, "°"
+        return (INCH, "in") if self.units == "inch" else (1.0, "mm")
 
     @property
     def dynamics_spec(self) -> DynamicsSpec | None:
@@ -231,7 +249,7 @@ class Profile(Section):
 
         from camgeom.motion.own import loaded_contents
 
-        found = hashlib.sha256(self.model_dump_json(exclude={"source"}).encode())
+        found = hashlib.sha256(self.model_dump_json(exclude={"source", "units"}).encode())
         for segment in self.motion:
             for key, value in segment.parameters:
                 if key == "file":
@@ -316,10 +334,15 @@ def from_data(
 ) -> Profile:
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
     reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
-    profile = Profile(**reader.parts(), source=file)
+    try:
+        profile = Profile(**reader.parts(), source=file)
+        if found := _cross_checks(profile):
+            raise ProfileError(first_of(found), file)
+    except ProfileError as error:
+        if data.get("units") != "inch":
+            raise
+        raise ProfileError(as_stated(error.problems, data), error.file) from None
     profile._stated = data
-    if found := _cross_checks(profile):
-        raise ProfileError(first_of(found), file)
     return profile
 
 

@@ -11,7 +11,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from camgeom.errors import Problem, did_you_mean, nearest
-from camgeom.profile.text import Path_, dotted, number_hint
+from camgeom.profile.syntax import number_hint
+from camgeom.profile.text import Path_, dotted
 
 Model = type[BaseModel]
 Sections = Mapping[str, Sequence[Model]]
@@ -20,6 +21,8 @@ Sections = Mapping[str, Sequence[Model]]
 MOST_PROBLEMS = 50
 """More are not told; nobody reads further, and a hostile file must not make us look up spellings for ever."""
 UNKNOWN = "unknown key"
+OF_SLIDE = re.compile(r"deg \(mm|mm \((?:or )?deg")
+"""at the head of a meaning: mm of a translating follower, degrees of one that turns"""
 
 _WRONG_TYPE = {
     "float": "needs a number",
@@ -173,6 +176,11 @@ def _problem(
         shown = None if isinstance(value, _Shown) else value
         return Problem(key, str(context.get("error", item["msg"])), shown, allowed)
     hint = number_hint(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
+    given = item.get("input")
+    if kind == "tuple_type" and isinstance(given, dict) and field is not None and any(models_in(field.annotation)):
+        hint = f"write [[{key}]] in double brackets: each is a table of its own"
+    elif kind in ("model_type", "dict_type") and isinstance(given, tuple):
+        hint = f"write [{key}] in single brackets: there is one of it"
     return Problem(key, _message(kind, item), value, allowed, hint)
 
 
@@ -241,7 +249,8 @@ def range_text(field: FieldInfo) -> str:
     constraints = [*field.metadata, *_constraints(field.annotation)]
     bounds = {name: getattr(c, name) for c in constraints for name in _BOUNDS if getattr(c, name, None) is not None}
     parts = [text.format(bounds[name]) for name, text in _BOUNDS.items() if name in bounds]
-    unit = _unit(field.description or "")
+    text = field.description or ""
+    unit = "mm or deg" if OF_SLIDE.match(text) else _unit(text)
     return " and ".join(parts) + (f" {unit}" if unit and parts else "")
 
 

@@ -35,6 +35,7 @@ from camgeom.profile.sections import (
     TitleBlock,
 )
 from camgeom.profile.text import Path_, beside, dotted, number_table, text_fault
+from camgeom.profile.units import Units, in_mm
 from camgeom.track.follower import (
     AnyFollower,
     ConeRoller,
@@ -50,7 +51,7 @@ from camgeom.track.follower import (
 if TYPE_CHECKING:
     from camgeom.profile.duty import OperatingState
 
-FOLLOWERS: dict[str, Model] = {
+FOLLOWERS: dict[str, type[AnyFollower]] = {
     "translating": TranslatingFollower,
     "swinging": SwingingFollower,
     "turret": TurretFollower,
@@ -64,7 +65,7 @@ ROLLERS: dict[str, Model] = {
 }
 ROLLER_TABLES = ("roller", "return_roller")
 """the tables of rollers"""
-TOP = ("name", "reproduces", "cam", "follower", *ROLLER_TABLES, "motion", "duty")
+TOP = ("name", "units", "reproduces", "cam", "follower", *ROLLER_TABLES, "motion", "duty")
 """what a profile may have at its top beside its other sections"""
 PLAIN_SECTIONS: dict[str, Model] = {
     "operation": Operation,
@@ -98,6 +99,10 @@ class Reader:
         """The typed sections by name. Raises ProfileError with every problem found."""
         parts: dict[str, Any] = {}
         models = self._models()
+        parts["units"] = self._one_of("units", get_args(Units), "a unit of length") or "mm"
+        if parts["units"] == "inch":
+            self.data, found = in_mm(self.data, self.sections, self.rotating)
+            self.problems += found
         self._refuse_unknown_sections()
         for name, model in models.items():
             if model is not None:
@@ -105,7 +110,7 @@ class Reader:
         parts["motion"] = self._motion()
         parts["duty"] = self._duty()
         parts["name"] = self._name()
-        parts["reproduces"] = self._reproduces()
+        parts["reproduces"] = self._one_of("reproduces", get_args(Reproduced), "a source document")
         if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
             # The motion as a whole is judged even where another section is wrong.
             self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], self.span, self.file)
@@ -120,6 +125,7 @@ class Reader:
         accepted = cam_model.FOLLOWERS if cam_model else tuple(FOLLOWERS)
         self.span = cam_model.MOTION_SPAN if cam_model else 360.0
         follower = self._choice("follower", "kind", tuple(FOLLOWERS), "a follower kind", accepted[0])
+        self.rotating = follower is not None and FOLLOWERS[follower].rotating
         if cam and follower and follower not in accepted:
             message = f"a {cam} cam has no such follower"
             self.problems.append(Problem("follower.kind", message, follower, ", ".join(accepted)))
@@ -316,14 +322,13 @@ class Reader:
         typed: MotionSegment | None = self._typed(MotionSegment, own, at)
         return None if found else typed
 
-    def _reproduces(self) -> str | None:
-        """The source document that the profile is the machine of."""
-        if "reproduces" not in self.data:
+    def _one_of(self, key: str, allowed: tuple[str, ...], what: str) -> str | None:
+        """The word under a key at the top; None where it is left out, or wrong, which is then among the problems."""
+        if key not in self.data:
             return None
-        allowed = get_args(Reproduced)
-        value = self.data["reproduces"]
+        value = self.data[key]
         if value not in allowed:
-            self.problems.append(choice_problem("reproduces", value, allowed, "a source document"))
+            self.problems.append(choice_problem(key, value, allowed, what))
             return None
         return str(value)
 

@@ -18,6 +18,7 @@ from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLER_TABLES, ROLLERS
 from camgeom.profile.sections import MOST_STATES, MotionSegment, Reproduced
+from camgeom.profile.units import Units
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]
@@ -29,6 +30,9 @@ def schema() -> Schema:
     optional = {name: getattr(import_module(home), word) for name, (home, word) in OPTIONAL_SECTIONS.items()}
     sections: Schema = {
         "name": {"type": "string", "minLength": 1, "maxLength": 120, "description": "shown in reports"},
+        "units": {
+            "type": "string", "enum": list(get_args(Units)), "default": "mm", "description": _meaning("units")
+        },
         "reproduces": {
             "type": "string", "enum": list(get_args(Reproduced)), "description": _meaning("reproduces")
         },

@@ -38,7 +38,7 @@ class MotionSegment(Section):
 
     until: Annotated[float, Field(gt=0.0, le=360.0)] = Field(description="deg, cam angle at the segment's end")
     to: Degrees | None = Field(
-        None, description="position at the segment's end, mm (degrees for swinging followers and turrets); none: dwell"
+        None, description="mm (deg of swinging followers and turrets), position at the segment's end; none: dwell"
     )
     law: Annotated[str, Field(max_length=60)] | None = Field(None, description="motion law, see `camgeom laws`")
     velocity: Number | None = Field(

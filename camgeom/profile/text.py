@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from camgeom.errors import UNSEEN, Problem, ProfileError
+from camgeom.profile.syntax import line_hint
 from camgeom.reading import lines_of, os_reason, read_bytes, refuse
 
 MAX_BYTES = 1_000_000
@@ -35,7 +36,6 @@ MAX_KEY_PARTS = 32
 MAX_WHOLE = 2**63
 MAX_TABLE_ROWS = 200_000
 MOST_BAD_VALUES = 100
-INCHES = ("in", "inch", "inches", "zoll")
 
 _NOT_IN_KEY = re.compile(r"[\n=,\[{#]")
 _QUOTED_PART = re.compile(r"[\"'][ \t]*\.")
@@ -67,7 +67,7 @@ def load(text: str, file: str) -> tuple[dict[str, Any], list[Problem], set[Path_
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        hint = _line_hint(text, str(error))
+        hint = line_hint(text, str(error))
         raise ProfileError([Problem("TOML syntax", _first_lower(str(error)), hint=hint)], file) from None
     except RecursionError:
         raise refuse("arrays or tables are nested too deeply", file, allowed=f"at most {MAX_DEPTH} levels") from None
@@ -86,30 +86,6 @@ def cleaned(data: dict[str, Any], file: str = "") -> tuple[dict[str, Any], list[
 
 def _first_lower(text: str) -> str:
     return text[:1].lower() + text[1:]
-
-
-def _line_hint(text: str, message: str) -> str:
-    """What the line that a message of the TOML reader names was meant to say; empty where nobody knows."""
-    place = re.search(r"at line (\d+)", message)
-    lines = text.split("\n")
-    if place is None or int(place[1]) > len(lines):
-        return ""
-    given = re.match(r"\s*[\w.-]+\s*=\s*([^#]*)", lines[int(place[1]) - 1])
-    return number_hint(given[1].strip()) if given else ""
-
-
-def number_hint(text: str) -> str:
-    """How a number was to be written that stands with a unit, a decimal comma or quotes; empty where it is none."""
-    found = re.fullmatch(r"[\"']?\s*([+-]?\d[\d_]*(?:[.,]\d+)?)\s*([a-zA-Z°µ²³/\"']*)", text[:60])
-    if found is None:
-        return ""
-    point = found[1].replace(",", ".")
-    unit = found[2].rstrip("\"'") or ("in" if found[2] == '"' and not text.startswith('"') else "")
-    if unit.lower() in INCHES:
-        return f"lengths are mm: {point} in is {25.4 * float(point):.7g}"
-    if unit:
-        return f"a number stands without its unit: {point}"
-    return f"a number has a decimal point and no quotes: {point}"
 
 
 def _refuse_long_keys(text: str, file: str) -> None:

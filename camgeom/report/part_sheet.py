@@ -185,13 +185,14 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
     direction = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     block, body = profile.drawing, profile.material.cam
     hard = "" if body.hardness is None else f"{number(body.hardness)} HRC"
+    size = "A3, mm, not inch" if profile.units == "inch" else "A3, mm, degrees"
     cells = (
         ("Number", block.number), ("Revision", block.revision), ("Date", block.date), ("Drawn", block.author),
         ("Approved", block.approved), (PROJECTION, ""),
         ("Material", body.name), ("Treatment", block.treatment),
         ("General tolerances", block.general_tolerance), ("Finish of the flanks", block.finish),
         ("Mass", f"{number(mass, 4)} kg"), ("Density", f"{number(body.density)} kg/m³"),
-        ("Scale", ratio), ("Sheet, dimensions", "A3, mm, degrees"), ("Turns, seen from +Z", direction),
+        ("Scale", ratio), ("Sheet, dimensions", size), ("Turns, seen from +Z", direction),
         ("Profile", visible(Path(profile.source).name)), ("Made with", f"camgeom {__version__}"), ("Hardness", hard),
     )  # fmt: skip
     width, top, pitch = (RIGHT - SPLIT) / COLUMNS, BLOCK + 18.0, 8.0

@@ -90,6 +90,8 @@ def compute(
     if "contact" in asked and model.profile.material.cam.bending_limit is not None:
         asked.add("body")
     data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
+    if model.profile.units_note:
+        data["units"] = model.profile.units_note
     if model.profile.reproduces is not None:
         data["reproduces"] = model.profile.reproduces
     data |= _sections(model, asked & FIRST, noted)

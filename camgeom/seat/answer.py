@@ -177,13 +177,13 @@ def _figures(asked: Asked) -> Stage:
     model = asked.model
     page = headed(model, None, ())
     theta = np.linspace(0.0, TURN, 361)
-    one = 180.0 / np.pi if model.profile.rotating else 1.0
+    one, unit = model.profile.lift_unit
     return {
         "title": page.title,
         "kind": page.kind,
-        "unit": "°" if model.profile.rotating else "mm",
+        "unit": unit,
         "span": model.profile.cam.MOTION_SPAN,
-        "lift": np.round(one * model.setup.program.jet(theta, 0)[0], 6).tolist(),
+        "lift": np.round(model.setup.program.jet(theta, 0)[0] / one, 6).tolist(),
         **_compared(asked, ("motion", "flank")),
         "plots": _plots(model, asked.other, asked.width),
     }

@@ -34,6 +34,7 @@ ONLY_NAMES = "a name, shown and not judged"
 ONLY_FILE = "how a file is written"
 EXEMPT = {
     "name": ONLY_NAMES,
+    "units": "another way to state the same lengths: tested in tests/profile/test_units.py",
     "reproduces": "names what the report tells beside the design",
     "material.cam.name": ONLY_NAMES,
     "material.roller.name": ONLY_NAMES,

@@ -385,6 +385,18 @@ PIN = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
         ('"170"', "a number has a decimal point and no quotes: 170"),
         ('"6.7 in"', "lengths are mm: 6.7 in is 170.18"),
         ('6.7"', "lengths are mm: 6.7 in is 170.18"),
+        ("1.7e2mm", "a number stands without its unit: 1.7e2"),
+        (".5", "a number begins with a digit: 0.5"),
+        ("5.", "a number ends with a digit: 5.0"),
+        ("012", "a number has no zero in front: 12"),
+        ("1 000", "digits stand together, with a decimal point: 1000"),
+        ("1.000,5", "digits stand together, with a decimal point: 1000.5"),
+        ("360/7", "a value is a number, no formula: 51.4285714285714"),
+        ("12 ; thick", "a comment begins with #: 12  # ..."),
+        ("True", "write true"),
+        ("disc", 'a text stands in straight quotes: "disc"'),
+        ("“disc”", 'a text stands in straight quotes: "disc"'),
+        ("", "a value is missing behind ="),
         ("12 deg", "a number stands without its unit: 12"),
     ],
 )
@@ -408,3 +420,18 @@ def test_a_table_in_double_brackets_is_told(table: str) -> None:
     text = PIN.replace(f"[{table}]", f"[[{table}]]")
     with pytest.raises(ProfileError, match=rf"write \[{table}\] in single brackets"):
         parse(text)
+
+
+@pytest.mark.parametrize(("old", "new", "hint"), [
+    ("[[motion]]", "[motion]", "write [[motion]] in double brackets each time"),
+    ("[cam]", "[cam", "write [cam]"),
+    ("diameter = 134", "diameter: 134", "write diameter = 134"),
+    ("diameter = 134", "diameter = 134\ndiameter = 140", "already: take one of the two away"),
+    ("[roller]", "[cam]\nbore = 3\n[roller]", "already: put its keys there"),
+    ("[operation]", "[operation.force]\nexpression = '5'\n[operation]", "write [[operation.force]] in double brackets"),
+    ("[material.cam]", "[[material.cam]]", "write [material.cam] in single brackets"),
+])  # fmt: skip
+def test_mistakes_of_brackets_signs_and_repeats_are_told(old: str, new: str, hint: str) -> None:
+    with pytest.raises(ProfileError) as refused:
+        parse(PIN.replace(old, new, 1))
+    assert hint in str(refused.value)

@@ -47,6 +47,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
     """Why no kernel carries these keys, whatever the cam; None where that is for the kernel to say."""
     from camgeom.profile.idle import ENDS, idle_keys
 
+    if profile.units != "mm":
+        return "a profile in inches is computed by the exact model"
     if profile.duty:
         return "[[duty]]: damage is summed over its states by the exact model"
     if profile.return_roller is not None:

@@ -160,7 +160,8 @@ def parameters(model: Model) -> tuple[Block, ...]:
     """Every key of the profile with its value, unit and meaning; defaults included."""
     rows = tuple(_rows(model.profile, ""))
     columns = (Column("Key"), Column("Value"), Column("Meaning"))
-    return (Table("The profile, with defaults", columns, rows),)
+    note = f"; {model.profile.units_note}" if model.profile.units_note else ""
+    return (Table(f"The profile, with defaults{note}", columns, rows),)
 
 
 def _rows(section: Section, prefix: str) -> Iterator[tuple[Cell, ...]]:

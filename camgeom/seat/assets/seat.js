@@ -280,11 +280,12 @@
 
   function form() {
     if (!state.schema) return;
-    const shape = JSON.stringify([SECTIONS.map((path) => Object.keys(at(state.data, path) ?? {})), state.data.cam?.kind, state.data.follower?.kind, state.data.roller?.shape, [...state.extra]]);
+    const shape = JSON.stringify([state.data.units, SECTIONS.map((path) => Object.keys(at(state.data, path) ?? {})), state.data.cam?.kind, state.data.follower?.kind, state.data.roller?.shape, [...state.extra]]);
     if (shape !== state.shape) {
       state.shape = shape;
       const absent = SECTIONS.filter((path) => at(state.data, path) === undefined && !state.extra.has(path) && sectionSchema(path)?.properties);
-      find("form").replaceChildren(field("name", { type: "string", description: "shown in reports" }, state.data.name, false), ...SECTIONS.map(section).filter(Boolean), adder("Add a table…", absent, (path) => state.extra.add(path)));
+      const units = state.data.units === undefined ? [] : [field("units", state.schema.properties.units, state.data.units, false)];
+      find("form").replaceChildren(field("name", { type: "string", description: "shown in reports" }, state.data.name, false), ...units, ...SECTIONS.map(section).filter(Boolean), adder("Add a table…", absent, (path) => state.extra.add(path)));
     } else {
       for (const box of document.querySelectorAll("#form .field")) box.refresh?.(at(state.data, box.dataset.key));
     }
@@ -310,12 +311,19 @@
     return node("fieldset", {}, node("legend", {}, path), ...fields, force, adder("Add a key…", more, (name) => state.extra.add(`${path}.${name}`)));
   }
 
+  // The meaning of a key in the unit in which the profile states it.
+  function inUnits(name, text) {
+    if (state.data.units !== "inch" || !text || name.endsWith("_mm")) return text;
+    const turns = ["swinging", "turret"].includes(state.data.follower?.kind);
+    return turns && /^(mm \((or )?deg|deg \(mm)/.test(text) ? text : text.replace(/^mm(?![\w/²³^])|(?<=^deg \()mm/, "in");
+  }
+
   function field(key, schema, value, optional) {
     const name = key.split(".").pop();
     const id = `field-${key}`;
     const number = schema.type === "number" || schema.type === "integer" || (schema.anyOf && typeof value === "number");
     const box = node("div", { class: "field", "data-key": key });
-    const about = [schema.description, schema.default !== undefined && value === undefined ? `default ${JSON.stringify(schema.default)}` : ""].filter(Boolean).join("; ");
+    const about = [inUnits(name, schema.description), schema.default !== undefined && value === undefined ? `default ${JSON.stringify(schema.default)}` : ""].filter(Boolean).join("; ");
     const gone = optional ? node("button", { title: `Take ${name} away`, onclick: () => { state.gesture++; state.extra.delete(key); change(key, null); } }, "×") : "";
     let input;
     let set;
@@ -474,6 +482,8 @@
     return state.lift[i] + (angle - i) * (state.lift[i + 1] - state.lift[i]);
   };
 
+  const lift = (fine) => (fine ? 0.01 : 0.1) / (state.unit === "in" ? 20 : 1);
+
   function moved(i, until, to, fine) {
     const motion = state.data.motion, last = i === motion.length - 1;
     const step = fine ? 0.05 : 0.5;
@@ -483,7 +493,7 @@
       if (angle !== motion[i].until) { motion[i].until = angle; change(`motion[${i}].until`, angle); }
     }
     if (motion[i].to !== undefined && to !== null) {
-      const place = tidy(Math.round(to / (fine ? 0.01 : 0.1)) * (fine ? 0.01 : 0.1));
+      const place = tidy(Math.round(to / lift(fine)) * lift(fine));
       if (place !== motion[i].to) { motion[i].to = place; change(`motion[${i}].to`, place); }
     }
   }
@@ -522,7 +532,7 @@
     event.preventDefault();
     state.gesture++;
     const one = state.data.motion[i], fine = event.shiftKey;
-    moved(i, by[0] ? one.until + by[0] * (fine ? 0.05 : 0.5) : null, by[1] && one.to !== undefined ? one.to + by[1] * (fine ? 0.01 : 0.1) : null, fine);
+    moved(i, by[0] ? one.until + by[0] * (fine ? 0.05 : 0.5) : null, by[1] && one.to !== undefined ? one.to + by[1] * lift(fine) : null, fine);
     diagram();
   }
 
