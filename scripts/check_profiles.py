@@ -9,7 +9,8 @@ An expected file maps a path in result.json to what must stand there:
      "checks.pressure-angle.passed": {"value": true},         in a list: by position, or by the entry's check or name
      "exit_status": {"value": 1}}                             of `camgeom run`; 0 unless stated
 
-The exit status is 0 when every number holds, else 1. A profile without an expected file, or with an empty one, fails.
+Every result is also held to `camgeom schema --result`. The exit status is 0 when all holds, else 1.
+A profile without an expected file, or with an empty one, fails.
 """
 
 from __future__ import annotations
@@ -17,15 +18,18 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
 LIMITS = {"value", "rel", "abs", "min", "max"}
 
 
@@ -103,6 +107,51 @@ def compare(profile: str, result: dict[str, Any], expected: dict[str, dict[str, 
     return lines
 
 
+JSON_TYPES: dict[str, tuple[type, ...]] = {
+    "object": (dict,), "array": (list,), "string": (str,), "boolean": (bool,), "integer": (int,),
+    "number": (int, float), "null": (type(None),),
+}  # fmt: skip
+
+
+def astray(value: Any, schema: dict[str, Any], whole: dict[str, Any], at: str = "result") -> Iterator[str]:
+    """Where a value is not what a JSON Schema says; of the words that the schema of a result has."""
+    if "$ref" in schema:
+        yield from astray(value, whole["$defs"][schema["$ref"].rpartition("/")[2]], whole, at)
+    if "const" in schema and value != schema["const"]:
+        yield f"{at} is {value!r}, not {schema['const']!r}"
+    if "enum" in schema and value not in schema["enum"]:
+        yield f"{at} is {value!r}, none of {schema['enum']}"
+    if "anyOf" in schema:
+        tried = [list(astray(value, option, whole, at)) for option in schema["anyOf"]]
+        if all(tried):
+            yield min(tried, key=len)[0]
+    names = schema.get("type", [])
+    allowed = [kind for name in ([names] if isinstance(names, str) else names) for kind in JSON_TYPES[name]]
+    if allowed and (not isinstance(value, tuple(allowed)) or (isinstance(value, bool) and bool not in allowed)):
+        yield f"{at} is {value!r}, no {names}"
+    elif isinstance(value, dict):
+        yield from (f"{at} has no {key}" for key in schema.get("required", ()) if key not in value)
+        for key, item in value.items():
+            own = [schema["properties"][key]] if key in schema.get("properties", {}) else []
+            own += [part for words, part in schema.get("patternProperties", {}).items() if re.search(words, key)]
+            rest = schema.get("additionalProperties", {}) if not own else {}
+            if rest is False:
+                yield f"{at}.{key} is not described"
+            for part in own or [rest or {}]:
+                yield from astray(item, part, whole, f"{at}.{key}")
+    elif isinstance(value, list):
+        for i, item in enumerate(value):
+            yield from astray(item, schema.get("items", {}), whole, f"{at}[{i}]")
+
+
+def described(name: str, result: dict[str, Any]) -> list[Line]:
+    """Where a result is not what `camgeom schema --result` says."""
+    from camgeom.report.result_schema import schema
+
+    whole = schema()
+    return [Line(name, "", "the schema of result.json", "-", problem) for problem in astray(result, whole, whole)]
+
+
 def check(profile: Path) -> list[Line]:
     """Run one profile into a temporary folder and compare."""
     name = profile.stem
@@ -120,7 +169,8 @@ def check(profile: Path) -> list[Line]:
     except json.JSONDecodeError:
         reason = (run.stderr.strip().splitlines() or ["nothing on stderr"])[-1]
         return [Line(name, "", "", "", f"exit status {run.returncode} and no JSON on stdout: {reason}")]
-    return compare(name, {**result, "exit_status": run.returncode}, {"exit_status": {"value": 0}, **expected})
+    stated = {"exit_status": {"value": 0}, **expected}
+    return described(name, result) + compare(name, {**result, "exit_status": run.returncode}, stated)
 
 
 def main() -> int:

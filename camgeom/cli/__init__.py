@@ -69,7 +69,7 @@ COMMANDS: tuple[Command, ...] = (
             "camgeom.cli.inspect:run", ("profile", "laws", "inspect")),
     Command("validate", "every printed result of the sources beside ours, with a verdict",
             "camgeom.cli.validate:run", ("validate",)),
-    Command("schema", "JSON Schema of the profile", "camgeom.cli.tables:schema", ("laws", "schema")),
+    Command("schema", "JSON Schema of the profile, or of result.json", "camgeom.cli.tables:schema", ("laws", "schema")),
     Command("completion", "completion of commands and options for a shell", "camgeom.cli.completion:run", ("shell",)),
 )
 """Every subcommand; one line adds one."""
@@ -262,6 +262,7 @@ def _add_catalogue(sub: argparse.ArgumentParser) -> None:
 
 def _add_schema(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--json", action="store_true", help="accepted for symmetry; the schema is JSON anyway")
+    sub.add_argument("--result", action="store_true", help="the schema of result.json instead of the profile's")
 
 
 def _add_inspect(sub: argparse.ArgumentParser) -> None:

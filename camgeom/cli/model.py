@@ -15,6 +15,7 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import ExportError, Problem, ProfileError
 from camgeom.profile.sections import TOLERANCE_RANGE
+from camgeom.report.figures import KEY_FIGURES
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
@@ -29,124 +30,6 @@ CROWNED = {
 """what `flank.crown` says, in words"""
 USUAL = {"3mf", "stl", "step", "ply", "dxf", "outline.csv", "cutter.csv", "gcode", "apt", "rest.vtu", "png", "pdf"}
 """formats that are known without importing the writers"""
-KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
-    "blank": (
-        ("diameter_mm", "largest diameter", "mm"),
-        ("length_mm", "length along the axis", "mm"),
-    ),
-    "flank": (
-        ("max_pressure_angle_deg", "largest pressure angle", "deg"),
-        ("min_relative_radius_mm", "smallest relative radius", "mm"),
-        ("undercut_margin", "undercut margin", ""),
-    ),
-    "solid": (
-        ("volume_mm3", "volume", "mm3"),
-        ("mass_kg", "mass", "kg"),
-        ("triangles", "triangles", ""),
-        ("chord_error_mm", "chord error", "mm"),
-    ),
-    "contact": (
-        ("peak_pressure_mpa", "peak contact pressure", "MPa"),
-        ("peak_slice_pressure_mpa", "peak at the hardest place", "MPa"),
-        ("inside_pressure_mpa", "0.5 mm inside the sharp end (no peak)", "MPa"),
-        ("load_centre_mm", "load acts along the roller at", "mm"),
-        ("contact_length_mm", "length that touches there", "mm"),
-        ("peak_force_n", "peak contact force", "N"),
-        ("least_force_n", "least contact force", "N"),
-        ("peak_torque_n_m", "peak camshaft torque", "N m"),
-        ("mean_torque_n_m", "mean camshaft torque", "N m"),
-    ),
-    "fatigue": (
-        ("roller_life_h", "roller life, quoted place", "h"),
-        ("roller_slice_life_h", "roller life, hardest place", "h"),
-        ("face_life_h", "face life", "h"),
-        ("cam_life_h", "cam life", "h"),
-        ("cam_slice_life_h", "cam life, hardest place", "h"),
-        ("bearing_life_h", "bearing life", "h"),
-        ("bearing_rated_life_h", "bearing life, rated", "h"),
-        ("bearing_life_factor", "life factor a_ISO of the bearing", ""),
-        ("bearing_static_safety", "static safety of the bearing", ""),
-        ("film_ratio", "least film over roughness, lambda", ""),
-        ("film_thickness_um", "least film", "um"),
-        ("friction_power_w", "heat of sliding", "W"),
-        ("cam_wear_um_per_1000h", "wear of the cam in 1000 h", "um"),
-        ("roller_wear_um_per_1000h", "wear of the roller in 1000 h", "um"),
-        ("face_wear_um_per_1000h", "wear of the face in 1000 h", "um"),
-    ),
-    "body": (
-        ("nominal_stress_mpa", "nominal stress at the root", "MPa"),
-        ("nominal_at_deg", "at", "deg"),
-        ("peak_stress_mpa", "peak stress at the root", "MPa"),
-        ("load_angle_deg", "under the load at", "deg"),
-        ("fatigue_factor", "bending limit over peak stress", ""),
-    ),
-    "dynamics": (
-        ("first_frequency_hz", "lowest natural frequency", "Hz"),
-        ("frequencies_hz.0", "lowest natural frequency", "Hz"),
-        ("first_critical_speed_rpm", "first critical speed", "r/min"),
-        ("speed_class", "class of the speed", ""),
-        ("peak_load_acceleration_rad_s2", "peak load acceleration", "rad/s2"),
-        ("peak_acceleration_m_s2", "peak acceleration, elastic", "m/s2"),
-        ("peak_acceleration_rad_s2", "peak acceleration, elastic", "rad/s2"),
-        ("amplification", "over the rigid one", ""),
-        ("peak_contact_torque_n_m", "peak contact torque, elastic", "N m"),
-        ("peak_input_torque_n_m", "peak input torque, elastic", "N m"),
-        ("input_power_w", "mean input power", "W"),
-        ("peak_contact_force_n", "peak contact force, elastic", "N"),
-        ("peak_contact_force_n_m", "peak contact torque, elastic", "N m"),
-        ("least_contact_force_n", "least contact force, elastic", "N"),
-        ("least_contact_force_n_m", "least contact torque, elastic", "N m"),
-        ("required_preload_n", "preload that just keeps contact", "N"),
-        ("required_preload_n_m", "preload that just keeps contact", "N m"),
-        ("residual_deviation_deg", "largest deviation in the dwell", "deg"),
-        ("residual_vibration_m", "largest vibration in the dwell", "m"),
-        ("residual_vibration_rad", "largest vibration in the dwell", "rad"),
-        ("settling_time_s", "settled in the dwell after", "s"),
-        ("duty.peak_pressure_mpa", "peak contact pressure, elastic", "MPa"),
-        ("duty.roller_life_h", "roller life, elastic", "h"),
-        ("duty.cam_life_h", "cam life, elastic", "h"),
-        ("duty.face_life_h", "face life, elastic", "h"),
-        ("duty.bearing_life_h", "bearing life, elastic", "h"),
-        ("duty.bearing_static_safety", "static safety of the bearing, elastic", ""),
-        ("camshaft_torque_n_m", "peak camshaft torque, elastic", "N m"),
-        ("output_torque_n_m", "peak torque of the output shaft", "N m"),
-        ("start_duty.peak_pressure_mpa", "peak contact pressure, from rest", "MPa"),
-        ("start_duty.bearing_static_safety", "static safety of the bearing, from rest", ""),
-        ("start_camshaft_torque_n_m", "peak camshaft torque, from rest", "N m"),
-        ("impact.over_turns.peak_acceleration_m_s2.largest", "peak acceleration with impacts", "m/s2"),
-        ("impact.over_turns.peak_acceleration_rad_s2.largest", "peak acceleration with impacts", "rad/s2"),
-        ("impact.over_turns.amplification", "mean of the turns over the ideal one", ""),
-        ("impact.worst_pressure_mpa", "peak pressure of impacts", "MPa"),
-        ("impact.over_turns.peak_force_main_n.largest", "peak force of impacts, main side", "N"),
-        ("impact.over_turns.peak_force_return_n.largest", "peak force of impacts, return side", "N"),
-        ("impact.over_turns.approach_speed_m_s.largest", "largest approach speed", "m/s"),
-        ("impact.over_turns.impacts_per_turn.mean", "impacts in a turn", ""),
-        ("impact.duty.peak_torque_n_m", "peak camshaft torque with impacts", "N m"),
-        ("impact.duty.roller_life_h", "roller life with impacts", "h"),
-        ("impact.duty.face_life_h", "face life with impacts", "h"),
-        ("impact.duty.cam_life_h", "cam life with impacts", "h"),
-        ("impact.duty.bearing_life_h", "bearing life with impacts", "h"),
-        ("impact.duty.bearing_static_safety", "static safety of the bearing with impacts", ""),
-        ("impact.sensitivity.reproducible_turns", "turns that can be reproduced", ""),
-        ("impact.sensitivity.turns", "of turns solved", ""),
-    ),
-    "cutter": (
-        ("least_rest_mm", "least stock left by the tool", "mm"),
-        ("most_rest_mm", "most stock left by the tool", "mm"),
-        ("scallop_mm", "ridges between its rows", "mm"),
-        ("cutting_time_min", "time at the feeds", "min"),
-    ),
-    "tolerance": (
-        ("dwell_arcsec", "error in the dwells, at the wanted yield", "arcsec"),
-        ("dwell_um", "error in the dwells, at the wanted yield", "um"),
-        ("motion_arcsec", "error over the turn, at the wanted yield", "arcsec"),
-        ("motion_um", "error over the turn, at the wanted yield", "um"),
-        ("backlash_arcsec", "play in the dwells, at the wanted yield", "arcsec"),
-        ("backlash_um", "play in the dwells, at the wanted yield", "um"),
-        ("yield", "machines that keep every limit", ""),
-    ),
-}
-"""Figures worth a line: section, key (dotted within it), words, unit."""
 
 
 def run(arguments: argparse.Namespace, console: Console) -> int:

@@ -37,6 +37,7 @@ from camgeom.keys import Section
 from camgeom.maths import Floats
 from camgeom.profile.errors import OF_SLIDE
 from camgeom.profile.units import is_length
+from camgeom.report.figures import UNITS
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -73,12 +74,6 @@ FEW_LINES = 6
 MOST_MARKS = 60
 """samples of a line that are marked one by one"""
 MOST_ROWS = 200
-UNITS = {
-    "deg": "°", "mm": "mm", "mm2": "mm²", "mm3": "mm³", "m": "m", "kg": "kg", "n": "N", "nm": "N m", "n_m": "N m",
-    "mpa": "MPa", "h": "h", "s": "s", "hz": "Hz", "w": "W", "j": "J", "rpm": "r/min", "m_s": "m/s", "m_s2": "m/s²",
-    "m_s3": "m/s³", "rad_s": "rad/s", "rad_s2": "rad/s²", "rad_s3": "rad/s³", "kg_m2": "kg m²",
-}  # fmt: skip
-"""by the ends of the names of figures, the longest that fits"""
 
 
 @final

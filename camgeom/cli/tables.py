@@ -179,11 +179,12 @@ def rollers(arguments: argparse.Namespace, console: Console) -> int:
 
 
 def schema(arguments: argparse.Namespace, console: Console) -> int:
-    """Print the JSON Schema of the profile."""
-    from camgeom.profile.schema import schema as profile_schema
-
-    del arguments
-    console.out(json.dumps(profile_schema(), indent=2, allow_nan=False))
+    """Print the JSON Schema of the profile, or of the result."""
+    if arguments.result:
+        from camgeom.report.result_schema import schema as made
+    else:
+        from camgeom.profile.schema import schema as made
+    console.out(json.dumps(made(), indent=2, allow_nan=False))
     return 0
 
 

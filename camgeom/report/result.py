@@ -14,6 +14,7 @@ from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths.extremum import hardest
 from camgeom.maths.overflow import within_range
 from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_lives, least_safety
+from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
 
 if TYPE_CHECKING:
@@ -89,7 +90,8 @@ def compute(
     asked, noted = set(wanted), products if products is not None else Products()
     if "contact" in asked and model.profile.material.cam.bending_limit is not None:
         asked.add("body")
-    data: dict[str, Any] = {"name": model.profile.name, "kind": model.profile.kind, "version": __version__}
+    data: dict[str, Any] = {"schema": VERSION, "name": model.profile.name, "kind": model.profile.kind}
+    data["version"] = __version__
     if model.profile.units_note:
         data["units"] = model.profile.units_note
     if model.profile.reproduces is not None:

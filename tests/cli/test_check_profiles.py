@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import sys
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.places import ROOT
+from camgeom.checks.verdict import Finding
+from camgeom.model import Model
+from camgeom.profile import read
+from camgeom.report.delivery import finite
+from camgeom.report.figures import VERSION
+from camgeom.report.result import compute
+from tests.places import PROFILES, ROOT
 
 _SCRIPT = ROOT / "scripts" / "check_profiles.py"
 _SPEC = importlib.util.spec_from_file_location("check_profiles", _SCRIPT)
@@ -66,3 +74,47 @@ def test_a_profile_without_expected_numbers_fails(tmp_path: Path, monkeypatch: p
     assert check_profiles.check(profile)[0].problem.endswith("new.json is missing")
     (tmp_path / "profiles" / "expected" / "new.json").write_text("{}")
     assert check_profiles.check(profile)[0].problem.endswith("expects nothing")
+
+
+@pytest.fixture(scope="module")
+def result() -> dict[str, Any]:
+    """A result with sections of every sort: figures, lists of tables, a reason in the place of a section."""
+    model = Model(read(PROFILES / "tool_changer.toml"))
+    found = compute(model, ("motion", "blank", "flank", "contact", "fatigue", "dynamics"), None)
+    finding = Finding("wall", "pass", 2.0, ">=", 1.0, "mm", where="rim").as_dict()
+    data = {**found.data, "verdict": "pass", "checks": [finding], "not_judged": [], "files": []}
+    data |= {"products": found.products.as_dict(), "cost_s": {"flanks": 0.1}, "solid": {"failed": "no room"}}
+    return dict(json.loads(json.dumps(finite(data), allow_nan=False)))
+
+
+def test_a_result_is_as_its_schema_says(result: dict[str, Any]) -> None:
+    assert [line.problem for line in check_profiles.described("p", result)] == []
+    assert result["schema"] == VERSION
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "problem"),
+    [
+        ("schema", 2, "result.schema is 2, not 1"),
+        ("colour", "red", "result.colour is not described"),
+        ("verdict", "good", "result.verdict is 'good'"),
+        ("contact.peak_pressure_mpa", "high", "result.contact.peak_pressure_mpa is 'high'"),
+        ("contact.another_force_n", True, "result.contact.another_force_n is True"),
+        ("checks.0.limit", "1", "result.checks[0].limit is '1'"),
+        ("checks.0.limt", 1.0, "result.checks[0].limt is not described"),
+        ("products.motion.status", "lost", "result.products.motion.status is 'lost'"),
+    ],
+)
+def test_what_a_schema_does_not_say_is_told(result: dict[str, Any], path: str, value: object, problem: str) -> None:
+    changed = deepcopy(result)
+    here: Any = changed
+    *parents, last = path.split(".")
+    for part in parents:
+        here = here[int(part) if part.isdigit() else part]
+    here[last] = value
+    assert any(problem in line.problem for line in check_profiles.described("p", changed))
+
+
+def test_a_new_figure_is_no_new_version(result: dict[str, Any]) -> None:
+    more = {**result, "contact": {**result["contact"], "another_force_n": 1.0, "another_word": "x"}}
+    assert check_profiles.described("p", more) == []

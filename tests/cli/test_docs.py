@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from camgeom.cli import main
+from camgeom.report import result_schema
 from tests.places import ROOT
 
 DOCS = ROOT / "docs"
@@ -104,7 +105,7 @@ def _astray(value: object, schema: dict[str, Any], at: str) -> Iterator[str]:
 def test_result_and_manifest_are_as_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (DOCS / "result.md").read_text(encoding="utf-8")
     found = re.findall(r"^```json schema (\w+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    schemas = {name: json.loads(body) for name, body in found}
+    schemas = {"products": result_schema.products(), **{name: json.loads(body) for name, body in found}}
     statuses = set()
     for case, rise, until in (("sound", 5, 90), ("undercut", 40, 15)):  # the steep one has no body
         (tmp_path / f"{case}.toml").write_text(DISC.format(rise=rise, until=until), encoding="utf-8")
