@@ -76,7 +76,7 @@ def test_a_profile_in_inches_is_the_same_machine(name: str) -> None:
         if key == "motion":
             data[key] = tuple(_in_inches(one, metric, key) for one in value)
         else:
-            data[key] = _in_inches(value, metric, key) if key in ("cam", "follower", "roller", "output") else value
+            data[key] = _in_inches(value, metric, key) if key in ("cam", "follower", "roller", "return_roller", "output") else value
     for key in ("impact", "tolerance", "cutter", "dynamics"):
         data.pop(key, None)
     stated = {key: value for key, value in metric.stated.items() if key in data}
