@@ -76,15 +76,16 @@ def test_a_profile_in_inches_is_the_same_machine(name: str) -> None:
         if key == "motion":
             data[key] = tuple(_in_inches(one, metric, key) for one in value)
         else:
-            data[key] = _in_inches(value, metric, key) if key in ("cam", "follower", "roller", "return_roller", "output") else value
+            inches = key in ("cam", "follower", "roller", "return_roller", "output")
+            data[key] = _in_inches(value, metric, key) if inches else value
     for key in ("impact", "tolerance", "cutter", "dynamics"):
         data.pop(key, None)
     stated = {key: value for key, value in metric.stated.items() if key in data}
-    inches, beside = from_data(data, metric.source), from_data(stated, metric.source)
-    for found, wanted in zip(_numbers(inches.model_dump()), _numbers(beside.model_dump()), strict=True):
+    made, beside = from_data(data, metric.source), from_data(stated, metric.source)
+    for found, wanted in zip(_numbers(made.model_dump()), _numbers(beside.model_dump()), strict=True):
         assert found == pytest.approx(wanted, rel=1e-13)
-    assert from_data(inches.stated, metric.source) == inches
-    assert parse(inches.toml(), metric.source) == inches
+    assert from_data(made.stated, metric.source) == made
+    assert parse(made.toml(), metric.source) == made
 
 
 def _numbers(data: Any) -> Iterator[float]:
