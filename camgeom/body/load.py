@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.element import shapes
+from camgeom.body.groove import Groove
 from camgeom.body.ring import RingMesh
-from camgeom.body.section import DrumSection
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -41,7 +41,7 @@ class Patch:
     theta      cam angle, rad; normal: force of the contact as the duty gives it, N; where: which flank, in words
     place      on the contour, azimuth (p,) of its points, rad, and their forces (p, 3), N
     thickness  mm, of the material behind the flank at the middle of what touches
-    upper      whether the flank of a drum is the one with the greater z
+    second     whether the flank of a groove is the second on its contour
     """
 
     theta: float
@@ -51,7 +51,7 @@ class Patch:
     azimuth: Floats
     forces: Floats
     thickness: float
-    upper: bool = False
+    second: bool = False
 
     @property
     def middle(self) -> float:
@@ -64,63 +64,64 @@ class Patch:
         return np.asarray(self.forces.sum(axis=0))
 
 
-def sides(duty: RollerDuty) -> tuple[float, float]:
-    """The flank behind (pressed by a positive normal force) and the one ahead."""
-    at = np.array([duty.force.panels.theta[0, 0]])
-    flank = Flank(duty.track, at, np.array([duty.station]), 1.0)
-    behind = 1.0 if float(flank.lever()[0, 0]) < 0.0 else -1.0
-    return behind, -behind
+@final
+@dataclass(frozen=True, eq=False)
+class GrooveLoad:
+    """A roller that presses the walls of a groove, as its duty says."""
 
+    groove: Groove
+    duty: RollerDuty
 
-def thicknesses(section: DrumSection, duty: RollerDuty, theta: Floats) -> tuple[Floats, Floats]:
-    """Signed normal force, N, and thickness of the wall that it presses, mm, at cam angles (n,).
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """The flank behind (pressed by a positive normal force) and the one ahead."""
+        at = np.array([self.duty.force.panels.theta[0, 0]])
+        flank = Flank(self.duty.track, at, np.array([self.duty.station]), 1.0)
+        behind = 1.0 if float(flank.lever()[0, 0]) < 0.0 else -1.0
+        return behind, -behind
 
-    Square to the flank at the middle of the roller's contact, out to the end of the drum.
-    """
-    normal = duty.force.panels.at(duty.normal, theta)
-    behind, ahead = sides(duty)
-    t = np.array([duty.track.meridian.parameter(0.5 * sum(duty.track.contact))])
-    found = np.empty(len(theta))
-    for side, mine in ((behind, normal >= 0.0), (ahead, normal < 0.0)):
-        flank = Flank(section.body.track, theta, t, side)
-        z, n = flank.x[2, :, 0], flank.n[2, :, 0]
-        room = np.where(n > 0.0, section.body.length - z, z)
-        found = np.where(mine, room * np.abs(n), found)
-    return normal, found
+    def normal(self, theta: Floats) -> Floats:
+        """Signed normal force (n,), N: positive on the flank behind."""
+        return np.asarray(self.duty.force.panels.at(self.duty.normal, theta))
 
+    def thickness(self, theta: Floats) -> Floats:
+        """Of the pressed wall at the middle of the roller's contact, mm, at cam angles (n,)."""
+        t = self.duty.track.meridian.parameter(0.5 * sum(self.duty.track.contact))
+        behind, ahead = (self.groove.thickness(theta, side, t) for side in self._sides)
+        return np.asarray(np.where(self.normal(theta) >= 0.0, behind, ahead))
 
-def hardest_angle(section: DrumSection, duty: RollerDuty) -> Extreme:
-    """The cam angle of the largest force over thickness squared, and that, N/mm²."""
-    theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
-    normal, wall = thicknesses(section, duty, theta)
-    value = np.abs(normal) / wall**2
-    worst = int(np.argmax(value))
-    return Extreme(float(value[worst]), float(theta[worst]))
+    def presses(self, theta: Floats) -> npt.NDArray[np.bool_]:
+        """Whether anything presses at cam angles (n,)."""
+        return np.asarray(np.abs(self.normal(theta)) > QUIET * max(self.duty.peak_force.value, 1e-300))
 
+    @cached_property
+    def hardest(self) -> Extreme:
+        """The cam angle of the largest force over squared thickness of the wall, and that, N/mm²."""
+        theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
+        value = np.abs(self.normal(theta)) / self.thickness(theta) ** 2
+        worst = int(np.argmax(value))
+        return Extreme(float(value[worst]), float(theta[worst]))
 
-def drum_patch(section: DrumSection, duty: RollerDuty, theta: float) -> Patch:
-    """The patch that the roller presses at a cam angle, rad: shared along the roller as the duty's slices are.
+    def patch(self, theta: float) -> Patch:
+        """The patch pressed at a cam angle, rad: shared along the roller as the duty's slices are.
 
-    Raises DesignError where nothing presses.
-    """
-    angle = np.array([theta])
-    normal, wall = (float(one[0]) for one in thicknesses(section, duty, angle))
-    if abs(normal) <= QUIET * max(duty.peak_force.value, 1e-300):
-        raise DesignError(f"nothing presses the flank at cam angle {np.degrees(theta):.6g} deg: there is no load")
-    behind, ahead = sides(duty)
-    side = behind if normal >= 0.0 else ahead
-    track = section.body.track
-    low, high = sorted(duty.track.contact)
-    x, w = np.polynomial.legendre.leggauss(ALONG)
-    delta = low + 0.5 * (high - low) * (x + 1.0)
-    line = np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
-    share = w * line / (w * line).sum()
-    t = track.meridian.parameters(delta)
-    place, azimuth = section.place(theta, side, t)
-    n = Flank(track, angle, t, side).n[:, 0]
-    upper = side != section.body.section().first
-    where = f"the {'upper' if upper else 'lower'} flank"
-    return Patch(theta, abs(normal), where, place, azimuth, (abs(normal) * share * n).T, wall, upper)
+        Raises DesignError where nothing presses.
+        """
+        angle = np.array([theta])
+        if not self.presses(angle)[0]:
+            raise DesignError(f"nothing presses the flank at cam angle {np.degrees(theta):.6g} deg: there is no load")
+        normal, duty = float(self.normal(angle)[0]), self.duty
+        side = self._sides[0 if normal >= 0.0 else 1]
+        low, high = sorted(duty.track.contact)
+        x, w = np.polynomial.legendre.leggauss(ALONG)
+        delta = low + 0.5 * (high - low) * (x + 1.0)
+        line = np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
+        share = w * line / (w * line).sum()
+        place, azimuth, n = self.groove.place(theta, side, duty.track.meridian.parameters(delta))
+        second = self.groove.second(side)
+        where = f"the {self.groove.shape.flanks[int(second)]} flank"
+        wall = float(self.thickness(angle)[0])
+        return Patch(theta, abs(normal), where, place, azimuth, (abs(normal) * share * n).T, wall, second)
 
 
 def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) -> tuple[int, float]:

@@ -1,34 +1,32 @@
-"""Cross-sections of a grooved drum, planar at one azimuth, in blocks of quadratic quadrilaterals graded to the root.
+"""Cross-sections of a grooved body, planar at one azimuth, in blocks of quadratic quadrilaterals graded to the root.
 
-In the plane (z, r) the groove's contour runs from the lower land's edge down flank, root and floor and up the other
-flank. Round it lies a layer of cells whose rows are graded normal to the contour; the rest is walls, a core below the
-floor and the two corners between them:
+In the section's plane, with u across the groove and v out of it, the contour runs from the lower land's edge down
+flank, root and floor and up the other flank. Round it lies a layer of cells whose rows are graded normal to the
+contour; the rest is walls, a core below the floor and the two corners between them:
 
-      z = 0                                      z = length
-        +--------+--.                  .--+--------+  outside
+      u = ends[0]                              u = ends[1]
+        +--------+--.                  .--+--------+  land
         | wall   |  | layer            |  |  wall  |
         |        |  '-- - - - - - - ---'  |        |
         +--------M----------- ------------M--------+
         | corner |          core          | corner |
-        +--------+------------------------+--------+  bore
+        +--------+------------------------+--------+  v = back
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import DesignError, NotConverged
+from camgeom.body.groove import Groove, at_azimuths
+from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.solid.drum import GroovedCylinder
-from camgeom.track import TURN
-from camgeom.track.section import Column
 
 Index = npt.NDArray[np.int64]
 LAYER = 1.6
@@ -37,15 +35,8 @@ ROUNDED = 0.06
 """share of a groove's depth by which a sharp root is rounded: no mesh has nodes of a sharp edge's stress"""
 SHARE_OF_WALL = 0.4
 """of a wall's thickness that the layer takes at most"""
-STEPS = 40
 DENSE = 33
 """points of a root at which its length and turning are measured"""
-FLATTEST = 0.05
-"""least rate of azimuth by cam angle that a step trusts"""
-MISSED = 1e-8
-NEAR = 1e-11
-"""rad; azimuth that a contour point may miss its plane by"""
-
 
 @final
 @dataclass(frozen=True)
@@ -74,24 +65,23 @@ class Fineness:
 
 @final
 @dataclass(frozen=True, eq=False)
-class DrumSection:
-    """The section of one grooved drum in cells; arrays (n, k) are at azimuths (n,) and numbered contour places (k,).
+class GroovedSection:
+    """The section of one grooved body in cells; arrays (n, k) are at azimuths (n,) and numbered contour places (k,).
 
     rounded  mm, the radius that a sharp root was given for the mesh; None where the body has its own
     """
 
-    body: GroovedCylinder
+    groove: Groove
     cells: Fineness
     rounded: float | None = None
 
     @classmethod
-    def of(cls, body: GroovedCylinder, cells: Fineness) -> DrumSection:
-        """The section of a drum, whose sharp root is rounded by a share of the groove's depth."""
-        if body.track.root:
-            return cls(body, cells)
-        depth = body.radius - body.track.tip
-        root = ROUNDED * depth
-        return cls(replace(body, track=replace(body.track, root=root)), cells, root)
+    def of(cls, groove: Groove, cells: Fineness) -> GroovedSection:
+        """The section of a body, whose sharp root is rounded by a share of the groove's depth."""
+        if groove.shape.root:
+            return cls(groove, cells)
+        root = ROUNDED * groove.shape.depth
+        return cls(groove.rounded(root), cells, root)
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
@@ -139,7 +129,7 @@ class DrumSection:
         return along * np.arange(c.layer) + foot - 1, start + low * np.arange(c.wall[0])[::-1]
 
     def contour(self, psi: Floats) -> tuple[Floats, Floats, Floats]:
-        """Exact z and r (n, 2 k + 1) of the contour's places at azimuths (n,), and the share of a root's turn there.
+        """Exact u and v (n, 2 k + 1) of the contour's places at azimuths (n,), and the share of a root's turn there.
 
         Cells of a root share its length and its turning in the plane alike; their middle nodes halve their length.
         Raises NotConverged where a plane through the axis does not meet the groove's surface once.
@@ -151,58 +141,36 @@ class DrumSection:
         for band in (1, 3):
             inside = slice(ends[band], ends[band + 1] + 1)
             places = band + dense if band == 1 else band + 1.0 - dense
-            z, r = self._points(psi, np.tile(places, (len(psi), 1)))
+            z, r = self._uv(psi, np.tile(places, (len(psi), 1)))
             shares, turned = _spread(z, r, self.counts[band])
             shares = np.array([np.interp(one, np.arange(DENSE), dense) for one in shares])
             rows[:, inside] = band + shares if band == 1 else (band + 1.0 - shares)[:, ::-1]
             turn[:, inside] = turned if band == 1 else turned[:, ::-1]
-        return *self._points(psi, rows), turn
+        return *self._uv(psi, rows), turn
 
-    def _points(self, psi: Floats, rows: Floats) -> tuple[Floats, Floats]:
-        """Exact z and r (n, k) of places (n, k) at azimuths (n,): the cam angle of each is solved for."""
-        section, sense = self.body.section(), self.body.track.sense
-        row, plane = rows.ravel(), np.repeat(psi, rows.shape[1])
-        phi = -sense * plane
-        x = np.empty((3, len(phi)))
-
-        def off(at: Floats) -> Floats:
-            x[:] = section.at(at % TURN, row, (1, 1, 1, 1, 1))
-            return np.asarray((np.arctan2(x[1], x[0]) - plane + np.pi) % TURN - np.pi)
-
-        gap, slope = off(phi), np.ones(len(phi))
-        for _ in range(STEPS):
-            if float(np.abs(gap).max()) < NEAR:
-                break
-            step = sense * gap / slope
-            after = off(phi + step)
-            fresh = -sense * (after - gap) / np.where(step != 0.0, step, 1.0)
-            slope = np.where((step != 0.0) & (fresh > FLATTEST), np.minimum(fresh, 1.0 / FLATTEST), slope)
-            phi, gap = phi + step, after
-        if float(np.abs(gap).max()) > MISSED:
-            raise NotConverged("a plane through the cam's axis does not meet the groove's surface in one point of each "
-                               "row: the volume is not meshed")  # fmt: skip
-        return x[2].reshape(rows.shape), np.hypot(x[0], x[1]).reshape(rows.shape)
+    def _uv(self, psi: Floats, rows: Floats) -> tuple[Floats, Floats]:
+        """Exact u and v (n, k) of places (n, k) at azimuths (n,)."""
+        x = at_azimuths(self.groove.at, self.groove.shape.sense, psi, rows)
+        return self.groove.uv(x[2].reshape(rows.shape), np.hypot(x[0], x[1]).reshape(rows.shape))
 
     def blocks(self, psi: Floats) -> list[tuple[Floats, Floats]]:
         """z and r (n, i, j) of the nodes of every block, ends and middles of cells, the layer first.
 
         i runs from the contour into the material in the layer and along z elsewhere, j along the contour or r.
         """
-        bore = self.body.blank.bore
-        if bore is None:
-            raise DesignError("the volume of a drum without a bore is not meshed: a ring has a hole; give cam.bore")
-        inner, length, c = 0.5 * bore.diameter, self.body.length, self.cells
+        shape, c = self.groove.shape, self.cells
+        back, (start, stop), root = shape.back, shape.ends, shape.root
         z, r, turn = self.contour(psi)
         first, last = 2 * self.middles[0], 2 * self.middles[1]
-        root = self.body.track.root
-        room = min(float(z[:, : first + 1].min()), length - float(z[:, last:].max()), float(r.min()) - inner)
+        room = min(float(z[:, : first + 1].min()) - start, stop - float(z[:, last:].max()), float(r.min()) - back)
         if room <= 0.0:
             raise DesignError("the groove leaves no wall: the volume is not meshed")
-        # Where the groove runs steeply its section is stretched along z, and so is the layer.
-        stretch = np.maximum((z[:, last] - z[:, first]) / (2.0 * self._roller), 1.0)[:, None]
-        deep = min(LAYER * root, SHARE_OF_WALL * (float(r.min()) - inner))
-        low = np.minimum(LAYER * root * stretch, SHARE_OF_WALL * z[:, :first + 1].min(axis=1, keepdims=True))
-        high = np.minimum(LAYER * root * stretch, SHARE_OF_WALL * (length - z[:, last:].max(axis=1, keepdims=True)))
+        # Where the groove runs steeply its section is stretched along u, and so is the layer.
+        middle = shape.half_width - (1.0 - sqrt(0.5)) * root
+        stretch = np.maximum((z[:, last] - z[:, first]) / (2.0 * middle), 1.0)[:, None]
+        deep = min(LAYER * root, SHARE_OF_WALL * (float(r.min()) - back))
+        walls = z[:, :first + 1].min(axis=1, keepdims=True) - start, stop - z[:, last:].max(axis=1, keepdims=True)
+        low, high = (np.minimum(LAYER * root * stretch, SHARE_OF_WALL * wall) for wall in walls)
         along = np.where(self.rows < 2.5, -low, high) * np.cos(0.5 * np.pi * turn)
         down = deep * np.sin(0.5 * np.pi * turn)
         oz, or_ = z + along, r - down
@@ -214,51 +182,39 @@ class DrumSection:
         wall = [graded(n, 1.3)[None, :, None] for n in c.wall]
         core = _even(c.core)[None, None, :]
         wz, wr = oz[:, first::-1], or_[:, first::-1]
-        below = wz[:, None] * (1.0 - wall[0][:, ::-1]), np.repeat(wr[:, None], wall[0].shape[1], axis=1)
+        below = wz[:, None] + wall[0][:, ::-1] * (start - wz[:, None]), np.repeat(wr[:, None], wall[0].shape[1], axis=1)
         uz, ur = oz[:, last:], or_[:, last:]
-        above = uz[:, None] + wall[1] * (length - uz[:, None]), np.repeat(ur[:, None], wall[1].shape[1], axis=1)
+        above = uz[:, None] + wall[1] * (stop - uz[:, None]), np.repeat(ur[:, None], wall[1].shape[1], axis=1)
         bz, br = oz[:, first : last + 1, None], or_[:, first : last + 1, None]
-        rise = inner + core * (br - inner)
-        middle = np.repeat(bz, rise.shape[2], axis=2), rise
+        rise = back + core * (br - back)
+        below_floor = np.repeat(bz, rise.shape[2], axis=2), rise
         corners = []
         for edge_z, edge_r in ((below[0][:, :, :1], below[1][:, :, :1]), (above[0][:, :, :1], above[1][:, :, :1])):
-            corner = inner + core * (edge_r - inner)
+            corner = back + core * (edge_r - back)
             corners.append((np.repeat(edge_z, corner.shape[2], axis=2), corner))
-        return [layer, (below[0], below[1]), (above[0], above[1]), middle, *corners]
-
-    @property
-    def _roller(self) -> float:
-        t = np.array([self.body.track.meridian.parameter(self.body.track.foot)])
-        return float(self.body.track.meridian.jet(t)[3][0]) - (1.0 - sqrt(0.5)) * self.body.track.root
+        blocks = [layer, (below[0], below[1]), (above[0], above[1]), below_floor, *corners]
+        return [self.groove.zr(u, v) for u, v in blocks]
 
     @property
     def notes(self) -> tuple[str, ...]:
         """The keyway is left out, and a sharp root is rounded."""
-        bore = self.body.blank.bore
-        found = ("the keyway is left out",) if bore is not None and bore.keyway_width else ()
+        found = self.groove.shape.notes
         return found if self.rounded is None else (*found, f"the sharp root is rounded by {self.rounded:.4g} mm")
 
     def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
-        """Nodes on the faces of the drum; lower and upper are those of the smaller and the greater z."""
+        """Nodes on the faces of the body."""
         layer, below, above, middle, lower, upper = grids
         ends, contour = 2 * np.cumsum((0, *self.counts)), layer[0]
-        names = ("flank_lower", "root_lower", "floor", "root_upper", "flank_upper")
+        low, high, behind = self.groove.shape.faces
+        one, other = self.groove.shape.flanks
+        names = (f"flank_{one}", f"root_{one}", "floor", f"root_{other}", f"flank_{other}")
         return {
-            "bore": [middle[:, 0], lower[:, 0], upper[:, 0]],
+            behind: [middle[:, 0], lower[:, 0], upper[:, 0]],
             **{name: [contour[a : b + 1]] for name, a, b in zip(names, ends[:-1], ends[1:])},
             "land": [below[:, -1], above[:, -1], layer[:, 0], layer[:, -1]],
-            "end_lower": [below[0], lower[0]],
-            "end_upper": [above[-1], upper[-1]],
+            low: [below[0], lower[0]],
+            high: [above[-1], upper[-1]],
         }
-
-    def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats]:
-        """Place on the contour and azimuth (m,) of stations t (m,) of one flank at a cam angle, rad."""
-        column = Column(self.body.track, np.array([theta]))
-        section = self.body.section()
-        top, foot = float(column.reach(side, section.level, section.guess)[0, 0]), float(column.bottom_t()[0, 0])
-        share = np.clip((t - top) / (foot - top), 0.0, 1.0)
-        x = column.wall(side, t[None, :])[:, 0]
-        return share if side == section.first else 5.0 - share, np.arctan2(x[1], x[0])
 
 
 def _spread(z: Floats, r: Floats, count: int) -> tuple[Floats, Floats]:

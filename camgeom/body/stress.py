@@ -1,9 +1,9 @@
-"""Stress at the root of a grooved drum under its duty: nominal over the turn, and the peak where the root is round.
+"""Stress at a groove's root under its duty: nominal over the turn, and the peak where the root is round.
 
-The nominal stress is that of a beam: the radial stress linearised over the wall's thickness at the flank's foot, which
-hardly hangs on the mesh and exists for a sharp root too. The peak is the largest principal stress on the root's face
-under one load, by default that of the largest force over squared wall thickness; it is given where two meshes, refined
-along the root and normal to it, agree.
+The nominal stress is that of a beam: the stress out of the groove, of a drum the radial one, linearised over the wall's
+thickness at the flank's foot, which hardly hangs on the mesh and exists for a sharp root too. The peak is the largest
+principal stress on the root's face under one load, by default that of the largest force over squared wall thickness; it
+is given where two meshes, refined along the root and normal to it, agree.
 The whole ring is solved: a block cut out of it would be too soft.
 """
 
@@ -17,16 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.element import NATURAL, largest_principal, shapes, stresses, tensors
-from camgeom.body.load import QUIET, Patch, drum_patch, hardest_angle, nodal_forces
+from camgeom.body.groove import Groove
+from camgeom.body.load import GrooveLoad, Patch, nodal_forces
 from camgeom.body.ring import RingMesh, even_planes, ring_about, ring_of
-from camgeom.body.section import DrumSection, Fineness
+from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import Elastic
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
-from camgeom.solid.drum import GroovedCylinder
 from camgeom.track import TURN
 
 Index = npt.NDArray[np.int64]
@@ -53,12 +53,12 @@ class Peak:
 @final
 @dataclass(frozen=True, eq=False)
 class RootStress:
-    """Stress at the root of a drum with one closed groove, from its duty.
+    """Stress at the root of a body with one closed groove, from its duty.
 
     angle  rad, asked of the peak; None: where force over squared thickness of the wall is largest
     """
 
-    body: GroovedCylinder
+    groove: Groove
     duty: RollerDuty
     material: Material
     angle: float | None = None
@@ -69,19 +69,19 @@ class RootStress:
         return np.linspace(0.0, TURN, ANGLES, endpoint=False)
 
     @cached_property
-    def _coarse(self) -> DrumSection:
-        return DrumSection.of(self.body, Fineness())
+    def _coarse(self) -> GroovedSection:
+        return GroovedSection.of(self.groove, Fineness())
 
     @cached_property
-    def _pressed(self) -> list[int]:
-        """Numbers of the angles of the curve at which something presses."""
-        normal = np.abs(self.duty.force.panels.at(self.duty.normal, self.theta))
-        return np.flatnonzero(normal > QUIET * max(self.duty.peak_force.value, 1e-300)).tolist()
+    def load(self) -> GrooveLoad:
+        """What presses its walls."""
+        return GrooveLoad(self._coarse.groove, self.duty)
 
     @cached_property
     def patches(self) -> dict[int, Patch]:
         """The pressed patches by the number of their angle."""
-        return {i: drum_patch(self._coarse, self.duty, float(self.theta[i])) for i in self._pressed}
+        pressed = np.flatnonzero(self.load.presses(self.theta)).tolist()
+        return {i: self.load.patch(float(self.theta[i])) for i in pressed}
 
     @cached_property
     def nominal(self) -> Floats:
@@ -95,7 +95,7 @@ class RootStress:
             patches = list(self.patches.values())
             moved = self._elastic(ring).solve(nodal_forces(ring, patches))
             for k, (i, patch) in enumerate(self.patches.items()):
-                found[i] = self._linearised(ring, moved[:, :, k], patch.upper).max()
+                found[i] = self._linearised(ring, moved[:, :, k], patch.second).max()
         return found
 
     @cached_property
@@ -107,13 +107,12 @@ class RootStress:
     @cached_property
     def patch(self) -> Patch:
         """The load that the peak is asked of."""
-        theta = hardest_angle(self._coarse, self.duty).cam_angle if self.angle is None else self.angle
-        return drum_patch(self._coarse, self.duty, theta)
+        return self.load.patch(self.load.hardest.cam_angle if self.angle is None else self.angle)
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
-        if not self.body.track.root:
+        if not self.groove.shape.root:
             return ()
         return tuple(self._peak(times, step) for times, step in enumerate(STEPS, start=1))
 
@@ -140,7 +139,7 @@ class RootStress:
     @property
     def why_no_peak(self) -> str:
         """Why there is no peak; empty where there is one."""
-        if not self.body.track.root:
+        if not self.groove.shape.root:
             return "a sharp root has no stress that a mesh could find: give cutter.corner_radius or cam.root_radius"
         if self.peak is None:
             coarse, fine = (peak.value for peak in self.peaks)
@@ -173,26 +172,24 @@ class RootStress:
     def _elastic(self, ring: RingMesh) -> Elastic:
         return Elastic(ring, self.material.elastic_modulus, self.material.poisson)
 
-    def _linearised(self, ring: RingMesh, moved: Floats, upper: bool) -> Floats:
-        """Nominal stress (n,), MPa, of one wall in every plane: membrane and bending of the radial stress."""
-        section = ring.section
-        assert isinstance(section, DrumSection)
-        layer, wall = section.wall_cells(upper)
+    def _linearised(self, ring: RingMesh, moved: Floats, second: bool) -> Floats:
+        """Nominal stress (n,), MPa, of one wall in every plane: membrane and bending of that out of the groove."""
+        layer, wall = self._coarse.wall_cells(second)
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)
-        at = np.array([[s, -1.0 if upper else 1.0, -1.0] for s in (-1.0, 0.0, 1.0)])
-        below = np.array([[s, -1.0, -1.0] for s in ((-1.0, 0.0, 1.0) if upper else (1.0, 0.0, -1.0))])
-        radial: list[Floats] = []
+        at = np.array([[s, -1.0 if second else 1.0, -1.0] for s in (-1.0, 0.0, 1.0)])
+        below = np.array([[s, -1.0, -1.0] for s in ((-1.0, 0.0, 1.0) if second else (1.0, 0.0, -1.0))])
+        across: list[Floats] = []
         places: list[Floats] = []
         for cells, points in ((layer, at), (wall, below)):
             for cell in cells:
                 stress, x = _sampled(ring, moved, nodes[:, cell], points, self._elastic(ring).material)
-                away = x[..., :2] / np.hypot(x[..., 0], x[..., 1])[..., None]
-                radial.append(np.einsum("npi,npij,npj->np", away, tensors(stress)[..., :2, :2], away))
-                places.append(x[..., 2])
+                away = self.groove.outward(x)
+                across.append(np.einsum("npi,npij,npj->np", away, tensors(stress), away))
+                places.append(self.groove.uv(x[..., 2], np.hypot(x[..., 0], x[..., 1]))[0])
         force = np.zeros(len(ring.planes))
         moment = np.zeros(len(ring.planes))
         start, total = places[0][:, 0], np.abs(places[-1][:, -1] - places[0][:, 0])
-        for sigma, z in zip(radial, places):
+        for sigma, z in zip(across, places):
             width = np.abs(z[:, -1] - z[:, 0])[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0
             force += (width * sigma).sum(axis=1)
             moment += (width * sigma * (0.5 * total[:, None] - np.abs(z - start[:, None]))).sum(axis=1)
@@ -200,17 +197,18 @@ class RootStress:
 
     def _peak(self, times: int, step: float) -> Peak:
         patch = self.patch
-        section = DrumSection.of(self.body, Fineness.fine_at(patch.upper, times))
+        section = GroovedSection.of(self.groove, Fineness.fine_at(patch.second, times))
         ring = ring_about(section, patch.middle, step)
         problem = self._elastic(ring)
         moved = problem.solve(nodal_forces(ring, [patch]))[:, :, 0]
-        cells = ring.contour[section.root_cells(patch.upper)]
+        cells = ring.contour[section.root_cells(patch.second)]
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)[:, cells].reshape(-1, 20)
         x = ring.nodes[nodes]
         found = largest_principal(stresses(x, moved[nodes], NATURAL[list(FACE)], problem.material))
         # Beside the flank's foot, where the contact line ends, the stress is the contact's, which Hertz judges.
-        face = x[:, FACE]
-        free = np.hypot(face[..., 0], face[..., 1]) <= self.body.track.foot - CONTACT * self.body.track.root
+        face, shape = x[:, FACE], self.groove.shape
+        _, height = self.groove.uv(face[..., 2], np.hypot(face[..., 0], face[..., 1]))
+        free = height <= shape.foot - CONTACT * shape.root
         found = np.where(free, found, -np.inf)
         element, corner = np.unravel_index(int(np.argmax(found)), found.shape)
         return Peak(float(found[element, corner]), x[element, FACE[corner]], problem.cost.unknowns)

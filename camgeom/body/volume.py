@@ -10,10 +10,11 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.body.load import Patch, drum_patch, hardest_angle, nodal_forces, plate_angle, plate_patch
+from camgeom.body.groove import groove_of
+from camgeom.body.load import GrooveLoad, Patch, nodal_forces, plate_angle, plate_patch
 from camgeom.body.plate import PlateSection
 from camgeom.body.ring import RingMesh, ring_about
-from camgeom.body.section import DrumSection, Fineness
+from camgeom.body.section import Fineness, GroovedSection
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -21,15 +22,15 @@ from camgeom.mechanics.face_duty import FaceDuty
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.solid import Part
-from camgeom.solid.drum import GroovedCylinder
 from camgeom.solid.prism import Prism
+from camgeom.track import Track
 
 Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
 NO_RING = (
-    "only rings are meshed as volumes, drums with one closed groove and discs without a groove: give an FE program the "
-    "STEP file of this body"
+    "only rings are meshed as volumes, drums and discs with one closed groove or none: give an FE program the STEP "
+    "file of this body"
 )
 
 
@@ -71,18 +72,19 @@ class BodyVolume:
 
 
 def volume_of(
-    parts: Sequence[Part], roller: RollerDuty | None, drive: FaceDuty | None, material: Material, angle: float | None
+    parts: Sequence[Part], cutters: tuple[Track, ...], roller: RollerDuty | None, drive: FaceDuty | None,
+    material: Material, angle: float | None,
 ) -> BodyVolume:
     """The loaded body at a cam angle, rad (None: where force over squared thickness of what bears it is largest).
 
     Raises DesignError where the body is no ring, or nothing presses it.
     """
     part = parts[0]
-    if isinstance(part, GroovedCylinder) and roller is not None and part.fits():
-        coarse = DrumSection.of(part, Fineness())
-        theta = hardest_angle(coarse, roller).cam_angle if angle is None else angle
-        patch = drum_patch(coarse, roller, theta)
-        section = DrumSection.of(part, Fineness.fine_at(patch.upper))
+    groove = groove_of(part, cutters)
+    if groove is not None and roller is not None:
+        load = GrooveLoad(GroovedSection.of(groove, Fineness()).groove, roller)
+        patch = load.patch(load.hardest.cam_angle if angle is None else angle)
+        section = GroovedSection.of(groove, Fineness.fine_at(patch.second))
         return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, patch)
     discs = [one for one in parts if isinstance(one, Prism)]
     if drive is None or len(discs) != len(parts):

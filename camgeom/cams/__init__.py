@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from camgeom.errors import Problem
 from camgeom.keys import Section
-from camgeom.track.follower import Setup
+from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup
 
 if TYPE_CHECKING:
     from camgeom.solid import Part
@@ -84,11 +84,36 @@ def idle(reason: str, *keys: str) -> dict[str, str]:
     return dict.fromkeys(keys, reason)
 
 
-NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
-NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid") | idle(
-    "flanks that end at a face have no root, and other grooves than a drum's are made with a sharp one so far",
+LEAST_ROOT = 0.01
+"""mm; a smaller radius is a sharp edge to any tool"""
+
+
+def root_problems(setup: Setup, own: float, depth: float) -> list[Problem]:
+    """A groove's root is swept by the corner of a tool as wide as the groove: within its depth and half its width.
+
+    own  cam.root_radius, mm; depth: of the groove, mm
+    """
+    key, root = ("cutter.corner_radius", setup.corner) if setup.corner else ("cam.root_radius", own)
+    roller = setup.roller
+    if not root or roller is None:
+        return []
+    if setup.corner and own and setup.corner != own:
+        return [problem("cam.root_radius", own, f"cutter.corner_radius, {setup.corner:g} mm, or none")]
+    straight = isinstance(roller, CrownedRoller) and roller.flank == "straight"
+    if not straight and not isinstance(roller, CylinderRoller):
+        return [problem(key, root, "0 for a roller whose flank is not cut by a cylindrical tool")]
+    most = min(depth, 0.5 * roller.diameter)
+    if LEAST_ROOT <= root < most:
+        return []
+    return [problem(key, root, f"{LEAST_ROOT:g} mm, and below {most:g} mm, the groove's depth and half its width")]
+
+
+NO_ROOT = idle(
+    "flanks that end at a face have no root, and grooves of indexing cams are made with a sharp one so far",
     "cutter.corner_radius",
-) | idle("stress in the body is found at the root of a drum's groove alone so far", "material.cam.bending_limit")
+) | idle("stress in the body is found at the roots of grooves in drums and discs so far", "material.cam.bending_limit")
+NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
+NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
 NO_GAPS = idle(
     "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
     "limits.clearance_mm",

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, root_problems, sense_of
 from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
@@ -22,7 +22,6 @@ from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
 from camgeom.track import Track
 from camgeom.track.follower import (
     AnyRoller,
-    CrownedRoller,
     CylinderRoller,
     Setup,
     SphereRoller,
@@ -30,9 +29,6 @@ from camgeom.track.follower import (
     TranslatingFollower,
 )
 from camgeom.track.section import Level, cylinder_level
-
-LEAST_ROOT = 0.01
-"""mm; a smaller radius is a sharp edge to any tool"""
 
 
 @final
@@ -132,23 +128,8 @@ class Cylindrical(Cam):
         if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
             limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
             found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
-        return [*found, *self._root_problems(setup), *self._start_problems(setup), *arc_problems(setup, self.radius)]
-
-    def _root_problems(self, setup: Setup) -> list[Problem]:
-        """The root is swept by the corner of a tool as wide as the groove: within its depth and half its width."""
-        key, root = ("cutter.corner_radius", setup.corner) if setup.corner else ("cam.root_radius", self.root_radius)
-        roller = setup.roller
-        if not root or roller is None or self.form == "rib":
-            return []
-        if setup.corner and self.root_radius and setup.corner != self.root_radius:
-            return [problem("cam.root_radius", self.root_radius, f"cutter.corner_radius, {setup.corner:g} mm, or none")]
-        straight = isinstance(roller, CrownedRoller) and roller.flank == "straight"
-        if not straight and not isinstance(roller, CylinderRoller):
-            return [problem(key, root, "0 for a roller whose flank is not cut by a cylindrical tool")]
-        most = min(self.groove_depth, 0.5 * roller.diameter)
-        if LEAST_ROOT <= root < most:
-            return []
-        return [problem(key, root, f"{LEAST_ROOT:g} mm, and below {most:g} mm, the groove's depth and half its width")]
+        root = root_problems(setup, self.root_radius, self.groove_depth) if self.form == "groove" else []
+        return [*found, *root, *self._start_problems(setup), *arc_problems(setup, self.radius)]
 
     def _size_problems(self) -> list[Problem]:
         found = []

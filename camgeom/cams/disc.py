@@ -9,7 +9,18 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_GAPS, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import (
+    NO_DRUM,
+    NO_GAPS,
+    NO_ROOT,
+    ONE_WAY,
+    Cam,
+    idle,
+    keyway_idle,
+    problem,
+    root_problems,
+    sense_of,
+)
 from camgeom.cams._plate import (
     SLIDE,
     SQUARE,
@@ -57,6 +68,10 @@ class Disc(Cam):
     diameter: Length | None = Field(None, description="mm, groove form: outside diameter of the plate")
     groove_depth: Length | None = Field(None, description="mm, groove form: depth from the plate's upper face")
     running_clearance: Gap = Field(0.0, description="mm, groove form: normal gap between roller and each flank")
+    root_radius: Gap = Field(
+        0.0, description="mm, groove form: of the root between flanks and floor, that of the tool's corner where there "
+        "is no [cutter] corner_radius"
+    )
     bore: Gap = Field(0.0, description="mm, bore diameter; 0 leaves the disc whole")
     keyway_width: Gap = Field(0.0, description="mm; 0 leaves the keyway out")
     keyway_depth: Gap = Field(0.0, description="mm, from the bore wall")
@@ -79,6 +94,7 @@ class Disc(Cam):
             base_radius=self.base_radius,
             outside_diameter=self.diameter,
             running_clearance=self.running_clearance if groove else 0.0,
+            root_radius=(setup.corner or self.root_radius) if groove else 0.0,
             cam=self,
         )
 
@@ -89,8 +105,8 @@ class Disc(Cam):
         found = NO_DRUM | keyway_idle(self.bore) | face_idle(follower.face)
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
-            keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance")
-            found |= idle("only form = 'groove' has one", *keys) | ONE_WAY
+            keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance", "cam.root_radius")
+            found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | NO_ROOT
             found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
         if not follower.rotating:
             found |= NO_GAPS if self.form == "external" else {}
@@ -111,7 +127,7 @@ class Disc(Cam):
         if face == "curved" and not follower.face_radius:
             found.append(Problem("follower.face_radius", "is missing", None, "a radius in mm, for face = 'curved'"))
         if self.form == "groove":
-            found += self._groove_problems(mechanism)
+            found += self._groove_problems(mechanism, setup)
         if isinstance(follower, SwingingFollower):
             return [*found, *self._swing_problems(mechanism, follower)]
         prime = mechanism.prime_radius
@@ -119,13 +135,13 @@ class Disc(Cam):
             found.append(problem("follower.offset", abs(follower.offset), f"below the prime radius {prime:g} mm"))
         return found
 
-    def _groove_problems(self, mechanism: DiscMechanism) -> list[Problem]:
+    def _groove_problems(self, mechanism: DiscMechanism, setup: Setup) -> list[Problem]:
         if mechanism.follower.face != "roller":
             return [problem("follower.face", mechanism.follower.face, "roller, for form = 'groove'")]
         if self.diameter is None or self.groove_depth is None:
             missing = "cam.diameter" if self.diameter is None else "cam.groove_depth"
             return [Problem(missing, "is missing", None, "a length in mm, for form = 'groove'")]
-        found = []
+        found = root_problems(setup, self.root_radius, self.groove_depth)
         if self.groove_depth >= self.width:
             found.append(problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
         reach = self._groove_reach(mechanism)
@@ -229,10 +245,12 @@ class DiscMechanism(Mechanism):
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:
-        """The roller's track; of a face groove with the tool that cuts it, larger by the running clearance."""
+        """The roller's track; of a face groove with the tool that cuts it: wider by the clearance, to the floor."""
         if self.cam.form == "external":
             return self.tracks
-        return tuple(track.grown(self.running_clearance) for track in self.tracks)
+        floor = self.cam.width - (self.cam.groove_depth or 0.0)
+        grown = (track.grown(self.running_clearance) for track in self.tracks)
+        return tuple(replace(track, tip=floor, root=self.root_radius) for track in grown)
 
     @property
     def sliders(self) -> tuple[Slider, ...]:
@@ -332,4 +350,5 @@ class DiscMechanism(Mechanism):
         assert cam.groove_depth is not None
         outside = Loop(self.outlines["outer flank"], "flank")
         rim = Loop(CircleOutline(0.5 * cam.diameter), "rim")
-        return (FaceGroove("cam", rim, inside, outside, 0.0, cam.width - cam.groove_depth, cam.width, self.bore),)
+        floor = cam.width - cam.groove_depth
+        return (FaceGroove("cam", rim, inside, outside, 0.0, floor, cam.width, self.bore, self.root_radius),)

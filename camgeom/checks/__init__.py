@@ -33,6 +33,7 @@ LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "tu
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
+NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -106,7 +107,9 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
     "impact": lambda model: _load(model, model.profile.impact_spec),
     "cutter": lambda model: model.profile.cutter_spec is not None,
-    "root": lambda model: model.profile.material.cam.bending_limit is not None and model.root_stress is not None,
+    "root": lambda model: model.profile.material.cam.bending_limit is not None and (
+        model.root_stress is not None or NO_STRESS
+    ),
     "tolerance": lambda model: model.profile.tolerance_spec is not None,
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.

@@ -1,4 +1,4 @@
-"""Stress at the root of a drum's groove against what the cam's material endures in bending."""
+"""Stress at a groove's root against what the cam's material endures in bending."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
             low, reach = part.z0 - spec.overrun, tool.radius + spec.allowance
             cuts = [ContourPath(part.name, part.outer.outline, 1.0, reach, low, part.z1 - low, None, start)]
         elif isinstance(part, FaceGroove):
-            tool = tool_of(spec, None, like and like + mechanism.running_clearance)
+            tool = tool_of(spec, None, like and like + mechanism.running_clearance, part.root)
             cuts = _groove_contours(part, tool.radius + spec.allowance, start, spec)
             rim = part.rim.outline
             safe = rim.radius if isinstance(rim, CircleOutline) else 0.0

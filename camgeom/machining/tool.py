@@ -90,12 +90,14 @@ class Tool:
         return f"{words.get(self.kind, 'form mill like the roller,')} {size}{corner}"
 
 
-def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None = None) -> Tool:
-    """The tool of a [cutter] table at one track (of a planar cam: with its roller's radius, mm)."""
+def tool_of(
+    spec: CutterSpec, track: Track | None, roller_radius: float | None = None, corner: float = 0.0
+) -> Tool:
+    """The tool of a [cutter] table at one track (of a planar cam: with its roller's and its root's radius, mm)."""
     if spec.kind == "roller":
         if track is None:
             assert roller_radius is not None
-            return Tool("flat", roller_radius)
+            return Tool("flat", roller_radius, corner=corner)
         sign = -track.tip_sign
         middle = 0.5 * (track.contact[0] + track.contact[1])
         radius = float(track.meridian.jet(np.array([track.meridian.parameter(middle)]))[3][0])
@@ -107,6 +109,6 @@ def tool_of(spec: CutterSpec, track: Track | None, roller_radius: float | None =
     if spec.kind == "wheel" and spec.contact == "side":
         assert spec.width is not None
         return Tool("disc", radius, width=spec.width)
-    root = track.root if track is not None else 0.0
+    root = track.root if track is not None else corner
     neck = 0.1 * radius if spec.neck is None else spec.neck
     return Tool("ball", radius, neck=neck) if spec.kind == "ball" else Tool("flat", radius, corner=root)

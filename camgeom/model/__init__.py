@@ -309,10 +309,12 @@ class Model(Sealed):
 
         On a straight flank a crowned roller counts as the cylinder of its crest, which touches wherever vertices are.
         """
-        from camgeom.track.clearance import least_beside, least_clearance
+        from camgeom.track.clearance import edge_clearance, least_beside, least_clearance
 
-        passages = map(self.mechanism.cutting, self.passages)
+        passages = tuple(map(self.mechanism.cutting, self.passages))
         found = [least_clearance(track, *self._surface_points(track), grow) for track in passages]
+        edges = [edge_clearance(track, tool, grow) for track, tool in zip(passages, self.cutters) if tool.root]
+        found = [min(pair, key=lambda one: one.value) for pair in zip(found, edges)] if edges else found
         found += [least_beside(slider, *self._surface_points(None), grow) for slider in self.mechanism.sliders]
         return tuple(found)
 
@@ -413,19 +415,21 @@ class Model(Sealed):
 
     @fact
     def root_stress(self) -> RootStress | None:
-        """Stress at the root of a drum's groove under its duty; None of other cams, and without an [operation]."""
-        from camgeom.solid.drum import GroovedCylinder
-
+        """Stress at a groove's root under its duty; None of cams without such a root, and without an [operation]."""
         if self.profile.duty:
             return self.hardest_state.root_stress
-        part = self.parts[0]
-        if not self.duties or not isinstance(part, GroovedCylinder) or part.blank.bore is None or not part.fits():
+        if not self.duties or self.mechanism.bore is None:
+            return None
+        from camgeom.body.groove import groove_of
+
+        groove = groove_of(self.parts[0], self.cutters)
+        if groove is None:
             return None
         from camgeom.body.stress import RootStress
 
         self.refuse_folded()
         angle = self.profile.output.load_angle_deg
-        return RootStress(part, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
+        return RootStress(groove, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
 
     @fact
     def volume(self) -> BodyVolume:
@@ -443,7 +447,7 @@ class Model(Sealed):
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
         roller = None if shared or not self.duties else self.duty
         drive = None if shared else self.drive
-        return volume_of(self.parts, roller, drive, self.profile.material.cam,
+        return volume_of(self.parts, self.cutters, roller, drive, self.profile.material.cam,
                          None if angle is None else radians(angle))  # fmt: skip
 
     @fact

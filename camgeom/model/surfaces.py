@@ -154,7 +154,7 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
                 found.append(PrismFlank(name, part.outer.outline, (part.z0, part.z1)))
             elif isinstance(part, FaceGroove):
                 walls = ("inner flank", part.inner, 1.0), ("outer flank", part.outer, -1.0)
-                found += [PrismFlank(name, loop.outline, (part.floor, part.z1), sign) for name, loop, sign in walls]
+                found += [PrismFlank(name, loop.outline, (part.foot, part.z1), sign) for name, loop, sign in walls]
     else:
         for survey in model.flanks:
             cutter = survey.cutter

@@ -575,11 +575,11 @@ def impact_figures(model: Model) -> dict[str, Any]:
     return data if torque is None else data | {"peak_torque_n_m": MILLI * torque.value}
 
 
-NO_ROOT = "stress in the body is found at the root of a drum's closed groove under an [operation], the drum with a bore"
+NO_ROOT = "stress in the body is found at the root of a closed groove under an [operation], in a body with a bore"
 
 
 def body_data(model: Model) -> dict[str, Any]:
-    """Nominal and peak stress at the root of a drum's groove. Raises DesignError where its volume is not meshed."""
+    """Nominal and peak stress at a groove's root. Raises DesignError where its volume is not meshed."""
     assert model.root_stress is not None
     return model.root_stress.data()
 

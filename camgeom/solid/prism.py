@@ -12,7 +12,17 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.solid import QuickPart, Solid
 from camgeom.solid.blank import Bore
-from camgeom.solid.builder import Builder, Index, filled, polygon_area, triangle_areas, zipper
+from camgeom.solid.builder import (
+    Builder,
+    Index,
+    add_grid,
+    band_cells,
+    filled,
+    polygon_area,
+    triangle_areas,
+    wrapped_faces,
+    zipper,
+)
 from camgeom.track.outline import Outline
 
 if TYPE_CHECKING:
@@ -58,7 +68,10 @@ class Prism(QuickPart):
 
 @dataclass(frozen=True, eq=False)
 class FaceGroove(QuickPart):
-    """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank."""
+    """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank.
+
+    root  mm, radius of the tool's corner, which joins flanks and floor
+    """
 
     name: str
     rim: Loop
@@ -68,13 +81,28 @@ class FaceGroove(QuickPart):
     floor: float
     z1: float
     bore: Bore | None = None
+    root: float = 0.0
+
+    @property
+    def foot(self) -> float:
+        """Height at which the flanks end, mm: at the floor, or a root's radius above it."""
+        return self.floor + self.root
+
+    def root_points(self, loop: Loop, phi: Floats, share: Floats) -> Floats:
+        """Points (3, n, k) of a flank's root at shares (k,) or (n, k) of its quarter circle, 0 at the flank's foot.
+
+        The corner of a tool with its axis along Z touches along such a circle square to its path.
+        """
+        curve, angle = loop.outline.curve(phi), 0.5 * np.pi * np.atleast_2d(share)
+        aside = (1.0 if loop is self.inner else -1.0) * self.root * (1.0 - np.cos(angle))
+        flat = curve.points[:, :, None] + curve.normals[:, :, None] * aside
+        return np.concatenate([flat, np.broadcast_to(self.foot - self.root * np.sin(angle), (1, *flat.shape[1:]))])
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh within the tolerance. Raises DesignError where outlines cross."""
         builder = Builder()
         rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
-        outer = wall(builder, self.outer, self.floor, self.z1, tolerance, inside=True)
-        inner = wall(builder, self.inner, self.floor, self.z1, tolerance, inside=False)
+        outer, inner = (self._flank(builder, loop, tolerance) for loop in (self.outer, self.inner))
         walls = [rim, outer, inner]
         cap(builder, [rim.high, outer.high], [rim.plane, outer.plane], "end", up=True)
         hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
@@ -82,21 +110,49 @@ class FaceGroove(QuickPart):
         cap(builder, [w.high for w in top], [w.plane for w in top], "end", up=True)
         # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
         feet = [outer.low[::-1], inner.low[::-1]]
-        cap(builder, feet, [outer.plane[::-1], inner.plane[::-1]], "floor", up=True)
+        cap(builder, feet, [outer.foot[::-1], inner.foot[::-1]], "floor", up=True)
         bottom = [rim, *hole]
         cap(builder, [w.low for w in bottom], [w.plane for w in bottom], "end", up=False)
         return Solid(self.name, builder.mesh(), max(w.error for w in (*walls, *hole)), "direct", len(hole))
+
+    def _flank(self, builder: Builder, loop: Loop, tolerance: float) -> LoopWall:
+        """One flank with its root."""
+        inside = loop is self.outer
+        if not self.root:
+            return wall(builder, loop, self.floor, self.z1, tolerance, inside)
+        grid, names = self.rounded(loop, tolerance), ("root", loop.name)
+        index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
+        top, foot = grid.points[:2, :-1, -1].T, grid.points[:2, :-1, 0].T
+        turned = (polygon_area(top) < 0.0) != inside
+        faces = wrapped_faces(index, grid.rising, inward=turned)
+        for band, name in enumerate(names):
+            builder.faces(faces[band_cells(grid.counts, band)].reshape(-1, 3), name)
+        way = -1 if turned else 1
+        return LoopWall(top[::way], index[::way, 0], index[::way, -1], grid.chord_error, foot[::way])
+
+    def rounded(self, loop: Loop, tolerance: float) -> Grid:
+        """A root from the floor up and the flank above it as one grid within the tolerance."""
+        from camgeom.maths.sampling import sample
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            root = self.root_points(loop, phi, np.linspace(1.0, 0.0, counts[0] + 1))
+            flank = np.repeat(root[:, :, -1:], counts[1], axis=2)
+            flank[2] = self.foot + (self.z1 - self.foot) * np.arange(1, counts[1] + 1) / counts[1]
+            return np.concatenate([root, flank], axis=2)
+
+        return sample(rows, loop.outline.knots(), tolerance, (4000, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class LoopWall:
     """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
-    upper ring of vertices, and its chord error, mm."""
+    upper ring of vertices, its chord error, mm, and the plane points of its lower ring."""
 
     plane: Floats
     low: Index
     high: Index
     error: float
+    foot: Floats
 
 
 def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, inside: bool) -> LoopWall:
@@ -124,7 +180,7 @@ def _raised(
         mask = np.array([n == name for n in names])
         builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
         builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
-    return LoopWall(plane, low, high, error)
+    return LoopWall(plane, low, high, error, plane)
 
 
 def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:

@@ -61,6 +61,22 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
     return replace(found, where=track.name)
 
 
+def edge_clearance(track: Track, tool: Track, grow: float = 0.0) -> Clearance:
+    """Distance of the edge of a roller's end (the roller larger by `grow` mm) from the root that a tool's corner cuts.
+
+    The tool's torus touches its root all round a quarter circle, wherever it stands: what stands out of the torus
+    there collides. Infinite where the edge stays below no part of the torus.
+    """
+    start = np.array([tool.span[0]])
+    radii = [float(one.meridian.jet(np.array([one.meridian.parameter(d)]))[3][0])
+             for one, d in ((tool, tool.foot), (track, track.tip))]  # fmt: skip
+    aside, over = radii[0] - radii[1] - grow, tool.tip_sign * (tool.tip - track.tip) - grow
+    point = Column(tool, start).wall(tool.sides[0], np.array([tool.meridian.parameter(tool.foot)]))[:, 0, 0]
+    met = max(aside, over) < tool.root
+    value = tool.root - float(np.hypot(tool.root - aside, tool.root - over)) if met else float("inf")
+    return Clearance.at(value, start[0], point, f"{track.name}, the roller's edge")
+
+
 def least_beside(slider: Slider, points: Floats, slack: Floats, grow: float = 0.0) -> Clearance:
     """The same of a follower without a roller."""
     from camgeom.track.sliding import passing

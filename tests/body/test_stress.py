@@ -25,6 +25,13 @@ def pin(root: float = 1.0, limit: float | None = 400.0, **cam: Any) -> Model:
     return Model(from_data({**data, "cam": cam, "material": {**data["material"], "cam": steel}}))
 
 
+def plate(**cam: Any) -> Model:
+    data = read_data(PROFILES / "disc_face_groove.toml")
+    steel = {"elastic_modulus": 210000.0, "poisson": 0.3, "bending_limit": 400.0}
+    material = {**data.get("material", {}), "cam": steel}
+    return Model(from_data({**data, "cam": {**data["cam"], "root_radius": 1.0, **cam}, "material": material}))
+
+
 def known(model: Model, nominal: float, *peaks: float) -> Model:
     """The model with these stresses in place of computed ones."""
     found = model.root_stress
@@ -58,6 +65,18 @@ def test_the_root_is_judged_by_its_peak_and_can_fail_by_its_nominal_stress(
         (finding,) = verdict.findings
         assert (finding.level, finding.limit, finding.unit) == (level, 400.0, "MPa")
         assert "flank" in finding.where
+
+
+def test_a_plate_with_a_groove_is_judged_alike_and_without_a_bore_not_at_all() -> None:
+    for peak, level in ((0.999 * 400.0, "pass"), (1.002 * 400.0, "fail")):
+        model = known(plate(), 20.0, 401.0, peak)
+        assert model.root_stress is not None
+        vars(model.root_stress).update(nominal=np.full(stress.ANGLES, 20.0))
+        (finding,) = judge(model, ["root-stress"]).findings
+        assert (finding.level, finding.where) == (level, "root of the outer flank")
+    verdict = judge(plate(bore=0.0, keyway_width=0.0, keyway_depth=0.0), ["root-stress"])
+    assert not verdict.findings
+    assert "no bore" in verdict.not_judged[0].reason
 
 
 def test_a_peak_under_another_load_than_the_hardest_can_fail_and_not_pass() -> None:

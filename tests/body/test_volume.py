@@ -66,7 +66,7 @@ def test_the_load_is_that_of_the_duty(pin: Model) -> None:
     force, patch = volume.forces.sum(axis=0), volume.patch
     assert patch.normal == pytest.approx(1874.0, rel=1e-3)
     assert np.linalg.norm(force) == pytest.approx(patch.normal, rel=2e-3)  # the normal turns a little along the line
-    assert patch.upper
+    assert patch.where == "the upper flank"
     assert force[2] > 0.95 * patch.normal
     torque = np.cross(volume.ring.nodes, volume.forces).sum(axis=0)[2]
     at = float(pin.duty.force.panels.at(pin.duty.torque, np.array([np.radians(298.0)]))[0])
@@ -74,6 +74,31 @@ def test_the_load_is_that_of_the_duty(pin: Model) -> None:
     assert 7.5 < patch.thickness < 8.5
     every = Model(from_data(changed("pin_insertion", cam={"root_radius": 1.0}))).volume
     assert 290.0 < np.degrees(every.patch.theta) < 310.0
+
+
+PLATE = changed("disc_face_groove", cam={"root_radius": 1.0}, output={"load_angle_deg": 100.0})
+
+
+def test_a_plate_with_a_groove_is_a_ring_on_its_true_faces() -> None:
+    model = Model(from_data(PLATE))
+    volume, program, duty = model.volume, model.setup.program, model.duty
+    low, high = (float(end.value) for end in program.extremes(0))
+    ends = np.array([span.end for span in program.spans])
+    (oracle,) = judges_of(PLATE, lambda phi: program.jet(phi, 0)[0], low, high, ends)
+    for name in ("flank_inner", "flank_outer", "root_inner", "root_outer", "floor"):
+        assert np.abs(oracle.least(volume.ring.nodes[volume.sets[name][::97]])).max() < 1e-7
+    x = volume.ring.nodes
+    rho = np.hypot(x[:, 0], x[:, 1])
+    assert np.allclose(rho[volume.sets["bore"]], 17.5)
+    assert np.allclose(rho[volume.sets["rim"]], 110.0)
+    assert np.allclose(x[volume.sets["end_lower"], 2], 0.0)
+    assert np.allclose(x[volume.sets["land"], 2], 24.0)
+    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=2e-3)
+    assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal)
+    torque = np.cross(x, volume.forces).sum(axis=0)[2]
+    at = float(duty.force.panels.at(duty.torque, np.array([np.radians(100.0)]))[0])
+    assert abs(torque) == pytest.approx(abs(at), rel=0.02)
+    assert set(volume.sets["patch"]) & set(volume.sets[f"flank_{volume.patch.where.split()[1]}"])
 
 
 def test_a_sharp_root_is_rounded_and_said_so() -> None:
@@ -88,7 +113,7 @@ def test_discs_and_frames_are_rings_and_others_are_refused_with_the_reason() -> 
         assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal)
         wanted = sum(solid.mesh.volume for solid in model.solids)
         assert volume_mm3(volume) == pytest.approx(wanted, rel=0.01)
-    for name in ("tool_changer", "disc_face_groove", "two_start"):
+    for name in ("tool_changer", "two_start"):
         with pytest.raises(DesignError, match="only rings"):
             _ = Model(from_data(changed(name))).volume
 

@@ -157,10 +157,12 @@ def _disc(cam, follower, roller, lift, low, high):
     if cam.get("form", "external") == "external":
         return [Judge(_centre_distance(place, radius, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     flat = _centre_distance(place, radius + cam.get("running_clearance", 0.0), sense)
-    floor, rim = width - cam["groove_depth"], 0.5 * cam["diameter"]
+    floor, rim, root = width - cam["groove_depth"], 0.5 * cam["diameter"], cam.get("root_radius", 0.0)
 
     def distance(x, phi, k):
-        return np.maximum(flat(x, phi, k), floor - x[..., 2])
+        side, under = flat(x, phi, k) + root, floor + root - x[..., 2]
+        outside = np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0))
+        return outside + np.minimum(np.maximum(side, under), 0.0) - root
 
     blank = _planes(cam, 0.0, width, lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - rim))
     return [Judge(distance, blank, genus=_genus(cam))]

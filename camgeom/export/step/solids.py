@@ -76,8 +76,11 @@ def bore_holes(bore: Bore | None) -> Sequence[ClosedCurve]:
 
 def wall(outline: ClosedCurve, low: float, high: float, outward: float, tolerance: float = TOLERANCE) -> Shell:
     """The shell straight along Z over an outline from z = low to z = high, mm; outward -1 for a hole."""
-    knots = np.array(outline.knots)
-    turn = outward * _running(outline.point(np.linspace(knots[0], knots[-1], 361)[:-1]))
+    return standing([upright(outline, low, high)], outline, outward, tolerance)
+
+
+def upright(outline: ClosedCurve, low: float, high: float) -> Band:
+    """The band straight along Z over an outline from z = low to z = high, mm."""
 
     def point(t: Floats, share: Floats) -> Floats:
         flat = outline.point(t)
@@ -86,7 +89,14 @@ def wall(outline: ClosedCurve, low: float, high: float, outward: float, toleranc
         x[..., 2] = low * (1.0 - share) + high * share
         return x
 
-    return shell([Band(outline.name, point, degree=1)], knots, turn, tolerance)
+    return Band(outline.name, point, degree=1)
+
+
+def standing(bands: Sequence[Band], outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
+    """The shell of bands from the lowest up that stand about an outline; outward -1 for a hole."""
+    knots = np.array(outline.knots)
+    turn = outward * _running(outline.point(np.linspace(knots[0], knots[-1], 361)[:-1]))
+    return shell(bands, knots, turn, tolerance)
 
 
 def _running(points: Floats) -> float:
@@ -205,7 +215,8 @@ def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Brep:
     rim, inner, outer = (closed(loop, body.name) for loop in (body.rim, body.inner, body.outer))
     keep_bore_inside(inner, body.bore, body.name)
     outside = wall(rim, body.z0, body.z1, 1.0, tolerance)
-    far, near = (wall(o, body.floor, body.z1, side, tolerance) for o, side in ((outer, -1.0), (inner, 1.0)))
+    sides = (body.outer, outer, -1.0), (body.inner, inner, 1.0)
+    far, near = (_flank(body, loop, curve, side, tolerance) for loop, curve, side in sides)
     bore = [wall(hole, body.z0, body.z1, -1.0, tolerance) for hole in bore_holes(body.bore)]
     flats = (
         flat_end("end", body.z0, False, [outside.first, *(hole.first for hole in bore)]),
@@ -216,6 +227,17 @@ def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Brep:
     shells = (outside, far, near, *bore)
     faces = (*(face for found in shells for face in found.faces), *flats)
     return Brep(body.name, faces, deviation=max(found.deviation for found in shells))
+
+
+def _flank(body: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
+    """The shell of one flank from the floor up, its root first."""
+    if not body.root:
+        return wall(outline, body.floor, body.z1, outward, tolerance)
+
+    def root(phi: Floats, share: Floats) -> Floats:
+        return np.ascontiguousarray(np.moveaxis(body.root_points(loop, phi, 1.0 - share), 0, -1))
+
+    return standing([Band("root", root), upright(outline, body.foot, body.z1)], outline, outward, tolerance)
 
 
 def closed(loop: BodyLoop, body: str, samples: int = 721) -> ClosedCurve:

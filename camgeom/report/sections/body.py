@@ -1,4 +1,4 @@
-"""Stress in the body: figures at the root of a drum's groove, and the nominal stress over the turn."""
+"""Stress in the body: figures at a groove's root, and the nominal stress over the turn."""
 
 from __future__ import annotations
 
