@@ -16,7 +16,7 @@ from math import isfinite, pi
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Literal, TypeVar, final
 
-from camgeom.checks.verdict import RANK, Finding, Level, Loads, NotJudged, Verdict, judged, life_shown
+from camgeom.checks.verdict import RANK, Finding, Level, Loads, NotJudged, Verdict, judged, life_told
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
 from camgeom.maths.overflow import within_range
 
@@ -80,8 +80,7 @@ def judged_lives(
     """
     limit = model.profile.limits.life_h
     if limit is None:
-        told = ((body, life_shown(hours)) for body, hours in lives.items())
-        each = ", ".join(f"{body} {life if isinstance(life, str) else f'{life:.4g} h'}" for body, life in told)
+        each = ", ".join(f"{body} {life_told(hours)}" for body, hours in lives.items())
         if lives:
             yield NotJudged(name, f"give limits.life_h, the hours that these lives have to reach: {each}")
         return

@@ -11,7 +11,7 @@ from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
 from camgeom.checks import LIFTED, NO_OPERATION, check, solved
-from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.checks.verdict import Finding, NotJudged, judged, life_told
 from camgeom.mechanics.rating import LEAST_LOAD_SHARE, LEAST_RATIO
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def lubrication(model: Model) -> Iterable[Finding | NotJudged]:
     """Viscosity ratio kappa of the bearing: below 0.1 ISO 281 gives no life, below 1 the film does not part all."""
     rated = _rated(model.carriers)
     for missing in dict.fromkeys(one.rating.missing for one in rated if one.rating.missing):
-        lives = ", ".join(f"{one.bearing.judged_h:.4g} h" for one in rated if one.rating.missing == missing)
+        lives = ", ".join(life_told(one.bearing.judged_h) for one in rated if one.rating.missing == missing)
         yield NotJudged("bearing-lubrication", f"give {', '.join(missing)}: the bearing's life of {lives} counts as "
                         "well lubricated and clean (a_ISO = 1)")  # fmt: skip
     each = [(float(one.bearing.ratio), one) for one in rated if one.bearing.ratio is not None]

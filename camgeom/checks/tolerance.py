@@ -52,9 +52,9 @@ def motion_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
 
 @check("yield-tolerance", "tolerance")
 def yield_tolerance(model: Model) -> Iterable[Finding]:
-    """Share of the machines that keep every limit, where a preload or a pressure is among them."""
+    """Share of the machines that keep every limit, where that is more than one of place or play asks."""
     study, spec = model.tolerances, model.profile.tolerance_spec
-    if spec is None or (spec.preload_limit is None and spec.pressure_limit is None):
+    if spec is None or (spec.preload_limit is None and spec.pressure_limit is None and len(study.limits) < 2):
         return
     advice = "tighten the tolerances, or take what `camgeom tolerance` gives as the widest"
     yield judged("yield-tolerance", study.share(), ">=", spec.wanted_yield, "1", advice, where="all limits together")

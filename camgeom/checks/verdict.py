@@ -35,6 +35,12 @@ def life_shown(hours: float | None) -> float | str:
     return "unlimited" if hours is None or hours >= ENDLESS_H else hours
 
 
+def life_told(hours: float | None) -> str:
+    """A life in a sentence: with its unit, whole hours of long ones."""
+    life = life_shown(hours)
+    return life if isinstance(life, str) else f"{life:.0f} h" if life >= 1e3 else f"{life:.4g} h"
+
+
 ROUNDING = {"mm": 1e-9, "deg": 1e-9, "N": 1e-9, "N mm": 1e-9, "1": 1e-12}
 """values below are rounding of what is zero"""
 NO_GAP = ROUNDING["mm"]

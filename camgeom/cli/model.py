@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from camgeom.checks.verdict import RANK, life_shown
+from camgeom.checks.verdict import RANK, life_told
 from camgeom.cli import Console, UsageError
 from camgeom.cli.tables import aligned, formats, number, number_in
 from camgeom.errors import ExportError, Problem, ProfileError
@@ -256,8 +256,7 @@ def _at(data: Any, path: str) -> Any:
 
 def _figure(value: float, unit: str) -> str:
     """A figure with its unit; a life that no machine lives to see is unlimited."""
-    shown = life_shown(value) if unit == "h" else value
-    return shown if isinstance(shown, str) else f"{number(shown)} {unit}".rstrip()
+    return life_told(value) if unit == "h" else f"{number(value)} {unit}".rstrip()
 
 
 def _verdict(result: Result) -> str:

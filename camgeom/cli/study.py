@@ -16,7 +16,6 @@ from camgeom.cli import Console, UsageError
 from camgeom.cli.model import names, output_folder, refuse_nameless, refuse_unwritable
 from camgeom.cli.study_page import PLOTTED, cell, left_open, page, word
 from camgeom.cli.tables import aligned, number
-from camgeom.design import light_checks
 from camgeom.design.batch import LEVELS
 from camgeom.design.bulk import Bulk
 from camgeom.design.engine import Cluster, Engine, Pace, local
@@ -25,8 +24,8 @@ from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import Row, Study, axis
 from camgeom.errors import Problem, ProfileError
 from camgeom.report.delivery import finite
-from camgeom.report.result import PRODUCTS, chosen
-from camgeom.seat.variants import STUDIED, columns, measure, refuse_unsolved, solving
+from camgeom.report.result import PRODUCTS
+from camgeom.seat.variants import asked, columns, measure, refuse_unsolved
 
 SHOWN = 20
 """rows shown on the terminal; the CSV file has all"""
@@ -64,15 +63,15 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
 
     refuse_nameless(arguments.out)
     only = names(arguments.only, "--only")
-    products, checks = (STUDIED, light_checks()) if only is None else chosen("run", only)
-    if left := {"exports", "report"} & set(products):
-        allowed = ", ".join(name for name in PRODUCTS if name not in left)
-        raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
     data = read_data(arguments.profile)
     method, count, seed = sample(arguments.sample)
     axes = tuple(axis(text, method in DRAWN) for text in arguments.vary)
-    plan = Plan(axes, method, count, seed, tuple(map(tie, arguments.tie)))
     figures = tuple(names(arguments.figures, "--figures") or ())
+    products, checks = asked(only, data, axes, figures)
+    if left := {"exports", "report"} & set(products):
+        allowed = ", ".join(name for name in PRODUCTS if name not in left)
+        raise UsageError(f"--only: a study writes no {' and no '.join(sorted(left))}; allowed: {allowed}")
+    plan = Plan(axes, method, count, seed, tuple(map(tie, arguments.tie)))
     bulk = Bulk(data, arguments.profile, plan, figures, _level(arguments.pressure_error))
     why = left_to_the_model(arguments, bulk)
     if arguments.pressure_error is not None and (why is not None or not bulk.leveled):
@@ -82,7 +81,6 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
         from camgeom.cli.bulk import run as run_bulk
 
         return run_bulk(arguments, console, bulk, engine_of(arguments))
-    products = solving(products, data, axes) if only is None else products
     refuse_unsolved(data, axes)
     measured = partial(measure, products=products, checks=checks, only=figures)
     combined = None if plan.method == "grid" and not plan.ties else plan

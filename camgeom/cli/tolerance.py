@@ -11,7 +11,7 @@ from camgeom.cli.tables import aligned, number, number_in
 from camgeom.errors import ProfileError
 from camgeom.profile import Profile
 
-FIGURES = ("dwell", "motion", "backlash")
+FIGURES = {"dwell": "in the dwells", "motion": "anywhere in the turn", "backlash": "play in the dwells"}
 LIMITS = {name: f"{name}_limit" for name in (*FIGURES, "preload", "pressure")}
 MOST = 20_000_000
 
@@ -58,59 +58,98 @@ def asked(profile: Profile, arguments: argparse.Namespace) -> Profile:
 def summary(data: dict[str, Any]) -> list[str]:
     """The study in lines."""
     unit = data["unit"]
-    lines = [f"each error alone: largest motion of the follower over the turn, {unit}"]
-    heads = ("error", "of", "", "motion", "um", "at deg", "play", "preload um", "pressure")
-    rows = [
-        (row["error"], f"{row['size']:g}", row["size_unit"], number(row[f"motion_{unit}"], 4),
-         number(row["motion_um"], 4), f"{row['cam_angle_deg']:.1f}", _cell(row[f"play_{unit}"]),
-         _cell(row["preload_loss_um"], -1.0), _cell(row["pressure_ratio"], form="x {:.3g}"))
-        for row in data["sensitivities"]
-    ]  # fmt: skip
-    lines += [f"  {line}" for line in aligned([heads, *rows], right=range(3, 9))]
+    lines = ["each error alone, the largest over the turn", *_alone(data, unit)]
     if "preload_um" in data:
-        lines.append(f"preload: {data['preload_um']:.4g} um along the normals, nominal, at its least in the dwells")
+        lines.append(f"nominal, at its tightest in the dwells: {_normal(data['preload_um'])}")
     if "wanted_yield" not in data:
         return [*lines, "no [tolerance] in the profile: give its errors for worst case, yield and widest tolerances"]
-    share = 100.0 * data["wanted_yield"]
-    lines.append(f"all together, {data['samples']} machines, from {data['reference'].replace('-', ' ')}, {unit}")
-    table = [["", "median", f"{share:.6g} % within", "worst case, from the drawing"]]
-    for name in FIGURES:
+    share = f"{100.0 * data['wanted_yield']:.6g} %"
+    start = "the drawing" if data["reference"] == "absolute" else "where each stands in its first dwell"
+    lines.append(f"all together, {data['samples']} machines, error of the follower's place from {start}, {unit}")
+    table = [["", "median", f"{share} within", "worst case, from the drawing"]]
+    for name, words in FIGURES.items():
         if f"{name}_{unit}" in data:
-            table.append([name, *(number(data[f"{key}{name}_{unit}"], 4) for key in ("median_", "", "worst_"))])
+            table.append([words, *(number(data[f"{key}{name}_{unit}"], 4) for key in ("median_", "", "worst_"))])
     lines += [f"  {line}" for line in aligned(table, right=range(1, 4))]
     if "least_preload_um" in data:
-        lines.append(f"preload that {share:.6g} % keep at least: {data['least_preload_um']:.4g} um (negative: play)")
+        lines.append(f"the tightest place in the dwells, {share} at least: {_normal(data['least_preload_um'])}")
     if "pressure_mpa" in data:
-        lines.append(f"largest pressure: nominal {data['nominal_pressure_mpa']:.4g} MPa, {share:.6g} % within "
-                     f"{data['pressure_mpa']:.4g} MPa; by that alone they live {100.0 * data['life_share']:.3g} % as "
-                     "long")  # fmt: skip
+        lines.append(f"largest pressure: nominal {number(data['nominal_pressure_mpa'], 4)} MPa, {share} within "
+                     f"{number(data['pressure_mpa'], 4)} MPa; by that alone they live "
+                     f"{100.0 * data['life_share']:.3g} % as long")  # fmt: skip
     if "edge" in data:
         edge = data["edge"]
         what = "half a millimetre inside the sharp end that bears" if edge["unbounded"] else "at its largest"
-        lines.append(f"the hardest roller, tilted by {edge['tilt_arcmin']:.3g}': {edge['tilted_pressure_mpa']:.4g} MPa "
-                     f"{what}, level {edge['level_pressure_mpa']:.4g} MPa")  # fmt: skip
+        lines.append(f"the hardest roller, tilted by {edge['tilt_arcmin']:.3g}': "
+                     f"{number(edge['tilted_pressure_mpa'], 4)} MPa {what}, level "
+                     f"{number(edge['level_pressure_mpa'], 4)} MPa")  # fmt: skip
     if "yield" in data:
-        lines.append(f"yield: {100.0 * data['yield']:.5g} % keep every limit; wanted {share:.6g} %")
-    parts = [(key, f"{100.0 * part:.1f} %") for key, part in data["contributions"].items() if part >= 0.0005]
-    lines += ["part of the variance in the dwells", *(f"  {line}" for line in aligned(parts, right=(1,)))]
+        lines.append(f"yield: {100.0 * data['yield']:.5g} % keep every limit; wanted {share}")
+    lines += _errors(data)
     for row in data.get("wear", ()):
-        lines.append(f"worn by {row['wear_um']:.3g} um: preload {row['preload_um']:.3g} um, still preloaded "
-                     f"{100.0 * row['still_preloaded']:.4g} % of the machines")  # fmt: skip
-    return [*lines, *_widest(data)]
+        lines.append(f"worn by {row['wear_um']:.3g} um, roller and flank together: {_normal(row['preload_um'])}, still "
+                     f"preloaded {100.0 * row['still_preloaded']:.4g} % of the machines")  # fmt: skip
+    return lines
 
 
-def _widest(data: dict[str, Any]) -> list[str]:
-    if "widest" not in data:
-        return ["no limit is given: --limit dwell=VALUE, or tolerance.dwell_limit, tells the widest tolerances"]
-    found = data["widest"]
-    if found is None:
-        return ["widest tolerances: none hold the limits; what is left without errors breaks them, or nothing does"]
-    rows = [(key, "no part in it" if value is None else f"+- {value:.3g}") for key, value in
-            found["tolerances"].items()]  # fmt: skip
-    head = f"widest tolerances that hold the limits in {100.0 * found['yield']:.4g} % of the machines"
-    return [head, *(f"  {line}" for line in aligned(rows))]
+def _alone(data: dict[str, Any], unit: str) -> list[str]:
+    """What every error does alone, with the columns that mean something here."""
+    rows = data["sensitivities"]
+    columns = {
+        "error": [row["error"] for row in rows],
+        "size": [f"{row['size']:g} {row['size_unit']}" for row in rows],
+        f"motion {unit}": [number(row[f"motion_{unit}"], 4) for row in rows],
+        "um": [number(row["motion_um"], 4) for row in rows] if unit != "um" else None,
+        "at deg": ["-" if row["cam_angle_deg"] is None else f"{row['cam_angle_deg']:.1f}" for row in rows],
+        f"play {unit}": [_signed(row[f"play_{unit}"]) for row in rows] if "preload_um" in data else None,
+        "preload um": [_signed(row["preload_loss_um"], -1.0) for row in rows] if "preload_um" in data else None,
+        "pressure": [f"x {row['pressure_ratio']:.3g}" for row in rows] if data["pressed"] else None,
+    }  # fmt: skip
+    shown = {head: cells for head, cells in columns.items() if cells is not None}
+    table = aligned([tuple(shown), *zip(*shown.values())], right=range(2, len(shown)))
+    lines = [f"  {line}" for line in table]
+    if unit != "um":
+        lines.append("  um: at the follower's reference point")
+    return lines if data["pressed"] else [*lines, "  pressures are told of line contacts under an [operation] alone"]
 
 
-def _cell(value: float | None, sign: float = 1.0, form: str = "{:+.3g}") -> str:
-    """A figure of the table; a dash where there is none."""
-    return "-" if value is None else form.format(sign * value + 0.0)
+def _normal(preload: float) -> str:
+    """An interference along the normals, um; below zero half the gap between two walls."""
+    if preload > 0.0:
+        return f"{number(preload, 4)} um of preload along the normals"
+    return f"{number(-2.0 * preload, 4)} um of play between the walls" if preload else "walls that just touch"
+
+
+def _errors(data: dict[str, Any]) -> list[str]:
+    """The errors given, what part of the variance in the dwells each explains alone, and how wide it may be."""
+    found = data.get("widest")
+    rows = [["error", "given", "part", "widest"]]
+    for key, part in data["contributions"].items():
+        error = data["errors"][key]
+        wide = None if found is None else found["tolerances"][key]
+        allowed = "any" if wide is None else _tolerance(error, wide)
+        rows.append([key, _tolerance(error, error["value"]), _part(part), allowed])
+    rows.append(["acting together", "", _part(data["contributions_together"]), ""])
+    lines = ["errors given, and the part of the variance in the dwells that each explains alone"]
+    lines += [f"  {line}" for line in aligned([row[: 4 if found else 3] for row in rows], right=(2,))]
+    if found is not None:
+        kept = f"{100.0 * found['yield']:.4g} % of the machines"
+        return [*lines, f"widest tolerances: they hold the limits in {kept} at the least cost"]
+    if "widest" in data:
+        why = "none hold the limits; what is left without errors breaks them, or no error reaches them"
+        return [*lines, f"widest tolerances: {why}"]
+    return [*lines, "no limit is given: --limit dwell=VALUE, or tolerance.dwell_limit, tells the widest tolerances"]
+
+
+def _tolerance(error: dict[str, Any], value: float) -> str:
+    about = f"{error['mean']:.3g} " if error["mean"] else ""
+    return f"{about}+- {value:.3g} {error['unit']}"
+
+
+def _part(share: float) -> str:
+    return f"{100.0 * share:.1f} %" if share >= 0.0005 else "0"
+
+
+def _signed(value: float, sign: float = 1.0) -> str:
+    """A growth or a loss."""
+    return f"{sign * value:+.3g}" if value else "0"

@@ -17,7 +17,7 @@ from camgeom.design.study import Axis, Figures, Row, Study
 from camgeom.errors import CamgeomError, Problem, ProfileError
 from camgeom.profile.text import key_path
 from camgeom.report.delivery import finite
-from camgeom.report.result import chosen, compute
+from camgeom.report.result import PRODUCTS, chosen, compute
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Verdict
@@ -27,13 +27,33 @@ STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
 """Products of a study where none are named: everything that needs no solid."""
 MOVING = ("dynamics", "impact", "operation")
 """tables of a profile whose keys, when they are varied, ask for the dynamics too"""
+OF_TABLES = ("dynamics", "cutter", "tolerance")
+"""products of a table of the profile, whose checks judge them"""
 
 
-def solving(products: tuple[str, ...], data: dict[str, Any], axes: Sequence[Axis]) -> tuple[str, ...]:
-    """The products of a study with those that its keys ask for beside them: what a solver finds, what a tool leaves."""
+def asked(
+    only: Sequence[str] | None, data: dict[str, Any], axes: Sequence[Axis], figures: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
+    """Products and checks of a study: those named, with the checks of a named table's product; without any all that
+    needs no solid, and what the varied keys, a [tolerance] table and the figures ask for beside."""
+    if only is not None:
+        from camgeom.checks import checks
+
+        products, named = chosen("run", only)
+        tables = set(products) & set(OF_TABLES)
+        if named is None and tables:
+            named = tuple(name for name, one in checks().items() if tables & set(one.needs))
+            products = (*products, "checks")
+        return products, named
+    wanted = {figure.partition(".")[0] for figure in figures} & set(PRODUCTS) - {"exports", "report"}
     if ("dynamics" in data or "impact" in data) and any(one.path[0] in MOVING for one in axes):
-        products = (*products, "dynamics")
-    return (*products, "cutter") if any(one.path[0] == "cutter" for one in axes) else products
+        wanted.add("dynamics")
+    if any(one.path[0] == "cutter" for one in axes):
+        wanted.add("cutter")
+    if "tolerance" in data or any(one.path[0] == "tolerance" for one in axes):
+        wanted.add("tolerance")
+    beside = (name for name in PRODUCTS if name in wanted - set(STUDIED))
+    return (*STUDIED, *beside), light_checks()
 
 
 def refuse_unsolved(data: dict[str, Any], axes: Sequence[Axis]) -> None:
@@ -77,7 +97,7 @@ def measure(
     if result.verdict.loads is not None:
         figures["loads"] = result.verdict.loads.whose
     figures = {name: value for name, value in figures.items() if not only or name in only}
-    figures["not_judged"] = _not_judged(model, result.verdict, checks)
+    figures["not_judged"] = _not_judged(model, result.verdict, checks if "checks" in products else ())
     return figures, words[result.exit_status], "; ".join(dict.fromkeys([*unmade, *failed]))
 
 
@@ -177,13 +197,12 @@ def study(
     axes = tuple(_axis(key, values) for key, values in vary.items())
     data = model.profile.stated
     refuse_unsolved(data, axes)
-    products, checks = (STUDIED, light_checks()) if only is None else chosen("run", only)
-    products = solving(products, data, axes) if only is None else products
-    measured = partial(measure, products=products, checks=checks, only=tuple(figures))
+    products, judging = asked(only, data, axes, figures)
+    measured = partial(measure, products=products, checks=judging, only=tuple(figures))
     ties = tuple(_tie(f"{key}={text}") for key, text in (tie or {}).items())
     plan = Plan(axes, "grid", 0, 0, ties) if ties else None
-    asked = Study(data, model.profile.source, axes, measured, plan=plan)
-    return Results(columns(asked, list(asked.rows(Alone() if jobs == 1 else local(jobs)))))
+    whole = Study(data, model.profile.source, axes, measured, plan=plan)
+    return Results(columns(whole, list(whole.rows(Alone() if jobs == 1 else local(jobs)))))
 
 
 def _axis(key: str, values: Sequence[Any]) -> Axis:

@@ -23,7 +23,7 @@ import numpy as np
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
-from camgeom.solid.mechanism import Mechanism
+from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.contacts import Contacts, M, moment
 from camgeom.track import Arc, Slide, Swing
 
@@ -95,7 +95,8 @@ CAUSES = {
         Cause("face_squareness_arcmin", "arcmin", "roller", 1, "flat face askew in the plane of the disc"),
         Cause("flank_form", "mm", "wall", 2, "form of each wall of the cam, in waves round it"),
         Cause("flank_growth", "mm", "wall", 1, "size of each wall of the cam: stock left"),
-        Cause("running_clearance", "mm", "machine", 1, "gap between follower and every wall beyond the nominal one"),
+        Cause("running_clearance", "mm", "machine", 1, "gap between a follower held on both sides and every wall, "
+              "beyond the nominal one"),
     )
 }  # fmt: skip
 """Every error by its key."""
@@ -135,6 +136,8 @@ def applicable(mechanism: Mechanism) -> tuple[Cause, ...]:
         absent.add("face_squareness_arcmin")
     if ball:
         absent.add("roller_tilt_arcmin")
+    if mechanism.drive is Drive.ALONE:
+        absent.add("running_clearance")
     return tuple(cause for key, cause in CAUSES.items() if key not in absent)
 
 

@@ -23,6 +23,7 @@ from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause
 from camgeom.tolerance.seat import Bools, Reals, balance, beyond, pressures
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities
+from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
 from camgeom.tolerance.spec import Distribution
 from camgeom.track import TURN
 
@@ -36,11 +37,10 @@ DWELLS = (0.02, 0.5, 0.98)
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 SINGLE = np.float32
-Singles = npt.NDArray[np.float32]
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
-EXPLAINED = 4
-"""blocks from which the contributions are told, 8192 machines: a share of the variance r² is then good to its standard
-error 2 r sqrt((1 - r²) / n), at most 0.011"""
+EXPLAINED = 10
+"""blocks from which the contributions are told, 20 480 machines: a share r² of the variance is then good to its
+standard error 2 r sqrt((1 - r²) / n), at most 0.007"""
 Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
 """mean, half width, mm or rad, and distribution of the errors by key"""
@@ -113,7 +113,7 @@ class Drawn:
 
     dwell    largest deviation in the dwells (of a program without one: anywhere)
     backlash largest play in the dwells; preload: least normal interference there, mm, below zero half the play
-    shares   part of the variance of the deviation that each error explains, by key
+    shares   part of the variance in the dwells that each error explains alone, by key (see `shares`)
     """
 
     machines: Machines
@@ -122,6 +122,12 @@ class Drawn:
     backlash: Floats
     preload: Floats
     shares: dict[str, float]
+
+    @property
+    def together(self) -> float:
+        """Part of the variance that errors explain together alone, one by the size of another; 0 where none vary."""
+        alone = sum(self.shares.values())
+        return max(0.0, 1.0 - alone) if alone else 0.0
 
     @cached_property
     def motion(self) -> Floats:
@@ -301,11 +307,10 @@ class Machines:
         self.resting  # noqa: B018  made once, before the workers share it
         found = self._judged(self._rest, samples, workers)
         dwell, backlash, preload = np.concatenate([figures for figures, _ in found], axis=1)
-        told = [shares for _, shares in found if shares is not None]
+        told = first_order((sums for _, sums in found if sums is not None), self._used)
         by_key = dict.fromkeys(self.spreads, 0.0)
-        for column, share in zip(self.columns, np.mean(told, axis=0)):
-            by_key[column.cause.key] += float(share)
-        by_key = {key: max(0.0, share) for key, share in by_key.items()}
+        for error, share in zip(self._errors, told):
+            by_key[self.columns[error.start].cause.key] += float(share)
         return Drawn(self, workers, dwell, backlash, preload, by_key)
 
     def moved(self, samples: int, workers: int = 2) -> Floats:
@@ -334,12 +339,28 @@ class Machines:
         with ThreadPoolExecutor(max(1, workers)) as pool:
             return list(pool.map(judged, range(len(sizes))))
 
-    def _rest(self, block: int, x: Singles) -> tuple[Floats, Floats | None]:
-        """Figures (3, size) of a block where it rests, and of early ones what each column explains of the variance."""
+    @cached_property
+    def _errors(self) -> tuple[slice, ...]:
+        """The columns of every error of every holder: one, or both parts of what has a direction."""
+        return tuple(slice(i, i + column.cause.parts) for i, column in enumerate(self.columns) if column.part == 0)
+
+    @cached_property
+    def _used(self) -> Bools:
+        """Which error has to do with each outcome, (errors, 2 p): both ends of where it may stand at places of rest."""
+        mine = np.zeros((len(self.columns), len(self.resting)), dtype=bool)
+        for i, position in enumerate(self.resting):
+            mine[position.columns, i] = True
+        if self.relative:
+            mine[self.resting[0].columns] = True
+        return np.repeat([mine[error].any(axis=0) for error in self._errors], 2, axis=1)
+
+    def _rest(self, block: int, x: Singles) -> tuple[Floats, Sums | None]:
+        """Figures (3, size) of a block where it rests, and of early ones the sums that tell what each error explains.
+        """
         size = x.shape[1]
         rest, loose, tight = np.zeros(size), np.full(size, -np.inf), np.full(size, np.inf)
         zero: Zero | None = None
-        middles = []
+        outcomes: list[Reals] = []
         for position in self.resting:
             known = rest if block >= EXPLAINED and (zero is not None or not self.relative) else None
             low, high, play = self._stand(position, x, known, zero)
@@ -353,10 +374,10 @@ class Machines:
             levers = np.where(play < 0.0, *position.half_levers)
             np.minimum(tight, -play * levers, out=tight)
             if block < EXPLAINED:
-                middle = 0.5 * (low + high)
-                middles.append(middle if zero is None else middle - 0.5 * (zero[0] + zero[1]))
+                first = zero is not None and zero[0] is low
+                outcomes += [low - low, high - high] if first else _since(low, high, zero)
         figures = np.stack([rest, np.maximum(loose, 0.0), tight])
-        return figures, self._explained(x, np.array(middles, dtype=np.float64)) if middles else None
+        return figures, self._sums(x, outcomes) if outcomes else None
 
     def _move(self, _: int, x: Singles) -> Floats:
         """Largest deviation of a block in the moves, (size,)."""
@@ -367,19 +388,11 @@ class Machines:
             np.maximum(worst, _off(low, high, zero), out=worst)
         return worst
 
-    def _explained(self, x: Singles, deviation: Floats) -> Floats:
-        """Share of the variance of deviations (p, size) at the places of rest that each column of x (c, size) explains
-        alone, by its correlation, the mean of all places."""
-        off = deviation - deviation.mean(axis=1, keepdims=True)
-        own = np.asarray(x - x.mean(axis=1, keepdims=True), dtype=np.float64)
-        total = (off * off).sum(axis=1)[:, None] * (own * own).sum(axis=1)
-        found = np.divide((off @ own.T) ** 2, total, out=np.zeros(total.shape), where=total > 0.0)
-        # Numbers that have nothing to do with it correlate by chance: 1 / (n - 1) on the average.
-        counts = total > 0.0
-        if not self.relative:
-            used = [np.isin(np.arange(len(x)), position.columns) for position in self.resting]
-            counts &= np.array(used)
-        return np.asarray(np.where(counts, found - 1.0 / (x.shape[1] - 1), 0.0).mean(axis=0))
+    def _sums(self, x: Singles, outcomes: list[Reals]) -> Sums:
+        """Sums of machines (columns, size) whose followers stand at outcomes (size,) each."""
+        sizes = [abs(mean) + value or 1.0 for mean, value, _ in (self.spreads[c.cause.key] for c in self.columns)]
+        scaled = x / np.array(sizes, dtype=SINGLE)[:, None]
+        return sums_of([scaled[error] for error in self._errors], np.array(outcomes, dtype=SINGLE))
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, (columns, size), mm or rad."""
@@ -446,11 +459,15 @@ def _within(position: Position, known: Floats, zero: Zero | None) -> Zero:
     return zero[1] + low - known, zero[0] + high + known
 
 
+def _since(low: Reals, high: Reals, zero: Zero | None) -> list[Reals]:
+    """Both ends, (size,), of where followers stand, from zero or from where they were set to zero."""
+    return [low, high] if zero is None else [low - zero[1], high - zero[0]]
+
+
 def _off(low: Reals, high: Reals, zero: Zero | None) -> Reals:
     """Deviation (size,) of followers that stand low .. high, from zero or from where they were set to zero."""
-    if zero is None:
-        return np.maximum(np.abs(low), np.abs(high))
-    return np.maximum(high - zero[0], zero[1] - low)
+    first, last = _since(low, high, zero)
+    return np.maximum(np.abs(first), np.abs(last))
 
 
 def _pressure(position: Position, square: Singles, x: Singles) -> Floats:

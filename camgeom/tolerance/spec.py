@@ -230,14 +230,11 @@ class ToleranceSpec(Section):
         if "flank_waves" in self.model_fields_set and self.flank_form is None:
             yield Problem("tolerance.flank_waves", "means nothing without flank_form", self.flank_waves)
 
-
     def _limit_problems(self, mechanism: Mechanism) -> Iterator[Problem]:
         """Limits that this cam, with these errors and so many samples, cannot be judged by."""
-        alone = mechanism.drive is Drive.ALONE
-        for key in ("running_clearance", "backlash_limit") if alone else ():
-            if (given := getattr(self, key)) is not None:
-                why = "means nothing here: what a spring or weight holds on its cam has no play"
-                yield Problem(f"tolerance.{key}", why, given if key == "backlash_limit" else None)
+        if self.backlash_limit is not None and mechanism.drive is Drive.ALONE:
+            why = "means nothing here: what a spring or weight holds on its cam has no play"
+            yield Problem("tolerance.backlash_limit", why, self.backlash_limit)
         if self.pressure_limit is not None:
             tilts = sorted(key for key in self.stated() if key in TILTS)
             if tilts:

@@ -31,6 +31,8 @@ ALONE, TRIAL = 4096, 20_480
 ROUNDS, SETTLING = 4, 16
 NEAR = 0.995
 """share of a limit that counts as reached"""
+NOISE = 1e-6
+"""um or seconds of arc, below which a figure is rounding of what is none (single precision of what is drawn)"""
 NOTHING = 1e-6
 """share of a limit that an error alone may reach and count for nothing"""
 
@@ -357,7 +359,7 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
                 "size_unit": row.cause.unit,
                 f"motion_{unit}": _zero(loaded.shown(row.motion.value)),
                 "motion_um": _zero(1e3 * loaded.arm * row.motion.value),
-                "cam_angle_deg": degrees(row.motion.cam_angle) % 360.0,
+                "cam_angle_deg": degrees(row.motion.cam_angle) % 360.0 if _zero(1e3 * row.motion.value) else None,
                 f"play_{unit}": _zero(loaded.shown(row.play)) if study.both else None,
                 "preload_loss_um": _zero(1e3 * row.preload) if study.both else None,
                 "pressure_ratio": row.pressure,
@@ -365,8 +367,9 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
             for row in study.sensitivities.rows
         ],
     }
+    data["pressed"] = study.sensitivities.hard is not None
     if study.preload is not None:
-        data["preload_um"] = 1e3 * study.preload
+        data["preload_um"] = _zero(1e3 * study.preload)
     spec = study.spec
     if spec is None:
         return data
@@ -376,14 +379,19 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
         figures["backlash"] = drawn.backlash, worst.backlash
     data |= {"samples": spec.samples, "wanted_yield": share, "reference": spec.reference}
     for name, (figure, end) in figures.items():
-        data |= {f"{name}_{unit}": loaded.shown(drawn.at_yield(figure, share)),
-                 f"median_{name}_{unit}": loaded.shown(drawn.at_yield(figure, 0.5)),
-                 f"worst_{name}_{unit}": loaded.shown(end.value)}  # fmt: skip
+        data |= {f"{name}_{unit}": _zero(loaded.shown(drawn.at_yield(figure, share))),
+                 f"median_{name}_{unit}": _zero(loaded.shown(drawn.at_yield(figure, 0.5))),
+                 f"worst_{name}_{unit}": _zero(loaded.shown(end.value))}  # fmt: skip
     if study.limited:
         data["yield"] = study.share()
+    data["errors"] = {
+        key: {"mean": mean / CAUSES[key].scale, "value": value / CAUSES[key].scale, "unit": CAUSES[key].unit,
+              "distribution": how} for key, (mean, value, how) in study.spreads.items()
+    }  # fmt: skip
     data["contributions"] = dict(sorted(drawn.shares.items(), key=lambda item: -item[1]))
+    data["contributions_together"] = drawn.together
     if study.both:
-        data["least_preload_um"] = 1e3 * drawn.at_yield(drawn.preload, 1.0 - share)
+        data["least_preload_um"] = _zero(1e3 * drawn.at_yield(drawn.preload, 1.0 - share))
     if drawn.pressure is not None and study.sensitivities.hard is not None:
         pressure, nominal = drawn.at_yield(drawn.pressure, share), study.sensitivities.hard[1]
         exponent = max(loaded.roller.exponent, loaded.cam.exponent)
@@ -392,12 +400,12 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
     if study.edge is not None:
         edge = study.edge
         data["edge"] = {
-            "tilt_arcmin": edge.tilt / ARCMIN, "load_n": edge.load, "level_pressure_mpa": edge.level,
+            "tilt_arcmin": _zero(edge.tilt / ARCMIN), "load_n": edge.load, "level_pressure_mpa": edge.level,
             "tilted_pressure_mpa": edge.tilted, "unbounded": edge.unbounded,
             "cam_angle_deg": degrees(edge.cam_angle) % 360.0,
         }  # fmt: skip
     if study.wear:
-        data["wear"] = [{"wear_um": 1e3 * w, "preload_um": 1e3 * left, "still_preloaded": part}
+        data["wear"] = [{"wear_um": 1e3 * w, "preload_um": _zero(1e3 * left), "still_preloaded": part}
                         for w, left, part in study.wear]  # fmt: skip
     if with_widest and study.limited:
         found = study.widest
@@ -407,4 +415,4 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
 
 def _zero(value: float) -> float:
     """A figure, um or seconds of arc; 0 where it is rounding of what is none."""
-    return 0.0 if abs(value) < 1e-9 else value
+    return 0.0 if abs(value) < NOISE else value

@@ -17,6 +17,7 @@ from camgeom.tolerance.contacts import contacts
 from camgeom.track import Swing
 from tests.oracle.displaced import ZERO, Moved, face_contact, first_contact, followers_of
 from tests.places import ROOT
+from tests.reference.rising_disc import ROLLER, rising_disc
 
 E = 0.02
 """mm; angles turn by as much at SPAN"""
@@ -24,34 +25,11 @@ SPAN = 50.0
 EXACT = 1e-8
 """mm (at SPAN): what the search leaves"""
 
-DISC = """
-[cam]
-kind = "disc"
-base_radius = 34
-width = 14
-{cam}
-[follower]
-{follower}
-{roller}
-[[motion]]
-until = 110
-to = {lift}
-law = "modified-sine"
-[[motion]]
-until = 150
-[[motion]]
-until = 260
-to = 0
-law = "3-4-5"
-[[motion]]
-until = 360
-"""
-ROLLER = '[roller]\nshape = "cylinder"\ndiameter = 22\nlength = 12'
 SWINGING = 'kind = "swinging"\narm = 80'
 
 
 def _disc(follower: str, roller: str = "", cam: str = "", lift: float = 20.0) -> dict[str, Any]:
-    return tomllib.loads(DISC.format(cam=cam, follower=follower, roller=roller, lift=lift))
+    return tomllib.loads(rising_disc(follower, roller, cam, lift))
 
 
 def _shipped(name: str, **changes: Any) -> dict[str, Any]:

@@ -11,29 +11,8 @@ from camgeom.tolerance.causes import ARCMIN, CAUSES, Approaches, default_pivots
 from camgeom.tolerance.contacts import Contacts, contacts
 from camgeom.tolerance.seat import walls_of
 from tests.places import ROOT
+from tests.reference.rising_disc import ROLLER, rising_disc
 
-DISC = """
-[cam]
-kind = "disc"
-base_radius = 34
-width = 14
-[follower]
-{follower}
-{roller}
-[[motion]]
-until = 110
-to = {lift}
-law = "modified-sine"
-[[motion]]
-until = 150
-[[motion]]
-until = 260
-to = 0
-law = "3-4-5"
-[[motion]]
-until = 360
-"""
-ROLLER = '[roller]\nshape = "cylinder"\ndiameter = 22\nlength = 12'
 THETA = np.radians([15.0, 55.0, 88.0, 170.0, 215.0, 240.0])
 
 
@@ -46,7 +25,7 @@ def _moved(model: Model, theta: np.ndarray = THETA) -> tuple[Contacts, dict[str,
 
 
 def _disc(follower: str, roller: str = ROLLER, lift: float = 20.0) -> Model:
-    return Model(parse(DISC.format(follower=follower, roller=roller, lift=lift)))
+    return Model(parse(rising_disc(follower, roller, lift=lift)))
 
 
 @pytest.mark.parametrize("offset", [0.0, 6.0, -9.0])
@@ -67,7 +46,7 @@ def test_a_roller_that_slides_on_a_disc(offset: float) -> None:
 def test_the_bore_of_a_round_disc_beside_its_middle() -> None:
     """e cos(theta + theta0 - a) / cos a, sin a = offset / (Rb + r): an offset follower of a disc that stands still."""
     offset = 9.0
-    text = DISC.format(follower=f'kind = "translating"\noffset = {offset}', roller=ROLLER, lift=0.0)
+    text = rising_disc(f'kind = "translating"\noffset = {offset}', lift=0.0)
     model = Model(parse(text[: text.index("[[motion]]")] + "[[motion]]\nuntil = 360\n"))
     theta = np.linspace(0.1, 6.2, 37)
     _, found = _moved(model, theta)

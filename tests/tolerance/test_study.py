@@ -23,32 +23,9 @@ from camgeom.tolerance.seat import walls_of
 from camgeom.tolerance.sensitivity import Loaded, Sensitivities
 from camgeom.track.turret import Engagement
 from tests.places import ROOT
+from tests.reference.rising_disc import rising_disc
 
-DISC = """
-[cam]
-kind = "disc"
-base_radius = 34
-width = 14
-bore = 20
-[follower]
-kind = "translating"
-[roller]
-shape = "cylinder"
-diameter = 22
-length = 12
-[[motion]]
-until = 110
-to = 20
-law = "modified-sine"
-[[motion]]
-until = 150
-[[motion]]
-until = 260
-to = 0
-law = "3-4-5"
-[[motion]]
-until = 360
-"""
+DISC = rising_disc(cam="bore = 20")
 ALONG = DISC + '[tolerance]\ncenter_distance = {value}\ndwell_limit = {limit}\n'
 
 

@@ -62,7 +62,7 @@ def test_means_that_undo_each_other_leave_nothing_and_a_gap_moves_no_wall_of_its
     ("table", "words"),
     [
         ("side_shift = 0.02\nbacklash_limit = 10", "backlash_limit.*no play"),
-        ("running_clearance = 0.02", "running_clearance.*no play"),
+        ("running_clearance = 0.02", "running_clearance.*held on both sides.*this cam has none"),
         ("skew_arcmin = 2\npressure_limit = 900", "pressure_limit.*skew_arcmin"),
         ("side_shift = 0.02\nyield = 0.9999\nsamples = 1000", "samples.*100000 or more"),
         ("side_shift = 0.02\n[tolerance.cost]\nphase_arcmin = 2", "cost.phase_arcmin.*no such error is given"),
@@ -81,3 +81,18 @@ def test_a_limit_of_the_pressure_is_judged_by_the_share_of_the_machines() -> Non
     crowned = starter("disc").replace('shape = "cylinder"', 'shape = "crowned"\ncrown_radius = 300')
     with pytest.raises(ProfileError, match=r"pressure_limit.*straight cylinders"):
         disc("roller_diameter = 0.02\npressure_limit = 900", crowned)
+
+
+@pytest.mark.parametrize(("held", "level"), [(0.992, "fail"), (0.997, "pass")])
+def test_limits_that_hold_one_by_one_fail_by_the_share_that_holds_all(held: float, level: str) -> None:
+    """Place and play that know little of each other, each limit held by 99.2 %: all by fewer than 99 %."""
+    table = "axial_shift = 0.3\nrunning_clearance = { value = 0.006, mean = 0.02 }\nsamples = 40000\n"
+    study = drum(table).tolerances
+    dwell, play = (study.loaded.shown(study.drawn.at_yield(one, held)) for one in
+                   (study.drawn.dwell, study.drawn.backlash))  # fmt: skip
+    limits = {"dwell": f"dwell_limit = {dwell * (1.0 + 1e-6)}\n", "play": f"backlash_limit = {play * (1.0 + 1e-6)}\n"}
+    names = ["dwell-tolerance", "backlash-tolerance", "yield-tolerance"]
+    both = findings(drum(table + "".join(limits.values())), names)
+    assert {one.check: one.level for one in both} == {**dict.fromkeys(names[:2], "pass"), "yield-tolerance": level}
+    alone = findings(drum(table + limits["play"]), names)
+    assert [one.check for one in alone] == ["backlash-tolerance"], "one limit is judged by its own check"

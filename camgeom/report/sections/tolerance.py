@@ -28,15 +28,6 @@ def tolerance(model: Model) -> tuple[Block, ...]:
     unit = "arcsec" if data["unit"] == "arcsec" else "µm"
     blocks: list[Block] = [_together(data, unit), _spread(study, unit), _parts(data), _alone(data, unit)]
     blocks.append(_over_the_turn(study, unit))
-    if data.get("widest"):
-        rows: list[tuple[Cell, ...]] = [
-            (_named(key), f"± {value:.3g}" if value is not None else "no part in it", _unit(key),
-             f"{100.0 * data['contributions'][key]:.1f} %")
-            for key, value in data["widest"]["tolerances"].items()
-        ]
-        heads = (Column("Error"), Column("Widest"), Column("Unit"), Column("Part of the variance now"))
-        caption = f"Widest tolerances that hold the limits in {100.0 * data['widest']['yield']:.4g} % of the machines"
-        blocks.append(Table(caption, heads, tuple(rows)))
     if data.get("wear"):
         worn: tuple[tuple[Cell, ...], ...] = tuple(
             (row["wear_um"], row["preload_um"], 100.0 * row["still_preloaded"]) for row in data["wear"]
@@ -84,29 +75,52 @@ def _spread(study: ToleranceStudy, unit: str) -> Block:
 
 
 def _parts(data: dict[str, Any]) -> Block:
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (_named(key), 100.0 * part, "█" * round(40.0 * part)) for key, part in data["contributions"].items()
-        if part >= 0.0005
-    )  # fmt: skip
-    heads = Column("Error"), Column("Part of the variance", "%"), Column("")
-    return Table("What the error in the dwells comes from", heads, rows)
+    """The errors given, what each explains of the variance, and how wide it may be."""
+    widest = (data.get("widest") or {}).get("tolerances")
+    rows: list[tuple[Cell, ...]] = []
+    for key, part in data["contributions"].items():
+        given, bar = data["errors"][key], "█" * round(40.0 * part)
+        wide: tuple[Cell, ...] = ()
+        if widest is not None:
+            wide = ("any" if widest[key] is None else f"± {widest[key]:.3g}",)
+        about = f"{given['mean']:.3g} " if given["mean"] else ""
+        rows.append((_named(key), f"{about}± {given['value']:.3g}", *wide, given["unit"], _percent(part), bar))
+    together = data["contributions_together"]
+    blank: tuple[Cell, ...] = (None,) if widest is not None else ()
+    rows.append(("Errors acting together", None, *blank, "", _percent(together), "█" * round(40.0 * together)))
+    allowed = (Column("Widest"),) if widest is not None else ()
+    heads = (Column("Error"), Column("Given"), *allowed, Column("Unit"), Column("Explains alone", "%"), Column(""))
+    caption = "What the error in the dwells comes from: parts of its variance"
+    if widest is not None:
+        held = 100.0 * data["widest"]["yield"]
+        caption += f"; the widest tolerances that hold the limits in {held:.4g} % of the machines"
+    return Table(caption, heads, tuple(rows))
+
+
+def _percent(part: float) -> float:
+    return round(100.0 * part, 1)
 
 
 def _alone(data: dict[str, Any], unit: str) -> Block:
-    name = data["unit"]
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            _named(row["error"]), f"{row['size']:g} {row['size_unit']}", row[f"motion_{name}"], row["motion_um"],
-            row["cam_angle_deg"], row[f"play_{name}"], _lost(row["preload_loss_um"]), row["pressure_ratio"],
-        )
-        for row in data["sensitivities"]
-    )  # fmt: skip
-    heads = (
-        Column("Error"), Column("of"), Column("Motion", unit), Column("Motion", "µm"), Column("at", "°"),
-        Column("Play", unit), Column("Preload", "µm"), Column("Pressure", "times"),
-    )  # fmt: skip
-    caption = "Every error alone, the largest over the turn: motion of the follower and of its reference point"
-    return Table(f"{caption}, play, preload, peak pressure", heads, rows)
+    """What every error does alone, with the columns that mean something here."""
+    name, rows = data["unit"], data["sensitivities"]
+    columns: dict[Column, list[Cell]] = {
+        Column("Error"): [_named(row["error"]) for row in rows],
+        Column("of"): [f"{row['size']:g} {row['size_unit']}" for row in rows],
+        Column("Motion", unit): [row[f"motion_{name}"] for row in rows],
+    }
+    if name == "arcsec":
+        columns[Column("Motion", "µm")] = [row["motion_um"] for row in rows]
+    columns[Column("at", "°")] = [row["cam_angle_deg"] for row in rows]
+    if "preload_um" in data:
+        columns[Column("Play", unit)] = [row[f"play_{name}"] for row in rows]
+        columns[Column("Preload", "µm")] = [_lost(row["preload_loss_um"]) for row in rows]
+    if data["pressed"]:
+        columns[Column("Pressure", "times")] = [row["pressure_ratio"] for row in rows]
+    told = ["motion of the follower", *(["and of its reference point"] if name == "arcsec" else []),
+            *(["play, preload"] if "preload_um" in data else []), *(["peak pressure"] if data["pressed"] else [])]
+    caption = f"Every error alone, the largest over the turn: {', '.join(told)}"
+    return Table(caption.replace(", and", " and"), tuple(columns), tuple(zip(*columns.values())))
 
 
 def _lost(value: float | None) -> float | None:
@@ -129,11 +143,3 @@ def _over_the_turn(study: ToleranceStudy, unit: str) -> Block:
 
 def _named(key: str) -> str:
     return key.removesuffix("_arcmin").removesuffix("_arcsec").replace("_", " ")
-
-
-def _unit(key: str) -> str:
-    from camgeom.tolerance.causes import CAUSES
-
-    return CAUSES[key].unit
-
-
