@@ -27,9 +27,11 @@ STILL = 1e-6
 """what a unit of a break's move costs against a unit of what is least"""
 PACES = np.array([0.0, 0.02, 0.06, 0.15, 0.4, 1.0])
 """where the straight pieces of that cost meet, shares of the reach"""
-STEPS = 20
-"""steps of the simplex method for each row and unknown after which a programme counts as lost; one takes one to three
-"""
+FEW, STEPS = 2, 20
+"""steps of the simplex method for each row and unknown after which a programme counts as stalled, and as lost; sound
+ones take a quarter of one, at most 1.25"""
+STALLED = (1, 4)
+"""what the solver says where it ran out of steps or of digits"""
 CLOSEST = 1e-3
 """no two breaks that move come closer than this share of the travel"""
 
@@ -207,6 +209,18 @@ class Programme:
 
     def solve(self) -> Solved | None:
         """The best shape and its multipliers; None where the rows leave none, or the solver finds none in its steps."""
+        answer = self._answer(1.0, FEW if self.moves else STEPS)
+        if self.moves and answer.status in STALLED:
+            # Moves as small as the solver's tolerance: the simplex method steps about one corner for minutes. Counted
+            # in reaches they are of the size of the other unknowns, though the trifle that each costs counts less.
+            answer = self._answer(self.reach, STEPS)
+        if answer.x is None or not answer.success:
+            return None
+        worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
+        return self.solved(answer.x, worth, answer.eqlin.marginals, float(answer.x[self.width - 1]))
+
+    def _answer(self, unit: float, steps: int) -> Any:
+        """What the solver says, the moves in the unknowns counted in a unit, and given back without it."""
         from scipy.optimize import linprog
 
         cost = np.zeros(self.width)
@@ -214,17 +228,17 @@ class Programme:
         matrix, equal, low, high = self.matrix, self.equal, self.low, self.high
         if self.moves:
             # What a move costs of the second order, as a row of straight pieces forth and back; and each costs a
-            # trifle, so that breaks that gain nothing stay. Moves count in reaches: in the travel they are as small as
-            # the solver's tolerance in the end, and the simplex method then steps about one corner for minutes.
+            # trifle, so that breaks that gain nothing stay.
             moves = slice(self.levels, self.levels + self.moves)
             stiff = np.zeros(self.moves) if self.stiff is None else self.stiff
-            for sign in (1.0, -1.0):
-                for width, middle in zip(np.diff(PACES), 0.5 * (PACES[1:] + PACES[:-1]) * self.reach, strict=True):
+            pieces = [np.diff(PACES) * self.reach / unit, 0.5 * (PACES[1:] + PACES[:-1]) * self.reach]
+            for sign in (unit, -unit):
+                for width, middle in zip(*pieces, strict=True):
                     matrix, equal = (
-                        np.hstack([rows, sign * self.reach * own[:, moves]])
+                        np.hstack([rows, sign * own[:, moves]])
                         for rows, own in ((matrix, self.matrix), (equal, self.equal))
                     )
-                    cost = np.concatenate([cost, self.reach * (stiff * middle + STILL * self.value)])
+                    cost = np.concatenate([cost, unit * (stiff * middle + STILL * self.value)])
                     low = np.concatenate([low, np.zeros(self.moves)])
                     high = np.concatenate([high, np.full(self.moves, width)])
             low = low.copy()
@@ -240,12 +254,11 @@ class Programme:
             bounds=np.column_stack([low, high]),
             method="highs",
             options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False,
-                     "maxiter": STEPS * sum(matrix.shape)},
+                     "maxiter": steps * (len(self.side) + len(cost))},
         )  # fmt: skip
-        if answer.x is None or not answer.success:
-            return None
-        worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
-        return self.solved(answer.x, worth, answer.eqlin.marginals, float(answer.x[self.width - 1]))
+        if answer.x is not None:
+            answer.x[self.width :] *= unit
+        return answer
 
     def solved(self, unknowns: Floats, worth: Floats, moments: Floats, value: float) -> Solved:
         """The shape and the multipliers that unknowns and worths of rows stand for."""
@@ -253,7 +266,7 @@ class Programme:
         x = shape.x.copy()
         if self.moves:
             forth, back = unknowns[self.width :].reshape(2, -1, self.moves).sum(axis=1)
-            x[1:-1] += self.reach * (forth - back)
+            x[1:-1] += forth - back
         none = np.zeros(len(self.places))
         above = below = none
         if len(self.places):
