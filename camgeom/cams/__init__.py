@@ -7,7 +7,6 @@ A cam type is a section of the profile, `Cam`, that answers what cannot be built
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -19,7 +18,6 @@ from camgeom.keys import Section
 from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup
 
 if TYPE_CHECKING:
-    from camgeom.solid import Part
     from camgeom.solid.mechanism import Mechanism
 
 
@@ -28,11 +26,13 @@ class Cam(Section, ABC):
 
     FOLLOWERS    follower kinds it accepts, the first one the usual
     MOTION_SPAN  deg of cam angle that the profile states; 180 where the other half follows, s(theta + pi) = lift - s
+    STATIONS     whether several followers have room on one track of it
     ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]]
     MOTION_SPAN: ClassVar[float] = 360.0
+    STATIONS: ClassVar[bool] = False
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
 
     @abstractmethod
@@ -46,10 +46,6 @@ class Cam(Section, ABC):
     @abstractmethod
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
-
-    def parts(self, mechanisms: Sequence[Mechanism]) -> tuple[Part, ...]:
-        """The recipes of the bodies. A cam type on which several followers run joins what their mechanisms leave."""
-        return tuple(part for mechanism in mechanisms for part in mechanism.parts)
 
 
 @lru_cache(maxsize=1)

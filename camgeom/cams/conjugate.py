@@ -54,6 +54,7 @@ class Conjugate(Cam):
     """Two discs on one shaft; the main roller drives towards larger lift, the return roller back."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("swinging", "translating")
+    STATIONS: ClassVar[bool] = True
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller", "return_roller")
 
     kind: Literal["conjugate"]

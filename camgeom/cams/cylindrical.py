@@ -36,6 +36,7 @@ class Cylindrical(Cam):
     """A drum 0 <= z <= length with one groove (or rib); the roller reaches in radially from the +X side."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
+    STATIONS: ClassVar[bool] = True
 
     kind: Literal["cylindrical"]
     form: Literal["groove", "rib"] = Field("groove", description="a groove with one roller in it, or a rib between two")

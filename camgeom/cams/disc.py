@@ -59,6 +59,7 @@ class Disc(Cam):
     """A disc 0 <= z <= width; translating followers move along +X, swinging ones pivot at (center_distance, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
+    STATIONS: ClassVar[bool] = True
 
     kind: Literal["disc"]
     form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")

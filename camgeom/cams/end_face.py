@@ -42,6 +42,7 @@ class EndFace(Cam):
     """A ring on a web, 0 <= z; the roller reaches in radially from the +X side and stands on the ring's upper end."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
+    STATIONS: ClassVar[bool] = True
 
     kind: Literal["end-face"]
     diameter: Length = Field(description="mm, outside diameter of the ring")

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rated", "roller load", "crowned load",
                "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance"]
+OWN = frozenset({"rated", "root", "tolerance"})
+"""needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
@@ -208,21 +210,23 @@ def applies(entry: Check, model: Model) -> bool:
 def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
     """The verdict on a model: every check that applies, or the named ones. A body that cannot be made fails.
 
-    Checks of the body judge it once, the others every follower on it. A check whose figures cannot be computed is not
-    judged, for the reason that they cannot; the others are.
+    Checks of load and life judge every follower on the cam; all else is the same for all of them. A check whose
+    figures cannot be computed is not judged, for the reason that they cannot; the others are.
     """
     wanted = None if only is None else set(only)
     said: list[Finding | NotJudged] = []
     lost: list[tuple[str, Unmade]] = []
     for name, entry in checks(model).items():
         if wanted is None or name in wanted:
-            bindings = model.bindings[:1] if "body" in entry.needs else model.bindings
+            bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.bindings[:1]
+            each: list[tuple[Model, list[Finding | NotJudged]]] = []
             for binding in bindings:
                 try:
-                    said += _said(entry, binding, len(bindings) > 1)
+                    each.append((binding, _said(entry, binding)))
                 except Exception as error:
                     lost.append((name, unmade(error)))
-                    said.append(NotJudged(name, lost[-1][1].reason))
+                    each.append((binding, [NotJudged(name, lost[-1][1].reason)]))
+            said += each[0][1] if len(each) == 1 else _of_followers(each)
     findings = tuple(word for word in said if isinstance(word, Finding))
     open_ = tuple(word for word in said if isinstance(word, NotJudged))
     return Verdict(findings, open_, tuple(lost), loads_of(model))
@@ -239,13 +243,19 @@ def loads_of(model: Model) -> Loads | None:
     return Loads(profile.dynamics_spec is not None, profile.impact_spec is not None, shortest)
 
 
-def _said(entry: Check, model: Model, several: bool) -> list[Finding | NotJudged]:
-    """What a check says of one follower, which is named where there are several; of operating states the hardest."""
+def _of_followers(each: list[tuple[Model, list[Finding | NotJudged]]]) -> list[Finding | NotJudged]:
+    """What a check says of several followers, which are named; what is not judged of any for one reason is said once.
+    """
+    alike = [word for word in each[0][1] if isinstance(word, NotJudged) and all(word in said for _, said in each)]
+    named = (_named(f"follower {one.number + 1}", [word for word in said if word not in alike]) for one, said in each)
+    return [*alike, *(word for words in named for word in words)]
+
+
+def _said(entry: Check, model: Model) -> list[Finding | NotJudged]:
+    """What a check says of one follower; of operating states the hardest."""
     if not model.profile.duty or entry.summed or not LOADED & set(entry.needs):
-        said = _said_of(entry, model)
-    else:
-        said = _hardest([(one.state.name if one.state else "", _said_of(entry, one)) for one in model.states])
-    return _named(f"follower {model.number + 1}", said) if several else said
+        return _said_of(entry, model)
+    return _hardest([(one.state.name if one.state else "", _said_of(entry, one)) for one in model.states])
 
 
 def _hardest(states: list[tuple[str, list[Finding | NotJudged]]]) -> list[Finding | NotJudged]:

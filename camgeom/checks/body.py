@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from camgeom.checks import check
-from camgeom.checks.verdict import NO_GAP, Finding, judged
+from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def interference(model: Model) -> Iterable[Finding]:
 @check("backlash", "body", "solid")
 def backlash(model: Model) -> Iterable[Finding]:
     """Largest distance of the finished flanks from the followers that pass them, against what was asked for."""
-    asked = max(binding.mechanism.allowed_backlash for binding in model.bindings)
+    asked = model.mechanism.allowed_backlash
     for gap in model.backlash:
         x, y, z = gap.point
         yield judged(
@@ -68,6 +68,18 @@ def backlash(model: Model) -> Iterable[Finding]:
 def _thinnest(model: Model) -> float:
     """Thinnest wall that passes, mm: that of the profile, or what the chord errors of both faces leave standing."""
     return max(model.profile.limits.min_wall_mm, 2.0 * model.tolerance)
+
+
+@check("followers-apart", "body")
+def followers_apart(model: Model) -> Iterable[Finding | NotJudged]:
+    """Least distance between the rollers of two followers on one track, which move at different times."""
+    if len(model.bindings) > 1 and model.apart is None:
+        yield NotJudged("followers-apart", "nothing measures how near faces and edges of two followers come")
+    if model.apart is not None:
+        least = model.apart
+        advice = "a place further away about the cam (the angle of its [[station]]), smaller rollers, a larger cam"
+        yield judged("followers-apart", least.value, ">", 0.0, "mm", advice, cam_angle=least.cam_angle,
+                     where=least.where)  # fmt: skip
 
 
 @check("neighbour", "tracks")

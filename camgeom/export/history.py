@@ -39,7 +39,7 @@ def turn_history(model: Model) -> Columns:
     hardest slice; a turret's rollers are numbered by their places beside the cam, one index apart, and their values lie
     on straight lines between the samples of the duty. With [[duty]] the turn is that of the hardest state.
     """
-    model = model.hardest_state
+    first, model = model.number == 0, model.hardest_state
     angle = np.arange(0.0, 360.0 + 0.5 * STEP, STEP)
     theta = np.radians(angle)
     rotating, operation = model.profile.rotating, model.profile.operation
@@ -55,7 +55,17 @@ def turn_history(model: Model) -> Columns:
     columns = {"time_s": theta / omega, **columns}
     for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         columns[f"{name}_{unit}_per_s{'' if order == 1 else order}"] = scale * omega**order * jet[order]
-    return columns | dict(_loads(model, theta)) | dict(_vibration(model, theta))
+    columns |= dict(_loads(model, theta)) | dict(_vibration(model, theta))
+    for one in model.bindings[1:] if first else ():
+        # Over the cam's angle, not its own.
+        own = (theta - one.angle) % TURN
+        state = one.hardest_state
+        jet = one.setup.program.jet(own, 0)
+        found = {f"{word}_{unit}": scale * jet[0], **dict(_loads(state, own)), **dict(_vibration(state, own))}
+        columns |= {f"follower_{one.number + 1}.{key}": value for key, value in found.items()}
+    if first and model.camshaft is not None:
+        columns["all_followers_torque_n_m"] = 1e-3 * model.camshaft.at(theta)
+    return columns
 
 
 def _loads(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:

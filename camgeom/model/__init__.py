@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
@@ -99,6 +100,8 @@ class Model(Sealed):
 
     profile: Profile
     number: int
+    angle: float
+    """of its follower's place about the cam axis, rad: its own cam angle, from which all counts, is less by that"""
     body: Body
     state: RunningState | None
     """the operating state of [[duty]] in which this model sees its cam; None as [operation] says"""
@@ -112,16 +115,19 @@ class Model(Sealed):
         *,
         body: Body | None = None,
         number: int = 0,
+        angle: float = 0.0,
         state: RunningState | None = None,
     ) -> None:
         mine = vars(self)
-        mine.update(profile=profile, number=number, body=body, state=state, _others=())
+        mine.update(profile=profile, number=number, angle=angle, body=body, state=state, _others=())
         if body is not None:
             return
         allowed = tolerance if tolerance is not None else profile.output.tolerance
         mine["body"] = Body(profile, allowed, Ledger(observer))
-        others = range(1, len(profile.followers))
-        mine["_others"] = tuple(Model(profile, body=self.body, number=other) for other in others)
+        mine["_others"] = tuple(
+            Model(station.profile(profile), body=self.body, number=number, angle=radians(station.angle))
+            for number, station in enumerate(profile.stations, start=1)
+        )
         self.body.seen_by(self, *self._others)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -142,7 +148,7 @@ class Model(Sealed):
 
         models = []
         for state in running_states(self.profile):
-            models.append(Model(state.profile, body=self.body, number=self.number, state=state))
+            models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle, state=state))
             vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
         return tuple(models)
 
@@ -200,7 +206,7 @@ class Model(Sealed):
     @fact
     def setup(self) -> Setup:
         """Follower, roller and motion program in internal units."""
-        return self.profile.setup(self.number)
+        return self.profile.setup()
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -320,7 +326,7 @@ class Model(Sealed):
 
     @fact
     def backlash(self) -> tuple[Clearance, ...]:
-        """The largest distance at which all followers pass a point of the flank of each body, mm: what is cut too deep.
+        """The largest distance at which the follower passes a point of each body's flank, mm: what is cut too deep.
 
         Less the chord error where a point may stand off the true surface by as much. The rim of a plate between the
         flanks of its rollers is no flank; the union of rollers has none.
@@ -330,8 +336,7 @@ class Model(Sealed):
         turret, outside = self.mechanism.turret, self.mechanism.outside_diameter
         plates = turret is not None and not turret.rib_depths
         # A straight flank falls away from the crown beside its crest.
-        passages = tuple(b.mechanism.cutting(track) for b in self.bindings for track in b.passages)
-        sliders = tuple(slider for binding in self.bindings for slider in binding.mechanism.sliders)
+        passages, sliders = tuple(map(self.mechanism.cutting, self.passages)), self.mechanism.sliders
         gaps = []
         for solid in self.solids:
             flank = solid.mesh.group_vertices("flank")
@@ -706,7 +711,16 @@ class Model(Sealed):
 
     @property
     def wear_per_hour(self) -> dict[str, float]:
-        """The same in an hour of running, mm, over all operating states."""
+        """The same in an hour of running, mm, over all operating states; of the cam under all followers."""
+        if self.state is not None or len(self.bindings) == 1:
+            return self.own_wear
+        every = [one.own_wear for one in self.bindings]
+        cam = sum(one.get("cam", 0.0) for one in every)
+        return {body: cam if body == "cam" else depth for body, depth in self.own_wear.items()}
+
+    @property
+    def own_wear(self) -> dict[str, float]:
+        """The same, with this follower alone on the cam."""
         total = dict[str, float]()
         for one in self.states:
             weight, speed = (1.0, one.load.omega) if one.state is None else (one.state.weight, one.load.omega)
@@ -716,22 +730,56 @@ class Model(Sealed):
 
     @fact
     def lives(self) -> dict[str, float]:
-        """Life, h, of every body at its hardest place, over all operating states; rigid."""
+        """Life, h, of every body at its hardest place, over all operating states; rigid.
+
+        Of several followers on one track each wears out its own roller, and all of them the cam.
+        """
+        return self._worn_by_all(lambda model: model.own_lives)
+
+    @fact
+    def own_lives(self) -> dict[str, float]:
+        """The same, with this follower alone on the cam."""
         from camgeom.mechanics.duty import least_lives
 
         return self._summed(lambda state: least_lives(state.carriers))
 
     @fact
     def dynamic_lives(self) -> dict[str, float]:
-        """The same under the forces that [dynamics] finds; empty where one state has none."""
+        """The lives under the forces that [dynamics] finds; empty where one state has none."""
         from camgeom.mechanics.duty import least_lives
 
-        return self._summed(lambda state: least_lives(state.dynamic_duties))
+        return self._worn_by_all(lambda one: one._summed(lambda state: least_lives(state.dynamic_duties)))
 
     @fact
     def lives_in_play(self) -> dict[str, float]:
-        """The same under the history of impacts, over all operating states."""
-        return self._summed(lambda state: state.impact_lives)
+        """The lives under the history of impacts, over all operating states."""
+        return self._worn_by_all(lambda one: one._summed(lambda state: state.impact_lives))
+
+    def _worn_by_all(self, lives_of: Callable[[Model], dict[str, float]]) -> dict[str, float]:
+        """Lives, h, with that of the cam under all followers: at most as if one place were the hardest for all."""
+        from camgeom.mechanics.life import summed_life
+
+        own = lives_of(self)
+        if self.state is not None or len(self.bindings) == 1 or "cam" not in own:
+            return own
+        every = [lives_of(one) for one in self.bindings]
+        return {**own, "cam": summed_life((1.0, lives["cam"]) for lives in every if "cam" in lives)}
+
+    @fact
+    def camshaft(self) -> Shaft | None:
+        """The torque of the shaft under all followers, each in its hardest state; None of one follower, without a load.
+        """
+        from camgeom.model.together import Shaft
+
+        each = [(one.angle, duty) for one in self.bindings if (duty := one.hardest_state.shaft) is not None]
+        return Shaft(tuple(each)) if len(each) > 1 else None
+
+    @fact
+    def apart(self) -> Extreme | None:
+        """Least distance between the rollers of two followers over the turn, mm; None of one follower."""
+        from camgeom.model.together import least_apart
+
+        return least_apart(self.bindings)
 
     def _summed(self, lives_of: Callable[[Model], dict[str, float]]) -> dict[str, float]:
         """Lives, h, of bodies by Miner's rule over the operating states; of bodies that have one in every state."""

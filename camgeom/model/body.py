@@ -57,15 +57,14 @@ class Body(Sealed):
 
     @fact
     def parts(self) -> tuple[Part, ...]:
-        """The recipes of the bodies."""
-        return self.profile.cam.parts([binding.mechanism for binding in self.bindings])
+        """The recipes of the bodies: all followers run on the track that the first one asks for."""
+        return self.bindings[0].mechanism.parts
 
     @fact
     def solids(self) -> tuple[Solid, ...]:
         """The finished bodies within the tolerance. Raises DesignError where the cam is undercut or crosses itself."""
         try:
-            for binding in self.bindings:
-                binding.refuse_folded()
+            self.bindings[0].refuse_folded()
         except DesignError:
             solid = self._undercut_solid() if self.profile.output.undercut_solid else None
             if solid is None:
@@ -86,13 +85,12 @@ class Body(Sealed):
         if drum is None or drum.depth is None or blank is None:
             return None
         beyond = drum.radius + max(0.05 * drum.radius, 0.25 * drum.depth)
-        cutters = tuple(cutter for binding in self.bindings for cutter in binding.cutters)
-        return RollerUnion("cam", cutters, blank, beyond).solid(self.tolerance)
+        return RollerUnion("cam", self.bindings[0].cutters, blank, beyond).solid(self.tolerance)
 
     @fact
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the bodies."""
-        return tuple(dict.fromkeys(wall for binding in self.bindings for wall in binding.mechanism.walls))
+        return self.bindings[0].mechanism.walls
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

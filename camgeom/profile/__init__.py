@@ -24,6 +24,7 @@ from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
     INTERNAL,
     MOST_STATES,
+    MOST_STATIONS,
     Force,
     Limits,
     Materials,
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from camgeom.machining.spec import CutterSpec
     from camgeom.mechanics.lubricant import Lubricant
     from camgeom.profile.duty import OperatingState
+    from camgeom.profile.station import Station
     from camgeom.tolerance.spec import ToleranceSpec
 
 STDIN = "-"
@@ -89,6 +91,10 @@ class Profile(Section):
     operation: Operation | None = Field(None, description="speed and forces; needed for contact, life and dynamics")
     duty: Annotated[tuple[SerializeAsAny[Section], ...], Field(max_length=MOST_STATES)] = Field(
         (), description="operating states, over which damage is summed; without any the machine runs as [operation]"
+    )
+    station: Annotated[tuple[SerializeAsAny[Section], ...], Field(max_length=MOST_STATIONS)] = Field(
+        (), description="further followers of the same kind on the same track; everything that is told of each counts "
+        "from its own cam angle, the cam's less the `angle` of its place"
     )
     material: Materials = Field(Materials(), description="the two bodies in contact")
     lubricant: SerializeAsAny[Section] | None = Field(
@@ -209,9 +215,13 @@ class Profile(Section):
         return self.tolerance if isinstance(self.tolerance, ToleranceSpec) else None
 
     @property
-    def followers(self) -> tuple[AnyFollower, ...]:
-        """Everything that runs on the cam; a profile states one."""
-        return (self.follower,)
+    def stations(self) -> tuple[Station, ...]:
+        """The [[station]] tables with their own type."""
+        if not self.station:
+            return ()
+        from camgeom.profile.station import Station
+
+        return tuple(station for station in self.station if isinstance(station, Station))
 
     @property
     def stated(self) -> dict[str, Any]:
@@ -258,12 +268,12 @@ class Profile(Section):
             found.update(content)
         return found.hexdigest()
 
-    def setup(self, number: int = 0) -> Setup:
-        """Follower of a number, roller and the motion program (mm or rad over rad).
+    def setup(self) -> Setup:
+        """Follower, roller and the motion program (mm or rad over rad).
 
         Raises ProfileError where the motion cannot be made or does not close.
         """
-        follower = self.followers[number]
+        follower = self.follower
         problems = motion_problems(self.motion, follower, self.cam.MOTION_SPAN)
         if problems:
             raise ProfileError(problems, self.source)
@@ -358,11 +368,17 @@ def _cross_checks(profile: Profile) -> list[Problem]:
         from camgeom.profile.duty import duty_problems
 
         idle += duty_problems(profile)
+    if profile.station:
+        from camgeom.profile.station import station_problems
+
+        idle += station_problems(profile)
     if profile.operation is not None:
         idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
         for index, state in enumerate(profile.operating_states):
             forces = profile.operation.force if state.force is None else state.force
             idle += _forces(f"duty[{index}]", forces, state.speed or profile.operation.speed, profile, setup)
+        for index, station in enumerate(profile.stations):
+            idle += _forces(f"station[{index}]", station.force or (), profile.operation.speed, profile, setup)
     told = {problem.key for problem in idle}
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     tables = (profile.cutter_spec, profile.dynamics_spec, profile.impact_spec, profile.tolerance_spec)

@@ -26,6 +26,7 @@ from camgeom.profile.errors import (
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of, split_segment
 from camgeom.profile.sections import (
     MOST_STATES,
+    MOST_STATIONS,
     Limits,
     Materials,
     MotionSegment,
@@ -50,6 +51,7 @@ from camgeom.track.follower import (
 
 if TYPE_CHECKING:
     from camgeom.profile.duty import OperatingState
+    from camgeom.profile.station import Station
 
 FOLLOWERS: dict[str, type[AnyFollower]] = {
     "translating": TranslatingFollower,
@@ -65,7 +67,7 @@ ROLLERS: dict[str, Model] = {
 }
 ROLLER_TABLES = ("roller", "return_roller")
 """the tables of rollers"""
-TOP = ("name", "units", "reproduces", "cam", "follower", *ROLLER_TABLES, "motion", "duty")
+TOP = ("name", "units", "reproduces", "cam", "follower", *ROLLER_TABLES, "motion", "duty", "station")
 """what a profile may have at its top beside its other sections"""
 PLAIN_SECTIONS: dict[str, Model] = {
     "operation": Operation,
@@ -109,6 +111,7 @@ class Reader:
                 parts[name] = self._section(name, model)
         parts["motion"] = self._motion()
         parts["duty"] = self._duty()
+        parts["station"] = self._stations()
         parts["name"] = self._name()
         parts["reproduces"] = self._one_of("reproduces", get_args(Reproduced), "a source document")
         if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
@@ -148,6 +151,10 @@ class Reader:
             from camgeom.profile.duty import OperatingState
 
             self.sections["duty"] = [OperatingState]
+        if "station" in self.data:
+            from camgeom.profile.station import Station
+
+            self.sections["station"] = [Station]
         for name, model in {"roller": CylinderRoller, **PLAIN_SECTIONS, **models}.items():
             if model is not None:
                 self.sections[name] = [model]
@@ -261,20 +268,42 @@ class Reader:
             self.problems.append(Problem(place, f"{what} has either a file or a {key}, not both"))
         return {**rest, key: rows if columns > 1 else tuple(row[0] for row in rows)}
 
+    def _array(self, name: str, most: int, what: str) -> tuple[Any, ...] | None:
+        """An array of tables; None where the profile has none, or one that is wrong."""
+        tables = self.data.get(name)
+        if tables is None:
+            return None
+        if not isinstance(tables, tuple):
+            hint = f"write [[{name}]] in double brackets" if isinstance(tables, dict) else ""
+            self.problems.append(Problem(name, f"needs an array of tables [[{name}]]", plain(tables), "", hint))
+            return None
+        if len(tables) > most:
+            self.problems.append(Problem(name, f"too many {what}", len(tables), f"at most {most}"))
+            return None
+        return tables
+
     def _duty(self) -> tuple[OperatingState, ...] | None:
         """The typed operating states; None where the profile has none."""
-        states = self.data.get("duty")
+        states = self._array("duty", MOST_STATES, "states")
         if states is None:
-            return None
-        if not isinstance(states, tuple):
-            hint = "write [[duty]] in double brackets" if isinstance(states, dict) else ""
-            self.problems.append(Problem("duty", "needs an array of tables [[duty]]", plain(states), "", hint))
-            return None
-        if len(states) > MOST_STATES:
-            self.problems.append(Problem("duty", "too many states", len(states), f"at most {MOST_STATES}"))
             return None
         typed = [self._state(state, ("duty", i)) for i, state in enumerate(states)]
         return tuple(state for state in typed if state is not None)
+
+    def _stations(self) -> tuple[Station, ...] | None:
+        """The typed further followers; None where the profile has none."""
+        tables = self._array("station", MOST_STATIONS, "followers")
+        if tables is None:
+            return None
+        from camgeom.profile.station import Station
+
+        found: list[Station] = []
+        for i, table in enumerate(tables):
+            if not isinstance(table, dict):
+                self.problems.append(Problem(f"station[{i}]", "needs a table [[station]]", plain(table)))
+            elif (one := self._typed(Station, self._with_tables(table, ("station", i)), ("station", i))) is not None:
+                found.append(one)
+        return tuple(found)
 
     def _state(self, state: Any, at: Path_) -> OperatingState | None:
         if not isinstance(state, dict):

@@ -17,7 +17,8 @@ from camgeom.profile import Profile
 from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLER_TABLES, ROLLERS
-from camgeom.profile.sections import MOST_STATES, MotionSegment, Reproduced
+from camgeom.profile.sections import MOST_STATES, MOST_STATIONS, MotionSegment, Reproduced
+from camgeom.profile.station import Station
 from camgeom.profile.units import Units
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -52,6 +53,8 @@ def schema() -> Schema:
         },
         **{name: collected.of(model) for name, model in {**PLAIN_SECTIONS, **optional}.items()},
         "duty": {"type": "array", "maxItems": MOST_STATES, "description": _meaning("duty"), "items": _state(collected)},
+        "station": {"type": "array", "maxItems": MOST_STATIONS, "description": _meaning("station"),
+                    "items": collected.of(Station)},
     }
     return {
         "$schema": DIALECT,

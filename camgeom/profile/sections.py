@@ -20,6 +20,8 @@ TOLERANCE_RANGE = (1e-7, 1.0)
 
 MOST_STATES = 64
 """of [[duty]]"""
+MOST_STATIONS = 12
+"""of [[station]]"""
 
 NonNegative = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]

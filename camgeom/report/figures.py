@@ -31,6 +31,12 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("peak_torque_n_m", "peak camshaft torque", "N m"),
         ("mean_torque_n_m", "mean camshaft torque", "N m"),
     ),
+    "together": (
+        ("peak_torque_n_m", "peak camshaft torque, all followers", "N m"),
+        ("mean_torque_n_m", "mean camshaft torque, all followers", "N m"),
+        ("least_apart_mm", "least distance between rollers", "mm"),
+        ("cam_life_h", "cam life under all followers", "h"),
+    ),
     "fatigue": (
         ("roller_life_h", "roller life, quoted place", "h"),
         ("roller_slice_life_h", "roller life, hardest place", "h"),

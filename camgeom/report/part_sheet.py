@@ -121,6 +121,8 @@ def rows(model: Model) -> list[tuple[str, str]]:
     ]  # fmt: skip
     for word, section in sections:
         found += [] if section is None else _section_rows(word, section, profile.rotating)
+    for index, station in enumerate(profile.stations, start=2):
+        found += _section_rows(f"follower {index}", station, profile.rotating)
     tool = profile.cutter_spec
     if tool is not None and tool.corner_radius:
         found.append(("root, by the tool's corner", f"{number(tool.corner_radius)} mm"))

@@ -17,11 +17,8 @@ from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import (
     cam_meshes,
     cam_poses,
-    carrier_meshes,
-    face_bodies,
+    follower_bodies,
     placed,
-    poses,
-    roller_meshes,
 )
 from camgeom.report.sections.mechanism import SHADES, fields
 from camgeom.report.views import Plane, View, render
@@ -97,10 +94,8 @@ def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats)
     sense = model.mechanism.sense
     turned = cam_poses(sense, phi)
     found = [(Body(name, mesh), turned) for name, mesh in cams]
-    for colour, meshes in ((ROLLER, roller_meshes(model)), (CARRIER, carrier_meshes(model))):
-        for number, (name, mesh, track) in enumerate(meshes):
-            found.append((Body(f"{name} {number}", mesh, colour), poses(track, phi)))
-    found += [(Body(name, mesh, CARRIER), moved) for name, mesh, moved in face_bodies(model, phi)]
+    for number, (kind, name, mesh, moved) in enumerate(follower_bodies(model, phi)):
+        found.append((Body(f"{name} {number}", mesh, ROLLER if kind == "roller" else CARRIER), moved))
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths.extremum import hardest
 from camgeom.maths.overflow import within_range
-from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_lives, least_safety
+from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_lives, least_safety, torque_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
 
@@ -31,6 +31,10 @@ PRODUCTS = (
 )
 FIRST = {"motion", "blank", "flank"}
 """products that stand before the checks in the result"""
+LOADED = {"contact", "fatigue", "dynamics", "tolerance"}
+"""products that are another follower's own, on a track that all of them share"""
+RIDES = {"impact": "dynamics", "together": "contact"}
+"""sections that are made with another product"""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": tuple(name for name in PRODUCTS if name != "body"),
     "build": ("motion", "blank", "solid", "cutter", "exports"),
@@ -114,8 +118,8 @@ def compute(
     data |= _sections(model, asked - FIRST, noted)
     if len(model.bindings) > 1:
         data["followers"] = [
-            _sections(binding, asked - {"solid"}, noted, f"follower {number}.")
-            for number, binding in enumerate(model.bindings[1:], start=2)
+            {"angle_deg": degrees(one.angle), **_sections(one, asked & LOADED, noted, f"follower {one.number + 1}.")}
+            for one in model.bindings[1:]
         ]
     data["files"] = []
     return Result(data, verdict, noted)
@@ -125,7 +129,7 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
     """The sections asked for; the reason in the place of what cannot be made, nothing of what does not apply."""
     data: dict[str, Any] = {}
     for name, (source, absent) in SOURCES.items():
-        if (("dynamics" if name == "impact" else name) not in asked):
+        if RIDES.get(name, name) not in asked or (name == "together" and (model.number or len(model.bindings) == 1)):
             continue
         product = f"{prefix}{name}"
         job = partial(_within, name, source, model)
@@ -397,6 +401,18 @@ def fatigue_data(model: Model) -> dict[str, Any]:
     return data | bearing_data(next(rated, None))
 
 
+def together_data(model: Model) -> dict[str, Any]:
+    """What several followers do together: the torque of the shaft, how near their rollers come, the cam's life."""
+    data: dict[str, Any] = {"followers": len(model.bindings)}
+    if model.camshaft is not None:
+        data |= torque_data(model.camshaft.peak_torque, model.camshaft.work)
+    if model.apart is not None:
+        data |= {"least_apart_mm": model.apart.value, "least_apart_at_deg": degrees(model.apart.cam_angle) % 360.0}
+    if "cam" in model.lives:
+        data["cam_life_h"] = finite(model.lives["cam"])
+    return data
+
+
 def film_data(model: Model) -> dict[str, Any]:
     """Least film over the turn, heat of sliding and wear; empty where nothing of it is asked."""
     data: dict[str, Any] = {}
@@ -633,6 +649,7 @@ SOURCES: dict[str, Source] = {
     "flank": (_flank, lambda model: ""),
     "solid": (solid_data, lambda model: ""),
     "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "together": (together_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "body": (body_data, lambda model: _unless(model.root_stress, NO_ROOT)),
     "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),

@@ -18,7 +18,7 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair")
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations")
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -85,6 +85,7 @@ def design(seed: int) -> dict[str, Any]:
         "constant-width": _constant_width,
         "conjugate": _conjugate,
         "unequal-pair": _unequal_pair,
+        "stations": _stations,
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "end-face": _end_face,
@@ -95,6 +96,8 @@ def design(seed: int) -> dict[str, Any]:
     data["cam"]["direction"] = dice.one("ccw", "cw")
     if dice.chance(0.6):
         _operation(dice, data)
+    if "station" in data:
+        _station_loads(dice, data)
     if dice.chance(0.2):
         _spoil(dice, data)
     cam = data["cam"]
@@ -310,6 +313,26 @@ def _unequal_pair(dice: Dice) -> dict[str, Any]:
     first, width = data["roller"], data["cam"]["width"]
     data["return_roller"] = _flat_roller(dice, first["diameter"] * dice.log(0.4, 2.5), width * dice.between(0.3, 1.0))
     return data
+
+
+def _stations(dice: Dice) -> dict[str, Any]:
+    """A cam with two to four followers on one track."""
+    data = dice.one(_disc, _disc, _disc_groove, _drum, _end_face, _conjugate)(dice)
+    count = dice.whole(1, 3)
+    angles = [360.0 * (k + 1) / (count + 1) + dice.between(-20.0, 20.0) for k in range(count)]
+    data["station"] = [{"angle": angle} for angle in angles]
+    return data
+
+
+def _station_loads(dice: Dice, data: dict[str, Any]) -> None:
+    swings = data["follower"]["kind"] == "swinging"
+    for station in data["station"]:
+        if dice.chance(0.5):
+            station["inertia" if swings else "mass"] = dice.log(1e-4, 1e3)
+        if "operation" in data and dice.chance(0.5):
+            station |= {"friction": dice.log(1e-3, 1e3), "spring_preload": dice.log(0.1, 1e4)}
+        if "operation" in data and dice.chance(0.2):
+            station["force"] = [{"from": 20.0, "until": 100.0, "expression": "50"}]
 
 
 def _roller(dice: Dice, diameter: float, length: float) -> dict[str, Any]:

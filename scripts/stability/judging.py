@@ -15,7 +15,9 @@ from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.delivery import finite
 from camgeom.report.result import compute
+from camgeom.solid.mechanism import Drive
 from tests.oracle.cams import judges_of
+from tests.oracle.stations import least_apart, torque
 
 PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue")
 SAMPLES = 80
@@ -83,6 +85,8 @@ def _judged(data: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
         return {"outcome": "no body", "why": lost["solid"].reason, "findings": sorted({f.check for f in failed})}
     spoken = sorted({f.check for f in failed} & set(SPEAKING))
     errors = _verify_bodies(model, data, rng, spoken)
+    if data.get("station"):
+        _verify_stations(model, data)
     outcome = "finding" if failed else "good"
     return {"outcome": outcome, "findings": sorted({f.check for f in failed}), **errors}
 
@@ -143,6 +147,27 @@ def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator,
     if worst > slack and not spoken:
         raise Failure(f"the surface is {worst:.6g} tolerances off the oracle's")
     return {"error": round(worst, 4), "depth": round(deepest, 4), "triangles": sum(len(s.mesh.faces) for s in solids)}
+
+
+def _verify_stations(model: Model, data: dict[str, Any]) -> None:
+    """Followers on one track as near to each other as the oracle has them, and their torques its sum."""
+    program = model.setup.program
+    found = model.apart
+    wanted = least_apart(data, lambda phi: program.jet(phi, 0)[0])
+    size = float(np.abs(model.solid.mesh.vertices).max())
+    # Places along an axis are sampled, so that the oracle sees the distance a little too large.
+    if wanted is not None and (found is None or not -1e-9 * size <= wanted - found.value <= 0.02 * size):
+        raise Failure(f"followers {found} apart where the oracle sees {wanted:g} mm")
+    if "operation" not in data or model.camshaft is None or any("force" in one for one in data["station"]):
+        return
+    theta = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, 400)
+    wanted_torque, pulls = torque(data, program, theta)
+    if model.mechanism.drive is Drive.ALONE:
+        theta, wanted_torque = theta[~pulls], wanted_torque[~pulls]
+    scale = float(np.abs(model.camshaft.torque).max())
+    off = np.abs(model.camshaft.at(theta) - wanted_torque)
+    if len(theta) and np.quantile(off, 0.98) > 1e-6 * max(scale, 1e-300):
+        raise Failure(f"the torque of all followers is {off.max():g} N mm off, of {scale:g}")
 
 
 def _verify_interference(model: Model, judges: list[Any]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from camgeom.cams import kinds, starter
 from camgeom.checks import NEEDS, checks, findings
 from camgeom.model import Model
-from camgeom.profile import Profile, parse
+from camgeom.profile import parse
 from camgeom.report.result import compute
 from camgeom.solid.mechanism import Drive
 
@@ -59,20 +59,24 @@ def test_a_dropped_model_is_freed_at_once() -> None:
         gc.enable()
 
 
-def test_several_followers_on_one_body_are_a_list(monkeypatch: pytest.MonkeyPatch) -> None:
-    lone = Model(parse(starter("disc")))
+def test_several_followers_on_one_body_are_a_list() -> None:
+    text = starter("disc")
+    lone = Model(parse(text))
     assert lone.bindings == (lone,)
-    further = lone.profile.follower.model_copy(update={"offset": 4.0})
-    monkeypatch.setattr(Profile, "followers", property(lambda profile: (profile.follower, further)))
-    model = Model(lone.profile)
-    assert [binding.setup.follower for binding in model.bindings] == [lone.profile.follower, further]
+    assert lone.camshaft is None
+    assert lone.apart is None
+    model = Model(parse(text + "\n[[station]]\nangle = 180\nmass = 3\n"))
+    assert [binding.number for binding in model.bindings] == [0, 1]
     assert all(binding.body is model.body for binding in model.bindings)
-    names = ["pressure-angle", "undercut"]
+    assert model.bindings[1].setup.follower.mass == 3.0
+    # The track is judged once, what presses it for each.
+    names = ["pressure-angle", "contact-pressure"]
     found = findings(model, names)
-    assert [f.where.partition(":")[0] for f in found] == ["follower 1", "follower 2"] * 2
-    alone = [f.value for f in findings(lone, names)]
-    assert [f.value for f in found[::2]] == alone
-    data = compute(model, ["flank", "checks"], names).data
+    assert [f.where.partition(":")[0] for f in found if f.check == names[1]] == ["follower 1", "follower 2"]
+    assert [f.value for f in found if f.check == names[0]] == [f.value for f in findings(lone, names[:1])]
+    data = compute(model, ["flank", "contact", "checks"], names).data
     (second,) = data["followers"]
-    assert data["flank"] == compute(lone, ["flank"]).data["flank"]
-    assert second["flank"]["max_pressure_angle_deg"] > data["flank"]["max_pressure_angle_deg"]
+    assert data["contact"] == compute(lone, ["contact"]).data["contact"]
+    assert second["contact"]["peak_force_n"] > data["contact"]["peak_force_n"]
+    assert "flank" not in second
+    assert second["angle_deg"] == 180.0

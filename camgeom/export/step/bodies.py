@@ -5,7 +5,7 @@ The assembly stands as it does at cam angle zero, in the cam frame. A roller is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -119,7 +119,7 @@ def assembly_of(model: Model, tolerance: float = TOLERANCE) -> Assembly:
     elif isinstance(body, TurretBody):
         parts += _turret(body, "", tolerance)
     else:
-        parts += _rollers(model.tracks, tolerance)
+        parts += _rollers(model, tolerance)
     return Assembly(f"{model.profile.name}, assembly", tuple(parts))
 
 
@@ -143,17 +143,20 @@ def _disc(body: TurretBody, name: str, tolerance: float) -> Placed:
     return Placed(replace(disc, colour=TURRET_COLOUR), frame, name)
 
 
-def _rollers(tracks: Sequence[Track], tolerance: float) -> list[Placed]:
-    """One roller for every track, as it stands at cam angle zero; equal rollers are one product."""
+def _rollers(model: Model, tolerance: float) -> list[Placed]:
+    """One roller for every track of every follower, as it stands at cam angle zero; equal rollers are one product."""
     made: dict[object, Brep] = {}
     found = []
-    for track in tracks:
+    tracks = [(one, track) for one in model.bindings for track in one.tracks]
+    for one, track in tracks:
         key = track.meridian, track.tip, track.contact
         if key not in made:
             number = f" {len(made) + 1}" if made else ""
             made[key] = roller_solid(track, f"roller{number}", None, tolerance)
         name = "roller" if len(tracks) == 1 else f"roller of {track.name}"
-        found.append(Placed(made[key], _stand(track, 0.0), name))
+        if len(model.bindings) > 1:
+            name += f", follower {one.number + 1}"
+        found.append(Placed(made[key], _stand(track, -one.angle), name))
     return found
 
 

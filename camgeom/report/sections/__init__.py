@@ -59,6 +59,7 @@ SECTIONS = (
     Entry("flank", "Flank geometry", "flank:flank"),
     Entry("contact", "Contact and drive", "load:contact"),
     Entry("fatigue", "Fatigue life", "load:life"),
+    Entry("followers", "Followers together", "followers:followers"),
     Entry("body", "Stress in the body", "body:body"),
     Entry("dynamics", "Dynamics", "dynamics:dynamics"),
     Entry("cutter", "Cutter data", "cutter:cutter"),

@@ -14,7 +14,7 @@ from camgeom.track import TURN, Swing, Track
 from camgeom.track.outline import FaceOutline, FlatFace, RollerOutline
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from camgeom.model import Model
 
@@ -224,6 +224,19 @@ def poses(track: Track, phi: Floats) -> Floats:
     ]
     origin = joint.carried((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), coordinate)[0][0]
     return np.ascontiguousarray(np.moveaxis(np.stack([*columns, origin], axis=1), 2, 0))
+
+
+def follower_bodies(model: Model, phi: Floats) -> Iterator[tuple[str, str, Mesh, Floats]]:
+    """Kind (roller, carrier, face), name, mesh and machine-frame poses (n, 3, 4) of every follower at cam angles phi.
+    """
+    for one in model.bindings:
+        own, name = phi - one.angle, f", follower {one.number + 1}" if len(model.bindings) > 1 else ""
+        turn = cam_poses(model.mechanism.sense, np.array([one.angle]))[0, :, :3]
+        for kind, meshes in (("roller", roller_meshes(one)), ("carrier", carrier_meshes(one))):
+            for word, mesh, track in meshes:
+                yield kind, word + name, mesh, turn @ poses(track, own)
+        for word, mesh, moved in face_bodies(one, own):
+            yield "face", word + name, mesh, turn @ moved
 
 
 def cam_poses(sense: float, phi: Floats) -> Floats:

@@ -14,11 +14,8 @@ from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import (
     cam_meshes,
     cam_poses,
-    carrier_meshes,
-    face_bodies,
+    follower_bodies,
     kept,
-    poses,
-    roller_meshes,
 )
 from camgeom.report.sections.design import views
 from camgeom.report.sections.flank import FLAT, STEEPEST
@@ -65,9 +62,7 @@ def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAM
     bodies = []
     for name, mesh in meshes:
         bodies.append(Actor(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh) if whole else {}))
-    for name, mesh, track in (*roller_meshes(model), *carrier_meshes(model)):
-        bodies.append(Actor(name, mesh, poses(track, phi), "follower"))
-    bodies += [Actor(name, mesh, moved, "follower") for name, mesh, moved in face_bodies(model, phi)]
+    bodies += [Actor(name, mesh, moved, "follower") for _, name, mesh, moved in follower_bodies(model, phi)]
     shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
     axes, factors = units(model)
     lift = factors[0] * model.setup.program.jet(phi, 0)[0]

@@ -1,0 +1,131 @@
+"""What the followers on one cam do together: the torque that they ask of its shaft, and how near their rollers come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
+from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import TURN, Panels, panels
+from camgeom.mechanics.duty import largest_of
+
+if TYPE_CHECKING:
+    from camgeom.mechanics.duty import Duty
+    from camgeom.model import Model
+    from camgeom.track import Track
+
+PER_TURN = 1440
+"""places of every pair of rollers in a turn, before the nearest ones are looked at closer"""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Shaft:
+    """The torque of a camshaft that drives several followers, each with its duty and the angle of its place, rad."""
+
+    duties: tuple[tuple[float, Duty], ...]
+
+    @cached_property
+    def panels(self) -> Panels:
+        """A turn of the cam, with the edges of every follower's own panels."""
+        edges = [(duty.force.panels.edges + angle) % TURN for angle, duty in self.duties]
+        every = panels(np.concatenate([[0.0, TURN], *edges]), np.inf).edges
+        return Panels(every, every)
+
+    def torque_of(self, number: int) -> Floats:
+        """Torque of one follower, N mm on the panels (p, n)."""
+        angle, duty = self.duties[number]
+        theta = self.panels.theta
+        own = duty.force.panels.at(duty.torque, ((theta - angle) % TURN).ravel())
+        return np.asarray(own.reshape(theta.shape))
+
+    @cached_property
+    def torque(self) -> Floats:
+        """Torque of all, N mm on the panels (p, n)."""
+        return np.asarray(sum(self.torque_of(number) for number in range(len(self.duties))))
+
+    @cached_property
+    def peak_torque(self) -> Extreme:
+        """The largest of it, N mm, as a magnitude."""
+        return largest_of(self.panels, self.torque)
+
+    def at(self, theta: Floats) -> Floats:
+        """Torque of all, N mm, at cam angles (n,)."""
+        return np.asarray(self.panels.at(self.torque, theta))
+
+    @property
+    def work(self) -> float:
+        """Work of the cam on all followers over a turn, N mm."""
+        return sum(duty.work for _, duty in self.duties)
+
+
+def least_apart(models: tuple[Model, ...]) -> Extreme | None:
+    """Least distance between rollers of two followers over the turn, mm, at the cam angle; None without two rollers.
+
+    A roller counts as the segment of its axis from its free end to the end of its contact, as thick as it is anywhere:
+    what is told is never more than the distance. `where` names the two.
+    """
+    found = None
+    for one, other in combinations(models, 2):
+        for first in one.tracks:
+            for second in other.tracks:
+                least = _apart(first, one.angle, second, other.angle)
+                name = f"follower {one.number + 1} to follower {other.number + 1}"
+                if found is None or least.value < found.value:
+                    found = Extreme(least.value, least.cam_angle, where=name)
+    return found
+
+
+def _apart(first: Track, at: float, second: Track, beside: float) -> Extreme:
+    thick = _thickest(first) + _thickest(second)
+
+    def nearness(theta: Floats) -> Floats:
+        ends = (*_ends(first, theta, at), *_ends(second, theta, beside))
+        return np.asarray(thick - _between(*ends))
+
+    knots = np.concatenate([(first.knots() + at) % TURN, (second.knots() + beside) % TURN, [0.0, TURN]])
+    theta, owner = piece_grid(np.unique(knots), PER_TURN)
+    value, where = refined_maximum(nearness, theta, owner, nearness(theta))
+    return Extreme(-value, where % TURN)
+
+
+def _thickest(track: Track) -> float:
+    """Largest radius of a roller, mm."""
+    ends = np.array([track.meridian.parameter(end) for end in (track.tip, *track.contact)])
+    return float(track.meridian.jet(np.linspace(ends.min(), ends.max(), 33))[3].max())
+
+
+def _ends(track: Track, theta: Floats, angle: float) -> tuple[Floats, Floats]:
+    """Both ends of the roller's axis in the machine frame, turned about the cam by the angle of its place, (3, n)."""
+    point, axis = track.joint.carried(track.anchor, track.axis, track.coordinate((theta - angle) % TURN, 0))
+    c, s = np.cos(track.sense * angle), np.sin(track.sense * angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    reach = min(track.tip, *track.contact), max(track.tip, *track.contact)
+    low, high = (turn @ (point[0] + delta * axis[0]) for delta in reach)
+    return low, high
+
+
+def _between(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    """Distance (n,) of the segments from a to b and from c to d, (3, n) each.
+
+    The least is inside both, or at an end of one of them.
+    """
+    u, v, w = b - a, d - c, a - c
+    uu, uv, vv, uw, vw = ((p * q).sum(axis=0) for p, q in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    spread = uu * vv - uv * uv
+    skew = spread > 1e-12 * uu * vv
+    safe = np.where(skew, spread, 1.0)
+    s, t = (uv * vw - vv * uw) / safe, (uu * vw - uv * uw) / safe
+    inside = skew & (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
+    best = np.where(inside, np.sqrt(((w + s * u - t * v) ** 2).sum(axis=0)), inf)
+    for point, start, along, square in ((a, c, v, vv), (b, c, v, vv), (c, a, u, uu), (d, a, u, uu)):
+        off = point - start
+        share = np.clip((off * along).sum(axis=0) / np.maximum(square, 1e-300), 0.0, 1.0)
+        best = np.minimum(best, np.sqrt(((off - share * along) ** 2).sum(axis=0)))
+    return best
