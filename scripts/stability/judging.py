@@ -85,7 +85,7 @@ def _judged(data: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
         return {"outcome": "no body", "why": lost["solid"].reason, "findings": sorted({f.check for f in failed})}
     spoken = sorted({f.check for f in failed} & set(SPEAKING))
     errors = _verify_bodies(model, data, rng, spoken)
-    if data.get("station"):
+    if data.get("station") and "together" not in lost:
         _verify_stations(model, data)
     outcome = "finding" if failed else "good"
     return {"outcome": outcome, "findings": sorted({f.check for f in failed}), **errors}

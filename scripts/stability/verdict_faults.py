@@ -793,6 +793,7 @@ WITHOUT = {
     "vibration": "tells what is missing and judges nothing",
     "width": "a frame's return is made from its rise, so that the width is constant",
     "pair": "the return disc is made from the main one, its gap is the clearance",
+    "followers-apart": "several followers are no part of the designs: tests/oracle/test_stations.py",
     "fins": "widths that cut fins off are refused, or told by `horns` first",
     "impact-reproducible": "no formula says which play is chaotic",
     "gouge": "tools are no part of the designs; tests/claims/test_cutter_checks.py",
