@@ -268,7 +268,7 @@ def _verify_fold(model: Model) -> None:
     """The flat face's normals must turn back along the profile: second differences of the support."""
     assert model.planar is not None
     worst = model.planar.face_radius
-    touch = next(t for t in model.planar.touches if worst is not None and t.name == worst.touch)
+    touch = next(t for t in model.planar.touches if worst is not None and t.name == worst.where)
     assert worst is not None
     for near in (0.0, -1e-5, 1e-5):  # a knot of the motion may be there
         curve = touch.at(worst.cam_angle + near + np.array([-4e-6, 4e-6])).curve
