@@ -73,6 +73,22 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
         )  # fmt: skip
 
 
+@check("free-ends", "roller load", "crowned load")
+def free_ends(model: Model) -> Iterable[Finding]:
+    """Whether an end bears at all where roller.free_ends says how it does: no ellipse within its room asks for it."""
+    from camgeom.mechanics.roller_duty import RollerDuty
+
+    if model.profile.dynamics_spec is not None or model.profile.impact_spec is not None:
+        return  # ends may bear under the forces solved there
+    crowned = [duty for duty in model.duties if isinstance(duty, RollerDuty) and duty.ellipse is not None]
+    crowned = [duty for duty in crowned if duty.ends.mirrored]
+    if not crowned or any(duty.level == "finite" for duty in crowned):
+        return
+    filled = max(float((duty.ellipse.along / duty.crown_room).max()) for duty in crowned if duty.ellipse is not None)
+    yield judged("free-ends", filled, ">", 1.0, "1", "leave roller.free_ends out: no end bears, and it says nothing",
+                 where="half-length of the contact ellipse over its room", worst="warn")  # fmt: skip
+
+
 @solved("dynamic-crown-length", "dynamics", "crowned load")
 def dynamic_crown_length(model: Model) -> Iterable[Finding]:
     """Whether a crown's contact ellipse ends within its roller under the periodic contact force."""

@@ -135,6 +135,8 @@ def _errors(data: dict[str, Any]) -> list[str]:
     if found is not None:
         kept = f"{100.0 * found['yield']:.4g} % of the machines"
         return [*lines, f"widest tolerances: they hold the limits in {kept} at the least cost"]
+    if "widest_reason" in data:
+        return [*lines, f"widest tolerances: wider than can be told; {data['widest_reason']}"]
     if "widest" in data:
         why = "none hold the limits; what is left without errors breaks them, or no error reaches them"
         return [*lines, f"widest tolerances: {why}"]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.motion.law import Claims, Ends, Parameter, law
 from camgeom.motion.optimal.wish import AIMS, Aim, Wish
 from camgeom.motion.table import Piece
@@ -55,7 +55,10 @@ def best_law(ends: Ends, **keys: object) -> Best:
     from camgeom.motion.optimal.best import Impossible, best
 
     wish = wish_of(ends, **keys)
-    found = best(wish)
+    try:
+        found = best(wish)
+    except NotConverged as why:
+        raise ProfileError([Problem("minimise", f"{why}", wish.aim)]) from why
     if isinstance(found, Impossible):
         names = [f"{name}_limit" for name in found.clash]
         raise ProfileError([Problem(names[0] if names else "minimise", found.reason)])

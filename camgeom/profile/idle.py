@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from camgeom.errors import Problem
-from camgeom.track.follower import AnyRoller, Setup, TurretFollower
+from camgeom.track.follower import AnyRoller, CrownedRoller, Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -54,6 +54,9 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
             continue
         if not turret and not roller.ends.stated and roller.shape != "crowned":
             reason = f"an end bears where {table}.misalignment_deg or {table}.end_radius is given"
+            found[f"{table}.{ENDS[-1]}"] = reason
+        elif isinstance(roller, CrownedRoller) and roller.crown == "logarithmic":
+            reason = "no end of a logarithmic crown bears: it falls away without a bound towards both"
             found[f"{table}.{ENDS[-1]}"] = reason
         found |= _of_bearing(profile, table, roller)
     if not any(roller.dynamic_rating for roller in rollers.values()):

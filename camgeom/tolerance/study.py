@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import Problem, ProfileError
+from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
+from camgeom.tolerance.order import refuse_beyond
 from camgeom.tolerance.samples import BLOCK, Drawn, Machines, Spreads, resting
 from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
 from camgeom.tolerance.spec import Costs, ToleranceSpec
@@ -44,10 +45,12 @@ class Widest:
 
     values  half widths, in the errors' own units, by key; None: the error has no part in what is limited
     reached the share that holds, of all samples
+    beyond  why they cannot be told: they are too wide for their first order; empty where they can
     """
 
     values: Mapping[str, float | None]
     reached: float
+    beyond: str = ""
 
 
 @final
@@ -85,10 +88,15 @@ class ToleranceStudy:
 
     @cached_property
     def spreads(self) -> Spreads:
-        """Mean, half width, mm or rad, and distribution of every error given."""
+        """Mean, half width, mm or rad, and distribution of every error given.
+
+        Raises DesignError where they are too large for the first order, in which all that follows from them is told.
+        """
         if self.spec is None:
             return {}
-        return {cause.key: self.spec.spread(cause, self.loaded.mechanism) for cause in self.causes}
+        found = {cause.key: self.spec.spread(cause, self.loaded.mechanism) for cause in self.causes}
+        refuse_beyond(self.sensitivities.seated, self.causes, found, self._worst(found).curve)
+        return found
 
     @property
     def limits(self) -> dict[str, float]:
@@ -157,6 +165,9 @@ class ToleranceStudy:
     @cached_property
     def worst(self) -> Worst:
         """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces."""
+        return self._worst(self.spreads)
+
+    def _worst(self, spreads: Spreads) -> Worst:
         seated = self.sensitivities.seated
         walls = seated.walls
         ends, mean_ends, apart = (np.zeros(walls.lever.shape) for _ in range(3))
@@ -164,7 +175,7 @@ class ToleranceStudy:
         whole: list[tuple[Floats, float]] = []
         weight = _yield_of(walls.lever, walls.stiffness, walls.forces(ends))
         for cause in self.causes:
-            mean, value, _ = self.spreads[cause.key]
+            mean, value, _ = spreads[cause.key]
             g = seated.flat(seated.approaches.of(cause))
             size = np.sqrt((g * g).sum(axis=0)) * value
             ends += size
@@ -229,6 +240,14 @@ class ToleranceStudy:
     def _extreme(self, curve: Floats) -> Extreme:
         at = int(np.argmax(curve))
         return Extreme(float(curve[at]), float(self.sensitivities.theta[at]))
+
+    def beyond(self, spreads: Spreads) -> str:
+        """Why the first order does not tell these errors; empty where it does."""
+        try:
+            refuse_beyond(self.sensitivities.seated, self.causes, spreads, self._worst(spreads).curve)
+        except DesignError as why:
+            return str(why)
+        return ""
 
     @cached_property
     def preload(self) -> float | None:
@@ -311,7 +330,7 @@ def _settled(
         reached, ratio = study.share(drawn), drawn.at_yield(study.ratios(drawn), share)
         if turn >= 4 and reached >= share and ratio >= NEAR:
             values = {key: value / CAUSES[key].scale if key in used else None for key, (_, value, _) in shown.items()}
-            return Widest(values, reached)
+            return Widest(values, reached, study.beyond(shown))
         if not isfinite(ratio) or ratio <= offset:
             return None
         scale = (0.5 * (1.0 + NEAR) - offset) / (ratio - offset)
@@ -409,7 +428,10 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
                         for w, left, part in study.wear]  # fmt: skip
     if with_widest and study.limited:
         found = study.widest
-        data["widest"] = None if found is None else {"yield": found.reached, "tolerances": dict(found.values)}
+        told = found is not None and not found.beyond
+        data["widest"] = {"yield": found.reached, "tolerances": dict(found.values)} if found and told else None
+        if found is not None and found.beyond:
+            data["widest_reason"] = found.beyond
     return data
 
 

@@ -9,7 +9,7 @@ from kit import Table, best, milli, run, short
 
 from camgeom.motion.optimal.best import Best
 from camgeom.motion.optimal.best import best as best_law
-from camgeom.motion.optimal.programme import NO_CUTS, Programme
+from camgeom.motion.optimal.programme import NO_CUTS, Programme, Purse
 from camgeom.motion.optimal.search import SPANS
 from camgeom.motion.optimal.shape import Shape
 from camgeom.motion.optimal.wish import Task, Wish
@@ -32,7 +32,7 @@ def tables(quick: bool) -> list[Table]:
     """A row a wish."""
     mesh = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + 1))
     task = Task.of(WISHES["acceleration, jerk 60"])
-    one, _ = best(lambda: Programme(task, mesh, NO_CUTS, 0.0, 0.0).solve(), 10)
+    one, _ = best(lambda: Programme(task, mesh, NO_CUTS, 0.0, 0.0).solve(Purse()), 10)
     rows = []
     for name, wish in WISHES.items():
 

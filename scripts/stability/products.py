@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from whole_profiles import KINDS, accepted, toml  # noqa: E402
+from whole_profiles import KINDS, accepted, lay, toml  # noqa: E402
 
 MEMORY = 2 << 30
 """bytes of address space of a run"""
@@ -65,6 +65,7 @@ def run(seed: int, kill: bool, fill: bool, pictures: float) -> dict[str, Any]:
             shutil.copytree(_earlier(dice), folder, dirs_exist_ok=True)
         profile = Path(place) / "profile.toml"
         profile.write_text(toml(data), encoding="utf-8")
+        lay(profile.parent)
         words = ["run", str(profile), "--out", str(folder)]
         # At a moment of what such runs take; those that had ended by then were not killed.
         after = None if stop is None else stop * dice.choice(_WALLS)
@@ -97,6 +98,7 @@ def _earlier(dice: random.Random) -> Path:
         place.mkdir(parents=True)
         profile = place.with_suffix(".toml")
         profile.write_text(toml(accepted(seed, 0.0)))
+        lay(profile.parent)
         child(["run", str(profile), "--out", str(place)], place.parent, None)
     return place
 

@@ -789,6 +789,7 @@ WITHOUT = {
     "film": "the same: tests/mechanics/test_film.py",
     "wear": "the same",
     "root-stress": "an analysis that has to be asked for: tests/body/test_stress.py",
+    "free-ends": "a key that says nothing beside a crown: tests/mechanics/test_finite_turn.py",
     "curvature-jumps": "names places and judges nothing",
     "vibration": "tells what is missing and judges nothing",
     "width": "a frame's return is made from its rise, so that the width is constant",

@@ -1,15 +1,24 @@
-"""Whole random profiles: every kind, follower, roller, section and format, sound and unsound, from a seed alone.
+"""Whole random profiles: every kind, follower, roller, section, key and format, sound and unsound, from a seed alone.
 
 Nothing here knows what makes a good cam but rough proportions: most numbers are ordinary, some are far off, and some
-sections contradict the cam. What the reader refuses is drawn again, nine times in ten.
+sections contradict the cam. Further keys and sections come from the schema (`whole_keys.py`). What the reader refuses
+is taken away where the schema gave it, else drawn again, nine times in ten.
 """
 
 from __future__ import annotations
 
+import os
 import random
-from typing import Any
+import re
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-Data = dict[str, Any]
+if TYPE_CHECKING:
+    from camgeom.errors import Problem
+
+from whole_keys import FILES, Data, Keys, Path_
 
 KINDS = ("disc", "constant-width", "conjugate", "cylindrical", "globoidal", "cylindrical-index", "parallel-index",
          "end-face")  # fmt: skip
@@ -58,7 +67,12 @@ DATA = (
     "polydyne.csv",
     "sheet.svg",
     "sheet.pdf",
+    "history.csv",
+    "history.parquet",
+    "impact.csv",
+    "impact.parquet",
 )
+VOLUMES = ("volume.bdf", "volume.inp", "volume.msh", "volume.vtu", "volume.xdmf")
 PICTURES = ("png", "gif", "mp4", "webm", "pdf")
 
 
@@ -69,7 +83,8 @@ class Dice(random.Random):
         """A value about another; one in twelve is far off."""
         if self.random() < 1.0 / 12.0:
             spread = 1.5
-        return round(value * (1.0 + spread) ** self.uniform(-1.0, 1.0), self.choice((1, 2, 3)))
+        found = value * (1.0 + spread) ** self.uniform(-1.0, 1.0)
+        return round(found, self.choice((1, 2, 3))) if found > 1.0 else float(f"{found:.3g}")
 
     def any_of(self, low: float, high: float) -> float:
         """A value between two, in equal ratios."""
@@ -80,6 +95,23 @@ class Dice(random.Random):
         return self.random() < share
 
 
+@cache
+def beside() -> str:
+    """A profile's place in a folder that holds what profiles name; it lasts as long as the process."""
+    folder = Path(tempfile.gettempdir()) / "camgeom-whole-profiles"
+    folder.mkdir(exist_ok=True)
+    lay(folder)
+    return str(folder / "profile.toml")
+
+
+def lay(folder: Path) -> None:
+    """Lay the files that profiles may name into a folder."""
+    for name, text in FILES.items():
+        fresh = folder / f".{name}.{os.getpid()}"
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(folder / name)
+
+
 def accepted(seed: int, pictures: float = 0.03) -> Data:
     """The profile of a seed that its reader accepts, as far as one is found; one in ten is the first that is drawn."""
     from camgeom.errors import ProfileError
@@ -87,39 +119,77 @@ def accepted(seed: int, pictures: float = 0.03) -> Data:
 
     data: Data = {}
     for draw in range(30):
-        data = profile(seed, pictures, draw)
-        for _ in range(4):
+        data, added = drawn(seed, pictures, draw)
+        for _ in range(12):
             try:
-                parse(toml(data))
+                parse(toml(data), beside())
                 return data
             except ProfileError as error:
                 if seed % 10 == 9:
                     return data
-                idle = [problem.key for problem in error.problems if problem.message == "means nothing here"]
+                problems = error.problems
+            idle = [problem.key for problem in problems if problem.message == "means nothing here"]
+            told = [path for problem in problems if (path := _added(problem, added))]
+            if not idle and not told:
+                break
             for key in idle:
-                _drop(data, key.split("."))
+                _drop(data, _path(key))
+            for path in told:
+                _drop(data, path)
+                added = [one for one in added if one[: len(path)] != path]
     return data
 
 
-def _drop(data: Data, path: list[str]) -> None:
-    if len(path) == 1:
-        data.pop(path[0], None)
-    elif isinstance(data.get(path[0]), dict):
-        _drop(data[path[0]], path[1:])
+def _path(key: str) -> Path_:
+    """The path of a key as messages write it: duty[0].share."""
+    return tuple(int(word) if word.isdigit() else word for word in re.findall(r"[A-Za-z0-9_]+", key))
+
+
+def _added(problem: Problem, added: list[Path_]) -> Path_:
+    """What the schema gave of a problem's key: itself, the table or entry it stands in, or what stands in it."""
+    path = _path(problem.key)
+    within = [one for one in added if path[: len(one)] == one]
+    if within:
+        return max(within, key=len)
+    beneath = [one for one in reversed(added) if one[: len(path)] == path]
+    said = [one for one in beneath if re.search(rf"\b{one[-1]}\b", f"{problem}")]
+    return next(iter(said or beneath), ())
+
+
+def _drop(data: Any, path: Path_) -> None:
+    head, *rest = path
+    if isinstance(head, int):
+        if isinstance(data, list) and head < len(data) and rest:
+            _drop(data[head], tuple(rest))
+    elif isinstance(data, dict) and rest:
+        _drop(data.get(head), tuple(rest))
+        if data.get(head) == {} and head != "output":
+            del data[head]
+    elif isinstance(data, dict):
+        data.pop(head, None)
 
 
 def profile(seed: int, pictures: float = 0.03, draw: int = 0) -> Data:
     """A draw of a seed; `pictures`: how often each kind of picture, film or printed page is asked for."""
+    return drawn(seed, pictures, draw)[0]
+
+
+def drawn(seed: int, pictures: float, draw: int) -> tuple[Data, list[Path_]]:
+    """A draw of a seed, and the places of what comes from the schema."""
     dice = Dice(31 * seed + 1_000_003 * draw)
     kind = KINDS[seed % len(KINDS)]
     size = dice.any_of(20.0, 400.0)
+    if dice.likely(0.06):
+        size = dice.choice((0.1, 1.0, 3e3, 1e4))
     data: Data = {"name": f"{kind} {seed}"}
     makers = {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum, "end-face": _ring}
     data |= makers.get(kind, _turret)(dice, kind, size)
     data |= _operation(dice, size, data["follower"]["kind"])
     data |= _sections(dice, kind, size, data)
     data["output"] = _output(dice, size, pictures)
-    return data
+    further = Keys(dice, data, size)
+    further.everywhere()
+    return data, further.added
 
 
 def _law(dice: Dice, lift: bool = True) -> Data:
@@ -159,8 +229,12 @@ def _roller(dice: Dice, diameter: float, length: float, shapes: str = "cylinder"
     roller: Data = {"shape": shape, "diameter": diameter, "length": length}
     if shape == "cone":
         roller["half_angle"] = round(dice.uniform(-20.0, 25.0), 1)
-    if shape == "crowned":
+    if shape == "crowned" and dice.likely(0.6):
         roller["crown_radius"] = dice.any_of(diameter, 200.0 * diameter)
+    elif shape == "crowned":
+        roller["crown"] = "logarithmic"
+    if shape == "crowned" and dice.likely(0.2):
+        roller["flank"] = "conforming"
     if shape == "sphere" and dice.likely(0.7):
         del roller["length"]
     if dice.likely(0.3):
@@ -212,13 +286,16 @@ def _width(dice: Dice, kind: str, size: float) -> Data:
     cam: Data = {"kind": kind, "base_radius": dice.near(size), "width": dice.near(0.3 * size)}
     _bore(dice, cam, size)
     follower: Data = {"kind": "frame", "mass": dice.any_of(0.1, 20.0), "clearance": dice.choice((0.0, 0.02, 0.1))}
-    if dice.likely(0.5):
+    data: Data = {"cam": cam, "follower": follower}
+    if dice.likely(0.25):
+        data["roller"] = _roller(dice, dice.near(0.4 * size), dice.near(0.3 * size))
+    elif dice.likely(0.5):
         follower["face_width"] = dice.near(3.0 * size)
     rise = float(dice.randrange(60, 175, 5))
     segments = [{"until": rise, "to": dice.near(0.5 * size), **_law(dice)}, {"until": 180.0}]
     if dice.likely(0.3):
         segments = [{"until": 180.0 - rise}, {"until": 180.0, "to": dice.near(0.5 * size), **_law(dice)}]
-    return {"cam": cam, "follower": follower, "motion": segments}
+    return {**data, "motion": segments}
 
 
 def _pair(dice: Dice, kind: str, size: float) -> Data:
@@ -442,6 +519,7 @@ def _output(dice: Dice, size: float, pictures: float) -> Data:
     if dice.likely(0.05):
         output["tolerance"] = dice.choice((1e-6, 1e-5, 1e-4, 1.0))
     formats = [*dice.sample(MESHES, dice.randrange(0, 4)), *dice.sample(DATA, dice.randrange(0, 5))]
+    formats += [name for name in VOLUMES if dice.likely(0.06)]
     formats += [name for name in PICTURES if dice.likely(pictures)]
     output["formats"] = formats or ["stl"]
     if dice.likely(0.1):
@@ -460,6 +538,8 @@ def toml(data: Data) -> str:
             return f'"{item}"'
         if isinstance(item, list):
             return f"[{', '.join(map(value, item))}]"
+        if isinstance(item, dict):
+            return f"{{ {', '.join(f'{name} = {value(one)}' for name, one in item.items())} }}"
         return repr(item)
 
     def table(head: str, items: Data) -> None:

@@ -14,13 +14,16 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import linprog
 
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.motion import LAWS, Program, Segment, make
 from camgeom.motion.law import Ends
-from camgeom.motion.optimal.best import Best, Impossible, best
-from camgeom.motion.optimal.programme import FEW
-from camgeom.motion.optimal.wish import Wish
+from camgeom.motion.optimal.best import Best, Impossible, best, sought
+from camgeom.motion.optimal.programme import FEW, Purse
+from camgeom.motion.optimal.search import find
+from camgeom.motion.optimal.wish import Task, Wish
 from camgeom.motion.table import Table
+from camgeom.profile import parse
+from tests.places import PROFILES
 
 TURN = 2.0 * math.pi
 FREE = {"start": (0.0, None), "end": (0.0, None)}
@@ -205,7 +208,7 @@ def test_the_bound_holds_against_a_finer_programme(name: str) -> None:
     law, task = found(CASES[name]), Task.of(CASES[name])
     mesh, cuts = Shape(np.linspace(0.0, 1.0, 257), np.zeros(257)), NO_CUTS
     for _ in range(30):
-        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve()
+        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(Purse())
         assert solved is not None
         over, further = excess(task, solved.shape, solved.value)
         if over < 1e-7:
@@ -230,7 +233,7 @@ def test_a_search_whose_moves_are_as_small_as_the_solvers_tolerance_ends() -> No
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("scipy.optimize.linprog", counted)
-        law = best.__wrapped__(Wish("residual", jerk=150.0, velocity=1.5, band=(3.0, 10.0)))
+        law = sought(Wish("residual", jerk=150.0, velocity=1.5, band=(3.0, 10.0)))
     assert isinstance(law, Best)
     assert law.value == pytest.approx(0.0048708, rel=2e-4)
     assert law.gap < 1e-3
@@ -242,7 +245,7 @@ def test_a_search_whose_moves_are_as_small_as_the_solvers_tolerance_ends() -> No
         stalled.clear()
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("scipy.optimize.linprog", counted)
-            best.__wrapped__(wish)
+            sought(wish)
         assert not any(stalled), "a sound search is what it was"
 
 
@@ -344,3 +347,30 @@ def test_no_catalogue_law_is_better_in_any_band(band: tuple[float, float]) -> No
         if name != "optimal" and entry.claims.order >= 2 and entry.claims.jm <= 80.0:
             assert residual_of(make(name), band, 0.0) >= law.value * (1.0 - 1e-9), name
             assert residual_of(make(name), band, 0.0) >= law.bound
+
+
+def test_a_search_that_costs_too_much_is_refused_by_its_count_and_not_tried_again(monkeypatch) -> None:
+    """Steps are counted, not timed: the same requirement has the same answer on every machine."""
+    wish = Wish("jerk", velocity=1.61)
+    purse = Purse()
+    whole = purse.left
+    assert find(Task.of(wish), None, purse) is not None
+    spent = whole - purse.left
+    assert 0 < spent < 0.1 * whole
+    assert find(Task.of(wish), None, Purse(spent + 1)) is not None
+    with pytest.raises(NotConverged, match="more steps than are spent"):
+        find(Task.of(wish), None, Purse(spent - 1))
+    made = []
+
+    class Small(Purse):
+        def __init__(self) -> None:
+            made.append(1)
+            super().__init__(spent // 10)
+
+    monkeypatch.setattr("camgeom.motion.optimal.best.Purse", Small)
+    head = (PROFILES / "disc_offset_roller.toml").read_text().partition("[[motion]]")[0]
+    law = 'law = "optimal"\nminimise = "jerk"\nvelocity_limit = 1.613'
+    motion = f"[[motion]]\nuntil = 180\nto = 12\n{law}\n[[motion]]\nuntil = 360\nto = 0\n{law}\n"
+    with pytest.raises(ProfileError, match=r"motion\[0\]\.minimise: the best law .* more steps"):
+        parse(head + motion)
+    assert len(made) == 1

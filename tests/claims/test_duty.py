@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ import pytest
 
 import camgeom
 from camgeom.checks import judge
-from camgeom.errors import ProfileError
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.mechanics.life import summed_life
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.report.result import compute
+from camgeom.report.sections.film import lasting
 from tests.places import PROFILES
 
 PIN = (PROFILES / "pin_insertion.toml").read_text()
@@ -223,3 +225,20 @@ def test_head_colours_and_history_are_of_the_hardest_state_and_lives_of_all():
     assert [(one.value, one.where) for one in said] == [
         (pytest.approx(fast.duty.peak_force.value), "state 'fast': largest contact force")
     ]
+
+
+def test_a_drive_that_cannot_be_solved_takes_no_rigid_life_along():
+    """At 0.3 r/min an exact contact asks for 54 s and 3 GB: refused with the figures, and the other lives are told."""
+    text = (PROFILES / "tool_changer.toml").read_text().partition("[tolerance]")[0]
+    drive = 'kind = "indexing"\ninput_stiffness = 2e4\noutput_stiffness = 3e5\ncam_inertia = 0.01\nexact_contact = true'
+    table = re.search(r"(?m)^\[dynamics\][^\n]*\n(?:(?!\[).*\n?)*", text)
+    text = text.replace(table[0], "") if table else text
+    model = Model(parse(re.sub(r"(?m)^speed = .*$", "speed = 0.3", text) + f"\n[dynamics]\n{drive}\n"))
+    with pytest.raises(NotConverged, match="GB, more than the"):
+        _ = model.dynamic_duties
+    (table, *_) = lasting(model)
+    rows = {(row[0], row[1]): (row[2], row[3]) for row in table.rows}
+    assert ("Roller", "contact fatigue") in rows
+    life, why = rows["All", "the same with vibration"]
+    assert life == "-"
+    assert "GB, more than the" in why

@@ -211,6 +211,7 @@ def test_the_level_is_told_and_the_shear_lies_below_the_peak() -> None:
         ("tool_changer", {"misalignment_deg": 0.1}, r"roller\.misalignment_deg.*share its torque"),
         ("globoidal_drive", {"end_radius": 0.5}, r"roller\.end_radius"),
         ("pin_insertion", {"free_ends": "mirrored"}, r"roller\.free_ends"),
+        ("disc_offset_roller", {**LOGARITHMIC, "free_ends": "mirrored"}, r"roller\.free_ends.*no end of a logarithmic"),
         ("disc_offset_roller", {"crown": "logarithmic"}, r"crown_radius: only crown = 'circular'"),
         ("disc_offset_roller", {"crown_radius": None}, r"crown_radius is missing"),
         ("disc_offset_roller", {**LOGARITHMIC, "end_radius": 0.5}, r"end_radius: a logarithmic run-out"),
@@ -222,6 +223,15 @@ def test_the_level_is_told_and_the_shear_lies_below_the_peak() -> None:
 def test_what_means_nothing_is_refused_by_name(name: str, roller: dict[str, Any], reason: str) -> None:
     with pytest.raises(ProfileError, match=reason):
         from_data(data(name, **roller), name)
+
+
+def test_free_ends_of_a_crown_are_warned_of_where_none_bears() -> None:
+    """The arc of 100 mm keeps its ellipse within the roller; one of 2 m does not, and its ends bear."""
+    assert said(made(free_ends="mirrored"), "free-ends") == (["warn"], [])
+    assert said(made(), "free-ends") == ([], [])
+    bearing = made(crown_radius=2000.0, end_radius=0.5, free_ends="mirrored")
+    assert bearing.duty.level == "finite"
+    assert said(bearing, "free-ends") == ([], [])
 
 
 def test_duties_are_what_checks_take() -> None:

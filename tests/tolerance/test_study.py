@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from camgeom.checks import judge
 from camgeom.cli import main
-from camgeom.errors import ProfileError
+from camgeom.errors import DesignError, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.stiffness import Slices
 from camgeom.model import Model
@@ -18,9 +19,11 @@ from camgeom.profile import parse
 from camgeom.tolerance import samples
 from camgeom.tolerance.causes import ARCMIN, CAUSES, default_pivots
 from camgeom.tolerance.fits import clearance, limits
+from camgeom.tolerance.order import MOST
 from camgeom.tolerance.samples import BLOCK, Machines
 from camgeom.tolerance.seat import walls_of
 from camgeom.tolerance.sensitivity import Loaded, Sensitivities
+from camgeom.tolerance.study import tolerance_data
 from camgeom.track.turret import Engagement
 from tests.places import ROOT
 from tests.reference.rising_disc import rising_disc
@@ -303,3 +306,56 @@ def test_a_tilt_of_the_roller_presses_its_end() -> None:
     assert two.tilt == pytest.approx(4.0 * one.tilt, rel=1e-9)
     assert level.level < one.tilted < two.tilted
     assert not two.unbounded
+
+
+def _turned(arcmin: float) -> Model:
+    return Model(parse(DISC + f"[tolerance]\nphase_arcmin = {arcmin}\nmotion_limit = 1e5\n"))
+
+
+def test_errors_too_large_for_the_first_order_are_refused_and_not_told(capsys, tmp_path) -> None:
+    """A cam turned on its shaft moves the follower by exactly s(theta + d) - s(theta). Where errors are told, the first
+    order misses less of that than the limit; where a tenth is missed, they are refused."""
+    told, missed = [], []
+    for arcmin in (10.0, 100.0, 115.0, 500.0):
+        model = _turned(arcmin)
+        study, program = model.tolerances, model.mechanism.program
+        theta, d = study.sensitivities.theta, arcmin * ARCMIN
+        exact = np.max([np.abs(program.jet(theta + way * d, 0)[0] - program.jet(theta, 0)[0]) for way in (1, -1)], 0)
+        spreads = {"phase_arcmin": (0.0, d, "normal")}
+        first = study._worst(spreads).curve
+        missed.append(float(np.abs(exact - first).max() / first.max()))
+        told.append(not study.beyond(spreads))
+    assert told == [True, True, False, False]
+    assert missed[1] < 0.03 < MOST < missed[-1]
+    refused = _turned(500.0)
+    with pytest.raises(DesignError, match=r"not told by their first order.*tighten tolerance\.phase_arcmin"):
+        _ = refused.tolerances.drawn
+    (finding,) = judge(refused, ["motion-tolerance"]).findings
+    assert finding.level == "fail"
+    assert "first order" in finding.advice
+    file = tmp_path / "cam.toml"
+    file.write_text(DISC + "[tolerance]\nphase_arcmin = 500\n")
+    assert main(["tolerance", str(file)]) == 1
+    assert "first order" in capsys.readouterr().err
+
+
+def test_no_widest_tolerances_beyond_the_first_order() -> None:
+    """A wide limit is held by errors that are too wide to be told: that is said in their place."""
+    model = Model(parse(ALONG.format(value=0.01, limit=40_000) + "side_shift = 0.01\nsamples = 1000\n"))
+    data = tolerance_data(model.tolerances, with_widest=True)
+    assert data["widest"] is None
+    assert "first order" in data["widest_reason"]
+    near = Model(parse(ALONG.format(value=0.01, limit=40) + "side_shift = 0.01\nsamples = 1000\n"))
+    assert tolerance_data(near.tolerances, with_widest=True)["widest"] is not None
+
+
+@pytest.mark.parametrize("face", ['face = "flat"', 'face = "knife"', 'face = "curved"\nface_radius = 60'])
+@pytest.mark.parametrize(("error", "fine", "gross"), [("side_shift", 0.01, 20), ("phase_arcmin", 5, 1500)])
+def test_faces_know_how_far_the_first_order_holds(face: str, error: str, fine: float, gross: float) -> None:
+    """A flat face goes along itself without any effect; it turns beside its cam, and other shapes leave the tangent."""
+    text = DISC.replace('kind = "translating"', f'kind = "translating"\n{face}')
+    text = re.sub(r"\[roller\]\n(?:(?!\[).*\n)*", "", text).replace("base_radius = 34", "base_radius = 80")
+    for value, beyond in ((fine, False), (gross, not (error == "side_shift" and "flat" in face))):
+        study = Model(parse(text + f"[tolerance]\n{error} = {value}\n")).tolerances
+        spreads = {error: (0.0, value * CAUSES[error].scale, "normal")}
+        assert bool(study.beyond(spreads)) == beyond, (face, error, value)

@@ -201,9 +201,10 @@ def _closing_state(system: System, grid: Grid, method: Method, total: Floats, ra
     """The state (b, r) that the map of a turn [Phi | p] brings back to itself; refusals as in `periodic`."""
     if not np.isfinite(radius).all() or float(radius.max()) > 1.0 + NEUTRAL:
         worst = int(np.nan_to_num(radius, nan=np.inf).argmax())
+        where = f" at speed {worst + 1} of {len(radius)}" if len(radius) > 1 else ""
         raise Growing(
             float(radius[worst]),
-            f"the turn grows by {radius[worst]:.6g} at speed {worst}: a parametric instability of an undamped drive or "
+            f"the turn grows by {radius[worst]:.6g}{where}: a parametric instability of an undamped drive or "
             f"too long a step for {method.name} ({grid.steps} a turn); give damping, move the speed, or use auto",
         )
     size, rate = total.shape[1], _typical_rate(system, grid)

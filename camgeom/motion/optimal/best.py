@@ -17,6 +17,7 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
+from camgeom.motion.optimal.programme import Purse
 from camgeom.motion.optimal.search import Found, find
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
 from camgeom.motion.optimal.wish import ALL, LIMITS, Task, Wish
@@ -130,16 +131,33 @@ def _measured(wish: Wish, shape: Shape) -> dict[str, float]:
     return values
 
 
-@lru_cache(maxsize=256)
 def best(wish: Wish) -> Best | Impossible:
     """The best law for a wish, or the proof that there is none. Raises NotConverged where neither is found."""
-    found = find(Task.of(wish))
+    found = _tried(wish)
+    if isinstance(found, str):
+        raise NotConverged(found)
+    return found
+
+
+@lru_cache(maxsize=256)
+def _tried(wish: Wish) -> Best | Impossible | str:
+    """The same, or why neither is found: what has cost much is not tried again."""
+    try:
+        return sought(wish)
+    except NotConverged as why:
+        return str(why)
+
+
+def sought(wish: Wish) -> Best | Impossible:
+    """What `best` keeps, computed. Raises NotConverged."""
+    purse = Purse()
+    found = find(Task.of(wish), None, purse)
     if found is None and (wish.given or wish.monotone):
-        proof = find(Task.of(wish, ALL)) if wish.given else None
+        proof = find(Task.of(wish, ALL), None, purse) if wish.given else None
         if proof is not None and proof.bound > 1.0:
-            return _impossible(wish, proof)
+            return _impossible(wish, proof, purse)
         if proof is not None:
-            found = find(Task.of(wish), proof.shape)
+            found = find(Task.of(wish), proof.shape, purse)
     if found is None:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
     shape = _exact(wish, found.shape)
@@ -147,14 +165,17 @@ def best(wish: Wish) -> Best | Impossible:
     return Best(wish, shape, _measured(wish, shape)[name], max(found.bound, 0.0))
 
 
-def _impossible(wish: Wish, proof: Found) -> Impossible:
+def _impossible(wish: Wish, proof: Found, purse: Purse) -> Impossible:
     weights = weigh(Task.of(wish, ALL), proof.solved.shape, proof.solved.multipliers)
     shares = {name: getattr(weights, name) * getattr(wish, name) for name in wish.given}
     total = sum(shares.values())
     clash = {name: share / total for name, share in shares.items() if share > SHOWN * total}
     relaxed = {}
     for name in clash:
-        alone = find(Task.of(wish, name))
+        try:
+            alone = find(Task.of(wish, name), None, purse)
+        except NotConverged:
+            break  # the proof stands; what one limit alone would have to be is advice
         if alone is not None:
             relaxed[name] = alone.value
     return Impossible(wish, proof.value, proof.bound, clash, relaxed)

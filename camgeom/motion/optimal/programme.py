@@ -11,6 +11,7 @@ from typing import Any, final
 
 import numpy as np
 
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.motion.optimal.shape import (
     Shape,
@@ -34,6 +35,8 @@ STALLED = (1, 4)
 """what the solver says where it ran out of steps or of digits"""
 CLOSEST = 1e-3
 """no two breaks that move come closer than this share of the travel"""
+WHOLE = 50_000_000
+"""rows times steps that the search for one law may cost, about 25 s of a processor; ordinary ones take a hundredth"""
 
 
 @final
@@ -84,6 +87,29 @@ class Solved:
     shape: Shape
     value: float
     multipliers: Multipliers
+
+
+class Purse:
+    """What the search for one law may cost: steps of the simplex method, each as dear as its programme has rows.
+
+    Counted, not timed, so that the same requirement has the same answer on every machine.
+    """
+
+    def __init__(self, whole: int = WHOLE) -> None:
+        self.left = whole
+
+    def steps(self, rows: int) -> int:
+        """How many steps a programme may take with what is left."""
+        return max(1, self.left // max(rows, 1))
+
+    def pay(self, steps: int, rows: int) -> None:
+        """Take what a programme has cost. Raises NotConverged where nothing is left."""
+        self.left -= (steps + 1) * max(rows, 1)
+        if self.left <= 0:
+            raise NotConverged(
+                "the best law for this requirement takes more steps than are spent on one; a narrower band, a velocity "
+                "limit less or a looser jerk limit is found sooner"
+            )
 
 
 class _Rows:
@@ -207,19 +233,22 @@ class Programme:
             lower[:, -1] -= limit.slope
             self.velocity_below = rows.add(lower, np.full(len(block), limit.const + begun))
 
-    def solve(self) -> Solved | None:
-        """The best shape and its multipliers; None where the rows leave none, or the solver finds none in its steps."""
-        answer = self._answer(1.0, FEW if self.moves else STEPS)
+    def solve(self, purse: Purse) -> Solved | None:
+        """The best shape and its multipliers; None where the rows leave none, or the solver finds none in its steps.
+
+        Raises NotConverged on an empty purse.
+        """
+        answer = self._answer(1.0, FEW if self.moves else STEPS, purse)
         if self.moves and answer.status in STALLED:
             # Moves as small as the solver's tolerance: the simplex method steps about one corner for minutes. Counted
             # in reaches they are of the size of the other unknowns, though the trifle that each costs counts less.
-            answer = self._answer(self.reach, STEPS)
+            answer = self._answer(self.reach, STEPS, purse)
         if answer.x is None or not answer.success:
             return None
         worth = -answer.ineqlin.marginals if len(self.side) else np.empty(0)
         return self.solved(answer.x, worth, answer.eqlin.marginals, float(answer.x[self.width - 1]))
 
-    def _answer(self, unit: float, steps: int) -> Any:
+    def _answer(self, unit: float, steps: int, purse: Purse) -> Any:
         """What the solver says, the moves in the unknowns counted in a unit, and given back without it."""
         from scipy.optimize import linprog
 
@@ -254,8 +283,9 @@ class Programme:
             bounds=np.column_stack([low, high]),
             method="highs",
             options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False,
-                     "maxiter": steps * (len(self.side) + len(cost))},
+                     "maxiter": min(steps * (len(self.side) + len(cost)), purse.steps(len(self.side)))},
         )  # fmt: skip
+        purse.pay(int(answer.nit), len(self.side))
         if answer.x is not None:
             answer.x[self.width :] *= unit
         return answer

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.motion.optimal.bound import cruises, lower_bound
-from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Solved, stiffness
+from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Purse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks, values
 from camgeom.motion.optimal.wish import Task
 
@@ -76,26 +76,31 @@ def excess(task: Task, shape: Shape, value: float) -> tuple[float, tuple[Floats,
     return worst, (n, angle, places)
 
 
-def find(task: Task, begun: Shape | None = None) -> Found | None:
-    """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh."""
+def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> Found | None:
+    """The best shape; None where no mesh holds one that keeps the limits. A shape to begin with makes the mesh.
+
+    Raises NotConverged where the purse, one of its own by default, is spent.
+    """
+    purse = purse or Purse()
     even = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + task.smooth))
     mesh, cuts = even if begun is None else refined(begun), NO_CUTS
     if task.mean:
         return _least_square(task, mesh)
     best = None
     for _ in range(PASSES):
-        solved, cuts = _on_mesh(task, mesh, cuts)
+        solved, cuts = _on_mesh(task, mesh, cuts, purse)
         if solved is None:
             break
-        settled, cuts = _settled(task, joined(solved.shape, 1.01 * float(solved.shape.h.max())), solved.value, cuts)
+        begin = joined(solved.shape, 1.01 * float(solved.shape.h.max()))
+        settled, cuts = _settled(task, begin, solved.value, cuts, purse)
         if settled is None:
             # The mesh has a law all the same, though with more breaks than it needs.
-            settled, cuts = _on_mesh(task, mesh, cuts, kept(task))
+            settled, cuts = _on_mesh(task, mesh, cuts, purse, kept(task))
             if settled is None or excess(task, settled.shape, settled.value)[0] > kept(task):
                 break
             settled = Solved(merged(settled.shape), settled.value, settled.multipliers)
         shape = cruising(settled.shape) if task.velocity.asked or task.wish.monotone else settled.shape
-        sharp = Programme(task, shape, cuts, settled.value, SHARP).solve()
+        sharp = Programme(task, shape, cuts, settled.value, SHARP).solve(purse)
         bound = -np.inf if sharp is None else lower_bound(task, shape, sharp.multipliers)
         if best is None or bound > best.bound:
             best = Found(settled.shape, settled.value, bound, settled)
@@ -135,7 +140,7 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
     return best
 
 
-def _settled(task: Task, shape: Shape, value: float, cuts: Cuts) -> tuple[Solved | None, Cuts]:
+def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -> tuple[Solved | None, Cuts]:
     """The shape whose breaks have moved to where they belong; None where they find no rest.
 
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
@@ -143,7 +148,7 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts) -> tuple[Solved
     """
     reach, merit, last, stiff = 1.0 / SPANS, np.inf, None, None
     for _ in range(ROUNDS):
-        trial = Programme(task, shape, cuts, value, reach, stiff).solve()
+        trial = Programme(task, shape, cuts, value, reach, stiff).solve(purse)
         if trial is None:
             reach *= 0.5
             continue
@@ -184,11 +189,11 @@ def cruising(shape: Shape) -> Shape:
     return divided(shape, counts)
 
 
-def _on_mesh(task: Task, mesh: Shape, cuts: Cuts, exact: float = ROUGH) -> tuple[Solved | None, Cuts]:
+def _on_mesh(task: Task, mesh: Shape, cuts: Cuts, purse: Purse, exact: float = ROUGH) -> tuple[Solved | None, Cuts]:
     """The best shape on fixed breaks, near enough to its limits to show its build."""
     solved = None
     for _ in range(ROUNDS):
-        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve()
+        solved = Programme(task, mesh, cuts, 0.0, 0.0).solve(purse)
         if solved is None:
             return None, cuts
         over, further = excess(task, solved.shape, solved.value)

@@ -11,6 +11,7 @@ import numpy as np
 from camgeom.checks.verdict import life_shown
 from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Mark, Panel, Series, Table
 from camgeom.drawing.sheet import number
+from camgeom.errors import CamgeomError, unmade
 from camgeom.report.sections.motion import zones
 
 if TYPE_CHECKING:
@@ -43,15 +44,26 @@ def _causes(model: Model) -> Iterator[tuple[Cell, ...]]:
             yield body.capitalize(), "rolling fatigue", _hours(hours), over + _rated(model)
         else:
             yield body.capitalize(), "contact fatigue", _hours(hours), over + "at the hardest place"
-    if model.profile.dynamics_spec is not None and all(state.dynamic_duties for state in model.states):
-        for body, hours in model.dynamic_lives.items():
-            yield body.capitalize(), "the same with vibration", _hours(hours), over + "under the solved force"
+    yield from _shaken(model, over)
     limit = model.profile.limits.wear_um
     for body, depth in model.wear_per_hour.items():
         life = 1e-3 * limit / depth if limit is not None and depth > 0.0 else None
         shown = "-" if limit is None else _hours(life if life is not None else float("inf"))
         until = "" if limit is None else f"until {number(limit)} um, "
         yield body.capitalize(), "sliding wear", shown, f"{until}{number(1e6 * depth)} um in 1000 h (Archard)"
+
+
+def _shaken(model: Model, over: str) -> Iterator[tuple[Cell, ...]]:
+    """The lives under the force that [dynamics] solves; where it could not be solved, why: the others stand."""
+    if model.profile.dynamics_spec is None:
+        return
+    try:
+        lives = model.dynamic_lives if all(state.dynamic_duties for state in model.states) else {}
+    except (CamgeomError, MemoryError) as why:
+        yield "All", "the same with vibration", "-", unmade(why).reason
+        return
+    for body, hours in lives.items():
+        yield body.capitalize(), "the same with vibration", _hours(hours), over + "under the solved force"
 
 
 def _hours(value: float) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Panel, Series, Table
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Column, Limit, Panel, Series, Table, Text
 from camgeom.tolerance.study import tolerance_data
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ def tolerance(model: Model) -> tuple[Block, ...]:
     unit = "arcsec" if data["unit"] == "arcsec" else "µm"
     blocks: list[Block] = [_together(data, unit), _spread(study, unit), _parts(data), _alone(data, unit)]
     blocks.append(_over_the_turn(study, unit))
+    if "widest_reason" in data:
+        blocks.append(Text((f"Widest tolerances: wider than can be told; {data['widest_reason']}",)))
     if data.get("wear"):
         worn: tuple[tuple[Cell, ...], ...] = tuple(
             (row["wear_um"], row["preload_um"], 100.0 * row["still_preloaded"]) for row in data["wear"]
