@@ -226,10 +226,10 @@ def test_what_means_nothing_is_refused_by_name(name: str, roller: dict[str, Any]
 
 
 def test_free_ends_of_a_crown_are_warned_of_where_none_bears() -> None:
-    """The arc of 100 mm keeps its ellipse within the roller; one of 2 m does not, and its ends bear."""
+    """The arc of 100 mm keeps its ellipse within the roller; one of 50 m does not, and its ends bear."""
     assert said(made(free_ends="mirrored"), "free-ends") == (["warn"], [])
     assert said(made(), "free-ends") == ([], [])
-    bearing = made(crown_radius=2000.0, end_radius=0.5, free_ends="mirrored")
+    bearing = made(crown_radius=50000.0, end_radius=0.5, free_ends="mirrored")
     assert bearing.duty.level == "finite"
     assert said(bearing, "free-ends") == ([], [])
 
