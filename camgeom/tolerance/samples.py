@@ -16,6 +16,7 @@ from typing import TypeVar, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -34,6 +35,10 @@ MOVES = 24
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged at every stop"""
+SPENT = 20.0
+"""s of one core that one drawing of the machines may take"""
+RESTING_STATION, MOVING_STATION = 15e-9, 150e-9
+"""s of one core for a machine at a station where it rests, and of a shared load where it moves (measured)"""
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 SINGLE = np.float32
@@ -245,9 +250,7 @@ class Machines:
     def resting(self) -> tuple[Position, ...]:
         """The places of dwells, the middle of the first dwell first; all of a program without one."""
         theta, dwells, more = self._angles
-        own = {"roller", "turret"} & {CAUSES[key].holder for key in self.spreads}
-        stops = self.stops[0] if own else 1
-        whole = dwells + more or len(theta)
+        stops, whole = self._stops, dwells + more or len(theta)
         found = [self._positions(self._seated, row, stops if row < dwells else 1, dwells > 0) for row in range(whole)]
         return tuple(position for each in found for position in each)
 
@@ -302,8 +305,37 @@ class Machines:
             np.array([1.0 if column.part == 0 else -1.0 for column in self.columns]),
         )
 
+    @cached_property
+    def cost(self) -> tuple[float, int]:
+        """s of one core that a machine takes, and at how many places it is judged."""
+        theta, dwells, more = self._angles
+        shared = self.loaded.mechanism.drive is Drive.SHARED
+        resting = dwells * self._stops + more or len(theta)
+        moving = len(theta) - dwells - more if dwells else 0
+        stations = self._seated.contacts.on[0].size
+        each = resting * RESTING_STATION + moving * (MOVING_STATION if shared else RESTING_STATION)
+        return stations * each, resting + moving
+
+    def refuse_long(self, samples: int) -> None:
+        """Raise NotConverged, with the figures, where drawing so many machines takes more than is spent."""
+        each, places = self.cost
+        if samples * each > SPENT:
+            waves = "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
+            raise NotConverged(
+                f"{samples} machines at {places} places would take about {samples * each:.3g} s of one core, "
+                f"more than the {SPENT:g} s that are spent: at most {int(SPENT / each)} of tolerance.samples{waves}"
+            )
+
+    @property
+    def _stops(self) -> int:
+        """How many stops are told apart."""
+        own = {"roller", "turret"} & {CAUSES[key].holder for key in self.spreads}
+        return self.stops[0] if own else 1
+
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
-        """Figures of so many machines; the same ones whatever the number of workers."""
+        """Figures of so many machines; the same ones whatever the number of workers. Raises NotConverged for too many.
+        """
+        self.refuse_long(samples)
         self.resting  # noqa: B018  made once, before the workers share it
         found = self._judged(self._rest, samples, workers)
         dwell, backlash, preload = np.concatenate([figures for figures, _ in found], axis=1)

@@ -17,7 +17,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
 from camgeom.tolerance.order import refuse_beyond
-from camgeom.tolerance.samples import BLOCK, Drawn, Machines, Spreads, resting
+from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads, resting
 from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
 from camgeom.tolerance.spec import Costs, ToleranceSpec
 
@@ -325,7 +325,8 @@ def _settled(
     study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int, offset: float
 ) -> Widest | None:
     """The tolerances scaled until all samples hold the wanted share, and not much less would."""
-    for turn in range(SETTLING):
+    whole = max(2, min(SETTLING - 4, int(3.0 * SPENT / (samples * study.machines(shown).cost[0]))))
+    for turn in range(4 + whole):
         drawn = study.machines(shown).drawn(min(samples, TRIAL) if turn < 4 else samples)
         reached, ratio = study.share(drawn), drawn.at_yield(study.ratios(drawn), share)
         if turn >= 4 and reached >= share and ratio >= NEAR:

@@ -263,6 +263,8 @@ class Keys:
         for i, segment in enumerate(self.data["motion"]):
             if "to" in segment:
                 self._law(i, segment)
+        if self.likely(0.05):
+            self._put(self.data, "units", self.dice.choice(("mm", "inch")), ())
         if self.likely(0.02):
             self._put(self.data, "reproduces", self.dice.choice(("S1", "S2", "S3", "S4", "S5")), ())
 

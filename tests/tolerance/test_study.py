@@ -11,7 +11,7 @@ import pytest
 
 from camgeom.checks import judge
 from camgeom.cli import main
-from camgeom.errors import DesignError, ProfileError
+from camgeom.errors import DesignError, NotConverged, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.stiffness import Slices
 from camgeom.model import Model
@@ -359,3 +359,16 @@ def test_faces_know_how_far_the_first_order_holds(face: str, error: str, fine: f
         study = Model(parse(text + f"[tolerance]\n{error} = {value}\n")).tolerances
         spreads = {error: (0.0, value * CAUSES[error].scale, "normal")}
         assert bool(study.beyond(spreads)) == beyond, (face, error, value)
+
+
+def test_more_machines_than_can_be_paid_are_refused_before_any_is_drawn() -> None:
+    """Their cost is known before: 0.999 of what is spent is drawn, 1.002 is refused with the number that would do."""
+    study = Model(parse(ALONG.format(value=0.01, limit=40))).tolerances
+    each, _ = study.machines(study.spreads).cost
+    most = int(samples.SPENT / each)
+    study.machines(study.spreads).refuse_long(int(0.999 * most))
+    with pytest.raises(NotConverged, match=f"more than the 20 s that are spent: at most {most} of tolerance.samples$"):
+        study.machines(study.spreads).drawn(int(1.002 * most))
+    waved = "flank_form = 0.01\nflank_waves = 360\nsamples = 20000000\n"
+    with pytest.raises(NotConverged, match=r"places would take .* or fewer tolerance\.flank_waves"):
+        _ = Model(parse(ALONG.format(value=0.01, limit=40) + waved)).tolerances.drawn
