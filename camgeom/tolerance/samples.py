@@ -35,8 +35,8 @@ MOVES = 24
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged at every stop"""
-SPENT = 20.0
-"""s of one core that one drawing of the machines may take"""
+SPENT = 60.0
+"""s of one core that one drawing of the machines may take, where they rest and where they move"""
 RESTING_STATION, MOVING_STATION = 15e-9, 150e-9
 """s of one core for a machine at a station where it rests, and of a shared load where it moves (measured)"""
 WAVE = 18
@@ -306,24 +306,22 @@ class Machines:
         )
 
     @cached_property
-    def cost(self) -> tuple[float, int]:
-        """s of one core that a machine takes, and at how many places it is judged."""
+    def cost(self) -> tuple[float, float]:
+        """s of one core that a machine takes where it rests and where it moves."""
         theta, dwells, more = self._angles
         shared = self.loaded.mechanism.drive is Drive.SHARED
         resting = dwells * self._stops + more or len(theta)
         moving = len(theta) - dwells - more if dwells else 0
         stations = self._seated.contacts.on[0].size
-        each = resting * RESTING_STATION + moving * (MOVING_STATION if shared else RESTING_STATION)
-        return stations * each, resting + moving
+        return stations * resting * RESTING_STATION, stations * moving * (MOVING_STATION if shared else RESTING_STATION)
 
-    def refuse_long(self, samples: int) -> None:
-        """Raise NotConverged, with the figures, where drawing so many machines takes more than is spent."""
-        each, places = self.cost
+    def _refuse_long(self, samples: int, each: float) -> None:
+        """Raise NotConverged, with the figures, where so many machines take more than is spent."""
         if samples * each > SPENT:
             waves = "" if self._waves < 4 else ", or fewer tolerance.flank_waves"
             raise NotConverged(
-                f"{samples} machines at {places} places would take about {samples * each:.3g} s of one core, "
-                f"more than the {SPENT:g} s that are spent: at most {int(SPENT / each)} of tolerance.samples{waves}"
+                f"{samples} machines would take about {samples * each:.3g} s of one core, more than the {SPENT:g} s "
+                f"that are spent: at most {int(SPENT / each)} of tolerance.samples{waves}"
             )
 
     @property
@@ -335,7 +333,7 @@ class Machines:
     def drawn(self, samples: int, workers: int = 2) -> Drawn:
         """Figures of so many machines; the same ones whatever the number of workers. Raises NotConverged for too many.
         """
-        self.refuse_long(samples)
+        self._refuse_long(samples, self.cost[0])
         self.resting  # noqa: B018  made once, before the workers share it
         found = self._judged(self._rest, samples, workers)
         dwell, backlash, preload = np.concatenate([figures for figures, _ in found], axis=1)
@@ -347,6 +345,7 @@ class Machines:
 
     def moved(self, samples: int, workers: int = 2) -> Floats:
         """Largest deviation of those machines in the moves, (samples,); 0 of a program without a dwell."""
+        self._refuse_long(samples, self.cost[1])
         self.moving  # noqa: B018
         return np.concatenate(self._judged(self._move, samples, workers))
 

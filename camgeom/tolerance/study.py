@@ -325,7 +325,7 @@ def _settled(
     study: ToleranceStudy, shown: Spreads, used: set[str], share: float, samples: int, offset: float
 ) -> Widest | None:
     """The tolerances scaled until all samples hold the wanted share, and not much less would."""
-    whole = max(2, min(SETTLING - 4, int(3.0 * SPENT / (samples * study.machines(shown).cost[0]))))
+    whole = max(2, min(SETTLING - 4, int(3.0 * SPENT / (samples * sum(study.machines(shown).cost)))))
     for turn in range(4 + whole):
         drawn = study.machines(shown).drawn(min(samples, TRIAL) if turn < 4 else samples)
         reached, ratio = study.share(drawn), drawn.at_yield(study.ratios(drawn), share)

@@ -363,12 +363,13 @@ def test_faces_know_how_far_the_first_order_holds(face: str, error: str, fine: f
 
 def test_more_machines_than_can_be_paid_are_refused_before_any_is_drawn() -> None:
     """Their cost is known before: 0.999 of what is spent is drawn, 1.002 is refused with the number that would do."""
-    study = Model(parse(ALONG.format(value=0.01, limit=40))).tolerances
-    each, _ = study.machines(study.spreads).cost
-    most = int(samples.SPENT / each)
-    study.machines(study.spreads).refuse_long(int(0.999 * most))
-    with pytest.raises(NotConverged, match=f"more than the 20 s that are spent: at most {most} of tolerance.samples$"):
-        study.machines(study.spreads).drawn(int(1.002 * most))
+    machines = Model(parse(ALONG.format(value=0.01, limit=40))).tolerances
+    machines = machines.machines(machines.spreads)
+    for each, draw in zip(machines.cost, (machines.drawn, machines.moved)):
+        most = int(samples.SPENT / each)
+        machines._refuse_long(int(0.999 * most), each)
+        with pytest.raises(NotConverged, match=f"more than the 60 s .*: at most {most} of tolerance.samples$"):
+            draw(int(1.002 * most))
     waved = "flank_form = 0.01\nflank_waves = 360\nsamples = 20000000\n"
-    with pytest.raises(NotConverged, match=r"places would take .* or fewer tolerance\.flank_waves"):
+    with pytest.raises(NotConverged, match=r"would take .* or fewer tolerance\.flank_waves"):
         _ = Model(parse(ALONG.format(value=0.01, limit=40) + waved)).tolerances.drawn
