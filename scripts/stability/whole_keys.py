@@ -33,6 +33,9 @@ ORDINARY: dict[str, tuple[float, float] | tuple[Any, ...]] = {
     "lubricant.density": (700.0, 1000.0),
     "lubricant.pressure_viscosity": (10.0, 30.0),
     "lubricant.friction": (0.02, 0.2),
+    "station.angle": (40.0, 320.0),
+    "station.mass": (0.1, 10.0),
+    "station.inertia": (0.001, 1.0),
     "duty.temperature": (-10.0, 90.0),
     "duty.speed": (1.0, 1000.0),
     "duty.load_factor": (0.3, 2.0),
@@ -110,6 +113,9 @@ TEXTS = ("A-17", "Ødegård & Söhne <b>", "凸轮", "x" * 60, "0")
 JOINING = ("polynomial", "spline", "b-spline", "table", "optimal")
 """laws that join their neighbours: only they take velocity, acceleration and jerk at their end"""
 RATES = ("velocity", "acceleration", "jerk")
+KNOWN = frozenset({"name", "units", "reproduces", "cam", "follower", *ROLLERS, "motion", "duty", "operation", "limits",
+                   "material", "output", "drawing", "impact", "dynamics", "cutter", "tolerance", "lubricant"})
+"""sections that are drawn with what belongs to them; any other is drawn as its schema says, no more"""
 ERRORS = 20
 """errors of [tolerance] come first in it"""
 PAIRS: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -263,10 +269,26 @@ class Keys:
         for i, segment in enumerate(self.data["motion"]):
             if "to" in segment:
                 self._law(i, segment)
+        for section, entry in _schema()["properties"].items():
+            if section not in KNOWN and self.likely(0.08):
+                self._plain(section, entry)
         if self.likely(0.05):
             self._put(self.data, "units", self.dice.choice(("mm", "inch")), ())
         if self.likely(0.02):
             self._put(self.data, "reproduces", self.dice.choice(("S1", "S2", "S3", "S4", "S5")), ())
+
+    def _plain(self, section: str, entry: Data) -> None:
+        """A section of which nothing is known but its schema: one table, or a list of a few."""
+        many = "items" in _whole(entry)
+        tables: list[Data] = [{} for _ in range(self.dice.choice((1, 2, 3)) if many else 1)]
+        self.data[section] = tables if many else tables[0]
+        self.added.append((section,))
+        needed = _whole(_whole(entry).get("items", entry)).get("required", ())
+        for i, table in enumerate(tables):
+            properties = _variant(section, table)
+            for key in needed:
+                table[key] = self.value(f"{section}.{key}", properties[key])
+            self._further(section, table, (section, i) if many else (section,), 0.3)
 
     def _put(self, table: Data, key: str, value: Any, at: Path_) -> None:
         table[key] = value
@@ -286,7 +308,7 @@ class Keys:
         for key in dict.fromkeys(wanted):
             if key in properties and key not in table and key != "force":
                 self._put(table, key, self.value(f"{like}.{key}", properties[key]), at)
-        if head in ("operation", "duty") and "force" not in table and self.likely(share):
+        if "force" in properties and "force" not in table and self.likely(share):
             self._put(table, "force", self._forces(), at)
 
     def _like(self, name: str) -> float | None:
