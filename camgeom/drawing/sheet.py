@@ -243,6 +243,6 @@ def _degree_step(raw: float) -> float:
 
 def _shared_exponent(at: Floats) -> int:
     largest = float(np.max(np.abs(at)))
-    if largest == 0.0 or 0.05 <= largest < 1e5:
+    if largest == 0.0 or _PLAIN[0] <= largest < _PLAIN[1]:
         return 0
     return 3 * math.floor(math.log10(largest) / 3.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
@@ -72,10 +73,31 @@ class _Pen:
         self.draw.rectangle(corners, (*(int(c) for c in colour), 255))
 
     def text(self, x: float, y: float, text: str, anchor: str, size: float = 24.0, colour: Any = _INK) -> None:
+        """A line of text; powers stand raised. The anchor is that of pillow: across (l, m, r) and up."""
         from PIL import ImageFont
 
-        font = ImageFont.load_default(size * self.unit)
-        self.draw.text((x * self.unit, y * self.unit), text, (*colour, 255), font, anchor)
+        runs = [(run, raised) for run, raised in _runs(text) if run]
+        fonts = [ImageFont.load_default((_RAISED if raised else 1.0) * size * self.unit) for _, raised in runs]
+        widths = [font.getlength(run) for font, (run, _) in zip(fonts, runs)]
+        left = x * self.unit - sum(widths) * {"l": 0.0, "m": 0.5, "r": 1.0}[anchor[0]]
+        for font, wide, (run, raised) in zip(fonts, widths, runs):
+            lift = 0.35 * size * self.unit if raised else 0.0
+            self.draw.text((left, y * self.unit - lift), run, (*colour, 255), font, f"l{anchor[1]}")
+            left += wide
+
+
+_RAISED = 0.68
+"""of the size of the text, that of its powers"""
+_PLAIN = str.maketrans("\N{MINUS SIGN}–×µ⌀\N{NARROW NO-BREAK SPACE}\N{NO-BREAK SPACE}", "--xuD  ")
+"""signs that the typeface of the pictures lacks"""
+_POWERS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+
+
+def _runs(text: str) -> list[tuple[str, bool]]:
+    """The text in runs of signs that the typeface has, each with whether it is raised."""
+    parts = re.split(f"([{_POWERS}]+)", text)
+    powers = str.maketrans(_POWERS, "-0123456789")
+    return [(part.translate(powers), True) if i % 2 else (part.translate(_PLAIN), False) for i, part in enumerate(parts)]
 
 
 def _draw_axes(pen: _Pen, axes: Floats, foot: tuple[float, float]) -> None:

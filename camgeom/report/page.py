@@ -137,19 +137,45 @@ def verdict_box(page: Page) -> str:
     head = page.headline or head
     style = "" if page.level is None else f" {page.level.value}"
     summary = f"<p>{escape(page.summary)}</p>" if page.summary else ""
-    omitted = [Remark(check, Level.WARN, advice=f"Not judged: {reason}.") for check, reason in page.omitted]
+    reasons: dict[str, list[str]] = {}
+    for check, reason in page.omitted:
+        reasons.setdefault(check, []).append(reason)
     return (
         f'<section class="verdict{style}" id="verdict"><h2>{escape(head)}</h2>{summary}'
-        + "".join(map(_finding, [*told, *omitted]))
+        + "".join([*map(_finding, told), *(_open(check, found) for check, found in reasons.items())])
         + "</section>"
     )
+
+
+def _open(check: str, reasons: list[str]) -> str:
+    """A check that is not judged, with every reason; what the reasons have in common is said once."""
+    told = [f"Not judged: {'; '.join(_joined(reasons))}."]
+    advice = "".join(f'<p class="advice">{_signs(text)}</p>' for text in told)
+    return f'<div class="finding"><h3>{escape(check)}</h3>{advice}</div>'
+
+
+def _joined(reasons: list[str]) -> list[str]:
+    """Reasons `give A: words` and `give B: words` as one, `give A and B: words`."""
+    found: dict[str, list[str]] = {}
+    for reason in reasons:
+        head, colon, tail = reason.partition(": ")
+        found.setdefault(colon + tail, []).append(head)
+    return [
+        heads[0] + "".join(f" and {head.removeprefix('give ')}" for head in heads[1:]) + tail
+        for tail, heads in found.items()
+    ]
+
+
+def _signs(text: str) -> str:
+    """Text as HTML with the signs of print for those of a terminal."""
+    return escape(text.replace("<= ", "≤ ").replace(">= ", "≥ "))
 
 
 def _finding(finding: Remark) -> str:
     fact = [_value(finding.value, finding.unit)] if finding.value is not None else []
     fact += [escape(f"limit {finding.limit}")] if finding.limit else []
     fact += [escape(finding.where)] if finding.where else []
-    advice = f'<p class="advice">{escape(finding.advice)}</p>' if finding.advice else ""
+    advice = f'<p class="advice">{_signs(finding.advice)}</p>' if finding.advice else ""
     return f'<div class="finding"><h3>{escape(finding.check)}</h3><p class="fact">{", ".join(fact)}</p>{advice}</div>'
 
 
@@ -236,6 +262,10 @@ def sheet(block: Plot, width: float) -> Sheet:
     return drawing_sheet(block, width)
 
 
+UNLIMITED = "unlimited"
+"""how a life without end is shown"""
+SHORT = 12
+"""characters up to which a cell is not broken"""
 _LEVELS = {
     Level.PASS: '<span class="pass">✓ passes</span>',
     Level.WARN: '<span class="warn">! warns</span>',
@@ -251,7 +281,7 @@ def _cell(value: Cell) -> str:
     if isinstance(value, bool):
         return '<span class="pass">✓ passes</span>' if value else '<span class="fail">✗ fails</span>'
     text = value if isinstance(value, str) else number(value)
-    return escape(text.replace(" ", "\N{NO-BREAK SPACE}") if len(text) < 8 else text)
+    return escape(text.replace(" ", "\N{NO-BREAK SPACE}") if len(text) < SHORT else text)
 
 
 def _table(table: Table, n: int) -> str:
@@ -277,8 +307,8 @@ def _table_cell(value: Cell, right: bool, label: str) -> str:
 
 
 def _is_numeric(table: Table, i: int) -> bool:
-    """A column of numbers (and blanks) is set right."""
-    cells = [row[i] for row in table.rows if row[i] is not None]
+    """A column of numbers (and blanks, and lives without end) is set right."""
+    cells = [row[i] for row in table.rows if row[i] not in (None, UNLIMITED)]
     return bool(cells) and all(isinstance(c, (int, float)) and not isinstance(c, bool) for c in cells)
 
 

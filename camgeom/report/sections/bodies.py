@@ -259,37 +259,59 @@ def face_bodies(model: Model, phi: Floats) -> tuple[tuple[str, Mesh, Floats], ..
     if mechanism.tracks or not mechanism.touches:
         return ()
     outline, width, span = mechanism.touches[0].outline, mechanism.width, mechanism.span_between
+    stated = model.profile.follower.face_width
     if span is not None and mechanism.base_radius is not None:
-        mesh = frame(span, mechanism.base_radius, width)
+        mesh = frame(span, mechanism.base_radius, width, stated)
         reach = mechanism.base_radius + mechanism.program.jet(phi, 0)[0]
         moved = np.zeros((len(phi), 3, 4))
         moved[:, range(3), range(3)], moved[:, 0, 3] = 1.0, reach
         return (("frame", mesh, moved),)
     if isinstance(outline, FaceOutline):
-        mesh, moved = flat_face(outline.line, width, phi)
+        line = outline.line
+        low, high = _touched(line)
+        if stated is not None and line.pivot is None:
+            middle = model.planar.centre if model.planar is not None else 0.0
+            low, high = middle - 0.5 * stated, middle + 0.5 * stated
+        elif stated is not None:  # from the pivot on, towards where the cam touches
+            low, high = (0.0, stated) if high > -low else (-stated, 0.0)
+        mesh, moved = flat_face(line, width, (low, high), phi)
         return (("flat face", mesh, moved),)
     if isinstance(outline, RollerOutline):
         return (("knife edge", _wedge(outline.track, width), poses(outline.track, phi)),)
     return ()
 
 
-def flat_face(motion: FlatFace, width: float, phi: Floats) -> tuple[Mesh, Floats]:
-    """Plate with its face through the origin and its outward normal along +X, and its poses.
-
-    Its origin is the foot of the perpendicular from the pivot (or the cam axis) on the face, a point fixed to it.
-    """
+def _stood(motion: FlatFace, phi: Floats) -> tuple[Floats, Floats, Floats]:
+    """Normal, direction along the face and origin, each (n, 2), machine frame; see `flat_face`."""
     azimuth, support = motion.jets(phi)
     angle = azimuth[0] + motion.sense * phi
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     along = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
     base = np.array([motion.pivot or 0.0, 0.0])
-    origin = base - (normal @ base - support[0])[:, None] * normal
+    return normal, along, base - (normal @ base - support[0])[:, None] * normal
+
+
+def _touched(motion: FlatFace) -> tuple[float, float]:
+    """Ends of a plate along the face that holds every place where the cam touches it, mm; back to a pivot too."""
+    phi = np.linspace(0.0, TURN, 361)
+    azimuth, support = motion.jets(phi)
+    normal, along, origin = _stood(motion, phi)
     touch = support[0][:, None] * normal + (support[1] / azimuth[1])[:, None] * along
     place = np.einsum("ni,ni->n", touch - origin, along)
     slack = 0.15 * float(np.ptp(place)) + 0.1 * float(support[0].max())
     low, high = float(place.min()) - slack, float(place.max()) + slack
-    if motion.pivot is not None:  # the arm reaches back to its pivot
+    if motion.pivot is not None:
         low, high = min(low, -0.1 * motion.pivot), max(high, 0.1 * motion.pivot)
+    return low, high
+
+
+def flat_face(motion: FlatFace, width: float, ends: tuple[float, float], phi: Floats) -> tuple[Mesh, Floats]:
+    """Plate with its face through the origin, its outward normal along +X, from end to end along +Y; and its poses.
+
+    Its origin is the foot of the perpendicular from the pivot (or the cam axis) on the face, a point fixed to it.
+    """
+    low, high = ends
+    normal, along, origin = _stood(motion, phi)
     thick = THICK * (high - low)
     ring = np.array([[0.0, low], [thick, low], [thick, high], [0.0, high]])
     mesh = lofted(_at_heights((ring, -0.1 * width), (ring, 1.1 * width)))
@@ -298,16 +320,28 @@ def flat_face(motion: FlatFace, width: float, phi: Floats) -> tuple[Mesh, Floats
     return mesh, moved
 
 
-def frame(span: float, base: float, width: float) -> Mesh:
+def frame(span: float, base: float, width: float, stated: float | None = None) -> Mesh:
     """A frame about the cam: its near face through the origin across X, the far face `span` behind it.
 
-    The cam's largest radius is span - base; its opening clears that.
+    stated  mm, width of its faces; as wide as the opening, which clears the cam's largest radius, span - base, without
+    Faces narrower than the opening stand out from the frame.
     """
-    thick, half = THICK * span, 1.05 * (span - base)
-    inner = np.array([[-span, -half], [0.0, -half], [0.0, half], [-span, half]])
-    outer = inner + thick * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    thick, clear = THICK * span, 1.05 * (span - base)
+    face = clear if stated is None else 0.5 * stated
+    half = max(clear, face)
+    # A quarter of each ring, from the middle of the near face to that of a side; the others mirror it.
+    back = thick / 3.0 if face < half else 0.0
+    inner = _mirrored(np.array([[0.0, face], [back, face], [back, half]]), span)
+    outer = _mirrored(np.array([[thick, face], [thick, 0.5 * (face + half)], [thick, half + thick]]), span)
     low, high = 0.1 * width, 0.9 * width
     return lofted(_at_heights((outer, low), (outer, high), (inner, high), (inner, low)), hollow=True)
+
+
+def _mirrored(quarter: Floats, span: float) -> Floats:
+    """A closed ring (4 n, 2) about (-span / 2, 0) from its quarter at large x and y, counter-clockwise."""
+    across = quarter * (-1.0, 1.0) - (span, 0.0)
+    upper = np.concatenate([quarter, across[::-1]])
+    return np.concatenate([upper, upper[::-1] * (1.0, -1.0)])
 
 
 def _at_heights(*rings: tuple[Floats, float]) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import degrees, isfinite
 from typing import TYPE_CHECKING
 
@@ -24,9 +24,12 @@ MOST_SHOWN = 10.0
 """times the least lambda, up to which the chart shows it: a nearly unloaded contact has a film without meaning"""
 
 
-def lasting(model: Model) -> tuple[Block, ...]:
-    """The lives by part and cause, and lambda over the turn of the operating state with the thinnest film."""
-    rows = tuple(_causes(model))
+def lasting(model: Model, remarks: Mapping[str, str]) -> tuple[Block, ...]:
+    """The lives by part and cause, and lambda over the turn of the operating state with the thinnest film.
+
+    remarks  what there is to know of the life of a body, by its name
+    """
+    rows = tuple(_causes(model, remarks))
     columns = (Column("Part"), Column("Cause"), Column("Life"), Column("How"))
     blocks: tuple[Block, ...] = (Table("Life by part and cause", columns, rows),) if rows else ()
     states = [one for one in model.states if one.film is not None]
@@ -36,14 +39,16 @@ def lasting(model: Model) -> tuple[Block, ...]:
     return *blocks, _over_turn(thinnest, thinnest.film)
 
 
-def _causes(model: Model) -> Iterator[tuple[Cell, ...]]:
+def _causes(model: Model, remarks: Mapping[str, str]) -> Iterator[tuple[Cell, ...]]:
     """Part, cause, life and how it was found."""
+    more = {body: f"; {text}" for body, text in remarks.items()}
     over = "Miner's sum over the operating states, " if model.profile.duty else ""
     for body, hours in model.lives.items():
         if body == "bearing":
-            yield body.capitalize(), "rolling fatigue", _hours(hours), over + _rated(model)
+            yield body.capitalize(), "rolling fatigue", _hours(hours), over + _rated(model) + more.get(body, "")
         else:
-            yield body.capitalize(), "contact fatigue", _hours(hours), over + "at the hardest place"
+            how = f"{over}at the hardest place{more.get(body, '')}"
+            yield body.capitalize(), "contact fatigue", _hours(hours), how
     yield from _shaken(model, over)
     limit = model.profile.limits.wear_um
     for body, depth in model.wear_per_hour.items():

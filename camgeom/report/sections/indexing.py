@@ -44,7 +44,7 @@ RAD = 30.0 / pi
 def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
     """All about an indexing drive at its working speed; the sweep where one was asked for."""
     found, response, speed = study.modes, study.steady, study.speed * RAD
-    blocks: list[Block] = [frequencies(found), torsion(found), campbell_chart(found, speed), over_turn(response)]
+    blocks: list[Block] = [*frequencies(found), torsion(found), campbell_chart(found, speed), over_turn(response)]
     blocks.append(from_rest(study))
     left = in_dwell(study)
     blocks += [left] if left is not None else []
@@ -60,8 +60,9 @@ def _low(found: Modes) -> list[Mode]:
     return [mode for mode in kept if float(mode.frequency_hz().min()) <= HIGH * lowest]
 
 
-def frequencies(found: Modes) -> Chart:
-    """Natural frequencies over the cam angle, the lowest modes; those that agree all round share a line."""
+def frequencies(found: Modes) -> tuple[Chart, ...]:
+    """Lateral frequencies over the cam angle among the lowest modes, those that agree all round on one line; none
+    where there are none. The torsional ones have panels of their own."""
     angle = np.degrees(found.theta)
     together: list[tuple[list[str], Floats]] = []
     for mode in _low(found):
@@ -73,14 +74,19 @@ def frequencies(found: Modes) -> Chart:
             same.append(mode.label)
     together.sort(key=lambda item: float(item[1].min()))
     series, marks = [], []
+    torsional = {mode.label for mode in found.torsional()}
     for k, (names, hertz) in enumerate(together, start=1):
+        if torsional >= set(names):
+            continue
         series.append(Series(f"f{_below(k)} {', '.join(dict.fromkeys(names))}", angle, hertz))
         low, high = float(hertz.min()), float(hertz.max())
         flat = high - low < 1e-3 * high
         i = len(angle) * k // (len(together) + 1) if flat else int(hertz.argmin() if k == 1 else hertz.argmax())
         marks.append(Mark(float(angle[i]), float(hertz[i]), f"{number(float(hertz[i]))} Hz"))
+    if not series:
+        return ()
     panel = Panel(Axis("Natural frequency", "Hz"), tuple(series), marks=tuple(marks), height=1.3)
-    return Chart("Natural frequencies of the drive held at each cam angle", CAM_ANGLE, (panel,))
+    return (Chart("Lateral frequencies of the drive held at each cam angle", CAM_ANGLE, (panel,)),)
 
 
 def torsion(found: Modes) -> Chart:
@@ -88,11 +94,17 @@ def torsion(found: Modes) -> Chart:
     """
     angle = np.degrees(found.theta)
     panels = tuple(
-        Panel(Axis(f"Torsional frequency {k}", "Hz"), (Series("frequency", angle, mode.frequency_hz()),))
+        _torsional(k, angle, mode.frequency_hz())
         for k, mode in enumerate(found.torsional(), 1)
         if mode.oscillates
     )
     return Chart("Torsional frequencies of the drive held at each cam angle", CAM_ANGLE, panels)
+
+
+def _torsional(k: int, angle: Floats, hertz: Floats) -> Panel:
+    least = int(hertz.argmin())
+    marks = (Mark(float(angle[least]), float(hertz[least]), f"{number(float(hertz[least]))} Hz"),)
+    return Panel(Axis(f"Torsional frequency {k}", "Hz"), (Series("frequency", angle, hertz),), marks=marks)
 
 
 def _below(k: int) -> str:

@@ -245,16 +245,37 @@ def life(model: Model) -> tuple[Block, ...]:
     """Lives by part and cause, the film of oil, and where along and round the roller the damage is."""
     if model.carrier is None:
         return ()
-    damaged = life_over_states(model) if model.profile.duty else surface_life(model)
-    return *damaged, *lasting(model)
+    if model.profile.duty:
+        return *life_over_states(model), *lasting(model, {})
+    return *lasting(model, remarks(model)), *surface_life(model)
+
+
+def remarks(model: Model) -> dict[str, str]:
+    """What there is to know of the lives of the bodies, by their names."""
+    found: dict[str, str] = {}
+    if model.turret_duty is not None:
+        turret = model.turret_duty
+        if not len(turret.loaded) or not isfinite(turret.peak_pressure.value):
+            return {}
+        found = {"roller": "its points take turns in the load from passage to passage"}
+        found["cam"] = f"cam angle {number(degrees(turret.peak_pressure.cam_angle) % 360.0)}°"
+        bearing = turret.bearing
+    elif model.duties:
+        bearing = model.duty.bearing
+    else:
+        return {"face": "sums the passes of the contact; wear comes besides"}
+    if bearing is not None:
+        static = f", static safety {number(float(bearing.static_safety))}" if bearing.static_safety is not None else ""
+        found["bearing"] = f"equivalent load {number(float(bearing.mean_load))} N{static}"
+    return found
 
 
 def surface_life(model: Model) -> tuple[Block, ...]:
-    """Hot spot, life along the roller and the table of lives, in one operating state."""
+    """Hot spot, life along the roller and other ways to count its life; of one operating state of several its lives."""
     if model.turret_duty is not None:
-        return turret_life(model.turret_duty)
+        return turret_life(model.turret_duty, model.state is not None)
     if not model.duties:
-        return face_life(model.drive) if model.drive is not None else ()
+        return face_life(model.drive) if model.drive is not None and model.state is not None else ()
     duty = model.duty
     if duty.no_stress:
         return (Text((f"No life of roller and cam: {duty.no_stress}.",)),)
@@ -342,28 +363,24 @@ def each_roller(model: Model) -> Table:
 
 
 def lives(model: Model) -> Table:
-    """Life of the hardest pressed roller, its disc or flank, and its bearing."""
+    """Life of the hardest pressed roller and its disc or flank where it is quoted; all of one state of several."""
     duty = model.duty
     roller = duty.roller_life
     cam = duty.cam_life
     spot = f"hot spot at {number(degrees(float(roller.hot_spot)) % 360.0)}° of the roller"
     rows: list[tuple[Cell, ...]] = [
         ("Roller, at the quoted place", hours(roller.life_h), spot),
-        ("Roller, worst slice", hours(duty.lives["roller"]), "along the roller"),
-        (
-            "Roller, damage spread evenly",
-            hours(roller.spread_life_h),
-            "upper bound: the roller slips from turn to turn",
-        ),
+        ("Roller there, damage spread evenly", hours(roller.spread_life_h),
+         "upper bound: the roller slips from turn to turn"),
         ("Cam surface, at the quoted place", hours(cam.life_h), f"cam angle {number(degrees(float(cam.theta)))}°"),
-        ("Cam surface, worst slice", hours(duty.lives["cam"]), "along the roller"),
-    ]
-    bearing = duty.bearing
-    if bearing is not None:
-        load = f"equivalent load {number(float(bearing.mean_load))} N"
-        rows.append(("Roller bearing, L10", hours(bearing.life_h), load))
+    ]  # fmt: skip
+    if model.state is not None:
+        rows.insert(1, ("Roller, worst slice", hours(duty.lives["roller"]), "along the roller"))
+        rows.append(("Cam surface, worst slice", hours(duty.lives["cam"]), "along the roller"))
+        rows += [("Roller bearing", hours(duty.bearing.life_h), "L10")] if duty.bearing is not None else []
     rows.append(("Path rolled in a turn", f"{number(1e-3 * float(roller.path))} m", "at the quoted place"))
-    return Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
+    caption = "Lives of the state by itself" if model.state is not None else "Lives at the place that sources quote"
+    return Table(caption, (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
 
 
 def touch_contact(model: Model, drive: FaceDuty) -> tuple[Block, ...]:
@@ -553,24 +570,22 @@ def supports(duty: TurretDuty) -> Text:
     return Text((text + ": replace these by your own.",))
 
 
-def turret_life(duty: TurretDuty) -> tuple[Block, ...]:
-    """Lives of roller, cam and bearing, and the roller's life along its axis."""
+def turret_life(duty: TurretDuty, alone: bool) -> tuple[Block, ...]:
+    """The roller's life along its axis and the way it rolls; of one state of several (`alone`) its lives."""
     if not len(duty.loaded) or not isfinite(duty.peak_pressure.value):
         return ()
+    along = along_roller(duty.tracks[0].meridian.jet(duty.engagement.stations)[0], duty.slice_life)
+    rolled = Text((f"A roller rolls {number(duty.path_per_turn * 1e-3)} m in a turn of the cam, on average.",))
+    found: tuple[Block, ...] = (rolled,) if along is None else (along, rolled)
+    if not alone:
+        return found
     rows: list[tuple[Cell, ...]] = [
-        ("Roller, worst slice", hours(duty.roller_life), "its points take turns in the load from passage to passage"),
+        ("Roller, worst slice", hours(duty.roller_life), "along the roller"),
         ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.peak_pressure.cam_angle))}°"),
     ]
-    bearing = duty.bearing
-    if bearing is not None:
-        static = f", static safety {number(float(bearing.static_safety))}" if bearing.static_safety is not None else ""
-        load = f"equivalent load {number(float(bearing.mean_load))} N{static}"
-        rows.append(("Roller bearing, L10", hours(bearing.life_h), load))
-    rolled = duty.path_per_turn * 1e-3
-    rows.append(("Path rolled in a turn of the cam", f"{number(rolled)} m", "of a roller, on average"))
-    table = Table("Lives", (Column("Part"), Column("Life"), Column("Remark")), tuple(rows))
-    along = along_roller(duty.tracks[0].meridian.jet(duty.engagement.stations)[0], duty.slice_life)
-    return (along, table) if along is not None else (table,)
+    rows += [("Roller bearing", hours(duty.bearing.life_h), "L10")] if duty.bearing is not None else []
+    caption = "Lives of the state by itself"
+    return (Table(caption, (Column("Part"), Column("Life"), Column("Remark")), tuple(rows)), *found)
 
 
 def hours(value: float | Floats) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import degrees, pi
 from typing import TYPE_CHECKING, Any
 
@@ -165,7 +166,7 @@ def segments(model: Model) -> Table:
         inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
         strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)
         peaks = [factors[k] * float(np.abs(jets[k, strict]).max(initial=0.0)) for k in (1, 2)]
-        law = span.law.replace("-", " ") if span.law != "dwell" else "dwell"
+        law = re.sub(r"(?<=[a-z])-|-(?=[a-z])", " ", span.law)
         ends = (factors[0] * span.before, factors[0] * span.after)
         name = f"motion[{i}]" if i < stated else f"mirror of motion[{i - stated}]"
         rows.append((name, degrees(span.start), degrees(span.end), law, *ends, *peaks))

@@ -6,6 +6,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { button, element, figureText, legend, select, slider } from "./controls.js";
+import { Marks } from "./marks.js";
 import { Section } from "./section.js";
 import { displayGeometry, paint } from "./surface.js";
 import { unpackScene } from "./unpack.js";
@@ -119,6 +120,7 @@ class Viewer {
     this.key = element("div", { class: "key" });
     this.tip = element("div", { class: "tip", hidden: "" });
     this.stage.append(this.key, this.tip);
+    this.marks = new Marks(this.stage);
     this.figure.querySelector(".controls").replaceChildren(...rows);
     if (data.frames < 2) rows[0].hidden = true;
     if (data.shades.length) { shades.box.value = data.shades[0].key; this.colour(data.shades[0].key); } else if (!this.figure.dataset.live) shades.row.hidden = true;
@@ -274,6 +276,8 @@ class Viewer {
 
   render() {
     this.renderer.render(this.scene, this.camera);
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    if (width && height) this.marks.update(this.camera, width, height);
     this.figure.dataset.ready = "true";
   }
 }
