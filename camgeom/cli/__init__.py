@@ -110,8 +110,22 @@ def _terminal_width() -> int:
         return 80
 
 
+FORMATS, BESIDE = "<formats>", "<formats beside a report>"
+"""what a help text leaves open until it is printed"""
+
+
 class _Parser(argparse.ArgumentParser):
     """argparse that raises instead of exiting, with the nearest spelling of what it does not know."""
+
+    def format_help(self) -> str:
+        """The help, with the formats of the registry, whose writers are imported for it alone."""
+        for action in self._actions:
+            if action.help and FORMATS in action.help:
+                from camgeom.report.files import EXTRAS, format_rows
+
+                named = ", ".join(row["format"] for row in format_rows())
+                action.help = action.help.replace(FORMATS, named).replace(BESIDE, ", ".join(EXTRAS))
+        return super().format_help()
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{_plainer(message)}; see {self.prog} --help")
@@ -175,8 +189,8 @@ def _add_delivery(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--out", metavar="DIR", help="output folder, default exports/<profile name>")
     sub.add_argument("--tolerance", metavar="MM", help="chord error of the mesh, mm, instead of the profile's")
     sub.add_argument("--formats", metavar="LIST",
-                     help="file formats, for example stl,step, instead of the profile's; `list` prints them all; "
-                          "report: png, gif, mp4, webm, pdf")
+                     help=f"file formats, comma between, instead of the profile's: {FORMATS}; `list` says what each "
+                          f"is; report: {BESIDE}")
     sub.add_argument("--only", metavar="NAME,...",
                      help="only these products (solid, checks, contact, ...); report: these sections")
     sub.add_argument("--explain", action="store_true", help="say what was computed, what it cost, what was skipped")

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 QUIET_FOR = 1.0
 """s; progress is shown on a terminal after this"""
+SELDOM = 10.0
+"""s, from one line of progress to the next where nobody looks at a terminal"""
 CROWNED = {
     "straight": "straight, as a cylinder grinds it; the crown meets it in a point",
     "conforming": "conforming, the envelope of the crown: a tool of the same meridian cuts it",
@@ -51,7 +53,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     order = Order(
         arguments.command, products, checks, wanted, sections, slug(profile.name), explained=arguments.explain
     )
-    model = Model(profile, tolerance, progress(console))
+    model = Model(profile, tolerance, ProgressObserver(console))
     # A command that only judges or solves leaves no trace unless a folder is named.
     writes = arguments.out is not None or bool({"exports", "report"} & set(products))
     if writes:
@@ -81,24 +83,25 @@ def _print(result: Result, arguments: argparse.Namespace, console: Console, file
         console.out(line)
 
 
-def progress(console: Console) -> ProgressObserver | None:
-    """An observer of computed facts that shows the one under way; None where nobody looks."""
-    return ProgressObserver(console) if console.lively else None
-
-
 class ProgressObserver:
-    """Shows the fact that is being computed, once a command takes longer than QUIET_FOR."""
+    """Shows the fact, file or picture under way: on a terminal once a command takes longer than QUIET_FOR, in a pipe
+    or a file one line every SELDOM."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._began = perf_counter()
+        self._told = 0.0
 
     def __call__(self, event: str, name: str, seconds: float) -> None:
         """Called by the model at the start and the end of every fact."""
         elapsed = perf_counter() - self._began
-        if elapsed > QUIET_FOR:
-            done = f"done in {seconds:.1f} s" if event == "done" else "..."
-            self._console.progress(f"{elapsed:6.1f} s  {name.replace('_', ' ')} {done}")
+        done = f"done in {seconds:.1f} s" if event == "done" else "..."
+        line = f"{elapsed:6.1f} s  {name.replace('_', ' ')} {done}"
+        if not self._console.lively and elapsed - self._told >= SELDOM:
+            self._told = elapsed
+            self._console.err(f"camgeom: {line}")
+        elif elapsed > QUIET_FOR:
+            self._console.progress(line)
 
 
 def names(text: str | None, option: str) -> tuple[str, ...] | None:

@@ -174,6 +174,27 @@ class TurretDuty:
         folded = (k <= 0.0) & (self.line_load > 0.0)
         return np.where(folded, np.inf, line_pressure(self.line_load, np.where(k > 0.0, k, 1.0 / self._radius), pair))
 
+    def pressure_at(self, track: int, phi: Floats, t: Floats, wall: npt.NDArray[np.intp]) -> Floats:
+        """Peak pressure, MPa, (n, m), of the rollers of a track on a wall (n,), 0 that of a negative lever, else 1.
+
+        phi  (n,) angles of a roller, counted through all its turns; at the nearest sample point
+        t    (m,) meridian parameters; of the nearest slice
+        Zero where another wall bears, or none.
+        """
+        turn, angle = np.floor_divide(phi, TURN).astype(int), np.mod(phi, TURN)
+        after = np.clip(np.searchsorted(self.theta, angle), 1, len(self.theta) - 1)
+        near = np.where(angle - self.theta[after - 1] < self.theta[after] - angle, after - 1, after)
+        known = {place: k for k, place in enumerate(self.engagement.places)}
+        roller = np.array([known.get((track, one), -1) for one in turn.tolist()])
+        delta, middles = (self.tracks[0].meridian.jet(one)[0] for one in (t, self.engagement.stations))
+        slices = np.abs(delta[:, None] - middles[None, :]).argmin(axis=1)
+        if self.preload > 0.0:
+            bears = self._preloaded[wall, near, roller] > 0.0
+        else:
+            bears = (wall == np.where(self.turret_torque[near] >= 0.0, 0, 1))[:, None]
+        found = np.where(bears, self.pressure[near, roller], 0.0)[:, slices]
+        return np.asarray(np.where((roller >= 0)[:, None] & np.isfinite(found), found, 0.0))
+
     def _walls(self, values: Floats) -> Floats:
         """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
         chosen = np.where(self.turret_torque >= 0.0, 0, 1)

@@ -108,12 +108,13 @@ def _files(
 
         judged = result.verdict if "checks" in order.products else None
         job = lambda: write_report(model, folder.path(PAGE), order.sections, judged, products)  # noqa: E731
-        page = products.attempt("report", job, (PAGE,))
+        page = products.attempt("report", lambda: model.ledger.book("report", job), (PAGE,))
         if "pdf" in formats and page is not None:
             from camgeom.report.pdf import write_pdf
 
             name = Path(PAGE).with_suffix(".pdf").name
-            products.attempt("pdf", lambda: write_pdf(page, folder.path(name)), (name,))
+            printed = lambda: write_pdf(page, folder.path(name))  # noqa: E731
+            products.attempt("pdf", lambda: model.ledger.book("pdf", printed), (name,))
         elif "pdf" in formats:
             products.note(Product("pdf", "failed", "there is no report to print", 1))
 
@@ -136,7 +137,7 @@ def _format(
         write(model, path)
         return _rounded(model) if form.extension == ".stl" else ""
 
-    if told := products.attempt(name, job, (file,)):
+    if told := products.attempt(name, lambda: model.ledger.book(name, job), (file,)):
         products.note(Product(name, "made", told, 0, (file,)))
         say(f"{folder.folder / file}: {told}")
 
@@ -169,12 +170,13 @@ def _pictures(model: Model, stem: str, folder: RunFolder, products: Products) ->
         refuse_bodiless(model)
         return stills(model)
 
-    drawn = products.attempt("png", found)
+    book = model.ledger.book
+    drawn = products.attempt("png", lambda: book("png", found))
     if drawn is None:
         return
     for what, draw in drawn.items():
         file = f"{stem}-{what}.png"
-        products.attempt(f"png.{what}", lambda: draw(folder.path(file)), (file,))  # noqa: B023
+        products.attempt(f"png.{what}", lambda: book(f"png.{what}", lambda: draw(folder.path(file))), (file,))  # noqa: B023
     products.gather("png")
 
 
@@ -189,7 +191,7 @@ def _films(model: Model, stem: str, kinds: tuple[str, ...], folder: RunFolder, p
             refuse_bodiless(model)
             films.write(kind, folder.path(file))  # noqa: B023
 
-        products.attempt(kind, job, (file,))
+        products.attempt(kind, lambda: model.ledger.book(kind, job), (file,))  # noqa: B023
 
 
 def _close(model: Model, order: Order, folder: RunFolder, result: Result) -> None:

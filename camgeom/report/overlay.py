@@ -96,8 +96,8 @@ _POWERS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 def _runs(text: str) -> list[tuple[str, bool]]:
     """The text in runs of signs that the typeface has, each with whether it is raised."""
     parts = re.split(f"([{_POWERS}]+)", text)
-    powers = str.maketrans(_POWERS, "-0123456789")
-    return [(part.translate(powers), True) if i % 2 else (part.translate(_PLAIN), False) for i, part in enumerate(parts)]
+    tables = _PLAIN, str.maketrans(_POWERS, "-0123456789")
+    return [(part.translate(tables[i % 2]), bool(i % 2)) for i, part in enumerate(parts)]
 
 
 def _draw_axes(pen: _Pen, axes: Floats, foot: tuple[float, float]) -> None:

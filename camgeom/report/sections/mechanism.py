@@ -145,6 +145,9 @@ def _sampled(model: Model) -> _Samples:
             state = model.hardest_state
             if number == 0 and model.planar is None and state.duties and bool(np.all(state.duty.slices.sound)):
                 results["pressure"] = _pressure(state, flank, phi, t).ravel()
+            elif state.turret_duty is not None and model.planar is None:
+                wall = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
+                results["pressure"] = state.turret_duty.pressure_at(number, phi, t, wall).ravel()
             parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
     names = sorted({name for part in parts for name in part[2]})
     blank = [np.full(len(part[1]), np.nan) for part in parts]
