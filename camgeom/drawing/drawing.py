@@ -15,6 +15,8 @@ from camgeom.maths import Floats
 
 _ROW = 27.0
 """px from one stacked dimension line to the next"""
+_ARROW = 14.0
+"""px, by which the line of a short dimension, whose arrows stand outside, goes beyond it"""
 _TALLEST = 460.0
 _STRETCHED = 240.0
 _NOTE_GAP = 1.45 * FONT
@@ -148,7 +150,7 @@ def _extent(dimension: Dimension, view: _View, along: int) -> tuple[float, float
     """Span (px) a dimension needs along its own direction, with its text and outside arrows."""
     a, b = sorted((view.one(dimension.p)[along], view.one(dimension.q)[along]))
     need = text_width(dimension.text) if along == 0 else 1.3 * FONT
-    slack = 14.0 if b - a < 26.0 else 0.0
+    slack = (14.0 if along == 0 else _ARROW + 2.2 * FONT) if b - a < 26.0 else 0.0
     middle, half = 0.5 * (a + b), max(0.5 * need, 0.5 * (b - a) + slack)
     return middle - half - 5.0, middle + half + 5.0
 
@@ -180,11 +182,14 @@ def _draw_dimension(sheet: Sheet, view: _View, dimension: Dimension, offset: flo
     short = b - a < 26.0
     middle = 0.5 * (a + b)
     if along == 0:
-        sheet.line(*spot(a - 14.0 * short, line), *spot(b + 14.0 * short, line), "d-thin")
+        sheet.line(*spot(a - _ARROW * short, line), *spot(b + _ARROW * short, line), "d-thin")
         sheet.text(middle, line - 4.0, dimension.text, "middle", "note")
+    elif short:  # the text stands over the outer arrow
+        sheet.line(*spot(a - _ARROW, line), *spot(b + _ARROW, line), "d-thin")
+        sheet.text(line, a - _ARROW - 4.0, dimension.text, "middle", "note")
     else:
         hole = 0.72 * FONT  # the line is broken for the text, which stands upright
-        for near, far in ((a - 14.0 * short, middle - hole), (middle + hole, b + 14.0 * short)):
+        for near, far in ((a, middle - hole), (middle + hole, b)):
             if far > near:
                 sheet.line(*spot(near, line), *spot(far, line), "d-thin")
         sheet.text(line, middle + 0.34 * FONT, dimension.text, "middle", "note")

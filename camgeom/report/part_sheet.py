@@ -17,7 +17,7 @@ from camgeom.drawing.sheet import number, text_width
 from camgeom.errors import CamgeomError, ExportError, visible
 from camgeom.export.files import atomic_write
 from camgeom.report.sections.bodies import cam_meshes
-from camgeom.report.sections.design import across, axial
+from camgeom.report.sections.design import part_views
 from camgeom.report.sections.motion import diagrams
 
 if TYPE_CHECKING:
@@ -30,11 +30,13 @@ LEFT, RIGHT, TOP, BOTTOM = 20.0, 410.0, 10.0, 287.0
 """mm, the frame: 20 for filing, 10 elsewhere (ISO 5457)"""
 SCALES = (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 """ISO 5455"""
-BAND = 157.0
-"""mm, lower edge of the band with the views"""
+PANEL = {157.0: 0.92, 187.0: 0.6}
+"""lower edges, mm, that the band with the views may have, with the height of a panel of the motion diagram below, as a
+share of the report's"""
+BANDS = tuple(PANEL)
 HEAD, GAP = 8.0, 2.0
 """mm, room for a view's caption, and beside the frame"""
-NARROWEST = 118.0
+NARROWEST = 100.0
 """mm, least width of a view, for its caption"""
 SPLIT = 218.0
 """mm, where the motion diagram ends and the parameters begin"""
@@ -46,8 +48,6 @@ COLUMNS = 6
 """of cells in the title block"""
 PROJECTION = "Projection"
 """the cell that has a sign in it"""
-PANEL = 0.92
-"""height of a panel of the motion diagram, of the report's"""
 UNITS = ("mm", "deg", "kg m2", "kg", "N/mm", "N", "r/min", "m/s2")
 SKIPPED = {"name", "kind", "direction"}
 
@@ -72,43 +72,49 @@ def part_sheet(model: Model) -> Paper:
     paper = Paper(WIDTH, HEIGHT, model.profile.name)
     paper.box("border", LEFT, TOP, RIGHT, BOTTOM)
     meshes = cam_meshes(model)
-    scale = _views(paper, (axial(model, meshes), across(model, meshes)))
-    _motion(paper, diagrams(model))
-    _parameters(paper, rows(model))
+    scale, band = _views(paper, part_views(model, meshes))
+    _motion(paper, diagrams(model), band)
+    _parameters(paper, rows(model), band)
     _title_block(paper, model, scale)
     return paper
 
 
-def _views(paper: Paper, views: tuple[Drawing, Drawing]) -> float:
-    """Both views side by side at the largest scale of the standard series that has room for both; the scale."""
-    room, tall = RIGHT - LEFT - 2.0 * GAP, BAND - TOP - HEAD - 2.0
+def _views(paper: Paper, views: tuple[Drawing, ...]) -> tuple[float, float]:
+    """The views side by side at the largest scale of the standard series that has room for all, and the lower edge of
+    their band: the lowest only where that gives a larger scale."""
+    room = RIGHT - LEFT - 2.0 * GAP
 
     def needed(scale: float) -> tuple[list[float], float]:
         sizes = [drawing_size(view, scale / PX) for view in views]
         return [max(NARROWEST, size[0] * PX) for size in sizes], max(size[1] for size in sizes) * PX
 
-    scale = next((s for s in SCALES if sum(needed(s)[0]) <= room and needed(s)[1] <= tall), SCALES[-1])
+    def largest(tall: float) -> float:
+        return next((s for s in SCALES if sum(needed(s)[0]) <= room and needed(s)[1] <= tall), SCALES[-1])
+
+    heights = {band: band - TOP - HEAD - 2.0 for band in BANDS}
+    band = max(BANDS, key=lambda one: (largest(heights[one]), -one))
+    tall, scale = heights[band], largest(heights[band])
     widths, _ = needed(scale)
     spare = max(0.0, room - sum(widths))
     x = LEFT + GAP
     for view, width in zip(views, widths):
-        width += 0.5 * spare
+        width += spare / len(views)
         sheet = drawing_sheet(view, width / PX, scale / PX)
         paper.words(x, TOP + 5.0, _shortened(view.caption, width - GAP, 3.0), size=3.0)
         paper.place(sheet, x, TOP + HEAD + 0.5 * max(0.0, tall - sheet.height * PX))
         x += width
-    paper.lines("rule", [(LEFT, BAND), (RIGHT, BAND)])
-    return scale
+    paper.lines("rule", [(LEFT, band), (RIGHT, band)])
+    return scale, band
 
 
-def _motion(paper: Paper, chart: Chart) -> None:
+def _motion(paper: Paper, chart: Chart, band: float) -> None:
     """Lift, velocity and acceleration."""
-    lower = tuple(replace(panel, height=PANEL) for panel in chart.panels[:3])
+    lower = tuple(replace(panel, height=PANEL[band]) for panel in chart.panels[:3])
     shown = Chart(chart.caption, chart.x, lower, chart.zones)
-    paper.words(LEFT + 2.0, BAND + 5.0, chart.caption, size=3.0)
+    paper.words(LEFT + 2.0, band + 5.0, chart.caption, size=3.0)
     sheet = chart_sheet(shown, (SPLIT - LEFT - 6.0) / PX)
-    paper.place(sheet, LEFT + 2.0, BAND + 7.0)
-    paper.lines("rule", [(SPLIT, BAND), (SPLIT, BOTTOM)])
+    paper.place(sheet, LEFT + 2.0, band + 7.0)
+    paper.lines("rule", [(SPLIT, band), (SPLIT, BOTTOM)])
 
 
 def rows(model: Model) -> list[tuple[str, str]]:
@@ -159,10 +165,10 @@ def _unit(description: str, rotating: bool) -> str:
     return "°" if unit == "deg" else f" {unit.replace('m2', 'm²').replace('s2', 's²')}" if unit else ""
 
 
-def _parameters(paper: Paper, found: list[tuple[str, str]]) -> None:
+def _parameters(paper: Paper, found: list[tuple[str, str]], band: float) -> None:
     """The parameters in as many columns as they need, two at least."""
-    paper.words(SPLIT + 2.0, BAND + 5.0, "Parameters", size=3.0, style="strong")
-    top, room = BAND + 9.5, int((BLOCK - BAND - 10.0) / ROW)
+    paper.words(SPLIT + 2.0, band + 5.0, "Parameters", size=3.0, style="strong")
+    top, room = band + 9.5, int((BLOCK - band - 10.0) / ROW)
     columns = max(2, -(-len(found) // room))
     size, per = SIZE * min(1.0, 2.6 / columns), -(-len(found) // columns)
     width = (RIGHT - SPLIT - 2.0) / columns
@@ -174,7 +180,7 @@ def _parameters(paper: Paper, found: list[tuple[str, str]]) -> None:
         paper.words(x + width - 2.0, y, value, size=size, anchor="end")
     for column in range(1, columns):
         x = SPLIT + 1.0 + width * column
-        paper.lines("grid", [(x, BAND + 7.0), (x, BLOCK - 2.0)])
+        paper.lines("grid", [(x, band + 7.0), (x, BLOCK - 2.0)])
 
 
 def _title_block(paper: Paper, model: Model, scale: float) -> None:

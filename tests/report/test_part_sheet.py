@@ -20,6 +20,9 @@ from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read
 from camgeom.report.files import format_rows
 from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, part_sheet, rows
+from camgeom.report.sections.bodies import cam_meshes
+from camgeom.report.sections.design import part_views
+from camgeom.report.table_sheet import columns
 from tests.places import PROFILES
 from tests.reference.planar_machines import flat
 
@@ -166,6 +169,48 @@ def test_the_title_block_says_what_the_profile_gives() -> None:
 
 def test_a_keyway_is_dimensioned_where_there_is_one() -> None:
     model = camgeom.read(PROFILES / "disc_offset_roller.toml")
-    assert "keyway 6 wide, 22.8 to the far wall" in said(part_sheet(model))
+    assert {"6", "22.8"} <= set(said(part_sheet(model)))  # its width, and its floor to the far wall
     bare = model.with_({"cam.keyway_width": None, "cam.keyway_depth": None})
-    assert not [text for text in said(part_sheet(bare)) if "keyway" in text]
+    assert not {"6", "22.8"} & set(said(part_sheet(bare)))
+
+
+def test_a_part_drawing_shows_the_part_alone_at_the_largest_scale() -> None:
+    words = {text for _, text in boxes(sheet("barrel_indexer"))}
+    assert not {shape.style for shape in sheet("barrel_indexer").shapes} & {"d-ghost"}
+    assert not any(text.startswith("roller ⌀") or text in ("pivot", "turret axis") for text in words)
+    assert {"1:1", "12", "43.3", "⌀ 130"} <= words  # the drum, its keyway's width and its depth over the bore
+
+
+def test_both_discs_of_a_pair_have_a_section_with_their_own_sizes() -> None:
+    views = part_views(model := read(str(PROFILES / "conjugate_rocker.toml")), cam_meshes(model))
+    assert [view.caption.partition(",")[0] for view in views[1:]] == ["Main disc", "Return disc"]
+    for view, (_, mesh) in zip(views[1:], cam_meshes(model), strict=True):
+        wide, tall = np.ptp(mesh.vertices[:, :2], axis=0).tolist()
+        texts = [dimension.text for dimension in view.dimensions]
+        assert texts[:2] == [f"{wide:.5g}", f"{tall:.5g}"]
+        assert texts[2:] == ["18", "64.4"]
+    assert [dimension.text for dimension in views[0].dimensions if dimension.side == "below"] == ["44", "20", "20"]
+
+
+@pytest.mark.parametrize("name", ["conjugate_rocker", "pin_insertion", "disc_flat_face"])
+def test_the_table_has_every_degree_of_the_profile(tmp_path: Path, name: str) -> None:
+    model = read(str(PROFILES / f"{name}.toml"))
+    found = {label: values for label, _, values in columns(model)}
+    assert found["cam"].tolist() == list(range(360))
+    lift = found["position" if model.profile.rotating else "lift"]
+    assert lift.max() == pytest.approx(max(s.to for s in model.profile.motion if s.to is not None), abs=1e-6)
+    if model.planar is None:
+        assert np.allclose(found["groove z"] - lift, model.profile.stated["cam"]["start"])
+    else:
+        polar = np.radians(found["main at" if "main at" in found else "at"])
+        radius = found["main R" if "main R" in found else "R"]
+        mesh = cam_meshes(model)[0][1]
+        rim = mesh.vertices[np.unique(mesh.faces[mesh.group_faces("flank")]), :2]
+        # Between two vertices 1 / R of a chord is nearly a straight line over the angle.
+        around, out = np.arctan2(rim[:, 1], rim[:, 0]), 1.0 / np.hypot(*rim.T)
+        between = np.interp(polar, *np.array(sorted(zip(around, out, strict=True))).T, period=2.0 * np.pi)
+        assert 1.0 / between == pytest.approx(radius, abs=0.05)
+    assert camgeom.write(model, tmp_path / "cam.table.pdf") > 10_000
+    text = PdfReader(tmp_path / "cam.table.pdf").pages[0].extract_text()
+    assert model.profile.name in text
+    assert "359" in text

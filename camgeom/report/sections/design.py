@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -64,6 +64,95 @@ def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
 
 
 Meshes = tuple[tuple[str, Mesh], ...]
+
+
+def part_views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
+    """The cam alone, as its drawing shows it: the section through its axis, and one across every body."""
+    several = len(meshes) > 1
+    caption = "Section through the cam axis"
+    across_each = [_section(model, mesh, name if several else "") for name, mesh in meshes]
+    return (replace(_alone(model, meshes), caption=caption), *across_each[:MOST_SECTIONS])
+
+
+MOST_SECTIONS = 3
+"""across bodies, on one sheet"""
+
+
+def _alone(model: Model, meshes: Meshes) -> Drawing:
+    """The section through the axis with the sizes of the blank, of the bore, and of every body along the axis."""
+    size = _Size.of(model, meshes)
+    low, high, reach = float(size.low[2]), float(size.high[2]), size.reach
+    over = 0.06 * (high - low)
+    paths = [Path(np.array([[low - over, 0.0], [high + over, 0.0]]), "axis"), *_beyond(model, meshes)]
+    dimensions = [Dimension((low, -reach), (high, -reach), number(high - low, 5), "below")]
+    if len(meshes) > 1:
+        ends = [(float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())) for _, mesh in meshes]
+        dimensions += [Dimension((a, -reach), (b, -reach), number(b - a, 5), "below") for a, b in ends]
+    if size.round or not _plate(model):
+        dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
+    if model.mechanism.bore:
+        bore = model.mechanism.bore.diameter
+        dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
+        paths += _behind(meshes, model.mechanism.bore)
+    leaders = []
+    for track in model.tracks[:1]:
+        z = float(_stand(track)[2])
+        if not _plate(model) and not isinstance(track.joint, Swing) and low < z < high:
+            dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
+            leaders += _depth_note(model, z)
+    return Drawing("", tuple(paths), (), tuple(dimensions), tuple(leaders), _regions(meshes, 1, 0.0, AXIAL))
+
+
+def _plate(model: Model) -> bool:
+    """Whether the profile lies across the axis, as that of discs does."""
+    return not model.tracks or abs(model.tracks[0].axis[2]) > 0.99
+
+
+def _beyond(model: Model, meshes: Meshes) -> list[Path]:
+    """Ends of plates behind the plane of the axial section, where they reach farther than in it."""
+    if not _plate(model):
+        return []
+    found = []
+    for _, mesh in meshes:
+        behind = mesh.vertices[mesh.vertices[:, 1] > 0.0]
+        cut = np.concatenate(outlines(mesh, 1, 0.0))[:, 0]
+        z = np.array([mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()])
+        for end, there in ((behind[:, 0].max(), cut.max()), (behind[:, 0].min(), cut.min())):
+            if abs(end) > abs(there):
+                box = np.array([[z[0], there], [z[0], end], [z[1], end], [z[1], there]])
+                found.append(Path(box))
+    return found
+
+
+def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
+    """The section across one body with the sizes of that section and of its keyway."""
+    low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
+    stand = float(_stand(model.tracks[0])[2]) if model.tracks else low
+    level = stand if low < stand < high and not name else 0.5 * (low + high)
+    loops = _flat(outlines(mesh, 2, level + 1e-6 * (high - low)), ACROSS)
+    points = np.concatenate(loops)
+    (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    over = 1.08 * float(np.abs(points).max())
+    paths = [Path(np.array([[-over, 0.0], [over, 0.0]]), "axis"), Path(np.array([[0.0, -over], [0.0, over]]), "axis")]
+    dimensions = []
+    if _plate(model):
+        dimensions += [Dimension((left, 0.0), (right, 0.0), number(right - left, 5), "below"),
+                       Dimension((0.0, bottom), (0.0, top), number(top - bottom, 5), "left")]  # fmt: skip
+    circles, leaders = [], []
+    base = model.mechanism.base_radius
+    if base is not None and not name:
+        circles.append(Circle((0.0, 0.0), base, "hidden"))
+        leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    if (bore := model.mechanism.bore) is not None and bore.keyway_width:
+        wall, half = 0.5 * bore.diameter + bore.keyway_depth, 0.5 * bore.keyway_width
+        dimensions += [
+            Dimension((wall, -half), (wall, half), number(bore.keyway_width, 6), "right"),
+            Dimension((-0.5 * bore.diameter, 0.0), (wall, 0.0), number(bore.diameter + bore.keyway_depth, 6), "above"),
+        ]
+    way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
+    head = f"{name[:1].upper()}{name[1:]}, section" if name else "Section"
+    caption = f"{head} at z = {number(level)} mm, seen from +Z; turns {way}"
+    return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), (Region(loops),))
 
 
 def outlines(mesh: Mesh, axis: int, level: float) -> tuple[Floats, ...]:
