@@ -206,10 +206,12 @@ def test_the_table_has_every_degree_of_the_profile(tmp_path: Path, name: str) ->
         radius = found["main R" if "main R" in found else "R"]
         mesh = cam_meshes(model)[0][1]
         rim = mesh.vertices[np.unique(mesh.faces[mesh.group_faces("flank")]), :2]
-        # Between two vertices 1 / R of a chord is nearly a straight line over the angle.
-        around, out = np.arctan2(rim[:, 1], rim[:, 0]), 1.0 / np.hypot(*rim.T)
-        between = np.interp(polar, *np.array(sorted(zip(around, out, strict=True))).T, period=2.0 * np.pi)
-        assert 1.0 / between == pytest.approx(radius, abs=0.05)
+        rim = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))]
+        spots = np.stack([radius * np.cos(polar), radius * np.sin(polar)], axis=-1)[:, None, :]
+        along = np.roll(rim, -1, axis=0) - rim
+        share = ((spots - rim) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-30)
+        away = np.linalg.norm(spots - rim - np.clip(share, 0.0, 1.0)[..., None] * along, axis=2).min(axis=1)
+        assert away.max() < 1.01 * model.tolerance  # the chords of the mesh stand back
     assert camgeom.write(model, tmp_path / "cam.table.pdf") > 10_000
     text = PdfReader(tmp_path / "cam.table.pdf").pages[0].extract_text()
     assert model.profile.name in text
