@@ -16,7 +16,6 @@ from camgeom.drawing.shapes import Dot
 from camgeom.drawing.sheet import number, text_width
 from camgeom.errors import CamgeomError, ExportError, visible
 from camgeom.export.files import atomic_write
-from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.design import part_views
 from camgeom.report.sections.motion import diagrams
 
@@ -71,7 +70,8 @@ def part_sheet(model: Model) -> Paper:
     """The drawing. Raises DesignError where the cam has no body."""
     paper = Paper(WIDTH, HEIGHT, model.profile.name)
     paper.box("border", LEFT, TOP, RIGHT, BOTTOM)
-    meshes = cam_meshes(model)
+    # Sizes are read off the bodies as they are exported, not off those of the page's pictures.
+    meshes = tuple((solid.name, solid.mesh) for solid in model.solids)
     scale, band = _views(paper, part_views(model, meshes))
     _motion(paper, diagrams(model), band)
     _parameters(paper, rows(model), band)

@@ -20,7 +20,6 @@ from camgeom.errors import DesignError, ExportError
 from camgeom.model import Model, read
 from camgeom.report.files import format_rows
 from camgeom.report.part_sheet import BOTTOM, LEFT, RIGHT, TOP, part_sheet, rows
-from camgeom.report.sections.bodies import cam_meshes
 from camgeom.report.sections.design import part_views
 from camgeom.report.table_sheet import columns
 from tests.places import PROFILES
@@ -182,10 +181,11 @@ def test_a_part_drawing_shows_the_part_alone_at_the_largest_scale() -> None:
 
 
 def test_both_discs_of_a_pair_have_a_section_with_their_own_sizes() -> None:
-    views = part_views(model := read(str(PROFILES / "conjugate_rocker.toml")), cam_meshes(model))
+    model = read(str(PROFILES / "conjugate_rocker.toml"))
+    views = part_views(model, tuple((solid.name, solid.mesh) for solid in model.solids))
     assert [view.caption.partition(",")[0] for view in views[1:]] == ["Main disc", "Return disc"]
-    for view, (_, mesh) in zip(views[1:], cam_meshes(model), strict=True):
-        wide, tall = np.ptp(mesh.vertices[:, :2], axis=0).tolist()
+    for view, solid in zip(views[1:], model.solids, strict=True):
+        wide, tall = np.ptp(solid.mesh.vertices[:, :2], axis=0).tolist()
         texts = [dimension.text for dimension in view.dimensions]
         assert texts[:2] == [f"{wide:.5g}", f"{tall:.5g}"]
         assert texts[2:] == ["18", "64.4"]
@@ -204,8 +204,9 @@ def test_the_table_has_every_degree_of_the_profile(tmp_path: Path, name: str) ->
     else:
         polar = np.radians(found["main at" if "main at" in found else "at"])
         radius = found["main R" if "main R" in found else "R"]
-        mesh = cam_meshes(model)[0][1]
-        rim = mesh.vertices[np.unique(mesh.faces[mesh.group_faces("flank")]), :2]
+        mesh = model.solids[0].mesh
+        rim = mesh.vertices[np.unique(mesh.faces[mesh.group_faces("flank")])]
+        rim = rim[rim[:, 2] == rim[0, 2], :2]
         rim = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))]
         spots = np.stack([radius * np.cos(polar), radius * np.sin(polar)], axis=-1)[:, None, :]
         along = np.roll(rim, -1, axis=0) - rim
