@@ -11,7 +11,7 @@ import pytest
 
 from camgeom.design.batch import evaluate, supports
 from camgeom.profile import from_data, read_data
-from scripts.batch_campaign import CASES, case
+from scripts.batch_campaign import CASES, case, exact_row
 
 Data = dict[str, Any]
 
@@ -29,6 +29,31 @@ def test_every_figure_is_the_exact_models(name: str) -> None:
     found = case(name, 12, 7)
     assert not found.wrong
     assert found.exist >= 5
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("tool_changer", {"cam.center_distance": 179.4324, "cam.width": 60.630063, "follower.pitch_radius": 84.474197,
+                          "roller.diameter": 25.227289, "roller.length": 29.674407, "operation.speed": 51.43869,
+                          "motion[1].until": 289.22994}),
+        ("barrel_indexer", {"cam.center_distance": 147.98428, "cam.width": 73.796987, "cam.diameter": 127.41622,
+                            "roller.diameter": 31.38795, "roller.length": 10.160348, "follower.inertia": 1.7099565,
+                            "operation.speed": 196.40696, "motion[1].until": 205.11583}),
+    ],
+)  # fmt: skip
+def test_pressures_are_found_where_a_wall_begins(name: str, values: dict[str, float]) -> None:
+    """The middle slice is hardest pressed where its own wall ends (5.5 % were lost between samples there), and alike
+    flexible slices put the hardest place on the wrong side of a roller's coming (1.4 %)."""
+    data = read_data(f"profiles/{name}.toml")
+    for key in ("dynamics", "cutter"):
+        data.pop(key, None)
+    exact, _ = exact_row(data, values)
+    columns = {key: np.array([value]) for key, value in values.items()}
+    for level in (1e-2, 3e-3):
+        batch = evaluate(from_data(data), columns, level=level)
+        for figure in ("contact.peak_slice_pressure_mpa", "contact.peak_pressure_mpa", "contact.peak_force_n"):
+            assert batch.figures[figure][0] == pytest.approx(exact[figure], rel=level), figure
 
 
 def test_what_cannot_exist_has_a_reason_and_no_figures() -> None:

@@ -57,9 +57,9 @@ class Sharing:
         self.cam: Indexer = proxy(cam)
         self.finer, self.around, self.halvings = EFFORTS[cam.level]
 
-    def press(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats, Mask, Mask]:
+    def press(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats, Mask, tuple[Mask, ...]]:
         """Squares of the largest pressures of all slices and of the middle one, MPa², and the largest force on a
-        roller, N, (P, n) each; whether no roller bears; which do, (k, P, n).
+        roller, N, (P, n) each; whether no roller bears; which do, and where it is asked whose middle slice, (k, P, n).
 
         Rollers at `offsets` (k,) share by their levers, as if all slices were alike flexible.
         """
@@ -84,19 +84,26 @@ class Sharing:
         squares = self._square(seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
         squares = np.maximum(squares, self._square(seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
         scaled = scale / (pi * self.cam.pair)
-        middle = np.zeros(1)
+        middle, holds = np.zeros(1), [on]
         if "middle" in self.cam.asked:
-            inner = self.cam.low + share * (SLICES // 2)
-            low, high = np.maximum(inner, begin), np.minimum(inner + share, stop)
-            there = np.where(on & (low < high), self._square(seat, 0.5 * (low + high), side), 0.0)
+            low, high = self._inner(begin, stop)
+            holds.append(on & (low < high))
+            there = np.where(holds[1], self._square(seat, 0.5 * (low + high), side), 0.0)
             squares = np.maximum(squares, there)
             middle = np.maximum.reduceat(there, starts, axis=0) * scaled
         squares = np.where(on, squares, 0.0)
         lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
         force = np.maximum.reduceat(first, starts, axis=0) * scale
-        bearing = np.zeros((*beside.shape, self.cam.motion.size), dtype=bool)
-        bearing[roller, sample] = on
-        return np.maximum.reduceat(squares, starts, axis=0) * scaled, middle, force, lost, bearing
+        bearing = np.zeros((len(holds), *beside.shape, self.cam.motion.size), dtype=bool)
+        for which, each in zip(bearing, holds):
+            which[roller, sample] = each
+        return np.maximum.reduceat(squares, starts, axis=0) * scaled, middle, force, lost, tuple(bearing)
+
+    def _inner(self, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
+        """Ends of what the middle slice touches, mm, of stretches; none where the second is not beyond the first."""
+        share = self.cam.length / SLICES
+        inner = self.cam.low + share * (SLICES // 2)
+        return np.maximum(inner, begin), np.minimum(inner + share, stop)
 
     def _bearing(self, points: Points, seat: Seat, offsets: Floats, side: Floats) -> tuple[Floats, Floats, Mask]:
         """Ends of what the rollers touch, mm, and whether they touch: as `track.runout.touching` finds it, at one of
@@ -156,27 +163,43 @@ class Sharing:
         offsets = self.cam.offsets(self.cam.clear)
         *sampled, lost, bearing = self.press(self.cam.points, offsets)
         wanted = [n for n, word in enumerate(("slice", "middle", "force")) if word in self.cam.asked]
-        tops = [np.broadcast_to(sampled[n], lost.shape)[: motion.moving * PER].argmax(axis=0) for n in wanted]
-        windows = [(top // PER, top % PER * STEP) for top in {top.tobytes(): top for top in tops}.values()]
+        whole = motion.moving * PER
+        tops = {n: np.broadcast_to(sampled[n], lost.shape)[:whole].argmax(axis=0) for n in wanted}
+        windows = [(top // PER, top % PER * STEP) for top in {top.tobytes(): top for top in tops.values()}.values()]
         around = np.arange(-STEP, STEP + 1, STEP // self.finer)[:, None]
         tried = [(np.broadcast_to(piece, (len(around), motion.size)), np.clip(step + around, 0, FINE).astype(float))
                  for piece, step in windows]
-        if coming := self._comings(bearing, offsets):
-            tried.append(coming)
+        comings: dict[bool, slice] = {}
+        for middle, holds in enumerate(bearing):
+            if coming := self._comings(holds, offsets, bool(middle)):
+                begun = sum(len(part[1]) for part in tried)
+                comings[bool(middle)] = slice(begun, begun + len(coming[1]))
+                tried.append(coming)
         pieces, steps = (np.concatenate(part) for part in zip(*tried))
         found, near = [np.zeros(1)] * 3, np.linspace(-NEAR, NEAR, self.around)[:, None]
         again = self.press(motion.at(pieces, steps), offsets)
         for n in wanted:
-            best = np.broadcast_to(again[n], steps.shape).argmax(axis=0)
-            j = np.clip(steps[best, one] + near, 0.0, FINE)
-            shared = self.share(motion.at(pieces[best, one], j), offsets[:, None, None])[n]
-            found[n] = np.broadcast_to(shared, j.shape).max(axis=0)
+            values: Floats = np.broadcast_to(again[n], steps.shape)
+            best = values.argmax(axis=0)
+            # Slices are not alike flexible: the largest in truth may be the next one of the samples, or stand on either
+            # side of the two comings that press hardest.
+            other = _second(np.broadcast_to(sampled[n], lost.shape)[:whole], tops[n])
+            more = [values[: len(windows) * len(around)].argmax(axis=0)]
+            if where := comings.get(n == 1):
+                more += _sides(values[where], where.start)
+            piece = np.concatenate([np.broadcast_to(pieces[best, one], (len(near), motion.size)),
+                                    pieces[np.array(more), one], (other // PER)[None]])  # fmt: skip
+            step = np.concatenate([np.clip(steps[best, one] + near, 0.0, FINE), steps[np.array(more), one],
+                                   (other % PER * float(STEP))[None]])  # fmt: skip
+            shared = self.share(motion.at(piece, step), offsets[:, None, None])[n]
+            found[n] = np.broadcast_to(shared, step.shape).max(axis=0)
         return Pressed(found[0], found[1], found[2], np.asarray(lost.any(axis=0)))
 
-    def _comings(self, bearing: Mask, offsets: Floats) -> tuple[Ints, Floats] | None:
-        """Where rollers come to bear or cease to, on either side of it: pieces and fine steps (t, n).
+    def _comings(self, bearing: Mask, offsets: Floats, middle: bool) -> tuple[Ints, Floats] | None:
+        """Where rollers, or their middle slices, come to bear or cease to, on either side of it: pieces and fine steps
+        (t, n).
 
-        bearing  which of the rollers at `offsets`, (k,), bear at the samples, (k, P, n)
+        bearing  which of the rollers at `offsets`, (k,), bear so at the samples, (k, P, n)
         """
         motion = self.cam.motion
         v = bearing[:, : motion.moving * PER].reshape(len(bearing), motion.moving, PER, motion.size)
@@ -202,9 +225,29 @@ class Sharing:
         high = low + STEP
         at, coming = np.array(rollers)[:, None], np.array(comes)[:, None]
         for _ in range(self.halvings):
-            middle = 0.5 * (low + high)
-            points = motion.at(piece, middle)
+            between = 0.5 * (low + high)
+            points = motion.at(piece, between)
             side = np.where(self.cam.torque(points) >= 0.0, self.cam.pushing, -self.cam.pushing)
-            on = self._bearing(points, self.cam.seat(points, at), at, side)[2] == coming
-            low, high = np.where(on, low, middle), np.where(on, middle, high)
+            begin, stop, on = self._bearing(points, self.cam.seat(points, at), at, side)
+            if middle:
+                first, last = self._inner(begin, stop)
+                on &= first < last
+            on = on == coming
+            low, high = np.where(on, low, between), np.where(on, between, high)
         return np.concatenate([piece, piece]), np.concatenate([low, high])
+
+
+def _second(values: Floats, top: Ints) -> Ints:
+    """Place (n,) of the largest of values (P, n) that is no neighbour of the largest of all, at `top` (n,)."""
+    away = np.abs(np.arange(len(values))[:, None] - top) > 1
+    return np.asarray(np.where(away, values, -1.0).argmax(axis=0))
+
+
+def _sides(values: Floats, begun: int) -> list[Ints]:
+    """Places (n,) of both sides of the two comings with the largest values (2 m, n), all first sides before all second
+    ones; counted from `begun`."""
+    half, one = len(values) // 2, np.arange(values.shape[1])
+    largest = np.maximum(values[:half], values[half:])
+    first = largest.argmax(axis=0)
+    largest[first, one] = -1.0
+    return [begun + at + side for at in (first, largest.argmax(axis=0)) for side in (0, half)]
