@@ -136,13 +136,17 @@ class _Rows:
 
 
 class Programme:
-    """The rows of a task near a shape; `reach` is how far its inner breaks may move, 0 for not at all."""
+    """The rows of a task near a shape; `reach` is how far its inner breaks may move, 0 for not at all.
+
+    stalled  whether moves are counted in reaches: one before has stalled, or this one has when it is solved
+    """
 
     def __init__(
-        self, task: Task, shape: Shape, cuts: Cuts, value: float, reach: float, stiff: Floats | None = None
-    ) -> None:
+        self, task: Task, shape: Shape, cuts: Cuts, value: float, reach: float, stiff: Floats | None = None,
+        stalled: bool = False,
+    ) -> None:  # fmt: skip
         self.task, self.shape, self.cuts, self.value = task, shape, cuts, value
-        self.reach, self.stiff = reach, stiff
+        self.reach, self.stiff, self.stalled = reach, stiff, stalled
         self.levels, self.moves = len(shape.a), len(shape.x) - 2 if reach > 0.0 else 0
         self.width = self.levels + self.moves + 1
         wish, x = task.wish, shape.x
@@ -238,8 +242,10 @@ class Programme:
 
         Raises NotConverged on an empty purse.
         """
-        answer = self._answer(1.0, FEW if self.moves else STEPS, purse)
-        if self.moves and answer.status in STALLED:
+        if not self.stalled:
+            answer = self._answer(1.0, FEW if self.moves else STEPS, purse)
+            self.stalled = self.moves > 0 and answer.status in STALLED
+        if self.stalled:
             # Moves as small as the solver's tolerance: the simplex method steps about one corner for minutes. Counted
             # in reaches they are of the size of the other unknowns, though the trifle that each costs counts less.
             answer = self._answer(self.reach, STEPS, purse)

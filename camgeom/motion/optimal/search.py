@@ -146,9 +146,10 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
     where it brings more than it spoils, else the next one reaches less far.
     """
-    reach, merit, last, stiff = 1.0 / SPANS, np.inf, None, None
+    reach, merit, last, stiff, stalled = 1.0 / SPANS, np.inf, None, None, False
     for _ in range(ROUNDS):
-        trial = Programme(task, shape, cuts, value, reach, stiff).solve(purse)
+        programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
+        trial, stalled = programme.solve(purse), programme.stalled
         if trial is None:
             reach *= 0.5
             continue
