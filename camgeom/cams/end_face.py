@@ -19,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
-from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
+from camgeom.solid.mechanism import Drive, Drum, Mask, Measure, Mechanism
 from camgeom.track import TURN, Track, cone_slope
 from camgeom.track.follower import (
     AnyRoller,
@@ -221,6 +221,17 @@ class EndFaceMechanism(Mechanism):
             column.wall(side, column.reach(side, cylinder_level(radius), radius))[:, :, 0] for radius in self.cam.radii
         )
         return inner, outer
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The inside of the ring at its highest place, and the thickness of the web below it."""
+        inner, outer = self.cam.radii
+        return Measure((self._top, -inner), (self._top, inner)), Measure((0.0, outer), (self.cam.web, outer))
+
+    @property
+    def bored(self) -> tuple[float, float]:
+        """Through the web."""
+        return 0.0, self.cam.web
 
     @property
     def envelope(self) -> tuple[float, float]:

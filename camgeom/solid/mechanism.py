@@ -66,6 +66,24 @@ class Drum:
         return np.asarray(self.under(x) & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
 
 
+@dataclass(frozen=True)
+class Measure:
+    """A dimension of the section through the axis, from (z, x) to (z, x), mm: a length along it, or a diameter."""
+
+    start: tuple[float, float]
+    stop: tuple[float, float]
+
+    @property
+    def is_diameter(self) -> bool:
+        """True where it runs across the axis."""
+        return self.start[0] == self.stop[0]
+
+    @property
+    def size(self) -> float:
+        """Its length, mm."""
+        return abs(self.stop[0] - self.start[0]) + abs(self.stop[1] - self.start[1])
+
+
 @dataclass(frozen=True, eq=False)
 class Turret:
     """An indexing turret beside its cam.
@@ -139,6 +157,16 @@ class Mechanism(ABC):
     def named(self) -> dict[str, float]:
         """Measures that the standards of its kind have names for, mm."""
         return {}
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """Dimensions of its section beside length, outside and bore."""
+        return ()
+
+    @property
+    def bored(self) -> tuple[float, float] | None:
+        """Heights z between which the bore runs, mm; None: from end to end of every body."""
+        return None
 
     @property
     def quoted_radius(self) -> float | None:

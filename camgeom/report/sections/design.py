@@ -244,9 +244,12 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     if size.round:
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
     if model.mechanism.bore:
-        bore = model.mechanism.bore.diameter
-        dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-        paths += _behind(meshes, model.mechanism.bore)
+        bore, end = model.mechanism.bore.diameter, (model.mechanism.bored or (low, high))[1]
+        dimensions.append(Dimension((end, -0.5 * bore), (end, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
+        paths += _behind(meshes, model.mechanism.bore, model.mechanism.bored)
+    for one in model.mechanism.measures:
+        text = f"⌀ {number(one.size, 6)}" if one.is_diameter else number(one.size, 6)
+        dimensions.append(Dimension(one.start, one.stop, text, "right" if one.is_diameter else "above"))
     leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
     for track in model.tracks[:1]:
         joint = track.joint
@@ -266,13 +269,26 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
 
 
-def _behind(meshes: Meshes, bore: Bore) -> list[Path]:
-    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall."""
+def _hidden_bore(bore: Bore | None) -> tuple[list[Circle], list[Path]]:
+    """A bore that the plane of a section across the axis does not meet."""
+    if bore is None:
+        return [], []
+    radius, half = 0.5 * bore.diameter, 0.5 * bore.keyway_width
+    edge, bottom = float(np.sqrt(radius**2 - half**2)), radius + bore.keyway_depth
+    slot = [Path(np.array([[edge, half], [bottom, half], [bottom, -half], [edge, -half]]), "hidden")] if half else []
+    return [Circle((0.0, 0.0), radius, "hidden")], slot
+
+
+def _behind(meshes: Meshes, bore: Bore, bored: tuple[float, float] | None) -> list[Path]:
+    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall.
+
+    bored  heights z between which it runs, mm; None: from end to end of every body
+    """
     radius, top = 0.5 * bore.diameter, 0.5 * bore.diameter + (bore.keyway_depth if bore.keyway_width else 0.0)
     edge = float(np.sqrt(radius**2 - 0.25 * bore.keyway_width**2))
     found = []
     for _, mesh in meshes:
-        low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
+        low, high = bored or (float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max()))
         found += [Path(np.array([[z, -radius], [z, top]])) for z in (low, high)]
         found += [Path(np.array([[low, edge], [high, edge]]))] if bore.keyway_width else []
     return found
@@ -297,6 +313,11 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     if base is not None:
         circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    bored = model.mechanism.bored
+    if bored is not None and not bored[0] <= level <= bored[1]:
+        hidden, keyway = _hidden_bore(model.mechanism.bore)
+        circles += hidden
+        paths += keyway
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         bottom = 0.5 * bore.diameter + bore.keyway_depth
         across_both = number(bore.diameter + bore.keyway_depth, 6)
