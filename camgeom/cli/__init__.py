@@ -290,7 +290,7 @@ def _add_inspect(sub: argparse.ArgumentParser) -> None:
 
 
 def _add_design(sub: argparse.ArgumentParser) -> None:
-    sub.add_argument("kind", metavar="KIND", help="the cam kind: globoidal, disc, conjugate or constant-width")
+    sub.add_argument("kind", metavar="KIND", help="globoidal, disc, conjugate, constant-width or end-face")
     sub.add_argument("file", metavar="FILE", nargs="?", help="where to write the profile; default stdout")
     sub.add_argument("--stops", metavar="N", help="globoidal: stops in one turn of the turret")
     sub.add_argument("--motion-angle", metavar="DEG", help="globoidal: cam angle of the motion")
@@ -304,7 +304,7 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--name", metavar="TEXT", help="globoidal: the profile's name")
     sub.add_argument("--pressure-angle", metavar="DEG", help="largest pressure angle, default 50 or the profile's")
     sub.add_argument("--contact-pressure", metavar="MPA", help="largest contact pressure, default the material's")
-    sub.add_argument("--profile", metavar="FILE", help="planar cams: motion and follower to design for; or the starter")
+    sub.add_argument("--profile", metavar="FILE", help="all others: motion and follower to design for; or the starter")
     sub.add_argument("--convex-radius", metavar="MM", help="planar cams: smallest convex radius, default no undercut")
     sub.add_argument("--best-offset", action="store_true", help="planar cams: choose the slide's offset as well")
     _add_json(sub)

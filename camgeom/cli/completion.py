@@ -34,7 +34,7 @@ def kinds_of() -> dict[str, str]:
     """What the first word of a command is, where it is no file."""
     from camgeom.cams import kinds
 
-    designs = "globoidal disc conjugate constant-width"
+    designs = "globoidal disc conjugate constant-width end-face"
     return {"new": " ".join(kinds()), "design": designs, "completion": " ".join(SHELLS)}
 
 

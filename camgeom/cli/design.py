@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 
 PLANAR = ("disc", "conjugate", "constant-width")
 """kinds whose smallest base radius is sought, for the motion and follower of a profile"""
-KINDS = ("globoidal", *PLANAR)
+KINDS = ("globoidal", *PLANAR, "end-face")
 OPTIONS: dict[str, tuple[str, ...]] = {
     "globoidal": (
         "stops", "motion_angle", "ratio", "center_distance", "envelope", "speed", "inertia", "torque", "life", "name",
         "pressure_angle", "contact_pressure",
     ),
+    "end-face": ("profile", "pressure_angle", "contact_pressure"),
     **dict.fromkeys(PLANAR, ("profile", "pressure_angle", "convex_radius", "contact_pressure", "best_offset")),
 }  # fmt: skip
 """the options that a kind's design asks; the others are refused"""
@@ -35,7 +36,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     if arguments.kind not in KINDS:
         raise UsageError(f"design: unknown kind {arguments.kind[:60]!r}; known: {', '.join(KINDS)}")
     _refuse_idle(arguments)
-    made = _planar(arguments) if arguments.kind in PLANAR else _globoidal(arguments)
+    made = _globoidal(arguments) if arguments.kind == "globoidal" else _smallest(arguments)
     if arguments.file:
         with atomic_write(Path(arguments.file)) as file:
             file.write(made.text.encode())
@@ -74,15 +75,18 @@ def _flag(key: str) -> str:
     return f"--{key.replace('_', '-')}"
 
 
-def _planar(arguments: argparse.Namespace) -> Design:
-    """The smallest planar cam for the profile given, or for the kind's starter."""
+def _smallest(arguments: argparse.Namespace) -> Design:
+    """The smallest cam for the profile given, or for the kind's starter."""
     from camgeom.cams import starter
+    from camgeom.design import end_face
     from camgeom.design.planar import design
     from camgeom.reading import decode, read_bytes
 
     limits = {key: _number(arguments, key) for key in ("pressure_angle", "convex_radius", "contact_pressure")}
     source: str | None = arguments.profile
     text = starter(arguments.kind) if source is None else decode(read_bytes(Path(source), MOST_BYTES, source), source)
+    if arguments.kind == "end-face":
+        return end_face.design(text, source or "", limits)
     return design(text, source or "", arguments.kind, limits, arguments.best_offset)
 
 

@@ -24,6 +24,7 @@ from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid
 from camgeom.model import Model
 from camgeom.motion.program import Program
 from camgeom.profile import Profile, parse
+from camgeom.profile.units import INCH
 from camgeom.solid.prism import Prism
 from camgeom.track.follower import SwingingFollower
 from camgeom.track.outline import CircleOutline, Measured, Outline, ParallelOutline, PolygonOutline, RollerOutline
@@ -94,15 +95,21 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
     good stretch is found to rounding. Returns `low` where all are good. Raises DesignError where none is good, with the
     radius that comes nearest and the limit that fails there.
     """
-
-    def margin(radius: float) -> float:
-        return min(margins(profile, float(radius), wanted).values())
-
     radii = np.geomspace(low, high, SCANNED)
     if isinstance(profile.follower, SwingingFollower):
         cam = profile.cam
         centre = (cam.center_distance if isinstance(cam, Disc | Conjugate) else None) or high
         radii = np.unique(np.concatenate([radii, np.linspace(low, min(high, 2.0 * centre), EVENLY)]))
+    return smallest_radius(lambda radius: margins(profile, radius, wanted), radii)
+
+
+def smallest_radius(margins_of: Callable[[float], dict[str, float]], radii: Floats, name: str = "base radius") -> float:
+    """Smallest of the radii, mm, (n,) rising, or between two of them, from which on every margin is kept; as above."""
+    low, high = float(radii[0]), float(radii[-1])
+
+    def margin(radius: float) -> float:
+        return min(margins_of(float(radius)).values())
+
     found = np.array([margin(radius) for radius in radii])
     best = int(np.argmax(found))
     if UNBUILDABLE < found[best] < 0.0:
@@ -116,11 +123,11 @@ def smallest_base_radius(profile: Profile, wanted: Wanted, low: float = 1.0, hig
         radii, found = radii[order], found[order]
         best = int(np.argmax(found))
     if found[best] < 0.0:
-        worst = min(margins(profile, float(radii[best]), wanted).items(), key=lambda item: item[1])
+        worst = min(margins_of(float(radii[best])).items(), key=lambda item: item[1])
         if found[best] == UNBUILDABLE:
-            raise DesignError(f"no base radius from {low:g} to {high:g} mm can be built; change the other keys first")
+            raise DesignError(f"no {name} from {low:g} to {high:g} mm can be built; change the other keys first")
         raise DesignError(
-            f"no base radius up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} at "
+            f"no {name} up to {high:g} mm keeps the limits: {worst[0]} fails by a share of {-worst[1]:.3g} at "
             f"{radii[best]:.4g} mm, which comes nearest; give the motion more cam angle, or change arm, centre "
             "distance or roller with the radius"
         )
@@ -249,11 +256,11 @@ def design(text: str, source: str, kind: str, limits: Mapping[str, float | None]
     profile = parse(text, source)
     if profile.kind != kind:
         raise ProfileError([Problem("cam.kind", "is not the kind to design", profile.kind, kind)], source)
-    wanted = _wanted(profile, limits)
+    wanted = wanted_of(profile, limits)
     choices = []
     if best:
         offset = _offset(profile, wanted)
-        text = with_key(text, "follower", "offset", offset)
+        text = with_key(text, "follower", "offset", offset / unit_of(profile))
         profile = parse(text, source)
         choices.append(Choice("follower.offset", offset, "gives the smallest prime radius for the pressure angle"))
     radius = ceil(smallest_base_radius(profile, wanted) / STEP) * STEP
@@ -266,11 +273,16 @@ def design(text: str, source: str, kind: str, limits: Mapping[str, float | None]
     ]
     why = f"the smallest for {', '.join(filter(None, asked))}; {tight} decides" if tight else "nothing limits it"
     choices.append(Choice("cam.base_radius", round(radius, 6), why))
-    text = with_key(text, "cam", "base_radius", round(radius, 6))
+    text = with_key(text, "cam", "base_radius", round(radius, 6) / unit_of(profile))
     return Design(text, tuple(choices), findings(Model(parse(text, source)), light_checks()))
 
 
-def _wanted(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
+def unit_of(profile: Profile) -> float:
+    """The unit of the profile's lengths, mm."""
+    return INCH if profile.units == "inch" else 1.0
+
+
+def wanted_of(profile: Profile, limits: Mapping[str, float | None]) -> Wanted:
     """The limits given, else those of the profile. Raises ProfileError for one that no cam can keep."""
     ranges = {"pressure_angle": ("deg", 90.0), "convex_radius": ("mm", inf), "contact_pressure": ("MPa", inf)}
     bad = [
@@ -337,6 +349,9 @@ __all__ = [
     "smallest_base_radius",
     "smallest_flat_base",
     "smallest_prime_radius",
+    "smallest_radius",
     "tool_path",
+    "unit_of",
+    "wanted_of",
     "with_key",
 ]

@@ -5,11 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import tomllib
+from math import degrees
+from pathlib import Path
 
 import pytest
 
+from camgeom.cams import starter
 from camgeom.cli import _add_design, main
 from camgeom.cli.design import KINDS, OPTIONS
+from camgeom.model import Model
+from camgeom.profile import read
 from tests.places import PROFILES
 
 DRIVE = {"stops": "6", "ratio": "0.8", "center-distance": "180"}
@@ -26,6 +31,8 @@ OF_KIND = {
     ("conjugate", "pressure-angle"): "30", ("conjugate", "contact-pressure"): "350",
     ("conjugate", "convex-radius"): "115",
     ("conjugate", "profile"): str(PROFILES / "conjugate_rocker.toml"),
+    ("end-face", "pressure-angle"): "25", ("end-face", "contact-pressure"): "210",
+    ("end-face", "profile"): str(PROFILES / "end_face_lifter.toml"),
     ("constant-width", "contact-pressure"): "40", ("constant-width", "convex-radius"): "40",
     ("constant-width", "profile"): str(PROFILES / "constant_width_press.toml"),
 }  # fmt: skip
@@ -91,3 +98,35 @@ def test_the_contact_pressure_bounds_a_drive(capsys: pytest.CaptureFixture[str])
 def test_all_idle_options_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["design", "disc", "--stops", "6", "--speed", "60"]) == 2
     assert "--stops, --speed: nothing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_the_smallest_end_face_keeps_its_limit_and_a_smaller_one_does_not(
+    units: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = []
+    if units == "inch":
+        text = starter("end-face").replace("my end-face cam\"", "in inches\"\nunits = \"inch\"")
+        for key, value in (("diameter", 120), ("inner_diameter", 84), ("height", 40), ("web", 15), ("bore", 30),
+                           ("diameter", 26), ("length", 14), ("to", 20)):  # fmt: skip
+            text = text.replace(f"{key} = {value}", f"{key} = {value / 25.4:.12g}", 1)
+        (tmp_path / "inch.toml").write_text(text.replace("tolerance = 0.005", "tolerance = 0.0002"), encoding="utf-8")
+        given = ["--profile", str(tmp_path / "inch.toml")]
+    assert main(["design", "end-face", str(tmp_path / "out.toml"), "--pressure-angle", "28", *given]) == 0
+    assert "pressure angle decides" in capsys.readouterr().out
+    profile = read(tmp_path / "out.toml")
+    assert degrees(Model(profile).pressure_angle.value) <= 28.0
+    wide = profile.cam.diameter - profile.cam.inner_diameter
+    assert wide == pytest.approx(36.0, abs=1e-9)
+    near = profile.cam.model_copy(update={"diameter": profile.cam.diameter - 0.05,
+                                          "inner_diameter": profile.cam.inner_diameter - 0.05})  # fmt: skip
+    assert degrees(Model(profile.model_copy(update={"cam": near})).pressure_angle.value) > 28.0
+
+
+def test_an_end_face_that_no_ring_can_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    status, said = designed("end-face", {"pressure-angle": "0.5"}, [], capsys)
+    assert status == 1
+    assert "no middle radius of the ring" in said
+    status, said = designed("end-face", {"profile": str(PROFILES / "disc_flat_face.toml")}, [], capsys)
+    assert status == 2
+    assert "is not the kind to design" in said
