@@ -34,6 +34,7 @@ from camgeom.track.flank import Flank
 if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.solid.blank import Bore
+    from camgeom.solid.mechanism import Mechanism
 
 AXIAL, ACROSS = ("z", "x"), ("x", "y")
 SPARE = 3.0
@@ -90,10 +91,8 @@ def _alone(model: Model, meshes: Meshes) -> Drawing:
         dimensions += [Dimension((a, -reach), (b, -reach), number(b - a, 5), "below") for a, b in ends]
     if size.round or not _plate(model):
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
-    if model.mechanism.bore:
-        bore = model.mechanism.bore.diameter
-        dimensions.append(Dimension((high, -0.5 * bore), (high, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-        paths += _behind(meshes, model.mechanism.bore)
+    dimensions += _inside(model, high)
+    paths += _behind(meshes, model.mechanism)
     leaders = []
     for track in model.tracks[:1]:
         z = float(_stand(track)[2])
@@ -138,11 +137,17 @@ def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
     if _plate(model):
         dimensions += [Dimension((left, 0.0), (right, 0.0), number(right - left, 5), "below"),
                        Dimension((0.0, bottom), (0.0, top), number(top - bottom, 5), "left")]  # fmt: skip
-    circles, leaders = [], []
+    circles: list[Circle] = []
+    leaders = []
     base = model.mechanism.base_radius
     if base is not None and not name:
         circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    bored = model.mechanism.bored
+    if bored is not None and not bored[0] <= level <= bored[1]:
+        hidden, keyway = _hidden_bore(model.mechanism.bore)
+        circles += hidden
+        paths += keyway
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         wall, half = 0.5 * bore.diameter + bore.keyway_depth, 0.5 * bore.keyway_width
         dimensions += [
@@ -243,13 +248,8 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     dimensions = [Dimension((low, -reach), (high, -reach), number(high - low, 5), "below")]
     if size.round:
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
-    if model.mechanism.bore:
-        bore, end = model.mechanism.bore.diameter, (model.mechanism.bored or (low, high))[1]
-        dimensions.append(Dimension((end, -0.5 * bore), (end, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-        paths += _behind(meshes, model.mechanism.bore, model.mechanism.bored)
-    for one in model.mechanism.measures:
-        text = f"⌀ {number(one.size, 6)}" if one.is_diameter else number(one.size, 6)
-        dimensions.append(Dimension(one.start, one.stop, text, "right" if one.is_diameter else "above"))
+    dimensions += _inside(model, high)
+    paths += _behind(meshes, model.mechanism)
     leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
     for track in model.tracks[:1]:
         joint = track.joint
@@ -279,11 +279,23 @@ def _hidden_bore(bore: Bore | None) -> tuple[list[Circle], list[Path]]:
     return [Circle((0.0, 0.0), radius, "hidden")], slot
 
 
-def _behind(meshes: Meshes, bore: Bore, bored: tuple[float, float] | None) -> list[Path]:
-    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall.
+def _inside(model: Model, high: float) -> list[Dimension]:
+    """Sizes of the axial section beside length and outside: of the bore, which ends at `high`, and what a kind has."""
+    found = []
+    if model.mechanism.bore:
+        bore, end = model.mechanism.bore.diameter, (model.mechanism.bored or (0.0, high))[1]
+        found.append(Dimension((end, -0.5 * bore), (end, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
+    for one in model.mechanism.measures:
+        text = f"⌀ {number(one.size, 6)}" if one.is_diameter else number(one.size, 6)
+        found.append(Dimension(one.start, one.stop, text, "right" if one.is_diameter else "above"))
+    return found
 
-    bored  heights z between which it runs, mm; None: from end to end of every body
-    """
+
+def _behind(meshes: Meshes, mechanism: Mechanism) -> list[Path]:
+    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall."""
+    bore, bored = mechanism.bore, mechanism.bored
+    if bore is None:
+        return []
     radius, top = 0.5 * bore.diameter, 0.5 * bore.diameter + (bore.keyway_depth if bore.keyway_width else 0.0)
     edge = float(np.sqrt(radius**2 - 0.25 * bore.keyway_width**2))
     found = []
