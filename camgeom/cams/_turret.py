@@ -12,8 +12,8 @@ from camgeom.errors import Problem
 from camgeom.keys import Gap
 from camgeom.motion.program import Program
 from camgeom.solid.blank import Bore
-from camgeom.track import TURN, Relief
-from camgeom.track.follower import AnyRoller, CrownedRoller, Setup, SphereRoller, TurretFollower
+from camgeom.track import TURN, Meridian, Relief, Straight
+from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
 
 ReliefAngle = Annotated[float, Field(gt=0.0, le=90.0, allow_inf_nan=False)]
 
@@ -82,7 +82,6 @@ class TurretKeys(Cam):
             found.append(problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
         elif self.keyway_width and self.keyway_width >= self.bore:
             found.append(problem("cam.keyway_width", self.keyway_width, f"below the bore {self.bore:g} mm"))
-        found += conforming_problems(setup.roller)
         return found + self._step_problems(setup, follower) + self._relief_problems(setup)
 
     def _step_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
@@ -112,12 +111,10 @@ class TurretKeys(Cam):
         return [problem("cam.relief_angle", self.relief_angle, limit)]
 
 
-def conforming_problems(roller: AnyRoller | None) -> list[Problem]:
-    """What is wrong with a crowned roller of a turret: rollers that touch in points share no load by slices."""
-    if not isinstance(roller, CrownedRoller) or roller.flank == "conforming":
-        return []
-    limit = "conforming for a turret: how rollers that touch in points share its torque is not computed; say so by key"
-    return [problem("roller.flank", roller.flank, limit)]
+def bearing_meridian(roller: AnyRoller, centre: float, tip_sign: float) -> Meridian:
+    """The meridian that a turret's flank is made for: of a crown on a straight flank the cylinder of its crest."""
+    meridian = roller.meridian(centre, tip_sign)
+    return meridian if roller.arc is None else Straight(0.5 * roller.diameter, centre)
 
 
 def _boundaries(program: Program) -> list[tuple[float, float]]:

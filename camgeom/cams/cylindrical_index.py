@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, final
 from pydantic import Field
 
 from camgeom.cams import problem, sense_of
-from camgeom.cams._turret import TurretKeys
+from camgeom.cams._turret import TurretKeys, bearing_meridian
 from camgeom.errors import Problem
 from camgeom.keys import Length
 from camgeom.maths import Floats
@@ -186,7 +186,7 @@ class CylindricalIndexMechanism(Mechanism):
         low, high = self.contact
         middle = high if isinstance(self.roller, SphereRoller) else 0.5 * (low + high)
         first = Track(
-            meridian=self.roller.meridian(middle, -1.0),
+            meridian=bearing_meridian(self.roller, middle, -1.0),
             joint=Swing((-self.cam.way, 0.0, 0.0), (0.0, centre, 0.0)),
             anchor=(0.0, centre - follower.pitch_radius, 0.0),
             axis=(1.0, 0.0, 0.0),

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import problem, sense_of
-from camgeom.cams._turret import TurretKeys
+from camgeom.cams._turret import TurretKeys, bearing_meridian
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
@@ -218,7 +218,7 @@ class GloboidalMechanism(Mechanism):
     @cached_property
     def tip_radius(self) -> float:
         """Radius of the roller at its free end, mm."""
-        meridian = self.roller.meridian(self.quoted_radius, 1.0)
+        meridian = bearing_meridian(self.roller, self.quoted_radius, 1.0)
         return float(meridian.jet(np.array([meridian.parameter(self.tip)]))[3][0])
 
     @property
@@ -274,7 +274,7 @@ class GloboidalMechanism(Mechanism):
     def _grooves(self, reach: float, centre: float) -> tuple[Track, ...]:
         follower = self.follower
         first = Track(
-            meridian=self.roller.meridian(follower.pitch_radius, 1.0),
+            meridian=bearing_meridian(self.roller, follower.pitch_radius, 1.0),
             joint=Swing((0.0, self.cam.way, 0.0), (centre, 0.0, 0.0)),
             anchor=(centre, 0.0, 0.0),
             axis=(-1.0, 0.0, 0.0),

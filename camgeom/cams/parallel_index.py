@@ -16,7 +16,8 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, Cam, keyway_idle, problem, sense_of
-from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelope
+from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelope, straight_problems
+from camgeom.cams._turret import bearing_meridian
 from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
@@ -26,7 +27,7 @@ from camgeom.solid.mechanism import Drive, Mechanism, Turret
 from camgeom.solid.prism import Loop, Prism
 from camgeom.solid.turret import StackedTurret, TurretBody
 from camgeom.track import TURN, Swing, Track
-from camgeom.track.follower import CylinderRoller, Setup, TurretFollower
+from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup, TurretFollower
 from camgeom.track.outline import Outline
 from camgeom.track.sweep import BandEdge, RimArc, RollerSweep
 from camgeom.track.turret import turret_tracks
@@ -65,7 +66,7 @@ class ParallelIndex(Cam):
         """The plates with their turret."""
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
-        assert isinstance(roller, CylinderRoller)
+        assert isinstance(roller, CylinderRoller | CrownedRoller)
         return ParallelIndexMechanism(
             follower=follower,
             roller=roller,
@@ -88,10 +89,11 @@ class ParallelIndex(Cam):
         """What cannot be built, with key, value and allowed range."""
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TurretFollower)
-        if not isinstance(roller, CylinderRoller):
+        if not isinstance(roller, CylinderRoller | CrownedRoller):
             shape = roller.shape if roller else None
-            return [Problem("roller.shape", "parallel indexing cams need rollers", shape, "cylinder")]
-        return self._step_problems(setup, follower) + self._size_problems(follower, roller)
+            return [Problem("roller.shape", "parallel indexing cams need rollers", shape, "cylinder or crowned")]
+        found = straight_problems(roller)
+        return found + self._step_problems(setup, follower) + self._size_problems(follower, roller)
 
     def _step_problems(self, setup: Setup, follower: TurretFollower) -> list[Problem]:
         program, count = setup.program, follower.count
@@ -106,7 +108,7 @@ class ParallelIndex(Cam):
             return [problem("follower.rollers", count, limit)]
         return []
 
-    def _size_problems(self, follower: TurretFollower, roller: CylinderRoller) -> list[Problem]:
+    def _size_problems(self, follower: TurretFollower, roller: CylinderRoller | CrownedRoller) -> list[Problem]:
         low = self.center_distance - follower.pitch_radius
         if low <= 0.0:
             limit = f"below the centre distance {self.center_distance:g} mm"
@@ -141,7 +143,7 @@ class ParallelIndexMechanism(Mechanism):
     """Plates and their turret. Facts of the plates' shape raise DesignError where no plate is left."""
 
     follower: TurretFollower
-    roller: CylinderRoller
+    roller: CylinderRoller | CrownedRoller
     cam: ParallelIndex
 
     def _contact(self, plate: int) -> tuple[float, float]:
@@ -162,7 +164,7 @@ class ParallelIndexMechanism(Mechanism):
         edge = 0.5 * self.cam.diameter
         clear = edge + 1.05 * (0.5 * self.roller.diameter + gap)
         first = Track(
-            meridian=self.roller.meridian(0.5 * (low + high), 1.0),
+            meridian=bearing_meridian(self.roller, 0.5 * (low + high), 1.0),
             joint=Swing((0.0, 0.0, -self.sense), (c, 0.0, 0.0)),
             anchor=(c - rf, 0.0, 0.0),
             axis=(0.0, 0.0, 1.0),

@@ -354,7 +354,7 @@ def _finish(wanted: Wanted, trial: Candidate, model: Model, first: tuple[Choice,
     """Material by stress and speed, all checks with the solid, and the reasons."""
     duty = model.turret_duty
     assert duty is not None
-    pressure, speed = duty.peak_pressure.value, _track_speed(wanted, trial)
+    pressure, speed = duty.least_peak.value, _track_speed(wanted, trial)
     material = material_for(pressure, speed)
     if material is None:
         raise DesignError(f"the contact pressure {pressure:.4g} MPa is above 1300 MPa; use a larger centre distance")

@@ -21,7 +21,9 @@ from camgeom.mechanics.hertz import Beneath
 from camgeom.mechanics.load import FollowerForce
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.contact import Stiffness
     from camgeom.mechanics.film import Film, Oil
+    from camgeom.mechanics.finite_contact import Patch
     from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.rating import Rating
 
@@ -172,6 +174,27 @@ def slice_data(peak: Extreme) -> dict[str, Any]:
         "peak_slice_pressure_mpa": finite(peak.value),
         "peak_slice_delta_mm": peak.place,
         "peak_slice_cam_angle_deg": degrees(peak.cam_angle),
+    }
+
+
+def inside_data(inside: Extreme) -> dict[str, Any]:
+    """The pressure half a millimetre inside of a sharp end that bears."""
+    return {
+        "inside_pressure_mpa": inside.value,
+        "inside_delta_mm": inside.place,
+        "cam_angle_deg": degrees(inside.cam_angle),
+    }
+
+
+def patch_data(patch: Patch, stiff: Stiffness, middle: float) -> dict[str, Any]:
+    """Of a contact on a half-space: where its load acts (delta; `middle` is y = 0), error of its peak, approach,
+    stiffness."""
+    return {
+        "load_centre_mm": middle + patch.centre,
+        "peak_pressure_error": patch.error,
+        "approach_mm": patch.approach,
+        "tangent_stiffness_n_mm": stiff.tangent,
+        "secant_stiffness_n_mm": stiff.secant,
     }
 
 

@@ -105,6 +105,7 @@ class Bodies:
     tilt        of the roller's axis against the flank: gap tilt * y, so that a positive one presses the low end
     twist       angle between the axis and the line along which the flank is straight
     mirror      1 takes the support beyond the roller's ends away, approximately; 0 leaves it
+    growth      of the curvature along the roller, 1/mm²: `curvature` is that at y = 0
     """
 
     curvature: float
@@ -114,13 +115,13 @@ class Bodies:
     twist: float = 0.0
     own: float = 0.5
     mirror: float = 0.0
+    growth: float = 0.0
 
     def gap(self, x: Floats, y: Floats) -> Floats:
         """Unloaded gap, mm, (nx, ny), at places across (nx,) and along (ny,)."""
         drop = self.profile.drop(y) + self.tilt * y
         across = x[:, None] * np.cos(self.twist) - y[None, :] * np.sin(self.twist)
-        return np.asarray(0.5 * self.curvature * np.square(across) + drop)
-
+        return np.asarray(0.5 * (self.curvature + self.growth * y) * np.square(across) + drop)
 
     @property
     def nearest(self) -> float:

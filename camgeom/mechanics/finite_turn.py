@@ -55,9 +55,7 @@ class FiniteTurn:
     @cached_property
     def edges(self) -> Floats:
         """Of the bins along the roller, mm from its middle, (m + 1,)."""
-        profile = self._profile
-        middle = np.linspace(profile.low + profile.room, profile.high - profile.room, BINS + 1)
-        return np.concatenate([profile.reach[:1], middle, profile.reach[1:]])
+        return bins(self._profile)
 
     @cached_property
     def known(self) -> tuple[float, float]:
@@ -74,8 +72,7 @@ class FiniteTurn:
     @cached_property
     def places(self) -> Floats:
         """Middles of the bins, those at the ends where the length ends, mm, (m,)."""
-        middles = 0.5 * (self.edges[1:] + self.edges[:-1])
-        return np.concatenate([[self._profile.low], middles[1:-1], [self._profile.high]])
+        return middles_of(self.edges, self._profile)
 
     def _of(self, wall: int) -> Floats:
         """Load on a wall, N, (p, n)."""
@@ -94,7 +91,7 @@ class FiniteTurn:
         """The same from the table's coarser cells."""
         total = np.zeros((len(self.places), *self.normal.shape))
         for wall in self.walls:
-            table = _Table(self.walls[wall], self._of(wall), self.curvature, self.edges)
+            table = Table(self.walls[wall], self._of(wall), self.curvature, self.edges)
             total += np.square(table.pressures(self._of(wall), self.curvature))
         return total
 
@@ -111,11 +108,8 @@ class FiniteTurn:
             for each, judged in places.items():
                 here, k = (float(self.panels.limit(one, each, judged)) for one in (load, self.curvature))
                 if here > 0.0:
-                    patch = press(replace(bodies, curvature=k), here, strips=FINE)
-                    if patch.error > KNOWN and not patch.unbounded:
-                        patch = press(replace(bodies, curvature=k), here, strips=FINER)
-                    sure = 1.0 if patch.unbounded or patch.error <= KNOWN else max(0.0, 1.0 - patch.error)
-                    found.append((Extreme(sure * patch.peak[0], each, patch.peak[1], where=str(wall)), patch))
+                    patch = refined(replace(bodies, curvature=k), here)
+                    found.append((Extreme(surely(patch), each, patch.peak[1], where=str(wall)), patch))
         sharp = [one for one in found if one[1].unbounded]
         return max(sharp or found, key=lambda one: one[0].value)
 
@@ -127,19 +121,66 @@ class FiniteTurn:
     @property
     def unknown(self) -> bool:
         """Whether the largest pressure is not known within KNOWN: at ends that are nearly sharp."""
-        return not self.unbounded and self.hardest[1].error > KNOWN
+        return unknown(self.hardest[1])
 
     @cached_property
     def stiffness(self) -> Stiffness:
         """Of the hardest contact, N/mm."""
-        patch = self.hardest[1]
-        loads = (patch.load * (1.0 + way * SMALL) for way in (-1.0, 1.0))
-        less, more = (press(patch.bodies, load, *TABLED, checked=False).approach for load in loads)
-        return Stiffness(2.0 * SMALL * patch.load / (more - less), patch.load / patch.approach)
+        return stiffness_of(self.hardest[1])
+
+
+def bins(profile: Profile) -> Floats:
+    """Edges of the bins along a roller, mm from its middle, (BINS + 3,)."""
+    middle = np.linspace(profile.low + profile.room, profile.high - profile.room, BINS + 1)
+    return np.concatenate([profile.reach[:1], middle, profile.reach[1:]])
+
+
+def middles_of(edges: Floats, profile: Profile) -> Floats:
+    """Middles of the bins, those at the ends where the length ends, mm."""
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    return np.concatenate([[profile.low], middles[1:-1], [profile.high]])
+
+
+def stiffness_of(patch: Patch) -> Stiffness:
+    """Tangent and secant of a contact, N/mm."""
+    loads = (patch.load * (1.0 + way * SMALL) for way in (-1.0, 1.0))
+    less, more = (press(patch.bodies, load, *TABLED, checked=False).approach for load in loads)
+    return Stiffness(2.0 * SMALL * patch.load / (more - less), patch.load / patch.approach)
+
+
+def refined(bodies: Bodies, load: float) -> Patch:
+    """The contact under a load, N, on strips so fine that its peak is known, as far as it can be."""
+    patch = press(bodies, load, strips=FINE)
+    return press(bodies, load, strips=FINER) if unknown(patch) else patch
+
+
+def unknown(patch: Patch) -> bool:
+    """Whether a contact's largest pressure is not known within KNOWN: at an end that is nearly sharp."""
+    return not patch.unbounded and patch.error > KNOWN
+
+
+def surely(patch: Patch) -> float:
+    """A pressure, MPa, that its largest surely reaches; of an unbounded one that inside of the sharp end."""
+    return patch.peak[0] * (max(0.0, 1.0 - patch.error) if unknown(patch) else 1.0)
+
+
+def without_peak(patch: Patch) -> str:
+    """Why a contact has no largest pressure, and what to give so that it has; empty where it has one."""
+    if unknown(patch):
+        return (
+            f"the pressure at the roller's end is known within {patch.error:.1%} alone: its edge is nearly sharp; give "
+            "a larger roller.end_radius, or crown = 'logarithmic'"
+        )
+    if not patch.unbounded:
+        return ""
+    return (
+        f"the pressure is unbounded at the sharp end that bears ({patch.peak[0]:.6g} MPa half a millimetre inside): "
+        "give roller.end_radius, or a crown that ends within the roller (crown = 'logarithmic')"
+    )
 
 
 @final
-class _Table:
+class Table:
     """Pressure of every bin over loads and curvatures, (c, l, m), of one wall."""
 
     def __init__(self, bodies: Bodies, load: Floats, curvature: Floats, edges: Floats) -> None:

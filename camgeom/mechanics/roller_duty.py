@@ -22,7 +22,18 @@ from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, peak_of, slice_data, torque_data
+from camgeom.mechanics.duty import (
+    MILLI,
+    finite,
+    hertz_data,
+    inside_data,
+    largest_of,
+    length_data,
+    patch_data,
+    peak_of,
+    slice_data,
+    torque_data,
+)
 from camgeom.mechanics.hertz import (
     Beneath,
     CrownedContact,
@@ -315,17 +326,11 @@ class RollerDuty:
     @property
     def no_stress(self) -> str:
         """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
-        if self.finite is None or not (self.finite.unbounded or self.finite.unknown):
+        if self.finite is None:
             return ""
-        if self.finite.unknown:
-            return (
-                f"the pressure at the roller's end is known within {self.finite.hardest[1].error:.1%} alone: its edge "
-                "is nearly sharp; give a larger roller.end_radius, or crown = 'logarithmic'"
-            )
-        return (
-            f"the pressure is unbounded at the sharp end that bears ({self.least_peak.value:.6g} MPa half a "
-            "millimetre inside): give roller.end_radius, or a crown that ends within the roller (crown = 'logarithmic')"
-        )
+        from camgeom.mechanics.finite_turn import without_peak
+
+        return without_peak(self.finite.hardest[1])
 
     @cached_property
     def least_peak(self) -> Extreme:
@@ -892,7 +897,7 @@ class RollerDuty:
         peak, hardest = self.contact.peak(), self.peak_pressure
         return {
             "contact_level": self.level,
-            **(self._inside_data() if hardest is None else {
+            **(inside_data(self.least_peak) if hardest is None else {
                 "peak_pressure_mpa": finite(peak.pressure),
                 "cam_angle_deg": degrees(float(peak.theta)),
                 **self._crown_data(),
@@ -907,26 +912,11 @@ class RollerDuty:
             **(self.kept.data() if self.kept is not None else {}),
         }  # fmt: skip
 
-    def _inside_data(self) -> dict[str, Any]:
-        inside = self.least_peak
-        return {
-            "inside_pressure_mpa": inside.value,
-            "inside_delta_mm": inside.place,
-            "cam_angle_deg": degrees(inside.cam_angle),
-        }
-
     def _finite_data(self) -> dict[str, Any]:
-        """Of a contact on a half-space: where its load acts, error of its peak, approach, stiffness."""
+        """Of a contact on a half-space; empty of another."""
         if self.finite is None:
             return {}
-        patch, stiff = self.finite.hardest[1], self.stiffness
-        return {
-            "load_centre_mm": self._middle + patch.centre,
-            "peak_pressure_error": patch.error,
-            "approach_mm": patch.approach,
-            "tangent_stiffness_n_mm": stiff.tangent,
-            "secant_stiffness_n_mm": stiff.secant,
-        }
+        return patch_data(self.finite.hardest[1], self.stiffness, self._middle)
 
     def _crown_data(self) -> dict[str, Any]:
         """Of a crowned roller: the pressure without its crown, and the largest half-length of its ellipse."""

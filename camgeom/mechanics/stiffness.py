@@ -20,7 +20,7 @@ Units N, mm, MPa, rad.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Self, final
 
 import numpy as np
@@ -68,8 +68,13 @@ class Slices:
     cam: Material
 
     @classmethod
-    def of(cls, beside: Engagement, preload: float, roller: Material, cam: Material) -> Self:
-        """The slices of an engagement, rollers preloaded by a normal interference in the dwell, mm."""
+    def of(
+        cls, beside: Engagement, preload: float, roller: Material, cam: Material, drop: Floats | float = 0.0
+    ) -> Self:
+        """The slices of an engagement, rollers preloaded by a normal interference in the dwell, mm.
+
+        drop  gap of crown, run-out and tilt, mm, (2, n, k, m)
+        """
         n = len(beside.theta)
         side = np.array([1.0, -1.0])[:, None, None, None]
 
@@ -83,12 +88,17 @@ class Slices:
             flat(np.where(on, side * beside.lever, side)),
             # An undercut wall, which has no such contact, counts as a plane; its pressure is infinite (`TurretDuty`).
             np.where(k > 0.0, k, 1.0 / radius),
-            flat(_pressed_in(beside, preload)),
+            flat(_pressed_in(beside, preload) - drop),
             flat(beside.cover),
             radius,
             roller,
             cam,
         )
+
+    def rows(self, rows: npt.NDArray[np.intp]) -> Self:
+        """The slices at some of the cam angles."""
+        return replace(self, on=self.on[rows], lever=self.lever[rows], curvature=self.curvature[rows],
+                       preload=self.preload[rows], width=self.width[rows])  # fmt: skip
 
     def held(self, torque: Floats) -> Held:
         """Line loads whose torques on the turret add up to torque (n,), N mm.

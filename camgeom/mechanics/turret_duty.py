@@ -7,9 +7,9 @@ rad, s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import degrees
-from typing import TYPE_CHECKING, Any, final
+from dataclasses import dataclass, replace
+from math import degrees, inf, tan
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.surface import dot
 from camgeom.mechanics.bearing import (
     BearingLife,
     modified,
@@ -28,19 +29,32 @@ from camgeom.mechanics.bearing import (
     stud_stress,
 )
 from camgeom.mechanics.contact import share_load
-from camgeom.mechanics.duty import MILLI, finite, hertz_data, largest_of, length_data, slice_data, torque_data
+from camgeom.mechanics.duty import (
+    MILLI,
+    finite,
+    hertz_data,
+    inside_data,
+    largest_of,
+    length_data,
+    patch_data,
+    slice_data,
+    torque_data,
+)
 from camgeom.mechanics.hertz import Beneath, allowable_load, beneath_line, line_depth, line_flexibility, line_pressure
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
 from camgeom.mechanics.stiffness import Estimate, Slices
 from camgeom.track import TURN, Track
+from camgeom.track.flank import Flank
+from camgeom.track.follower import PLAIN, Ends
 from camgeom.track.turret import Beside, Engagement
 
 if TYPE_CHECKING:
     from camgeom.mechanics.film import Film, Oil
+    from camgeom.mechanics.finite_contact import Profile
+    from camgeom.mechanics.finite_turret import FiniteTurret
     from camgeom.mechanics.rating import Rating
-
 
 FAR = 1e6
 """mm; gap of a slice with nothing to bear on"""
@@ -68,6 +82,8 @@ class TurretDuty:
     preload  normal interference in the dwell, mm
     width, bore   of the cam, mm, for its shaft (no shaft stress without a bore)
     rating   of a roller's bearing; None where it is not known
+    ends     how a roller ends and how it stands against its flank
+    crown    radius of its meridian, mm, on a flank that is straight along it; None: the flank is its own envelope
     """
 
     beside: Beside
@@ -78,6 +94,8 @@ class TurretDuty:
     width: float = 0.0
     bore: float = 0.0
     rating: Rating | None = None
+    ends: Ends = PLAIN
+    crown: float | None = None
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -130,8 +148,8 @@ class TurretDuty:
     @cached_property
     def line_load(self) -> Floats:
         """Load per length on the wall that bears, N/mm, (n, k, m). Raises DesignError where nothing can bear."""
-        if self.preload > 0.0:
-            return np.asarray(self._preloaded.sum(axis=0))
+        if self._by_slices:
+            return np.asarray(self._on_walls[0].sum(axis=0))
         e = self.engagement
         out = np.zeros(e.on.shape[1:])
         if not len(self.loaded):
@@ -159,16 +177,91 @@ class TurretDuty:
         out[self.loaded] = np.where(flat, shared.line_load, 0.0).reshape(on.shape)
         return out
 
+    @property
+    def level(self) -> Literal["line", "finite"]:
+        """Which theory the contact is rated by: Hertz's line, or the half-space where ends, tilt or crown are stated.
+        """
+        return "finite" if self.ends.stated or self.crown is not None else "line"
+
+    @property
+    def _by_slices(self) -> bool:
+        """Whether slices have gaps or a preload of their own, and press whichever wall they reach."""
+        return self.preload > 0.0 or self.level == "finite"
+
     @cached_property
-    def _preloaded(self) -> Floats:
-        """Load per length on both walls of a preloaded turret, N/mm, (2, n, k, m): a slice presses one of them."""
-        held = self.slices(self.engagement).held(self.turret_torque)
-        n, k, m = len(self.theta), len(self.engagement.places), len(self.engagement.stations)
-        return np.moveaxis(held.line_load.reshape(n, 2, k, m), 0, 1)
+    def _on_walls(self) -> tuple[Floats, Floats]:
+        """Load per length on both walls, N/mm, and approach without crown, run-out and tilt, mm, (2, n, k, m) each.
+
+        A slice presses one of them; without preload none presses where there is no torque.
+        """
+        slices, e = self.slices(self.engagement), self.engagement
+        rows = np.arange(len(self.theta)) if self.preload > 0.0 else self.loaded
+        held = slices.rows(rows).held(self.turret_torque[rows])
+        shape = (len(rows), 2, len(e.places), len(e.stations))
+        load, approach = np.zeros((2, *e.on.shape))
+        load[:, rows] = np.moveaxis(held.line_load.reshape(shape), 0, 1)
+        moved = slices.preload[rows] + slices.lever[rows] * held.angle[:, None]
+        approach[:, rows] = np.moveaxis(moved.reshape(shape), 0, 1)
+        return load, approach + self._drop(e)
+
+    def _drop(self, beside: Engagement) -> Floats:
+        """Gap of the slices' middles by crown, run-out and tilt, mm, (2, n, k, m)."""
+        if self.level == "line":
+            return np.zeros(beside.on.shape)
+        y, tilt = beside.place - self.middle, tan(self.ends.tilt)
+        way = np.array([-tilt, tilt])[:, None, None, None]
+        return np.asarray(self._profile.drop(np.clip(y, *self._profile.reach)) + way * y)
+
+    @property
+    def middle(self) -> float:
+        """Middle of a roller's contact stretch along its axis (delta), mm."""
+        return 0.5 * sum(self.tracks[0].contact)
+
+    @cached_property
+    def _profile(self) -> Profile:
+        """Of a roller beside the cam with all of its length."""
+        from camgeom.mechanics.finite_contact import Profile
+
+        half = 0.5 * self._length
+        return Profile(-half, half, self.crown or inf, self.ends.run_out, self.ends.radius, 2.0 * half)
+
+    @cached_property
+    def finite(self) -> FiniteTurret | None:
+        """The contact on a half-space; None of a plain line, without load, and where a loaded wall is undercut."""
+        e = self.engagement
+        if self.level == "line" or not self.line_load.any():
+            return None
+        load, approach = self._on_walls
+        if np.any((load > 0.0) & (e.curvature <= 0.0)):
+            return None
+        from camgeom.mechanics.finite_turret import FiniteTurret, Wall
+
+        back, ahead = (
+            Wall(load[w], e.cover[w], e.place[w] - self.middle, e.curvature[w], approach[w]) for w in (0, 1)
+        )
+        pair = pair_compliance(self.roller, self.cam)
+        return FiniteTurret(
+            self.theta, (back, ahead), self._profile, pair, self.roller.compliance / pair, float(self.ends.mirrored),
+            tan(self.ends.tilt), self._twist,
+        )  # fmt: skip
+
+    def _twist(self, wall: int, at: tuple[int, int]) -> float:
+        """Angle, rad, of a roller's axis to its line of contact with a wall, under its crown; 0 without one."""
+        index, turn = self.engagement.places[at[1]]
+        track, t = self.tracks[index], np.array([self.tracks[index].meridian.parameter(self.middle)])
+        for side in track.sides if self.crown is not None else ():
+            flank = Flank(track, self.theta[at[0] : at[0] + 1] + TURN * turn, t, side)
+            if (float(flank.lever().mean()) < 0.0) == (wall == 0):
+                line = flank.tangents[1][:, :, 0]
+                square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
+                return float(np.arccos(np.sqrt(min(1.0, float(square[0])))))
+        return 0.0
 
     @cached_property
     def pressure(self) -> Floats:
         """Peak contact pressure of every slice, MPa, (n, k, m); infinite where it bears on a wall that it undercuts."""
+        if self.finite is not None:
+            return self.finite.pressure(self.tracks[0].meridian.jet(self.engagement.stations)[0] - self.middle)
         pair = pair_compliance(self.roller, self.cam)
         k = self._walls(self.engagement.curvature)
         folded = (k <= 0.0) & (self.line_load > 0.0)
@@ -199,11 +292,11 @@ class TurretDuty:
         """Values (2, n, k, m, ...) of the wall that a slice presses, else of the one that the torque's sign chooses."""
         chosen = np.where(self.turret_torque >= 0.0, 0, 1)
         picked = np.asarray(values[chosen, np.arange(len(self.theta))])
-        if self.preload <= 0.0:
+        if not self._by_slices:
             return picked
         more = (1,) * (values.ndim - 4)
         for wall in (0, 1):
-            pressed = self._preloaded[wall] > 0.0
+            pressed = self._on_walls[0][wall] > 0.0
             picked = np.where(pressed.reshape(*pressed.shape, *more), values[wall], picked)
         return picked
 
@@ -231,7 +324,7 @@ class TurretDuty:
 
     def slices(self, beside: Engagement) -> Slices:
         """The slices of the rollers that may press, preloaded, at the cam angles of an engagement."""
-        return Slices.of(beside, self.preload, self.roller, self.cam)
+        return Slices.of(beside, self.preload, self.roller, self.cam, self._drop(beside))
 
     def stiffness_table(self, estimate: Estimate = "half-space") -> tuple[float, ...]:
         """Torsional stiffness between cam and turret, N m/rad, at COUNT equal steps of a turn from cam angle zero.
@@ -293,8 +386,10 @@ class TurretDuty:
         chooses.
         """
         e, radii = self.engagement, self.tracks[0].meridian.jet(self.engagement.stations)[3]
-        if self.preload > 0.0:
-            weight, turning = (np.concatenate(list(v), axis=-1) for v in (self._preloaded * e.cover * radii, e.turning))
+        if self._by_slices:
+            weight, turning = (
+                np.concatenate(list(v), axis=-1) for v in (self._on_walls[0] * e.cover * radii, e.turning)
+            )
         else:
             weight, turning = self.line_load * self._cover * radii, self._walls(e.turning)
         order = np.argsort(turning, axis=-1)
@@ -372,19 +467,19 @@ class TurretDuty:
     def cam_life(self) -> float:
         """Fatigue life of the cam's walls, h: each point is met once in a cam turn."""
         m = self.cam
-        return float(hours((self.peak_pressure.value / m.contact_limit) ** m.exponent / m.contact_cycles, self.speed))
+        return float(hours((self.least_peak.value / m.contact_limit) ** m.exponent / m.contact_cycles, self.speed))
 
     @property
     def lives(self) -> dict[str, float]:
-        """Fatigue life, h, of roller, cam and the roller's bearing."""
-        lives = {"roller": self.roller_life, "cam": self.cam_life}
+        """Fatigue life, h, of roller, cam and the roller's bearing; no surface's where a sharp end bears."""
+        lives = {} if self.no_stress else {"roller": self.roller_life, "cam": self.cam_life}
         return lives if self.bearing is None else lives | {"bearing": self.bearing.judged_h}
 
     def film(self, oil: Oil) -> Film | None:
         """The film of the thinnest slice of all rollers; None without load and where a wall is undercut."""
         from camgeom.mechanics.film import line_film, thinnest
 
-        if np.isinf(self.pressure).any():
+        if np.isinf(self.pressure).any() or self.no_stress:
             return None
         bears = self.line_load > QUIET * self.line_load.max(initial=0.0)
         k = self._walls(self.engagement.curvature)
@@ -448,26 +543,31 @@ class TurretDuty:
         n, k, m = np.unravel_index(int(np.argmax(self.pressure)), self.pressure.shape)
         return int(n), int(k), int(m)
 
+    @property
+    def peak_pressure(self) -> Extreme | None:
+        """Largest contact pressure of all slices of all rollers, MPa; None where a sharp end bears."""
+        return None if self.no_stress else self.least_peak
+
+    @property
+    def no_stress(self) -> str:
+        """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
+        return "" if self.finite is None else self.finite.no_stress
+
     @cached_property
-    def peak_pressure(self) -> Extreme:
-        """Largest contact pressure of all slices of all rollers, MPa."""
+    def least_peak(self) -> Extreme:
+        """The largest pressure; where a sharp end bears that half a millimetre inside, no peak, but a bound of one."""
+        if self.finite is not None:
+            found = self.finite.hardest[0]
+            return replace(found, place=self.middle + found.place)
         n, k, m = self._hardest
         delta = float(self._walls(self.engagement.place)[n, k, m])
         return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)
 
-    @property
-    def no_stress(self) -> str:
-        """Empty: lines have a largest pressure."""
-        return ""
-
-    @property
-    def least_peak(self) -> Extreme:
-        """The largest pressure."""
-        return self.peak_pressure
-
     @cached_property
     def contact_length(self) -> float:
         """Length of the hardest pressed roller that touches where the pressure is largest, mm."""
+        if self.finite is not None:
+            return self.finite.hardest[1].length
         n, k, _ = self._hardest
         return float(self._cover[n, k].sum())
 
@@ -487,6 +587,8 @@ class TurretDuty:
     @cached_property
     def peak_contact(self) -> Beneath | None:
         """Half-width and subsurface shear of the hardest contact; None where a wall is undercut."""
+        if self.finite is not None:
+            return None if self.no_stress else Beneath(*self.finite.hardest[1].beneath(self.cam.poisson))
         pressure = float(self.pressure[self._hardest])
         if pressure == np.inf:
             return None
@@ -503,6 +605,9 @@ class TurretDuty:
         """Where the largest shear lies deepest over the turn, all rollers and slices, mm; None where one undercuts."""
         if np.isinf(self.pressure).any():
             return None
+        if self.finite is not None:
+            below = self.peak_contact
+            return None if below is None else replace(self.least_peak, value=below.shear_depth)
         k = self._walls(self.engagement.curvature)
         depth = line_depth(self.pressure, np.where(k > 0.0, k, 1.0), pair_compliance(self.roller, self.cam))
         n, *at = np.unravel_index(int(np.argmax(depth)), depth.shape)
@@ -538,19 +643,25 @@ class TurretDuty:
         middle = self.pressure[:, :, self.pressure.shape[2] // 2].max(axis=1)
         k_rel = float(self._walls(self.engagement.curvature)[self._hardest])
         carrying = (self.roller_load[self.loaded] > 0.0).sum(axis=1)
-        limit = min(self.roller.rated_limit, self.cam.rated_limit)
+        limit, hardest = min(self.roller.rated_limit, self.cam.rated_limit), self.peak_pressure
         return {
-            "peak_pressure_mpa": finite(middle.max()),
-            "cam_angle_deg": degrees(float(self.theta[int(np.argmax(middle))])),
+            "contact_level": self.level,
+            **(inside_data(self.least_peak) if hardest is None else {
+                "peak_pressure_mpa": finite(middle.max()),
+                "cam_angle_deg": degrees(float(self.theta[int(np.argmax(middle))])),
+            }),
             "peak_force_n": self.peak_force.value,
-            **slice_data(self.peak_pressure),
+            **(slice_data(hardest) if hardest is not None else {}),
             **length_data(self.contact_length, self.least_touching),
             **hertz_data(self.peak_contact, self.deepest_shear),
-            "allowable_force_n": (
-                float(allowable_load(limit, k_rel, self.contact_length, pair_compliance(self.roller, self.cam)))
-                if k_rel > 0.0 else 0.0
-            ),
-            "preload_pressure_mpa": self.preload_pressure,
+            **({} if self.finite is None else patch_data(self.finite.hardest[1], self.finite.stiffness, self.middle)),
+            **({} if self.level == "finite" else {
+                "allowable_force_n": (
+                    float(allowable_load(limit, k_rel, self.contact_length, pair_compliance(self.roller, self.cam)))
+                    if k_rel > 0.0 else 0.0
+                ),
+                "preload_pressure_mpa": self.preload_pressure,
+            }),
             "rollers_sharing_least": int(carrying.min()) if len(carrying) else 0,
             "rollers_sharing_most": int(carrying.max()) if len(carrying) else 0,
             "peak_turret_torque_n_m": float(np.abs(self.turret_torque).max()) * MILLI,
@@ -572,11 +683,13 @@ class TurretDuty:
         return data
 
     def fatigue_data(self) -> dict[str, Any]:
-        """Lives of roller and cam as plain data."""
+        """Lives of roller and cam as plain data; of surfaces that a sharp end presses the path rolled alone."""
+        if self.no_stress:
+            return {"path_per_turn_m": self.path_per_turn * MILLI}
         return {
             "roller_life_h": finite(self.roller_life),
             "roller_slice_life_h": finite(self.roller_life),
-            "hot_spot_deg": degrees(self.peak_pressure.cam_angle),
+            "hot_spot_deg": degrees(self.least_peak.cam_angle),
             "cam_life_h": finite(self.cam_life),
             "cam_slice_life_h": finite(self.cam_life),
             "path_per_turn_m": self.path_per_turn * MILLI,

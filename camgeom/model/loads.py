@@ -113,10 +113,11 @@ def turret_duty(
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.track.turret import Beside
 
-    bore = mechanism.bore.diameter if mechanism.bore else 0.0
+    bore, roller = mechanism.bore.diameter if mechanism.bore else 0.0, mechanism.roller
+    assert roller is not None, "a turret has rollers"
     return TurretDuty(
         Beside(turret.bearing, mechanism.inside), load, material.roller, material.cam, turret.preload, mechanism.width,
-        bore, rating,
+        bore, rating, roller.ends, roller.arc,
     )  # fmt: skip
 
 

@@ -45,14 +45,11 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
         found["operation.spring_rate"] = (
             "a turret that goes on in one direction would wind it up: give its torque as an [[operation.force]]"
         )
-    if turret:
-        reason = "the rollers of a turret share its torque as lines along all of their length, parallel to the flank"
-        found |= _under("roller", dict.fromkeys(ENDS, reason))
     for table, roller in rollers.items():
         if table not in profile.cam.ROLLERS:
             found[table] = "only a conjugate pair has a second roller of its own"
             continue
-        if not turret and not roller.ends.stated and roller.shape != "crowned":
+        if not roller.ends.stated and roller.shape != "crowned":
             reason = f"an end bears where {table}.misalignment_deg or {table}.end_radius is given"
             found[f"{table}.{ENDS[-1]}"] = reason
         elif isinstance(roller, CrownedRoller) and roller.crown == "logarithmic":

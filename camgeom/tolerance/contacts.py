@@ -19,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross
 from camgeom.solid.mechanism import Drive, Mechanism
-from camgeom.track import TURN, Arc, Slide, Straight, Swing, Track
+from camgeom.track import TURN, Slide, Swing, Track
 from camgeom.track.flank import Flank
 from camgeom.track.runout import touching
 from camgeom.track.touch import Touch
@@ -132,7 +132,7 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
             continue
         whole = np.array([track.meridian.parameter(d) for d in sorted(track.contact)])
         pose = track.eased(side).pose(phi[rows], 2)
-        crest = isinstance(mechanism.tracks[0].meridian, Arc) and isinstance(track.meridian, Straight)
+        crest = mechanism.rollers[min(index, len(mechanism.rollers) - 1)].arc is not None
         if crest:
             # A crowned roller touches a straight flank at its crest alone.
             begin = stop = np.full(len(rows), track.meridian.centre)
@@ -146,7 +146,9 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         sheet.x[:, rows, line], sheet.normal[:, rows, line] = _machine(flank.x, back), _machine(flank.n, back)
         lever = flank.lever()
         sheet.lever[rows, line] = lever
-        there = crest | (stop > begin)
+        there = stop > begin
+        if crest:
+            there = np.ones(len(rows), dtype=bool) if inside is None else inside(flank.x[..., M // 2])
         sheet.on[rows, line] = there[:, None] & (np.abs(lever) > DEAD * np.abs(lever).max())
         along = np.abs(track.meridian.jet(stop)[0] - track.meridian.jet(begin)[0])
         whole_length = max(track.contact) - min(track.contact)

@@ -18,7 +18,6 @@ from camgeom.maths import Floats
 from camgeom.mechanics.finite_contact import Bodies, Profile, press
 from camgeom.mechanics.material import pair_compliance
 from camgeom.tolerance.contacts import WEIGHTS
-from camgeom.track.follower import CylinderRoller
 
 if TYPE_CHECKING:
     from camgeom.tolerance.study import ToleranceStudy
@@ -41,10 +40,10 @@ class Edge:
 
 
 def edge_of(study: ToleranceStudy) -> Edge | None:
-    """The pressure that the tilt of all errors brings; None without a load, or where no cylinder bears along a line."""
+    """The pressure that the tilt of all errors brings; None without a load, or where no roller bears along a line."""
     loaded, hard = study.loaded, study.sensitivities.hard
     rollers = loaded.mechanism.rollers
-    if hard is None or not rollers or not all(isinstance(roller, CylinderRoller) for roller in rollers):
+    if hard is None or not rollers:
         return None
     peak = hard[2]
     seated = loaded.at(np.array([peak.cam_angle]))

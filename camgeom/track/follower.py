@@ -77,6 +77,11 @@ class _Bearing(Section):
         """How it ends and stands against its flank."""
         return PLAIN
 
+    @property
+    def arc(self) -> float | None:
+        """Radius of its crown, mm, that touches a flank straight along it; None of a roller without one."""
+        return None
+
 
 class _Ended(_Bearing):
     """Keys of a roller with two ends: what its contact with the flank is like beside its shape."""
@@ -161,7 +166,7 @@ class CrownedRoller(_Ended):
     )
     flank: Literal["straight", "conforming"] = Field(
         "straight", description="the cam's flank: cut by the cylinder of the crest's diameter (the crown touches it in "
-        "a point; drums and discs), or by the crown itself (a line; drums and the grooves of turrets)"
+        "a point), or by the crown itself (a line; drums and the grooves of turrets)"
     )
 
     @model_validator(mode="after")
@@ -200,6 +205,11 @@ class CrownedRoller(_Ended):
         """How it ends and stands against its flank."""
         run_out = self.crown_factor * self.diameter if self.crown == "logarithmic" else 0.0
         return replace(super().ends, run_out=run_out)
+
+    @property
+    def arc(self) -> float | None:
+        """Radius of its crown, mm, on a straight flank; None of a run-out and of a flank that conforms."""
+        return self.crown_radius if self.flank == "straight" else None
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:
         """The meridian with its crest at delta = centre; the micrometres of a run-out are left to the contact."""

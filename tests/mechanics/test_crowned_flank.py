@@ -160,8 +160,7 @@ CROWNED = 'shape = "crowned"\ncrown_radius = 300\n'
 @pytest.mark.parametrize(
     ("name", "good", "bad"),
     [("disc_offset_roller", "straight", "conforming"), ("conjugate_rocker", "straight", "conforming"),
-     ("disc_face_groove", "straight", "conforming"), ("tool_changer", "conforming", "straight"),
-     ("barrel_indexer", "conforming", "straight")],
+     ("disc_face_groove", "straight", "conforming"), ("parallel_index", "straight", "conforming")],
 )  # fmt: skip
 def test_what_is_not_built_is_refused_by_name(name, good, bad) -> None:
     text = (PROFILES / f"{name}.toml").read_text()
@@ -173,13 +172,23 @@ def test_what_is_not_built_is_refused_by_name(name, good, bad) -> None:
     assert Model(parse(crowned(good))).mechanism.crown == good
     with pytest.raises(ProfileError, match=r"roller\.flank"):
         parse(crowned(bad))
-    # One default for all kinds: what it does not stand for has to be said.
-    plain = text.replace("[roller]\n", f"[roller]\n{CROWNED}")
-    if good == "straight":
-        assert Model(parse(plain)).mechanism.crown == "straight"
-    else:
-        with pytest.raises(ProfileError, match=r"roller\.flank"):
-            parse(plain)
+    # One default for all kinds.
+    assert Model(parse(text.replace("[roller]\n", f"[roller]\n{CROWNED}"))).mechanism.crown == "straight"
+
+
+@pytest.mark.parametrize("name", ["tool_changer", "barrel_indexer"])
+def test_a_turrets_flank_is_the_cylinders_or_the_crowns(name: str) -> None:
+    text = re.sub(r"(?m)^(shape|crown_radius|half_angle) = .*\n", "", (PROFILES / f"{name}.toml").read_text())
+    straight, conforming = (
+        Model(parse(text.replace("[roller]\n", f'[roller]\n{CROWNED}flank = "{flank}"\n')))
+        for flank in ("straight", "conforming")
+    )
+    plain = Model(parse(text))
+    assert straight.tracks == plain.tracks
+    assert isinstance(conforming.tracks[0].meridian, Arc)
+    assert straight.turret_duty is not None
+    assert conforming.turret_duty is not None
+    assert (straight.turret_duty.level, conforming.turret_duty.level) == ("finite", "line")
 
 
 def test_other_rollers_have_no_such_key() -> None:

@@ -12,6 +12,9 @@ from camgeom.checks import findings
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
+from camgeom.tolerance.causes import CAUSES, Approaches, default_pivots
+from camgeom.tolerance.contacts import contacts
+from tests.places import ROOT
 
 
 def disc(table: str, text: str = "") -> Model:
@@ -96,3 +99,17 @@ def test_limits_that_hold_one_by_one_fail_by_the_share_that_holds_all(held: floa
     assert {one.check: one.level for one in both} == {**dict.fromkeys(names[:2], "pass"), "yield-tolerance": level}
     alone = findings(drum(table + limits["play"]), names)
     assert [one.check for one in alone] == ["backlash-tolerance"], "one limit is judged by its own check"
+
+
+def test_a_crown_on_a_straight_flank_touches_at_its_crest_alone() -> None:
+    """On a turret too: what tilts its axis about its crest moves nothing, and there only where its crest has a wall."""
+    text = (ROOT / "profiles" / "tool_changer.toml").read_text().partition("[tolerance]")[0]
+    straight = Model(parse(text))
+    crowned = Model(parse(text.replace('shape = "cylinder"', 'shape = "crowned"\ncrown_radius = 300')))
+    theta = np.radians([0.0, 130.0, 180.0, 230.0])
+    line, crest = (contacts(model.mechanism, theta) for model in (straight, crowned))
+    assert 0 < crest.on.any(axis=2).sum() <= line.on.any(axis=2).sum()
+    assert np.array_equal(crest.on.any(axis=2), crest.on.all(axis=2))
+    tilt = Approaches(crest, default_pivots(crowned.mechanism)).of(CAUSES["roller_tilt_arcmin"])[0]
+    level = Approaches(line, default_pivots(straight.mechanism)).of(CAUSES["roller_tilt_arcmin"])[0]
+    assert np.abs(tilt[crest.on]).max() < 0.1 * np.abs(level[line.on]).max()

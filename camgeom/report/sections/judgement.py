@@ -182,8 +182,12 @@ def _at(angle: float) -> str:
 def _shared(duty: TurretDuty) -> Iterator[Figure]:
     """A turret whose rollers share the load."""
     data = duty.contact_data()
-    at = f"at {data['peak_slice_cam_angle_deg'] % 360.0:.1f}°, worst slice"
-    yield Figure("Peak contact pressure", data["peak_slice_pressure_mpa"], "MPa", at)
+    if duty.no_stress:
+        note = f"{_at(duty.least_peak.cam_angle)}, half a millimetre inside the sharp end: no largest pressure"
+        yield Figure("Contact pressure", duty.least_peak.value, "MPa", note)
+    else:
+        at = f"at {data['peak_slice_cam_angle_deg'] % 360.0:.1f}°, worst slice"
+        yield Figure("Peak contact pressure", data["peak_slice_pressure_mpa"], "MPa", at)
     least, most = data["rollers_sharing_least"], data["rollers_sharing_most"]
     sharing = f"{least} to {most} rollers share" if most > least else f"{most} rollers share"
     yield Figure("Peak force on a roller", data["peak_force_n"], "N", sharing)

@@ -49,12 +49,18 @@ PLACES = 121
 """places along the roller on the map of its pressure"""
 FEW = 4
 """rollers that get a line style and a name of their own"""
+HALF_SPACE = "solved on a half-space"
 _FIGURES = (
+    ("inside_pressure_mpa", "Half a millimetre inside the sharp end", "MPa", "cam_angle_deg"),
     ("peak_pressure_mpa", "Peak contact pressure, middle of the roller", "MPa", "cam_angle_deg"),
     ("peak_slice_pressure_mpa", "Peak contact pressure, worst slice", "MPa", "peak_slice_cam_angle_deg"),
     ("peak_slice_delta_mm", "Place of the worst slice along the roller axis", "mm", ""),
     ("contact_length_mm", "Length that touches there", "mm", ""),
     ("least_contact_length_mm", "Least length that touches under load", "mm", "least_contact_length_at_deg"),
+    ("load_centre_mm", "The load acts along the roller at", "mm", ""),
+    ("approach_mm", "Approach of the bodies", "mm", ""),
+    ("tangent_stiffness_n_mm", "Stiffness for small vibration, tangent", "N/mm", ""),
+    ("secant_stiffness_n_mm", "Stiffness from no load, secant", "N/mm", ""),
     ("half_width_mm", "Half width of the contact", "mm", ""),
     ("peak_shear_mpa", "Largest shear stress under the surface", "MPa", ""),
     ("shear_depth_mm", "Depth of the largest shear stress", "mm", ""),
@@ -160,16 +166,19 @@ def patch_map(model: Model) -> tuple[Map, ...]:
     duty = model.duty
     if duty.level == "line" or duty.least_peak.value == 0.0:
         return ()
-    x, y, values = duty.patch(PATCH)
+    how = "the exact ellipse" if duty.level == "ellipse" else HALF_SPACE
+    return (_patch(duty.patch(PATCH), duty.least_peak, duty.no_stress, how),)
+
+
+def _patch(picture: tuple[Floats, Floats, Floats], peak: Extreme, lost: str, how: str = HALF_SPACE) -> Map:
+    """The map of places along and across, and the pressure there."""
+    x, y, values = picture
     values = np.where(values > 0.0, values, np.nan)
-    how = "the exact ellipse" if duty.level == "ellipse" else "solved on a half-space"
-    if duty.no_stress:
-        how += ", blank where a sharp end has no largest pressure"
-    caption = f"Pressure of the hardest contact at cam angle {number(degrees(duty.least_peak.cam_angle))}°, {how}"
-    peak = duty.least_peak
+    how += ", blank where a sharp end has no largest pressure" if lost else ""
+    caption = f"Pressure of the hardest contact at cam angle {number(degrees(peak.cam_angle))}°, {how}"
     marks = (Mark(peak.place, 0.0, f"{number(peak.value)} MPa"),)
     along, across = Axis("Along the roller axis", "mm"), Axis("Across the roller", "mm")
-    return (Map(caption, along, across, Axis("Contact pressure", "MPa"), x, y, values, marks=marks),)
+    return Map(caption, along, across, Axis("Contact pressure", "MPa"), x, y, values, marks=marks)
 
 
 def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
@@ -477,16 +486,25 @@ def turret_contact(model: Model, duty: TurretDuty) -> tuple[Block, ...]:
     """Torque, load of every roller, how many share it, pressure over the turn and along the roller, and the numbers."""
     if not len(duty.loaded):
         return (Text(("No torque acts on the turret: there is no load to share.",)),)
-    if not isfinite(duty.peak_pressure.value):
+    if not isfinite(duty.least_peak.value):
         return (Text(("A roller undercuts a wall that it loads: no stress can be given. See the checks.",)),)
-    return turret_lines(model, duty), turret_map(duty), turret_figures(duty), supports(duty)
+    lost = (Text((f"No largest pressure: {duty.no_stress}.",)),) if duty.no_stress else ()
+    return turret_lines(model, duty), *lost, turret_map(duty), *turret_patch(duty), turret_figures(duty), supports(duty)
+
+
+def turret_patch(duty: TurretDuty) -> tuple[Map, ...]:
+    """Pressure of the hardest contact over its own surface; nothing of a line."""
+    if duty.finite is None:
+        return ()
+    n, m = PATCH
+    return (_patch(duty.finite.hardest[1].picture(n, m, duty.middle), duty.least_peak, duty.no_stress),)
 
 
 def turret_lines(model: Model, duty: TurretDuty) -> Chart:
     """Turret torque, load on every roller, rollers in contact, largest pressure and camshaft torque over the turn."""
     angle = np.degrees(duty.theta)
     hardest = duty.pressure.max(axis=(1, 2))
-    worst, top = degrees(duty.peak_pressure.cam_angle), duty.peak_pressure.value
+    worst, top = degrees(duty.least_peak.cam_angle), duty.least_peak.value
     shaft, nodes = 1e-3 * duty.torque.ravel(), np.degrees(duty.force.panels.theta.ravel())
     panels = (
         Panel(Axis("Torque on the turret", "N m", zero=True), (_line("torque", angle, 1e-3 * duty.turret_torque),),
@@ -543,8 +561,8 @@ def turret_map(duty: TurretDuty) -> Map:
     values = hardest[np.where(before, nearest - 1, nearest)].T
     along, value = Axis("Along the roller axis", "mm"), Axis("Contact pressure", "MPa")
     caption = "Contact pressure over the turn and along the rollers, the hardest pressed of them"
-    blank = np.where(values > 1e-3 * duty.peak_pressure.value, values, np.nan)
-    marks = _hardest_place(duty.peak_pressure)
+    blank = np.where(values > 1e-3 * duty.least_peak.value, values, np.nan)
+    marks = _hardest_place(duty.least_peak)
     return Map(caption, CAM_ANGLE, along, value, angle, np.sort(delta), blank, marks=marks)
 
 
@@ -572,8 +590,10 @@ def supports(duty: TurretDuty) -> Text:
 
 def turret_life(duty: TurretDuty, alone: bool) -> tuple[Block, ...]:
     """The roller's life along its axis and the way it rolls; of one state of several (`alone`) its lives."""
-    if not len(duty.loaded) or not isfinite(duty.peak_pressure.value):
+    if not len(duty.loaded) or not isfinite(duty.least_peak.value):
         return ()
+    if duty.no_stress:
+        return (Text((f"No life of roller and cam: {duty.no_stress}.",)),)
     along = along_roller(duty.tracks[0].meridian.jet(duty.engagement.stations)[0], duty.slice_life)
     rolled = Text((f"A roller rolls {number(duty.path_per_turn * 1e-3)} m in a turn of the cam, on average.",))
     found: tuple[Block, ...] = (rolled,) if along is None else (along, rolled)
@@ -581,7 +601,7 @@ def turret_life(duty: TurretDuty, alone: bool) -> tuple[Block, ...]:
         return found
     rows: list[tuple[Cell, ...]] = [
         ("Roller, worst slice", hours(duty.roller_life), "along the roller"),
-        ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.peak_pressure.cam_angle))}°"),
+        ("Cam surface", hours(duty.cam_life), f"cam angle {number(degrees(duty.least_peak.cam_angle))}°"),
     ]
     rows += [("Roller bearing", hours(duty.bearing.life_h), "L10")] if duty.bearing is not None else []
     caption = "Lives of the state by itself"
