@@ -118,7 +118,7 @@ def lubrication(model: Model) -> Iterable[Finding | NotJudged]:
     rated = _rated(model.carriers)
     for missing in dict.fromkeys(one.rating.missing for one in rated if one.rating.missing):
         lives = ", ".join(life_told(one.bearing.judged_h) for one in rated if one.rating.missing == missing)
-        yield NotJudged("bearing-lubrication", f"give {', '.join(missing)}: the bearing's life of {lives} counts as "
+        yield NotJudged("bearing-lubrication", f"give {', '.join(missing)}: the bearing's life, {lives}, counts as "
                         "well lubricated and clean (a_ISO = 1)")  # fmt: skip
     each = [(float(one.bearing.ratio), one) for one in rated if one.bearing.ratio is not None]
     if not each:

@@ -275,7 +275,7 @@ def _findings(findings: Iterable[Finding]) -> list[str]:
         (
             finding.level.upper(),
             finding.check,
-            number(finding.shown),
+            number(finding.shown, 7 if finding.unit == "h" else 6),
             "" if finding.shown == "unlimited" else finding.unit,
             "" if finding.limit is None else f"{finding.comparison} {number(finding.limit)}",
             finding.room,

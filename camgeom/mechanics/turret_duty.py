@@ -334,7 +334,7 @@ class TurretDuty:
         step = TURN / COUNT
         theta = (np.arange(COUNT * WITHIN) - WITHIN // 2) * step / WITHIN
         slices = self.slices(Engagement(self.tracks, self.beside.inside, theta))
-        held = slices.held(self.torque_at(theta, bool(slices.preload.any())))
+        held = slices.held(self.torque_at(theta, self.preload > 0.0))
         each = MILLI * slices.stiffness(held.line_load, estimate)
         return tuple(float(value) for value in each.reshape(COUNT, WITHIN).mean(axis=1))
 

@@ -184,7 +184,7 @@ def test_a_turrets_flank_is_the_cylinders_or_the_crowns(name: str) -> None:
         for flank in ("straight", "conforming")
     )
     plain = Model(parse(text))
-    assert straight.tracks == plain.tracks
+    assert [track.meridian for track in straight.tracks] == [track.meridian for track in plain.tracks]
     assert isinstance(conforming.tracks[0].meridian, Arc)
     assert straight.turret_duty is not None
     assert conforming.turret_duty is not None
