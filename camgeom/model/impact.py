@@ -108,10 +108,12 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
     assert spec is not None
     assert profile.operation is not None, "it made the load"
     rollers, drum, touches = mechanism.rollers, mechanism.drum, mechanism.touches
-    sizes = [(touch.length, 0.5 * roller.diameter) for touch, roller in zip(touches, rollers)]
-    length, radius = mechanism.contact_length, 0.5 * rollers[0].diameter if rollers else float("inf")
+    sizes = [(touch.length, 0.5 * roller.diameter, roller.arc) for touch, roller in zip(touches, rollers)]
+    length, radius, crown = mechanism.contact_length, float("inf"), None
+    if rollers:
+        radius, crown = 0.5 * rollers[0].diameter, rollers[0].arc
     if sizes:
-        length, radius = sizes[0]
+        length, radius, crown = sizes[0]
     base = mechanism.base_radius or (drum.radius if drum else radius)
     pair, acting = impact_pair(profile, mechanism), impact_load(load, mechanism.program)
     if acting.applied is not None and acting.applied.jumps:
@@ -124,6 +126,7 @@ def impact_problem(profile: Profile, mechanism: Mechanism, load: Load) -> Impact
         length_mm=length,
         roller_radius_mm=radius,
         cam_radius_mm=base,
+        crown_radius_mm=crown,
         load=acting,
         back=sizes[1] if len(set(sizes)) > 1 else None,
     )

@@ -140,6 +140,14 @@ def _of_impact(profile: Profile, spec: ImpactSpec, mechanism: Mechanism) -> Iter
     if spec.roller_inertia is not None and profile.return_roller is not None:
         yield Problem("impact.roller_inertia", "is that of both rollers, and these are two kinds", spec.roller_inertia,
                       "none beside a [return_roller]")  # fmt: skip
+    if any(roller.arc is not None for roller in mechanism.rollers):
+        why = "is of line contacts: a crown on a straight flank touches in an ellipse, whose law is 'hertz'"
+        if spec.law in ("liu", "printed"):
+            yield Problem("impact.law", why, spec.law, "hertz or power")
+        if spec.true_curvature:
+            yield Problem("impact.true_curvature", why, spec.true_curvature, "false")
+        if spec.contact_length is not None and all(roller.arc is not None for roller in mechanism.rollers):
+            yield Problem("impact.contact_length", why, spec.contact_length)
     yield from _refused(
         profile, ("guide_friction",), "hangs on the side thrust, which jumps with every contact: the solver with free "
         "play does not carry it", "give a friction in N instead",

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from camgeom.dynamics.impact.laws import (
     ContactLaw,
     Coulomb,
+    HertzEllipse,
     HertzLine,
     ImpactDamping,
     LinePatch,
@@ -29,6 +30,7 @@ LAWS: list[ContactLaw] = [
     PrintedStiffness(MODULUS, 0.15, 1.0),
     HertzLine(MODULUS, 0.02, 0.02, 0.13),
 ]
+EVERY: list[ContactLaw] = [*LAWS, HertzEllipse(MODULUS, 0.02, 0.13, 0.3)]
 
 TABLE = {
     1e-6: (6.400000000, 6.441480277, 0.07246697520, 72.46697520, 469.9932583),
@@ -70,9 +72,9 @@ def test_true_curvature_meets_the_reference_and_hollow_is_stiffer() -> None:
     assert many[0] == pytest.approx(true.force(1e-5, -5.0), rel=1e-13)
 
 
-@given(st.floats(1e-10, 1e-3), st.integers(0, len(LAWS) - 1))
+@given(st.floats(1e-10, 1e-3), st.integers(0, len(EVERY) - 1))
 def test_energy_is_the_integral_of_the_force(delta: float, which: int) -> None:
-    law = LAWS[which]
+    law = EVERY[which]
     nodes, weights = np.polynomial.legendre.leggauss(40)
     root = 0.5 * math.sqrt(delta) * (nodes + 1)
     work = 0.5 * math.sqrt(delta) * (weights @ (2 * root * law.force_many(root**2, np.zeros(40))))
@@ -136,3 +138,12 @@ def test_refusals() -> None:
         PowerLaw(1e9, 0.9)
     with pytest.raises(ProfileError, match="static"):
         Coulomb(0.1, 0.2)
+
+
+def test_a_crown_as_round_as_its_roller_is_a_ball() -> None:
+    """On a flat the closed form of a sphere, 4/3 E* sqrt(R) delta^(3/2); flatter crowns are stiffer."""
+    ball = HertzEllipse(MODULUS, 0.02, math.inf, 0.02)
+    assert ball.force(1e-5, 0.0) == pytest.approx(4.0 / 3.0 * MODULUS * math.sqrt(0.02) * 1e-5**1.5, rel=1e-9)
+    assert HertzEllipse(MODULUS, 0.02, math.inf, 0.5).stiffness > 1.5 * ball.stiffness
+    with pytest.raises(ProfileError, match="tighter than the roller"):
+        HertzEllipse(MODULUS, 0.02, -0.01, 0.5)

@@ -11,6 +11,7 @@ from camgeom.cams import starter
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
 from camgeom.maths import Floats
+from camgeom.mechanics.hertz import point_contact
 from camgeom.model import Model
 from camgeom.model.vibration import Kept
 from camgeom.profile import from_data
@@ -36,11 +37,11 @@ def test_a_vibration_that_presses_where_no_wall_is_fails_though_the_rigid_force_
     assert [found.level for found in held] == ["pass"]
 
 
-def crowned(clearance: float) -> Model:
+def crowned(clearance: float, **impact: Any) -> Model:
     data = load(starter("cylindrical"), "drum")[0]
     data["roller"] |= {"shape": "crowned", "crown_radius": 500.0, "flank": "straight"}
     data["cam"] |= {"running_clearance": 0.5 * clearance}
-    data["impact"] = {"turns": 4, "settle": 2}
+    data["impact"] = {"turns": 4, "settle": 2, **impact}
     return Model(from_data(data, "drum"))
 
 
@@ -135,3 +136,18 @@ def test_a_resonance_between_the_ends_of_the_band_is_met_where_a_harmonic_meets_
     values = study.over(study.speed * shares).peaks["acceleration"].magnitude / shares**2
     assert found.value == pytest.approx(values.max() / values.min(), rel=0.03)
     assert (values.max() / values.min() > 1.25) == (level == "warn")
+
+
+def test_impacts_on_a_crown_press_in_its_ellipse() -> None:
+    """The law and the pressure of the solver are those of the exact ellipse; laws of lines are refused by name."""
+    made = crowned(0.2)
+    problem = made.impact.problem
+    k = 1.0 / problem.law.cam_radius + 1.0 / problem.law.roller_radius
+    exact = point_contact(1000.0, 1e-3 * k, 1.0 / 500.0, 1e6 / problem.law.modulus)
+    force = problem.law.force(1e-3 * float(exact.approach), 0.0)
+    assert force == pytest.approx(1000.0, rel=1e-9)
+    pressure = problem.patch.pressure(np.array([1000.0]), np.array([1.0 / problem.law.cam_radius]))
+    assert float(pressure[0]) == pytest.approx(1e6 * float(exact.pressure), rel=1e-9)
+    for key, value in (("law", "liu"), ("true_curvature", True), ("contact_length", 5.0)):
+        with pytest.raises(ProfileError, match=rf"impact\.{key}.*ellipse"):
+            crowned(0.2, **{key: value})

@@ -19,6 +19,7 @@ import numpy as np
 from camgeom.errors import NotConverged, Problem, ProfileError
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.hertz import point_contact
 
 _NODES, _WEIGHTS = gauss_rule(24)
 
@@ -214,6 +215,48 @@ class PowerLaw(ContactLaw):
 
 @final
 @dataclass(frozen=True)
+class HertzEllipse(ContactLaw):
+    """Point contact of a crowned roller on a straight flank: F = K delta^(3/2), K by the exact elliptic integrals.
+
+    `modulus` E* [Pa], `roller_radius` [m], `cam_radius` [m] signed reference radius of the cam (inf: flat),
+    `crown_radius` [m] of the roller's meridian. The crown's arc is taken to be all of the roller. Source: Johnson,
+    Contact Mechanics, section 4.2.
+    """
+
+    modulus: float
+    roller_radius: float
+    cam_radius: float
+    crown_radius: float
+    name: str = "hertz ellipse"
+
+    def __post_init__(self) -> None:
+        _positive(self, "modulus", "roller_radius", "crown_radius")
+        if 1.0 / self.cam_radius + 1.0 / self.roller_radius <= 0.0:
+            message = "the hollow of the cam is tighter than the roller"
+            raise ProfileError([Problem("cam_radius", message, self.cam_radius, f"|r| > {self.roller_radius:g} m")])
+
+    @cached_property
+    def stiffness(self) -> float:
+        """K [N/m^1.5]."""
+        across = 1.0 / self.cam_radius + 1.0 / self.roller_radius
+        softness = float(point_contact(1.0, across, 1.0 / self.crown_radius, 1.0 / self.modulus).approach)
+        return float(softness**-1.5)
+
+    def force(self, delta: float, curvature: float) -> float:
+        depth = delta if delta >= 0.0 else -delta
+        return self.stiffness * delta * math.sqrt(depth)
+
+    def force_many(self, delta: Floats, curvature: Floats) -> Floats:
+        force: Floats = self.stiffness * delta * np.sqrt(np.abs(delta))
+        return force
+
+    def energy(self, delta: float) -> float:
+        """Work [J] stored: K delta^(5/2) / (5/2)."""
+        return 0.4 * self.stiffness * math.pow(max(delta, 0.0), 2.5)
+
+
+@final
+@dataclass(frozen=True)
 class PrintedStiffness(ContactLaw):
     """The stiffness printed as (9) in doi 10.3969/j.issn.1671-024x.2025.05.013, used as F = K(delta) delta^n.
 
@@ -256,6 +299,29 @@ class LinePatch:
         inside = np.maximum(force, 0.0) * self.modulus * relative / (math.pi * self.length)
         pressure: Floats = np.sqrt(inside)
         return pressure
+
+
+@final
+@dataclass(frozen=True)
+class EllipsePatch:
+    """The body data behind a crown's pressure: contact modulus [Pa], radius of the roller and of its crown [m]."""
+
+    modulus: float
+    roller_radius: float
+    crown_radius: float
+
+    def pressure(self, force: Floats, curvature: Floats) -> Floats:
+        """Peak pressure [Pa] of the exact ellipse, of forces and cam curvatures [1/m]; 0 where a hollow is as tight as
+        the roller."""
+        relative = curvature + 1.0 / self.roller_radius
+        some = relative > 0.0
+        found = point_contact(
+            np.maximum(force, 0.0), np.where(some, relative, 1.0), 1.0 / self.crown_radius, 1.0 / self.modulus
+        )
+        return np.where(some, found.pressure, 0.0)
+
+
+Patch = LinePatch | EllipsePatch
 
 
 def _positive(law: object, *names: str) -> None:

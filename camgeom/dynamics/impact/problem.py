@@ -17,7 +17,7 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDamping, LinePatch
+from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDamping, Patch
 from camgeom.dynamics.impact.lift import ForceTable
 from camgeom.dynamics.impact.pair import Pair
 from camgeom.errors import Problem, ProfileError
@@ -131,7 +131,7 @@ class RollerSpin:
 class ImpactProblem:
     """Everything the solver needs. `inertia` kg (slide) or kg m^2 (rocker), `speed` of the cam in rad/s.
 
-    `law` and `damping` give the normal force, `friction` the tangential one, `patch` the data of the line pressure;
+    `law` and `damping` give the normal force, `friction` the tangential one, `patch` the data of the contact pressure;
     `back` is the law and the patch of the return side, where its roller is another one.
     """
 
@@ -143,8 +143,8 @@ class ImpactProblem:
     friction: Coulomb | None = None
     spin: RollerSpin | None = None
     load: Load = field(default_factory=Load)
-    patch: LinePatch | None = None
-    back: tuple[ContactLaw, LinePatch] | None = None
+    patch: Patch | None = None
+    back: tuple[ContactLaw, Patch] | None = None
 
     @property
     def laws(self) -> tuple[ContactLaw, ContactLaw]:
@@ -152,8 +152,8 @@ class ImpactProblem:
         return self.law, self.law if self.back is None else self.back[0]
 
     @property
-    def patches(self) -> tuple[LinePatch | None, LinePatch | None]:
-        """The data of the line pressure of either side."""
+    def patches(self) -> tuple[Patch | None, Patch | None]:
+        """The data of the contact pressure of either side."""
         return self.patch, self.patch if self.back is None else self.back[1]
 
     def __post_init__(self) -> None:

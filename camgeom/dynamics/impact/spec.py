@@ -11,10 +11,13 @@ from camgeom.dynamics.impact.laws import (
     ContactLaw,
     Coulomb,
     Damping,
+    EllipsePatch,
+    HertzEllipse,
     HertzLine,
     ImpactDamping,
     LinePatch,
     LiuCylinder,
+    Patch,
     PowerLaw,
     PrintedStiffness,
     RampedDamping,
@@ -54,7 +57,8 @@ class ImpactSpec(Section):
     law: Annotated[
         Literal["hertz", "liu", "power", "printed"],
         Field(
-            description="contact law: hertz line (default), liu cylinder joint, power K x^n, printed (comparison only)"
+            description="contact law: hertz (default; line, or ellipse of a crown on a straight flank), liu cylinder "
+            "joint, power K x^n, printed (comparison only)"
         ),
     ] = "hertz"
     contact_length: Annotated[Length | None, Field(description="mm; default: the roller's contact length")] = None
@@ -136,12 +140,22 @@ class ImpactSpec(Section):
         return found
 
     def contact_law(
-        self, modulus_mpa: float, length_mm: float, roller_radius_mm: float, cam_radius_mm: float
+        self,
+        modulus_mpa: float,
+        length_mm: float,
+        roller_radius_mm: float,
+        cam_radius_mm: float,
+        crown_radius_mm: float | None = None,
     ) -> ContactLaw:
-        """The contact law in SI units, from contact modulus, length and radii at the edge; own keys go first."""
+        """The contact law in SI units, from contact modulus, length and radii at the edge; own keys go first.
+
+        crown_radius_mm: of a crowned roller on a straight flank, which touches in an ellipse
+        """
         modulus, roller = 1e6 * modulus_mpa, 1e-3 * roller_radius_mm
         length = 1e-3 * (self.contact_length or length_mm)
         cam = 1e-3 * (self.reference_radius or cam_radius_mm)
+        if self.law == "hertz" and crown_radius_mm is not None:
+            return HertzEllipse(modulus, roller, cam, 1e-3 * crown_radius_mm)
         if self.law == "hertz":
             # A flat face has no centre to measure from; the depth of the other body stands for its own.
             depth = None if math.isfinite(roller) else 4.0 * cam
@@ -163,34 +177,40 @@ class ImpactSpec(Section):
         length_mm: float,
         roller_radius_mm: float,
         cam_radius_mm: float,
+        crown_radius_mm: float | None = None,
         load: Load | None = None,
-        back: tuple[float, float] | None = None,
+        back: tuple[float, float, float | None] | None = None,
     ) -> ImpactProblem:
         """The problem in SI units; `inertia` (kg or kg m²) is the follower's unless the section gives its own.
 
         `modulus_mpa` is the contact modulus E*, `cam_radius_mm` the cam radius of the contact law unless given here;
-        `back`: contact length and roller radius, mm, of the return side where they are others.
+        `crown_radius_mm` of a crowned roller on a straight flank; `back`: contact length, roller radius and crown
+        radius, mm, of the return side where they are others.
         """
         other = None
         if back is not None:
-            length, radius = back
-            law = self.contact_law(modulus_mpa, length, radius, cam_radius_mm)
-            other = law, self.patch(modulus_mpa, length, radius)
+            length, radius, crown = back
+            law = self.contact_law(modulus_mpa, length, radius, cam_radius_mm, crown)
+            other = law, self.patch(modulus_mpa, length, radius, crown)
         return ImpactProblem(
             pair,
             self.inertia or inertia,
             speed_rpm * math.pi / 30.0,
-            self.contact_law(modulus_mpa, length_mm, roller_radius_mm, cam_radius_mm),
+            self.contact_law(modulus_mpa, length_mm, roller_radius_mm, cam_radius_mm, crown_radius_mm),
             self.damping_law(),
             self.friction_law(),
             self.spin(),
             load or Load(),
-            self.patch(modulus_mpa, length_mm, roller_radius_mm),
+            self.patch(modulus_mpa, length_mm, roller_radius_mm, crown_radius_mm),
             other,
         )
 
-    def patch(self, modulus_mpa: float, length_mm: float, roller_radius_mm: float) -> LinePatch:
-        """The data of the line pressure in SI units."""
+    def patch(
+        self, modulus_mpa: float, length_mm: float, roller_radius_mm: float, crown_radius_mm: float | None = None
+    ) -> Patch:
+        """The data of the contact pressure in SI units."""
+        if crown_radius_mm is not None:
+            return EllipsePatch(1e6 * modulus_mpa, 1e-3 * roller_radius_mm, 1e-3 * crown_radius_mm)
         return LinePatch(1e6 * modulus_mpa, 1e-3 * (self.contact_length or length_mm), 1e-3 * roller_radius_mm)
 
     def damping_law(self) -> Damping:
