@@ -281,8 +281,10 @@ class TurretDuty:
         roller = np.array([known.get((track, one), -1) for one in turn.tolist()])
         delta, middles = (self.tracks[0].meridian.jet(one)[0] for one in (t, self.engagement.stations))
         slices = np.abs(delta[:, None] - middles[None, :]).argmin(axis=1)
-        if self.preload > 0.0:
-            bears = self._preloaded[wall, near, roller] > 0.0
+        if self._by_slices:
+            bears = self._on_walls[0][wall, near, roller] > 0.0
+            # On a half-space a roller touches further than its slices do.
+            bears = bears if self.finite is None else bears.any(axis=1, keepdims=True)
         else:
             bears = (wall == np.where(self.turret_torque[near] >= 0.0, 0, 1))[:, None]
         found = np.where(bears, self.pressure[near, roller], 0.0)[:, slices]

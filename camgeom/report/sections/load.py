@@ -264,10 +264,10 @@ def remarks(model: Model) -> dict[str, str]:
     found: dict[str, str] = {}
     if model.turret_duty is not None:
         turret = model.turret_duty
-        if not len(turret.loaded) or not isfinite(turret.peak_pressure.value):
+        if not len(turret.loaded) or not isfinite(turret.least_peak.value):
             return {}
         found = {"roller": "its points take turns in the load from passage to passage"}
-        found["cam"] = f"cam angle {number(degrees(turret.peak_pressure.cam_angle) % 360.0)}°"
+        found["cam"] = f"cam angle {number(degrees(turret.least_peak.cam_angle) % 360.0)}°"
         bearing = turret.bearing
     elif model.duties:
         bearing = model.duty.bearing
