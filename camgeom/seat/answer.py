@@ -1,4 +1,5 @@
-"""What the page is told of a profile, in the order in which it is known: figures, plots, first checks, bodies, verdict.
+"""What the page is told of a profile, in the order in which it is known: motion, flanks, coarse bodies, loads, checks
+without body and solver, those of the body, the verdict, bodies.
 
 Everything is made from the profile's text alone, so that any number of pages may ask, and a lost one loses nothing.
 """
@@ -38,7 +39,7 @@ Stage = dict[str, Any]
 COARSE = 1e-3
 """chord error of the first bodies as a share of the cam's size: a pixel of a small view"""
 COARSE_FRAMES = 61
-SLOW = frozenset({"solid", "dynamics", "impact", "cutter"})
+SOLVERS = frozenset({"dynamics", "impact", "cutter", "tolerance", "root"})
 """what checks need that are made last"""
 MOST_MODELS = 6
 MOST_TABS = 1000
@@ -172,8 +173,8 @@ def _kept(memory: Memory, text: str) -> Model | None:
         return None
 
 
-def _figures(asked: Asked) -> Stage:
-    """Title, the figures of motion and flank, timing diagram and plots."""
+def _moved(asked: Asked) -> Stage:
+    """Title, timing diagram, the figures of the motion and its plot: what needs no flank."""
     model = asked.model
     page = headed(model, None, ())
     theta = np.linspace(0.0, TURN, 361)
@@ -184,8 +185,16 @@ def _figures(asked: Asked) -> Stage:
         "unit": unit,
         "span": model.profile.cam.MOTION_SPAN,
         "lift": np.round(model.setup.program.jet(theta, 0)[0] / one, 6).tolist(),
-        **_compared(asked, ("motion", "flank")),
-        "plots": _plots(model, asked.other, asked.width),
+        **_compared(asked, ("motion",)),
+        "plots": _plots(model, asked.other, asked.width, _motion),
+    }
+
+
+def _figures(asked: Asked) -> Stage:
+    """The figures of the flank and its plot."""
+    return {
+        **_compared(asked, ("flank",)),
+        "plots": _plots(asked.model, asked.other, asked.width, _flank),
     }
 
 
@@ -206,20 +215,19 @@ def _figure(figure: Figure) -> Stage:
     return {"label": figure.label, "value": shown, "unit": figure.unit, "note": figure.note}
 
 
-def _plots(model: Model, other: Model | None, width: float) -> list[Stage]:
-    """The motion, and pressure angle and curvature, as SVG; where one cannot be drawn, the reason."""
-    drawn = []
-    for charts in (_motion, _flank):
-        try:
-            chart = charts(model)
-            beside = charts(other) if other is not None else None
-        except CamgeomError as error:
-            drawn.append({"reason": visible(str(error))})
-            continue
-        if chart is not None:
-            both = chart if beside is None else with_kept(chart, beside)
-            drawn.append({"caption": both.caption, "svg": chart_sheet(both, width).render(both.caption)})
-    return drawn
+def _plots(
+    model: Model, other: Model | None, width: float, charts: Callable[[Model], Chart | None]
+) -> list[Stage]:
+    """A chart of both models as SVG; where it cannot be drawn, the reason; nothing where there is none."""
+    try:
+        chart = charts(model)
+        beside = charts(other) if other is not None else None
+    except CamgeomError as error:
+        return [{"reason": visible(str(error))}]
+    if chart is None:
+        return []
+    both = chart if beside is None else with_kept(chart, beside)
+    return [{"caption": both.caption, "svg": chart_sheet(both, width).render(both.caption)}]
 
 
 def _motion(model: Model) -> Chart | None:
@@ -255,7 +263,19 @@ def _first_checks(asked: Asked) -> Stage:
     from camgeom.checks import checks, judge
 
     model = asked.model
-    names = [name for name, entry in checks(model).items() if not SLOW & set(entry.needs)]
+    names = [name for name, entry in checks(model).items() if not {"solid", *SOLVERS} & set(entry.needs)]
+    return _verdict(model, judge(model, names), whole=False)
+
+
+def _body_checks(asked: Asked) -> Stage:
+    """The verdict of the checks that need no solver; nothing where there is none to wait for."""
+    from camgeom.checks import checks, judge
+
+    model = asked.model
+    profile, root = model.profile, model.profile.material.cam.bending_limit
+    if not any((profile.dynamics, profile.impact, profile.cutter, profile.tolerance, root)):
+        return {}
+    names = [name for name, entry in checks(model).items() if not SOLVERS & set(entry.needs)]
     return _verdict(model, judge(model, names), whole=False)
 
 
@@ -289,10 +309,12 @@ def _fine(asked: Asked) -> Stage:
 
 
 STAGES: dict[str, Callable[[Asked], Stage]] = {
+    "motion": _moved,
     "figures": _figures,
     "coarse": _coarse,
     "load": _load,
     "checks": _first_checks,
+    "bodies": _body_checks,
     "verdict": _all_checks,
     "fine": _fine,
 }

@@ -20,7 +20,7 @@ from camgeom.seat.server import HOST, MOST_BODY, Server
 from tests.places import PROFILES
 
 DISC = (PROFILES / "disc_offset_roller.toml").read_text(encoding="utf-8")
-STAGES = ["profile", "figures", "coarse", "load", "checks", "verdict", "fine", "done"]
+STAGES = ["profile", "motion", "figures", "coarse", "load", "checks", "bodies", "verdict", "fine", "done"]
 
 
 @pytest.fixture
@@ -88,7 +88,9 @@ def test_an_answer_comes_in_stages(server: Server) -> None:
     assert by["checks"]["whole"] is False
     assert by["verdict"]["whole"] is True
     assert by["verdict"]["level"] == "pass"
-    assert len(by["figures"]["plots"]) == 2
+    assert "html" not in by["bodies"]  # no solver is waited for
+    assert [len(by[name]["plots"]) for name in ("motion", "figures")] == [1, 1]
+    assert by["motion"]["ms"] <= by["figures"]["ms"] <= by["verdict"]["ms"]
     assert len(by["coarse"]["scene"]) < len(by["fine"]["scene"])
 
 
@@ -118,7 +120,17 @@ def test_a_kept_variant_is_drawn_and_told_beside() -> None:
     labels = [one["label"] for one in by["figures"]["figures"]]
     assert [one["label"] for one in by["figures"]["kept"]] == labels
     assert by["figures"]["kept"] != by["figures"]["figures"]
+    assert by["motion"]["kept"] == by["motion"]["figures"]  # the same motion
     assert by["figures"]["plots"][0]["svg"].count("kept") >= 1
+
+
+def test_checks_of_the_body_do_not_wait_for_a_solver() -> None:
+    text = (PROFILES / "milled_drum.toml").read_text(encoding="utf-8")
+    by = {one["stage"]: one for one in answers(Memory(str(PROFILES / "milled_drum.toml")), text, {}, lambda: True)}
+    assert by["bodies"]["whole"] is False
+    assert "Gouge" not in by["bodies"]["html"] + by["bodies"]["sentence"]
+    counts = [int(by[name]["sentence"].split(" findings")[0].split()[-1]) for name in ("checks", "bodies", "verdict")]
+    assert counts[0] < counts[1] < counts[2]
 
 
 def test_nothing_more_is_computed_for_a_request_that_nobody_waits_for() -> None:
@@ -129,7 +141,7 @@ def test_nothing_more_is_computed_for_a_request_that_nobody_waits_for() -> None:
         seen.append(stage["stage"])
         if stage["stage"] == "figures":
             memory.arrived("tab", 2)
-    assert seen == ["profile", "figures"]
+    assert seen == ["profile", "motion", "figures"]
     assert memory.arrived("other", 1)()
     # What was left half computed is whole when it is asked for again.
     assert [one["stage"] for one in answers(memory, DISC, {}, lambda: True)] == STAGES

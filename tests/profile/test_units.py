@@ -178,7 +178,7 @@ def test_results_and_drawing_state_their_unit() -> None:
 
 def test_the_page_of_serve_drags_in_the_unit_of_the_profile() -> None:
     stages = answers(Memory(""), DISC, {"motion[0].to": 0.8}, lambda: True)
-    figures = next(stage for stage in stages if stage["stage"] == "figures")
+    figures = next(stage for stage in stages if stage["stage"] == "motion")
     assert figures["unit"] == "in"
     assert max(figures["lift"]) == pytest.approx(0.8)
 

@@ -107,20 +107,24 @@
       if (!typed) find("toml").value = stage.text;
       problems(stage.problems ?? []);
       segments();
-    } else if (stage.stage === "figures") {
+    } else if (stage.stage === "motion") {
       if (stage.reason) return notice("made", `This profile cannot be computed: ${stage.reason}`, "fail");
       clearNotice("made");
       find("title").textContent = document.title = stage.title;
       find("kind").textContent = stage.kind;
-      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span, groups: { ...state.groups, figures: stage } });
+      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span, groups: { ...state.groups, motion: stage } });
       figures();
       segments();
       diagram();
-      plots(stage.plots);
-    } else if (stage.stage === "checks" || stage.stage === "verdict") {
+      plots();
+    } else if (stage.stage === "figures") {
+      state.groups.figures = stage;
+      figures();
+      plots();
+    } else if (["checks", "bodies", "verdict"].includes(stage.stage)) {
       const box = find("judged");
       if (stage.reason) box.replaceChildren(node("section", { class: "verdict fail" }, node("h2", {}, "Cannot be judged"), node("p", {}, stage.reason)));
-      else {
+      else if (stage.html) {
         box.innerHTML = stage.html;
         box.firstElementChild.classList.toggle("first", !stage.whole);
       }
@@ -131,7 +135,7 @@
       if (stage.reason) bare.textContent = `No body: ${stage.reason}`;
       else await scene(stage.scene);
     }
-    if (stage.figures && stage.stage !== "figures") { state.groups[stage.stage] = stage; figures(); }
+    if (stage.figures && !["motion", "figures"].includes(stage.stage)) { state.groups[stage.stage] = stage; figures(); }
     for (const id of ["judged", "figures", "plots"]) find(id).classList.toggle("old", stage.stage === "problems");
   }
 
@@ -389,10 +393,10 @@
   // ---- figures and plots ------------------------------------------------------------------------------------------
 
   function figures() {
-    const told = ["figures", "load", "fine"].map((name) => state.groups[name]).filter(Boolean);
-    const was = new Map((state.kept ? told : []).flatMap((one) => one.kept).map((one) => [one.label, one]));
+    const told = ["motion", "figures", "load", "fine"].map((name) => state.groups[name]).filter(Boolean);
+    const was = new Map((state.kept ? told : []).flatMap((one) => one.kept ?? []).map((one) => [one.label, one]));
     const head = ["Figure", "Value", ...(was.size ? ["Kept"] : []), ""];
-    const rows = told.flatMap((one) => one.figures).map(({ label, value, unit, note }) => {
+    const rows = told.flatMap((one) => one.figures ?? []).map(({ label, value, unit, note }) => {
       const cells = [node("td", {}, label), node("td", { class: "n" }, `${value} ${unit}`.trim())];
       if (was.size) cells.push(node("td", { class: "n was" }, was.has(label) ? `${was.get(label).value} ${was.get(label).unit}`.trim() : "–"));
       return node("tr", {}, ...cells, node("td", { class: "hint" }, note ?? ""));
@@ -400,7 +404,8 @@
     find("figures").replaceChildren(node("div", { class: "scroll" }, node("table", {}, node("thead", {}, node("tr", {}, ...head.map((word, i) => node("th", { class: i === 1 || (i === 2 && was.size) ? "n" : undefined }, word)))), node("tbody", {}, ...rows))));
   }
 
-  function plots(drawn) {
+  function plots() {
+    const drawn = ["motion", "figures"].flatMap((name) => state.groups[name]?.plots ?? []);
     find("plots").replaceChildren(...drawn.map(({ caption, svg, reason }) => {
       if (reason) return node("p", { class: "bad" }, reason);
       const made = node("figure", { class: "full" }, node("figcaption", {}, caption));
