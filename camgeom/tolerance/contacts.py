@@ -132,7 +132,7 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
             continue
         whole = np.array([track.meridian.parameter(d) for d in sorted(track.contact)])
         pose = track.eased(side).pose(phi[rows], 2)
-        crest = mechanism.rollers[min(index, len(mechanism.rollers) - 1)].arc is not None
+        crest = bool(mechanism.rollers) and mechanism.rollers[min(index, len(mechanism.rollers) - 1)].arc is not None
         if crest:
             # A crowned roller touches a straight flank at its crest alone.
             begin = stop = np.full(len(rows), track.meridian.centre)

@@ -29,7 +29,9 @@ from camgeom.tolerance.spec import Distribution
 from camgeom.track import TURN
 
 BLOCK = 2048
-"""machines drawn and judged at once: their approaches stay in a core's cache"""
+"""machines drawn with one seed"""
+TOGETHER = 4
+"""blocks judged at once: few enough that their approaches stay in a core's cache"""
 SEED = 19
 MOVES = 24
 """cam angles judged in every move"""
@@ -43,8 +45,8 @@ WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
 SINGLE = np.float32
 """of a machine's numbers: a deviation of seconds of arc is good to a hundred thousandth of one"""
-EXPLAINED = 10
-"""blocks from which the contributions are told, 20 480 machines: a share r² of the variance is then good to its
+EXPLAINED = 12
+"""blocks from which the contributions are told, 24 576 machines: a share r² of the variance is then good to its
 standard error 2 r sqrt((1 - r²) / n), at most 0.007"""
 Judged = TypeVar("Judged")
 Spreads = Mapping[str, tuple[float, float, Distribution]]
@@ -361,14 +363,16 @@ class Machines:
         return np.concatenate(self._judged(pressure, samples, workers))
 
     def _judged(self, judge: Callable[[int, Singles], Judged], samples: int, workers: int) -> list[Judged]:
-        """What a judge of a block's number and numbers (columns, size) says of every block."""
+        """What a judge of a block's number and numbers (columns, size) says of that and the next ones, TOGETHER."""
         sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
 
         def judged(block: int) -> Judged:
-            return judge(block, self._numbers(np.random.default_rng([SEED, block]), sizes[block]))
+            each = range(block, min(block + TOGETHER, len(sizes)))
+            drawn = [self._numbers(np.random.default_rng([SEED, one]), sizes[one]) for one in each]
+            return judge(block, np.concatenate(drawn, axis=1))
 
         with ThreadPoolExecutor(max(1, workers)) as pool:
-            return list(pool.map(judged, range(len(sizes))))
+            return list(pool.map(judged, range(0, len(sizes), TOGETHER)))
 
     @cached_property
     def _errors(self) -> tuple[slice, ...]:

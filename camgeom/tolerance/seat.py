@@ -14,7 +14,7 @@ Arrays: (..., n, q), q stations of all lines; the last two axes are those of `Wa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -76,6 +76,11 @@ class Walls:
     stiffness: Floats
     load: Floats
 
+    def rows(self, rows: npt.NDArray[np.intp]) -> Walls:
+        """The walls at some of the cam angles; what is told by the largest load is told by that of these."""
+        return replace(self, approach=self.approach[rows], lever=self.lever[rows], stiffness=self.stiffness[rows],
+                       load=self.load[rows])  # fmt: skip
+
     @cached_property
     def pushes(self) -> Bools:
         """Which stations push, (n, q)."""
@@ -124,8 +129,8 @@ class Walls:
 
     def bounds(self, errors: Floats) -> tuple[Floats, Floats]:
         """Rigid bounds (..., n) under approaches (..., n, q), mm, beyond the nominal ones."""
-        low, far = (np.max(errors * size + nominal, axis=-1) for size, nominal in self._sides)
-        return np.asarray(low), np.asarray(-far)
+        low, far = (_reach(errors, size, nominal) for size, nominal in self._sides)
+        return low, -far
 
     def stand(self, errors: Floats) -> Stand:
         """Where the follower stands under approaches (..., n, q), mm, beyond the nominal ones."""
@@ -166,7 +171,9 @@ class Walls:
         at = np.nonzero(rows)[-1]
         approach = self._nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
         start = self._start[at] if np.any(self.load) else None
-        return balance(approach.T, self.lever[at].T, self.stiffness[at].T, self.load[at], low[rows], high[rows], start)
+        # Stations first, rows side by side: sums over stations then run along them.
+        near, lever, stiffness = (np.ascontiguousarray(v.T) for v in (approach, self.lever[at], self.stiffness[at]))
+        return balance(near, lever, stiffness, self.load[at], low[rows], high[rows], start)
 
     def forces(self, errors: Floats) -> Floats:
         """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses."""
@@ -251,6 +258,14 @@ def _kept(rows: Bools, values: Reals) -> Any:
 def _summed(weight: Reals, values: Reals) -> Reals:
     """Sum over the stations (q, r) with weights (q, r), or (q, 1) that all rows share."""
     return weight[:, 0] @ values if weight.shape[1] == 1 else np.asarray(np.einsum("qr,qr->r", weight, values))
+
+
+def _reach(errors: Floats, size: Floats, nominal: Floats) -> Floats:
+    """Largest of errors (..., n, q) times size and beyond nominal (n, q), (..., n), without a copy more than it needs.
+    """
+    near = errors * size
+    near += nominal
+    return np.asarray(near.max(axis=-1))
 
 
 def _room(lever: Reals, hard: Reals, load: Floats) -> Floats:

@@ -8,12 +8,12 @@ is a convex function of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
-from typing import final
+from typing import Self, final
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid
@@ -24,7 +24,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import Approaches, Cause, Pivots, applicable
 from camgeom.tolerance.contacts import Contacts, contacts
-from camgeom.tolerance.seat import Stand, Walls, pressures, walls_of
+from camgeom.tolerance.seat import Bools, Stand, Walls, pressures, walls_of
 from camgeom.track import TURN
 
 PER_TURN = 240
@@ -97,6 +97,26 @@ class Loaded:
 
 @final
 @dataclass(frozen=True, eq=False)
+class Packed:
+    """Stations that have a wall at each cam angle, (n, p), as many as any angle has; the last ones of others have none.
+
+    order  their numbers among all, (n, p); walls: theirs; roller, wall: whose they are
+    square of the pressure per force, MPa²/N
+    """
+
+    order: npt.NDArray[np.intp]
+    walls: Walls
+    roller: npt.NDArray[np.intp]
+    wall: npt.NDArray[np.intp]
+    square: Floats
+
+    def taken(self, values: Floats) -> Floats:
+        """Values of all stations, (parts, n, q), of these, (parts, n, p)."""
+        return np.take_along_axis(values, self.order[None], axis=2)
+
+
+@final
+@dataclass(frozen=True, eq=False)
 class Seated:
     """Contacts, their walls under the load, and the approaches of every error."""
 
@@ -112,6 +132,20 @@ class Seated:
     def flat(self, approach: Floats) -> Floats:
         """Approaches (..., n, l, m) with the stations in one row, (..., n, q)."""
         return np.asarray(approach.reshape(*approach.shape[:-2], -1))
+
+    @cached_property
+    def packed(self) -> Packed:
+        """The stations that have a wall, side by side."""
+        at, n = self.contacts, len(self.contacts.theta)
+        on = at.on.reshape(n, -1)
+        order = np.argsort(~on, axis=1, kind="stable")[:, : max(1, int(on.sum(axis=1).max()))]
+        line = order // at.on.shape[2]
+        one = pressures(at, np.ones(on.shape), self.of.roller, self.of.cam)
+        walls = self.walls
+        every = (walls.approach, walls.lever, walls.stiffness, one**2)
+        near, lever, stiffness, square = (np.take_along_axis(each, order, axis=1) for each in every)
+        return Packed(order, replace(walls, approach=near, lever=lever, stiffness=stiffness), at.roller[line],
+                      at.wall[line], np.where(stiffness > 0.0, square, 0.0))  # fmt: skip
 
     @cached_property
     def nominal(self) -> Stand:
@@ -165,75 +199,91 @@ class Sensitivities:
         return self.loaded.at(self.theta)
 
     @cached_property
-    def hard(self) -> tuple[Seated, float, Extreme] | None:
-        """Contacts at a few cam angles about the largest nominal pressure, that pressure, MPa; None of no line."""
+    def hard(self) -> tuple[npt.NDArray[np.intp], float, Extreme] | None:
+        """Numbers of a few cam angles about the largest nominal pressure, that pressure, MPa; None of no line."""
         if self.loaded.load is None or not self.loaded.line:
             return None
-        pressure = self._pressure(self.seated, np.zeros(self.seated.walls.lever.shape))
+        packed = self.seated.packed
+        pressure = np.sqrt((packed.walls.forces(np.zeros(packed.order.shape)) * packed.square).max(axis=1))
         at = int(np.argmax(pressure))
         few = np.unique(np.r_[np.arange(0, len(self.theta), 10), at])
-        peak = Extreme(float(pressure[at]), float(self.theta[at]))
-        return self.loaded.at(self.theta[few]), float(pressure[at]), peak
-
-    def _pressure(self, seated: Seated, errors: Floats) -> Floats:
-        """Largest pressure, MPa, (..., n)."""
-        force = seated.walls.forces(errors)
-        return np.asarray(pressures(seated.contacts, force, self.loaded.roller, self.loaded.cam).max(axis=-1))
+        return few, float(pressure[at]), Extreme(float(pressure[at]), float(self.theta[at]))
 
     @cached_property
     def rows(self) -> tuple[Sensitivity, ...]:
-        """One a cause, the largest motion first."""
-        found = [self.of(cause) for cause in applicable(self.loaded.mechanism)]
+        """One a cause, the largest motion first: of errors of the sizes that are tried."""
+        causes = applicable(self.loaded.mechanism)
+        size = {cause.key: SIZES[cause.unit] for cause in causes}
+        tried = Trials.of(self.seated, [(cause, size[cause.key] * cause.scale) for cause in causes])
+        stand = self.seated.packed.walls.stand(tried.errors)
+        moved = self.seated.deviation(stand).max(axis=1)
+        grown = lost = np.zeros(len(moved))
+        if self._both:
+            base = self.seated.nominal.play
+            grown = (stand.play - base).max(axis=(1, 2))
+            lost = (self.seated.preload(base) - self.seated.preload(stand.play)).max(axis=(1, 2))
+        pressure = self._harder(tried)
+        found = []
+        for i, cause in enumerate(causes):
+            curve = tried.told(i, moved)
+            at = int(np.argmax(curve))
+            motion = Extreme(float(curve[at]), float(self.theta[at]))
+            play, preload = (float(tried.told(i, np.maximum(each, 0.0))) for each in (grown, lost))
+            found.append(Sensitivity(cause, size[cause.key], motion, curve, play, preload, pressure[i]))
         return tuple(sorted(found, key=lambda one: -one.motion.value))
-
-    def of(self, cause: Cause, size: float | None = None) -> Sensitivity:
-        """What an error of a size (in its unit; default: `SIZES`) does alone."""
-        size = SIZES[cause.unit] if size is None else size
-        unit, seated = size * cause.scale, self.seated
-        curve, play, preload = np.zeros(len(self.theta)), 0.0, 0.0
-        before = seated.preload(seated.nominal.play) if self._both else None
-        for parts in trials(seated, cause, unit):
-            moved = np.zeros((len(parts), len(self.theta)))
-            grown, lost = np.zeros(len(parts)), np.zeros(len(parts))
-            for part, both in enumerate(parts):
-                stand = seated.walls.stand(both)
-                moved[part] = seated.deviation(stand).max(axis=0)
-                if before is not None:
-                    grown[part] = float((stand.play - seated.nominal.play).max())
-                    lost[part] = float((before - seated.preload(stand.play)).max())
-            curve = np.maximum(curve, np.sqrt((moved**2).sum(axis=0)))
-            play, preload = max(play, float(np.hypot.reduce(grown))), max(preload, float(np.hypot.reduce(lost)))
-        at = int(np.argmax(curve))
-        motion = Extreme(float(curve[at]), float(self.theta[at]))
-        return Sensitivity(cause, size, motion, curve, play, preload, self._harder(cause, unit))
 
     @property
     def _both(self) -> bool:
         """Whether walls stand on both sides."""
         return self.loaded.mechanism.drive is not Drive.ALONE
 
-    def _harder(self, cause: Cause, unit: float) -> float | None:
+    def _harder(self, tried: Trials) -> list[float | None]:
+        """Largest pressure with each error over that without, at the few angles where it is asked."""
         if self.hard is None:
-            return None
-        seated, before, _ = self.hard
-        worst = 0.0
-        for parts in trials(seated, cause, unit):
-            more = [max(0.0, float(self._pressure(seated, both).max()) / before - 1.0) for both in parts]
-            worst = max(worst, float(np.hypot.reduce(more)))
-        return 1.0 + worst
+            return [None] * (int(tried.cause[-1]) + 1)
+        few, before, _ = self.hard
+        packed = self.seated.packed
+        force = packed.walls.rows(few).forces(tried.errors[:, :, few])
+        more = np.maximum(np.sqrt((force * packed.square[few]).max(axis=(1, 2, 3))) / before - 1.0, 0.0)
+        return [1.0 + float(tried.told(i, more)) for i in range(int(tried.cause[-1]) + 1)]
 
 
-def trials(seated: Seated, cause: Cause, unit: float) -> Iterator[list[Floats]]:
-    """The error put on, plus and minus (2, n, q), part by part; of each roller or wall in turn where each has its own.
+@final
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """Errors put on, plus and minus, part by part; of each roller or wall in turn where each has its own.
+
+    errors  (t, 2, n, p) of the packed stations, mm
+    cause, group   numbers of the error and of whose it is, (t,): parts of one have both alike
     """
-    g = unit * seated.approaches.of(cause)
-    owners = {"roller": seated.contacts.roller, "wall": seated.contacts.wall}.get(cause.holder)
-    shares = [np.ones(g.shape[2], dtype=bool)]
-    if owners is not None:
-        shares = [owners == k for k in sorted(set(owners.tolist()))]
-    for share in shares:
-        mine = seated.flat(g * share[:, None])
-        yield [np.stack([part, -part]) for part in mine]
+
+    errors: Floats
+    cause: npt.NDArray[np.intp]
+    group: npt.NDArray[np.intp]
+
+    @classmethod
+    def of(cls, seated: Seated, sizes: list[tuple[Cause, float]]) -> Self:
+        """Those of causes of a size in mm or rad each."""
+        packed, parts = seated.packed, list[tuple[Floats, Bools | None]]()
+        names: list[tuple[int, int]] = []
+        for i, (cause, unit) in enumerate(sizes):
+            g = unit * packed.taken(seated.flat(seated.approaches.of(cause)))
+            owners = {"roller": packed.roller, "wall": packed.wall}.get(cause.holder)
+            for share in [None] if owners is None else [owners == k for k in np.unique(owners)]:
+                parts += [(part, share) for part in g]
+                names += [(i, len(parts))] * len(g)
+        errors = np.empty((len(parts), 2, *packed.order.shape))
+        for both, (part, share) in zip(errors, parts):
+            both[0] = part if share is None else part * share
+            np.negative(both[0], out=both[1])
+        cause_of, group = np.array(names, dtype=np.intp).T
+        return cls(errors, cause_of, group)
+
+    def told(self, cause: int, values: Floats) -> Floats:
+        """The largest of all whose it is of values (t, ...) >= 0 of an error: of its parts the root of the squares."""
+        mine = self.cause == cause
+        groups, found = self.group[mine], values[mine] ** 2
+        return np.asarray(np.sqrt(np.max([found[groups == one].sum(axis=0) for one in np.unique(groups)], axis=0)))
 
 
 def turn_grid(program: Program) -> Floats:

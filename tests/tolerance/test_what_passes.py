@@ -113,3 +113,12 @@ def test_a_crown_on_a_straight_flank_touches_at_its_crest_alone() -> None:
     tilt = Approaches(crest, default_pivots(crowned.mechanism)).of(CAUSES["roller_tilt_arcmin"])[0]
     level = Approaches(line, default_pivots(straight.mechanism)).of(CAUSES["roller_tilt_arcmin"])[0]
     assert np.abs(tilt[crest.on]).max() < 0.1 * np.abs(level[line.on]).max()
+
+
+def test_a_tilt_takes_play_away_and_opens_none() -> None:
+    """A roller askew in its groove touches both walls, each with an end; a gap opens by what it is."""
+    rows = {row.cause.key: row for row in drum("axial_shift = 0.01").tolerances.sensitivities.rows}
+    assert (rows["roller_tilt_arcmin"].play, rows["roller_tilt_arcmin"].preload) == (0.0, 0.0)
+    assert rows["roller_tilt_arcmin"].motion.value > 1e-4
+    assert rows["running_clearance"].play > 0.02
+    assert rows["running_clearance"].preload == pytest.approx(0.01, rel=1e-9)
