@@ -72,7 +72,8 @@ def summary(data: dict[str, Any]) -> list[str]:
             table.append([words, *(number(data[f"{key}{name}_{unit}"], 4) for key in ("median_", "", "worst_"))])
     lines += [f"  {line}" for line in aligned(table, right=range(1, 4))]
     if "least_preload_um" in data:
-        lines.append(f"the tightest place in the dwells, {share} at least: {_normal(data['least_preload_um'])}")
+        least = data["least_preload_um"]
+        lines.append(f"{share} of them have at {'least' if least > 0.0 else 'most'} {_normal(least)} in their dwells")
     if "pressure_mpa" in data:
         lines.append(f"largest pressure: nominal {number(data['nominal_pressure_mpa'], 4)} MPa, {share} within "
                      f"{number(data['pressure_mpa'], 4)} MPa; by that alone they live "
