@@ -7,17 +7,20 @@ A cam type is a section of the profile, `Cam`, that answers what cannot be built
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, ClassVar
 
-from camgeom.errors import Problem
+from camgeom.errors import DesignError, Problem
 from camgeom.keys import Section
 from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup
 
 if TYPE_CHECKING:
+    from camgeom.solid import Part
+    from camgeom.solid.blank import Wall
     from camgeom.solid.mechanism import Mechanism
 
 
@@ -27,12 +30,14 @@ class Cam(Section, ABC):
     FOLLOWERS    follower kinds it accepts, the first one the usual
     MOTION_SPAN  deg of cam angle that the profile states; 180 where the other half follows, s(theta + pi) = lift - s
     STATIONS     whether several followers have room on one track of it
+    TRACKS       keys of it that another track on the same body may have of its own; none: it has room for one
     ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
     """
 
     FOLLOWERS: ClassVar[tuple[str, ...]]
     MOTION_SPAN: ClassVar[float] = 360.0
     STATIONS: ClassVar[bool] = False
+    TRACKS: ClassVar[tuple[str, ...]] = ()
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
 
     @abstractmethod
@@ -46,6 +51,10 @@ class Cam(Section, ABC):
     @abstractmethod
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
+
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
+        """The bodies that several tracks make, and the walls between these. DesignError where no body holds them."""
+        raise DesignError(f"{len(mechanisms)} tracks: this kind of cam has room for one")
 
 
 @lru_cache(maxsize=1)

@@ -37,6 +37,7 @@ class Cylindrical(Cam):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     STATIONS: ClassVar[bool] = True
+    TRACKS: ClassVar[tuple[str, ...]] = ("start", "groove_depth", "pitch_radius", "running_clearance", "root_radius")
 
     kind: Literal["cylindrical"]
     form: Literal["groove", "rib"] = Field("groove", description="a groove with one roller in it, or a rib between two")
@@ -98,6 +99,19 @@ class Cylindrical(Cam):
             root_radius=setup.corner or self.root_radius,
             cam=self,
         )
+
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
+        """The drum with several grooves, and what is left between them. DesignError for ribs and run-outs."""
+        from camgeom.solid.drum import GroovedCylinder
+        from camgeom.solid.grooves import GroovedDrum
+
+        parts = [part for one in mechanisms for part in one.parts]
+        rings = tuple(part for part in parts if isinstance(part, GroovedCylinder))
+        if len(rings) < len(parts):
+            raise DesignError("several tracks on one drum are closed grooves inside both of its ends")
+        named = tuple(replace(ring, track=replace(ring.track, name=f"groove {k}")) for k, ring in enumerate(rings, 1))
+        drum = GroovedDrum("cam", named, rings[0].blank, self.radius, self.length)
+        return (drum,), drum.lands
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, and of followers of planar cams."""

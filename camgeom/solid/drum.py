@@ -48,8 +48,8 @@ class GroovedCylinder(QuickPart):
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             groove = section.rows(Column(self.track, phi), counts[1:-1])
-            low = self._land(groove[:, :, 0], 0.0, counts[0])
-            high = self._land(groove[:, :, -1], self.length, counts[-1])[:, :, ::-1]
+            low = self.land(groove[:, :, 0], 0.0, counts[0])
+            high = self.land(groove[:, :, -1], self.length, counts[-1])[:, :, ::-1]
             return np.concatenate([low, groove, high], axis=2)
 
         most = (1, *section.max_counts, 1)
@@ -57,7 +57,7 @@ class GroovedCylinder(QuickPart):
         return grid, ("land", *section.names, "land")
 
     @staticmethod
-    def _land(edge: Floats, z: float, count: int) -> Floats:
+    def land(edge: Floats, z: float, count: int) -> Floats:
         """Rows (3, n, count) straight along Z from the end ring at z towards the groove's edge (edge excluded)."""
         share = np.arange(count) / count
         rows = np.repeat(edge[:, :, None], count, axis=2)
@@ -100,8 +100,8 @@ class RibbedCylinder(QuickPart):
             up = self._wall(low, low_side, counts[1])
             down = self._wall(high, high_side, counts[3])[:, :, ::-1]
             top = on_cylinder(up[:, :, -1], down[:, :, 0], self.radius, counts[2])
-            start = GroovedCylinder._land(up[:, :, 0], 0.0, counts[0])
-            stop = GroovedCylinder._land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
+            start = GroovedCylinder.land(up[:, :, 0], 0.0, counts[0])
+            stop = GroovedCylinder.land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
             return np.concatenate([start, up, top, down, stop], axis=2)
 
         grid = sample(rows, self.lower.knots(), tolerance, most)
@@ -127,7 +127,7 @@ class RibbedCylinder(QuickPart):
             raise DesignError("the rib runs out of an end face; lengthen the drum or move `start`")
         refuse_turned(edges, "rib's")
         for lower, upper, where in ((0, 3, "foot"), (1, 2, "tip")):
-            above = _height_above(edges[:, :, lower], edges[:, :, upper])
+            above = height_above(edges[:, :, lower], edges[:, :, upper])
             if above.min() <= 0.0:
                 worst = np.degrees(np.arctan2(*edges[[1, 0], int(np.argmin(above)), lower]))
                 raise DesignError(
@@ -156,8 +156,8 @@ class EndFaceRing(QuickPart):
             column = Column(self.track, phi)
             out, into = (column.reach(side, cylinder_level(radius), radius) for radius in (self.outer, self.inner))
             face = column.wall(side, out + (into - out) * np.arange(counts[1] + 1) / counts[1])
-            start = GroovedCylinder._land(face[:, :, 0], 0.0, counts[0])
-            stop = GroovedCylinder._land(face[:, :, -1], self.web, counts[2])[:, :, ::-1]
+            start = GroovedCylinder.land(face[:, :, 0], 0.0, counts[0])
+            stop = GroovedCylinder.land(face[:, :, -1], self.web, counts[2])[:, :, ::-1]
             return np.concatenate([start, face, stop], axis=2)
 
         grid = sample(rows, self.track.knots(), tolerance, (1, 4000, 1))
@@ -178,7 +178,7 @@ def refuse_turned(edges: Floats, whose: str) -> None:
             raise DesignError(f"the {whose} edge turns back on itself: the flank is undercut")
 
 
-def _height_above(lower: Floats, upper: Floats) -> Floats:
+def height_above(lower: Floats, upper: Floats) -> Floats:
     """Height (n,) of a closed edge (3, n) round the axis above every point of another at the same azimuth, mm."""
     at, angle = (np.arctan2(edge[1], edge[0]) for edge in (lower, upper))
     return np.asarray(np.interp(at, angle, upper[2], period=TURN) - lower[2])

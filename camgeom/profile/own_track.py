@@ -1,0 +1,113 @@
+"""Further tracks on the body of the first one, [[track]]: each with a follower, a motion, a roller and a load of its own.
+
+A table overrides single keys of [cam], [follower] and [operation], and [roller] and [[motion]] as a whole; what it
+leaves out is as of the first track. It is read and judged as a profile of its own. Its program counts from its own cam
+angle, the cam's less the `angle` of its follower's place; so does what is told of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, final
+
+from pydantic import Field, SerializeAsAny
+
+from camgeom.errors import Problem, ProfileError
+from camgeom.keys import Section
+from camgeom.profile.errors import plain
+from camgeom.profile.sections import INTERNAL
+
+if TYPE_CHECKING:
+    from camgeom.profile import Profile
+
+MOST_TRACKS = 8
+MERGED, WHOLE = ("cam", "follower", "operation"), ("roller", "motion")
+"""tables whose keys a track overrides one by one, and those that it replaces"""
+FIRST_ONLY = ("track", "station")
+"""what the first track alone may have"""
+
+
+@final
+class OwnTrack(Section):
+    """A further track: where its follower stands, and the profile of its own."""
+
+    angle: Annotated[float, Field(ge=0.0, lt=360.0)] = Field(
+        0.0, description="deg, place of its follower about the cam axis, in the sense of the cam's turning from that of "
+        "the first one"
+    )
+    cam: dict[str, Any] = Field({}, description="keys of [cam] that differ: where it lies (start), groove_depth, "
+                                "pitch_radius, running_clearance, root_radius")  # fmt: skip
+    follower: dict[str, Any] = Field({}, description="keys of [follower] that differ; another kind states all of its own")
+    roller: dict[str, Any] | None = Field(None, description="its roller, with all of its keys; default: as [roller]")
+    motion: tuple[dict[str, Any], ...] | None = Field(
+        None, description="segments of its own motion; default: those of the first track"
+    )
+    operation: dict[str, Any] = Field({}, description="keys of [operation] that differ; the speed is the cam's")
+    profile: SerializeAsAny[Section] | None = Field(None, description="what it comes to", json_schema_extra=INTERNAL)
+
+    @property
+    def whole(self) -> Profile:
+        """The profile of this track as if it were alone on its body."""
+        from camgeom.profile import Profile
+
+        assert isinstance(self.profile, Profile)
+        return self.profile
+
+
+def merged(first: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
+    """The plain data of a further track alone: that of the first with what the table says."""
+    data = {key: value for key, value in first.items() if key not in FIRST_ONLY}
+    for name in MERGED:
+        if name in table:
+            other = name == "follower" and table[name].get("kind", "") not in ("", data.get(name, {}).get("kind"))
+            data[name] = table[name] if other else {**data.get(name, {}), **table[name]}
+    return data | {name: table[name] for name in WHOLE if name in table}
+
+
+def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
+    """The typed tracks; `read` makes a profile of plain data. Raises ProfileError with the problems of all of them."""
+    hint = "write [[track]] in double brackets"
+    if not isinstance(tables, tuple) or not all(isinstance(table, dict) for table in tables):
+        raise ProfileError([Problem("track", "needs an array of tables [[track]]", plain(tables), "", hint)])
+    allowed = profile.cam.TRACKS
+    if not allowed:
+        raise ProfileError([Problem("track", "means nothing here", None, "", "grooved drums have room for several tracks")])
+    if len(tables) > MOST_TRACKS:
+        raise ProfileError([Problem("track", "too many tracks", len(tables), f"at most {MOST_TRACKS}")])
+    found, problems = list[OwnTrack](), list[Problem]()
+    for index, table in enumerate(tables):
+        at = f"track[{index}]"
+        wrong = list(_refused(profile, table, at))
+        if not wrong:
+            try:
+                own = read(merged(profile.stated, table), profile.source)
+                angle = table.get("angle", 0.0)
+                found.append(OwnTrack(**{**table, "angle": float(angle), "profile": own}))
+            except ProfileError as error:
+                wrong = [replace(one, key=f"{at}.{one.key}") for one in error.problems]
+        problems += wrong
+    if problems:
+        raise ProfileError(problems, profile.source)
+    return tuple(found)
+
+
+def _refused(profile: Profile, table: dict[str, Any], at: str) -> list[Problem]:
+    found = []
+    known = {"angle", *MERGED, *WHOLE}
+    for key in sorted(table.keys() - known):
+        found.append(Problem(f"{at}.{key}", "unknown key", None, ", ".join(sorted(known))))
+    for name in (*MERGED, "roller"):
+        if not isinstance(table.get(name, {}), dict):
+            found.append(Problem(f"{at}.{name}", "wrong type", plain(table[name]), f"a table [track.{name}]"))
+    if found:
+        return found
+    for key in sorted(table.get("cam", {}).keys() - set(profile.cam.TRACKS)):
+        found.append(Problem(f"{at}.cam.{key}", "is the body's, one for all tracks", plain(table["cam"][key]),
+                             ", ".join(profile.cam.TRACKS)))  # fmt: skip
+    if "speed" in table.get("operation", {}):
+        speed = plain(table["operation"]["speed"])
+        found.append(Problem(f"{at}.operation.speed", "is the cam's, one for all tracks", speed))
+    angle = table.get("angle", 0.0)
+    if isinstance(angle, bool) or not isinstance(angle, int | float) or not 0.0 <= angle < 360.0:
+        found.append(Problem(f"{at}.angle", "out of range", plain(angle), "from 0 to less than 360 deg"))
+    return found

@@ -1,0 +1,112 @@
+"""A drum with several closed grooves beside each other, meshed directly as one structured grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from camgeom.errors import DesignError
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.maths.sampling import sample
+from camgeom.solid import QuickPart, Solid
+from camgeom.solid.blank import Blank, Wall
+from camgeom.solid.drum import GroovedCylinder, closed_body, height_above, on_cylinder, refuse_turned
+from camgeom.track import TURN
+from camgeom.track.section import Column
+
+SAMPLES = 721
+
+
+@dataclass(frozen=True, eq=False)
+class GroovedDrum(QuickPart):
+    """A cylinder 0 <= z <= length with several closed grooves round it, in any order along it."""
+
+    name: str
+    rings: tuple[GroovedCylinder, ...]
+    blank: Blank
+    radius: float
+    length: float
+
+    @cached_property
+    def ordered(self) -> tuple[GroovedCylinder, ...]:
+        """The grooves from the lower end to the upper one, each as if it were alone in the drum."""
+        return tuple(sorted(self.rings, key=lambda ring: float(self._edges(ring, np.zeros(1))[0][2, 0])))
+
+    def _edges(self, ring: GroovedCylinder, phi: Floats) -> tuple[Floats, Floats]:
+        """The lower and the upper edge of a groove on the drum's outside, (3, n) each."""
+        column, section = Column(ring.track, phi), ring.section()
+        low, high = (
+            column.wall(side, column.reach(side, section.level, self.radius))[:, :, 0]
+            for side in (section.first, -section.first)
+        )
+        return low, high
+
+    def fits(self) -> bool:
+        """True where every groove stays inside both end faces and none reaches into the next one."""
+        return all(ring.fits() for ring in self.rings) and all(land.thickness > 0.0 for land in self.lands)
+
+    @cached_property
+    def lands(self) -> tuple[Wall, ...]:
+        """What is left between neighbouring grooves along the drum, mm, at the cam angle of the lower one's edge.
+
+        In the developed outside the land is as wide as its edges are near each other in any direction.
+        """
+        phi = np.linspace(0.0, TURN, SAMPLES)
+        found = []
+        for lower, upper in pairwise(self.ordered):
+            below, above = self._edges(lower, phi)[1], self._edges(upper, phi)[0]
+            apart = height_above(below, above)
+            at = int(np.argmin(apart))
+            thickness = float(apart[at])
+            if thickness > 0.0:
+                flat = [np.stack([self.radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
+                turn = TURN * self.radius
+                d = flat[1][:, None, :] - flat[0][:, :, None]
+                d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
+                distance = np.hypot(d[0], d[1])
+                at = int(np.argmin(distance.min(axis=1)))
+                thickness = float(distance[at].min())
+            name = f"{lower.track.name} to {upper.track.name}"
+            advice = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
+            found.append(Wall(name, thickness, float(phi[at]), advice))
+        return tuple(found)
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
+        if not all(ring.fits() for ring in self.rings):
+            raise DesignError("a groove runs out of an end face, so the body is not one closed grid")
+        for land in self.lands:
+            if land.thickness <= 0.0:
+                raise DesignError(f"{land.name}: the grooves run into each other, so they bound no body; {land.advice}")
+        rings = self.ordered
+        sections = [ring.section() for ring in rings]
+        most: tuple[int, ...] = (1,)
+        names: tuple[str, ...] = ("land",)
+        for section in sections:
+            most, names = (*most, *section.max_counts, 400), (*names, *section.names, "land")
+
+        def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
+            parts: list[Floats] = []
+            place, edge = 1, np.zeros(0)
+            for ring, section in zip(rings, sections):
+                width = len(section.max_counts)
+                groove = section.rows(Column(ring.track, phi), counts[place : place + width])
+                if not parts:
+                    parts.append(GroovedCylinder.land(groove[:, :, 0], 0.0, counts[0]))
+                else:
+                    parts.append(on_cylinder(edge, groove[:, :, 0], self.radius, counts[place - 1]))
+                parts.append(groove)
+                edge, place = groove[:, :, -1], place + width + 1
+            parts.append(GroovedCylinder.land(edge, self.length, counts[-1])[:, :, ::-1])
+            return np.concatenate(parts, axis=2)
+
+        knots = np.unique(np.concatenate([ring.track.knots() for ring in rings]))
+        keep = np.concatenate([[True], np.diff(knots) > 1e-9])
+        grid = sample(rows, knots[keep], tolerance, (*most[:-1], 1))
+        ends = np.cumsum(grid.counts)[:-1]
+        refuse_turned(grid.points[:, :, ends], "groove's")
+        sense = rings[0].track.sense
+        return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance)
