@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal, final
 
@@ -11,7 +11,7 @@ from pydantic import Field
 
 from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, root_problems, sense_of
 from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
-from camgeom.errors import Problem
+from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme

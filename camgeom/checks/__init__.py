@@ -210,15 +210,17 @@ def applies(entry: Check, model: Model) -> bool:
 def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
     """The verdict on a model: every check that applies, or the named ones. A body that cannot be made fails.
 
-    Checks of load and life judge every follower on the cam; all else is the same for all of them. A check whose
-    figures cannot be computed is not judged, for the reason that they cannot; the others are.
+    Checks of the body judge it once, of geometry every track, of load and life every follower. A check whose figures
+    cannot be computed is not judged, for the reason that they cannot; the others are.
     """
     wanted = None if only is None else set(only)
     said: list[Finding | NotJudged] = []
     lost: list[tuple[str, Unmade]] = []
     for name, entry in checks(model).items():
         if wanted is None or name in wanted:
-            bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.bindings[:1]
+            bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.grooves
+            if {"body", "cutter"} & set(entry.needs):
+                bindings = model.bindings[:1]
             each: list[tuple[Model, list[Finding | NotJudged]]] = []
             for binding in bindings:
                 try:

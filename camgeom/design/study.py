@@ -338,7 +338,9 @@ def _take_over(model: Model, before: Model | None) -> None:
     if before is None or before.tolerance != model.tolerance:
         return
     old, new = before.profile, model.profile
-    if (old.cam, old.follower, old.rollers, old.motion) == (new.cam, new.follower, new.rollers, new.motion):
+    if (old.cam, old.follower, old.rollers, old.motion, old.track) == (
+        new.cam, new.follower, new.rollers, new.motion, new.track
+    ):  # fmt: skip
         shape = (*SHAPE, "mass") if old.material == new.material else SHAPE
         # Facts are kept under their names in the instance, where the next access finds them.
         for to, source, names in ((model, before, GEOMETRY), (model.body, before.body, shape)):

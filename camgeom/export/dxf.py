@@ -324,7 +324,7 @@ def _bore_stroke(bore: Bore) -> Stroke:
 
 
 def _drum(model: Model, drum: Drum) -> list[PlaneView]:
-    low, high, tracks = drum.low, drum.high, model.cutters
+    low, high, tracks = drum.low, drum.high, tuple(track for one in model.grooves for track in one.cutters)
     sense, roller = tracks[0].sense, model.setup.roller
     turns = range(
         floor(min(t.span[0] for t in tracks) / TURN + 1e-9), ceil(max(t.span[1] for t in tracks) / TURN - 1e-9)

@@ -59,7 +59,8 @@ def turn_history(model: Model) -> Columns:
     for one in model.bindings[1:] if first else ():
         # Over the cam's angle, not its own.
         own = (theta - one.angle) % TURN
-        state = one.hardest_state
+        state, turns = one.hardest_state, one.profile.rotating
+        word, unit, scale = ("position", "deg", degrees(1.0)) if turns else ("lift", "mm", 1.0)
         jet = one.setup.program.jet(own, 0)
         found = {f"{word}_{unit}": scale * jet[0], **dict(_loads(state, own)), **dict(_vibration(state, own))}
         columns |= {f"follower_{one.number + 1}.{key}": value for key, value in found.items()}

@@ -81,7 +81,7 @@ CUT_AWAY = 1e-9
 def _left(model: Model) -> Callable[[Floats], Mask]:
     """Whether points (3, n) of the flanks are left: within the blank, and cut away by no tool's other pass."""
     inside = within(model)
-    cutters = () if model.planar is not None else model.cutters
+    cutters = () if model.planar is not None else tuple(track for one in model.grooves for track in one.cutters)
 
     def left(x: Floats) -> Mask:
         kept = inside(x)
@@ -97,8 +97,9 @@ def _contact(
 ) -> tuple[int, float, Floats, Floats]:
     """Number and side of a flank's roller track; pressure angle (rad) and relative curvature (1/mm) of its contact."""
     if isinstance(surface, RolledFlank):
-        track = next(i for i, survey in enumerate(model.flanks) if survey.cutter is surface.track)
-        flank = Flank(model.flanks[track].track, phi, t[:, None], surface.side)
+        flanks = [survey for one in model.grooves for survey in one.flanks]
+        track = next(i for i, survey in enumerate(flanks) if survey.cutter is surface.track)
+        flank = Flank(flanks[track].track, phi, t[:, None], surface.side)
         return track, surface.side, flank.pressure_angle()[:, 0], flank.k_rel[:, 0]
     touches = model.mechanism.touches
     touch = next((one for one in touches if one.outline is surface.outline), touches[0])

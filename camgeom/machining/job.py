@@ -21,16 +21,16 @@ from camgeom.track import Track
 from camgeom.track.outline import CircleOutline, RollerOutline
 
 
-def machining_of(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
-    """The passes of the tool over all flanks of a cam.
+def machining_of(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism]) -> Machining:
+    """The passes of the tool over all flanks of a cam, whose tracks the mechanisms have.
 
     Raises ProfileError where the table contradicts the cam, DesignError where the tool cannot make the flanks.
     """
-    if found := spec.problems(mechanism):
+    if found := [problem for one in mechanisms for problem in spec.problems(one)]:
         raise ProfileError(found)
-    blank, cutters = mechanism.blank, mechanism.cutters
+    blank, cutters = mechanisms[0].blank, tuple(track for one in mechanisms for track in one.cutters)
     if blank is None:
-        return _planar(title, spec, mechanism)
+        return _planar(title, spec, mechanisms[0])
     safe = max(r for r, _ in blank.outline) + spec.retract
     tools = tuple(tool_of(spec, track) for track in cutters)
     groups = _ball_rows(spec, cutters) if spec.kind == "ball" else ()

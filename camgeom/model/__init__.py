@@ -100,6 +100,8 @@ class Model(Sealed):
 
     profile: Profile
     number: int
+    groove: int
+    """which of several tracks its follower runs on"""
     angle: float
     """of its follower's place about the cam axis, rad: its own cam angle, from which all counts, is less by that"""
     body: Body
@@ -116,17 +118,20 @@ class Model(Sealed):
         body: Body | None = None,
         number: int = 0,
         angle: float = 0.0,
+        groove: int = 0,
         state: RunningState | None = None,
     ) -> None:
         mine = vars(self)
-        mine.update(profile=profile, number=number, angle=angle, body=body, state=state, _others=())
+        mine.update(profile=profile, number=number, angle=angle, groove=groove, body=body, state=state, _others=())
         if body is not None:
             return
         allowed = tolerance if tolerance is not None else profile.output.tolerance
         mine["body"] = Body(profile, allowed, Ledger(observer))
+        others = [(station.profile(profile), station.angle, 0) for station in profile.stations]
+        others += [(track.whole, track.angle, groove) for groove, track in enumerate(profile.tracks, start=1)]
         mine["_others"] = tuple(
-            Model(station.profile(profile), body=self.body, number=number, angle=radians(station.angle))
-            for number, station in enumerate(profile.stations, start=1)
+            Model(own, body=self.body, number=number, angle=radians(angle), groove=groove)
+            for number, (own, angle, groove) in enumerate(others, start=1)
         )
         self.body.seen_by(self, *self._others)
 
@@ -141,6 +146,16 @@ class Model(Sealed):
         """The models of all followers of the cam, this one among them."""
         return self.body.bindings
 
+    @property
+    def mates(self) -> tuple[Model, ...]:
+        """The models of the followers on its track, this one among them."""
+        return tuple(one for one in self.bindings if one.groove == self.groove)
+
+    @property
+    def grooves(self) -> tuple[Model, ...]:
+        """The model of the first follower on every track of the body."""
+        return tuple({one.groove: one for one in reversed(self.bindings)}.values())[::-1]
+
     @fact
     def _running(self) -> tuple[Model, ...]:
         """A model in every operating state of [[duty]], on the same body and mechanism; none without [[duty]]."""
@@ -148,7 +163,8 @@ class Model(Sealed):
 
         models = []
         for state in running_states(self.profile):
-            models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle, state=state))
+            models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle,
+                                groove=self.groove, state=state))  # fmt: skip
             vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
         return tuple(models)
 
@@ -336,7 +352,8 @@ class Model(Sealed):
         turret, outside = self.mechanism.turret, self.mechanism.outside_diameter
         plates = turret is not None and not turret.rib_depths
         # A straight flank falls away from the crown beside its crest.
-        passages, sliders = tuple(map(self.mechanism.cutting, self.passages)), self.mechanism.sliders
+        passages = tuple(one.mechanism.cutting(track) for one in self.grooves for track in one.passages)
+        sliders = self.mechanism.sliders
         gaps = []
         for solid in self.solids:
             flank = solid.mesh.group_vertices("flank")
@@ -619,8 +636,9 @@ class Model(Sealed):
 
         spec = self.profile.cutter_spec or CutterSpec()
         if not (self.profile.output.undercut_solid and spec.kind == "roller"):
-            self.refuse_folded()
-        made = machining_of(self.profile.name, spec, self.mechanism)
+            for one in self.grooves:
+                one.refuse_folded()
+        made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves])
         return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.inside)
 
     @fact
@@ -712,9 +730,9 @@ class Model(Sealed):
     @property
     def wear_per_hour(self) -> dict[str, float]:
         """The same in an hour of running, mm, over all operating states; of the cam under all followers."""
-        if self.state is not None or len(self.bindings) == 1:
+        if self.state is not None or len(self.mates) == 1:
             return self.own_wear
-        every = [one.own_wear for one in self.bindings]
+        every = [one.own_wear for one in self.mates]
         cam = sum(one.get("cam", 0.0) for one in every)
         return {body: cam if body == "cam" else depth for body, depth in self.own_wear.items()}
 
@@ -760,9 +778,9 @@ class Model(Sealed):
         from camgeom.mechanics.life import summed_life
 
         own = lives_of(self)
-        if self.state is not None or len(self.bindings) == 1 or "cam" not in own:
+        if self.state is not None or len(self.mates) == 1 or "cam" not in own:
             return own
-        every = [lives_of(one) for one in self.bindings]
+        every = [lives_of(one) for one in self.mates]
         return {**own, "cam": summed_life((1.0, lives["cam"]) for lives in every if "cam" in lives)}
 
     @fact

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.solid import Part, Solid
     from camgeom.solid.blank import Wall
+    from camgeom.solid.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,25 @@ class Body(Sealed):
 
     @fact
     def parts(self) -> tuple[Part, ...]:
-        """The recipes of the bodies: all followers run on the track that the first one asks for."""
-        return self.bindings[0].mechanism.parts
+        """The recipes of the bodies."""
+        mechanisms = self._mechanisms
+        return mechanisms[0].parts if len(mechanisms) == 1 else self._joined[0]
+
+    @property
+    def _mechanisms(self) -> list[Mechanism]:
+        """One a track: followers on one track ask for the same body."""
+        return [one.mechanism for one in self.bindings[0].grooves]
+
+    @fact
+    def _joined(self) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
+        return self.profile.cam.joined(self._mechanisms)
 
     @fact
     def solids(self) -> tuple[Solid, ...]:
         """The finished bodies within the tolerance. Raises DesignError where the cam is undercut or crosses itself."""
         try:
-            self.bindings[0].refuse_folded()
+            for one in self.bindings[0].grooves:
+                one.refuse_folded()
         except DesignError:
             solid = self._undercut_solid() if self.profile.output.undercut_solid else None
             if solid is None:
@@ -85,12 +97,15 @@ class Body(Sealed):
         if drum is None or drum.depth is None or blank is None:
             return None
         beyond = drum.radius + max(0.05 * drum.radius, 0.25 * drum.depth)
-        return RollerUnion("cam", self.bindings[0].cutters, blank, beyond).solid(self.tolerance)
+        cutters = tuple(cutter for one in self.bindings[0].grooves for cutter in one.cutters)
+        return RollerUnion("cam", cutters, blank, beyond).solid(self.tolerance)
 
     @fact
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the bodies."""
-        return self.bindings[0].mechanism.walls
+        mechanisms = self._mechanisms
+        between = self._joined[1] if len(mechanisms) > 1 else ()
+        return tuple(dict.fromkeys([*(wall for one in mechanisms for wall in one.walls), *between]))
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

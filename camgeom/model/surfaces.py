@@ -145,7 +145,8 @@ FlankSurface = RolledFlank | PrismFlank
 
 def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
     """The flanks of a cam of any kind. Raises DesignError where the cam has none (or folds back on itself)."""
-    model.refuse_folded()
+    for one in model.grooves:
+        one.refuse_folded()
     found: list[FlankSurface] = []
     if model.planar is not None:
         for part in model.parts:
@@ -156,13 +157,15 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
                 walls = ("inner flank", part.inner, 1.0), ("outer flank", part.outer, -1.0)
                 found += [PrismFlank(name, loop.outline, (part.foot, part.z1), sign) for name, loop, sign in walls]
     else:
-        for survey in model.flanks:
-            cutter = survey.cutter
+        several = len(model.grooves) > 1
+        for number, survey in [(one.groove + 1, survey) for one in model.grooves for survey in one.flanks]:
+            cutter, which = survey.cutter, f" {number}" if several else ""
             touched = sorted(cutter.meridian.parameter(d) for d in survey.track.contact)
             ends = float(survey.wall[0]), float(survey.wall[-1])
             touched = [min(max(t, ends[0]), ends[1]) for t in touched]
             for side in cutter.sides:
-                word = f"{cutter.name} flank {'+' if side > 0.0 else '-'}" if len(cutter.sides) > 1 else cutter.name
+                word = f"{cutter.name}{which} flank {'+' if side > 0.0 else '-'}"
+                word = word if len(cutter.sides) > 1 else cutter.name
                 found.append(RolledFlank(word, cutter, side, ends, (touched[0], touched[1])))
     if not found:
         raise DesignError(f"a cam of kind {model.profile.kind} has no flank to measure")

@@ -48,11 +48,14 @@ if TYPE_CHECKING:
     from camgeom.machining.spec import CutterSpec
     from camgeom.mechanics.lubricant import Lubricant
     from camgeom.profile.duty import OperatingState
+    from camgeom.profile.own_track import OwnTrack
     from camgeom.profile.station import Station
     from camgeom.tolerance.spec import ToleranceSpec
 
 STDIN = "-"
 """the file name of standard input"""
+UNTOLD: Any = {"source": True, "units": True, "track": {"__all__": {"profile": {"source", "units"}}}}
+"""what a design does not rest on: where it was read, and in which unit"""
 MOST_ROWS = 20_000
 """of all force tables together, a quarter of it on a turret: a run then takes 10 to 30 s and up to 1 GB"""
 
@@ -95,6 +98,10 @@ class Profile(Section):
     station: Annotated[tuple[SerializeAsAny[Section], ...], Field(max_length=MOST_STATIONS)] = Field(
         (), description="further followers of the same kind on the same track; everything that is told of each counts "
         "from its own cam angle, the cam's less the `angle` of its place"
+    )
+    track: tuple[SerializeAsAny[Section], ...] = Field(
+        (), description="further tracks on the same body, each with a follower of its own; what a table leaves out is "
+        "as of the first track"
     )
     material: Materials = Field(Materials(), description="the two bodies in contact")
     lubricant: SerializeAsAny[Section] | None = Field(
@@ -189,6 +196,15 @@ class Profile(Section):
         return {table: roller for table, roller in given.items() if roller is not None}
 
     @property
+    def tracks(self) -> tuple[OwnTrack, ...]:
+        """The [[track]] tables with their own type."""
+        if not self.track:
+            return ()
+        from camgeom.profile.own_track import OwnTrack
+
+        return tuple(track for track in self.track if isinstance(track, OwnTrack))
+
+    @property
     def oil(self) -> Lubricant | None:
         """The [lubricant] section with its own type."""
         if self.lubricant is None:
@@ -259,7 +275,7 @@ class Profile(Section):
 
         from camgeom.motion.own import loaded_contents
 
-        found = hashlib.sha256(self.model_dump_json(exclude={"source", "units"}).encode())
+        found = hashlib.sha256(self.model_dump_json(exclude=UNTOLD).encode())
         for segment in self.motion:
             for key, value in segment.parameters:
                 if key == "file":
@@ -343,7 +359,8 @@ def from_data(
     data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None
 ) -> Profile:
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
-    reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
+    first = {key: value for key, value in data.items() if key != "track"}
+    reader = Reader(Profile, first, file, list(problems or []), set(dropped or ()))
     try:
         profile = Profile(**reader.parts(), source=file)
         if found := _cross_checks(profile):
@@ -352,7 +369,12 @@ def from_data(
         if data.get("units") != "inch":
             raise
         raise ProfileError(as_stated(error.problems, data), error.file) from None
-    profile._stated = data
+    profile._stated = first
+    if "track" in data:
+        from camgeom.profile.own_track import tracks_of
+
+        profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], from_data)})
+        profile._stated = data
     return profile
 
 

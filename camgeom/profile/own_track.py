@@ -1,4 +1,4 @@
-"""Further tracks on the body of the first one, [[track]]: each with a follower, a motion, a roller and a load of its own.
+"""Further tracks on the body of the first one, [[track]]: each with its own follower, motion, roller and load.
 
 A table overrides single keys of [cam], [follower] and [operation], and [roller] and [[motion]] as a whole; what it
 leaves out is as of the first track. It is read and judged as a profile of its own. Its program counts from its own cam
@@ -32,12 +32,12 @@ class OwnTrack(Section):
     """A further track: where its follower stands, and the profile of its own."""
 
     angle: Annotated[float, Field(ge=0.0, lt=360.0)] = Field(
-        0.0, description="deg, place of its follower about the cam axis, in the sense of the cam's turning from that of "
-        "the first one"
+        0.0, description="deg, place of its follower about the cam axis from that of the first one, in the sense of "
+        "the cam's turning"
     )
     cam: dict[str, Any] = Field({}, description="keys of [cam] that differ: where it lies (start), groove_depth, "
                                 "pitch_radius, running_clearance, root_radius")  # fmt: skip
-    follower: dict[str, Any] = Field({}, description="keys of [follower] that differ; another kind states all of its own")
+    follower: dict[str, Any] = Field({}, description="keys of [follower] that differ; another kind states all of them")
     roller: dict[str, Any] | None = Field(None, description="its roller, with all of its keys; default: as [roller]")
     motion: tuple[dict[str, Any], ...] | None = Field(
         None, description="segments of its own motion; default: those of the first track"
@@ -71,7 +71,8 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
         raise ProfileError([Problem("track", "needs an array of tables [[track]]", plain(tables), "", hint)])
     allowed = profile.cam.TRACKS
     if not allowed:
-        raise ProfileError([Problem("track", "means nothing here", None, "", "grooved drums have room for several tracks")])
+        room = "grooved drums have room for several tracks"
+        raise ProfileError([Problem("track", "means nothing here", None, "", room)])
     if len(tables) > MOST_TRACKS:
         raise ProfileError([Problem("track", "too many tracks", len(tables), f"at most {MOST_TRACKS}")])
     found, problems = list[OwnTrack](), list[Problem]()

@@ -16,6 +16,7 @@ from camgeom.motion.law import LAWS, LawEntry, Parameter
 from camgeom.profile import Profile
 from camgeom.profile.duty import OperatingState
 from camgeom.profile.motion import MAX_SEGMENTS
+from camgeom.profile.own_track import MOST_TRACKS, OwnTrack
 from camgeom.profile.reader import FOLLOWERS, OPTIONAL_SECTIONS, PLAIN_SECTIONS, ROLLER_TABLES, ROLLERS
 from camgeom.profile.sections import MOST_STATES, MOST_STATIONS, MotionSegment, Reproduced
 from camgeom.profile.station import Station
@@ -53,6 +54,8 @@ def schema() -> Schema:
         },
         **{name: collected.of(model) for name, model in {**PLAIN_SECTIONS, **optional}.items()},
         "duty": {"type": "array", "maxItems": MOST_STATES, "description": _meaning("duty"), "items": _state(collected)},
+        "track": {"type": "array", "maxItems": MOST_TRACKS, "description": _meaning("track"),
+                  "items": _without_internal(collected.of(OwnTrack))},
         "station": {"type": "array", "maxItems": MOST_STATIONS, "description": _meaning("station"),
                     "items": collected.of(Station)},
     }
@@ -72,6 +75,11 @@ def _state(collected: _Definitions) -> Schema:
     own = collected.of(OperatingState)
     file = {"type": "string", "description": "CSV file with one column, instead of `history`"}
     return {**own, "properties": {**own["properties"], "history_file": file}}
+
+
+def _without_internal(schema: Schema) -> Schema:
+    """A section without what it comes to."""
+    return {**schema, "properties": {key: one for key, one in schema["properties"].items() if not one.get("internal")}}
 
 
 def _meaning(key: str) -> str:

@@ -22,6 +22,8 @@ from camgeom.report.sections.motion import diagrams
 if TYPE_CHECKING:
     from camgeom.keys import Section
     from camgeom.model import Model
+    from camgeom.profile import Profile
+    from camgeom.profile.own_track import OwnTrack
 
 WIDTH, HEIGHT = 420.0, 297.0
 """mm, A3 lying"""
@@ -129,13 +131,30 @@ def rows(model: Model) -> list[tuple[str, str]]:
         found += [] if section is None else _section_rows(word, section, profile.rotating)
     for index, station in enumerate(profile.stations, start=2):
         found += _section_rows(f"follower {index}", station, profile.rotating)
+    for index, track in enumerate(profile.tracks, start=2):
+        found += _track_rows(f"track {index}", track)
     tool = profile.cutter_spec
     if tool is not None and tool.corner_radius:
         found.append(("root, by the tool's corner", f"{number(tool.corner_radius)} mm"))
-    unit = "°" if profile.rotating else " mm"
-    start = 0.0
+    return found + _motion_rows("", profile)
+
+
+def _track_rows(word: str, track: OwnTrack) -> list[tuple[str, str]]:
+    """What a further track has of its own."""
+    own = track.whole
+    cam = [(word, name, value) for name, value in own.cam if name in track.cam]
+    found = [(f"{word} {name.replace('_', ' ')}", f"{number(float(value), 7)} mm") for word, name, value in cam]
+    found.insert(0, (f"{word} follower at", f"{number(track.angle)}°"))
+    if track.roller is not None and own.roller is not None:
+        found += _section_rows(f"{word} roller", own.roller, own.rotating)
+    return found + (_motion_rows(f"{word}, ", own) if track.motion is not None else [])
+
+
+def _motion_rows(word: str, profile: Profile) -> list[tuple[str, str]]:
+    """The segments of a motion."""
+    unit, start, found = "°" if profile.rotating else " mm", 0.0, []
     for segment in profile.motion:
-        span = f"{number(start)} to {number(segment.until)}°"
+        span = f"{word}{number(start)} to {number(segment.until)}°"
         found.append((span, "dwell" if segment.to is None else f"to {number(segment.to)}{unit}, {segment.law}"))
         start = segment.until
     return found

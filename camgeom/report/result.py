@@ -33,6 +33,8 @@ FIRST = {"motion", "blank", "flank"}
 """products that stand before the checks in the result"""
 LOADED = {"contact", "fatigue", "dynamics", "tolerance"}
 """products that are another follower's own, on a track that all of them share"""
+OWN = {"motion", "flank"}
+"""products that it has of its own where its track is its own"""
 RIDES = {"impact": "dynamics", "together": "contact"}
 """sections that are made with another product"""
 COMMANDS: dict[str, tuple[str, ...]] = {
@@ -118,7 +120,9 @@ def compute(
     data |= _sections(model, asked - FIRST, noted)
     if len(model.bindings) > 1:
         data["followers"] = [
-            {"angle_deg": degrees(one.angle), **_sections(one, asked & LOADED, noted, f"follower {one.number + 1}.")}
+            {"angle_deg": degrees(one.angle), "track": one.groove + 1,
+             **_sections(one, asked & (LOADED | OWN if one in model.grooves else LOADED), noted,
+                         f"follower {one.number + 1}.")}
             for one in model.bindings[1:]
         ]
     data["files"] = []

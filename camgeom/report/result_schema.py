@@ -115,7 +115,8 @@ def schema() -> Schema:
         "checks": _list(finding(), "what was judged, in the order of the checks"),
         "followers": _list(
             {"type": "object", "additionalProperties": False,
-             "properties": {"angle_deg": _number("its place; other angles are of its own cam angle"), **figures}},
+             "properties": {"angle_deg": _number("its place; other angles are of its own cam angle"),
+                            "track": _number("on which it runs, the first is 1"), **figures}},
             "the sections of loads and lives of every further follower"),
         **{name: _list({"type": "object"}, meaning) for name, meaning in FILE_NOTES.items()},
         "files": _list({"type": "string"}, "paths of what was written"),

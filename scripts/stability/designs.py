@@ -18,7 +18,7 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations")
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves")
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -86,6 +86,7 @@ def design(seed: int) -> dict[str, Any]:
         "conjugate": _conjugate,
         "unequal-pair": _unequal_pair,
         "stations": _stations,
+        "grooves": _grooves,
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "end-face": _end_face,
@@ -127,7 +128,9 @@ def _scale(data: dict[str, Any], by: float) -> None:
         for key in keys:
             if key in data.get(table, {}):
                 data[table][key] = float(data[table][key] * by)
-    data["output"]["tolerance"] *= by
+    data.get("output", {"tolerance": 0.0})["tolerance"] *= by
+    for track in data.get("track", ()):
+        _scale(track, by)
     if data["follower"]["kind"] in ("translating", "frame"):
         for segment in data["motion"]:
             if segment.get("to"):
@@ -321,6 +324,26 @@ def _stations(dice: Dice) -> dict[str, Any]:
     count = dice.whole(1, 3)
     angles = [360.0 * (k + 1) / (count + 1) + dice.between(-20.0, 20.0) for k in range(count)]
     data["station"] = [{"angle": angle} for angle in angles]
+    return data
+
+
+def _grooves(dice: Dice) -> dict[str, Any]:
+    """A drum with two or three grooves beside each other, now and then into each other."""
+    data = _drum(dice)
+    while data["cam"]["form"] == "rib":
+        data = _drum(dice)
+    cam, outer, tracks = data["cam"], 60.0, []
+    for _ in range(dice.whole(1, 2)):
+        diameter = 2.0 * outer * dice.log(0.03, 0.3)
+        depth = diameter * dice.between(0.3, 0.9)
+        roller = _roller(dice, diameter, depth * dice.between(0.5, 1.0))
+        stroke, margin = outer * dice.log(1e-3, 1.5), 0.5 * diameter
+        start = cam["length"] + margin * dice.between(0.2, 2.0)
+        cam["length"] = start + stroke + 2.0 * margin + 0.05 * outer
+        own = {"start": start, "groove_depth": depth, "running_clearance": diameter * dice.one(0.0, 1e-3)}
+        tracks.append({"angle": dice.between(0.0, 359.0), "cam": own, "follower": {"kind": "translating"},
+                       "roller": roller, "motion": _round_trip(dice, stroke)})  # fmt: skip
+    data["track"] = tracks
     return data
 
 

@@ -106,17 +106,13 @@ def _refuse_nan(value: Any, path: str = "result") -> None:
 
 
 def _judges(model: Model, data: dict[str, Any]) -> list[Any]:
-    program = model.setup.program
-    grid = np.linspace(0.0, 2.0 * np.pi, 7201)
-    ends = np.array([span.end for span in program.spans])
-    lifts = program.jet(np.concatenate([grid, ends]), 0)[0]
-    extremes = program.extremes(0)
-
-    def lift(phi: Any) -> Any:
-        return program.jet(phi, 0)[0]
-
-    del lifts
-    return judges_of(data, lift, float(extremes[0].value), float(extremes[1].value), ends)
+    programs = [one.setup.program for one in model.grooves]
+    ends = np.array([span.end for program in programs for span in program.spans])
+    first, *others = [
+        (lambda phi, program=program: program.jet(phi, 0)[0], *(float(end.value) for end in program.extremes(0)))
+        for program in programs
+    ]
+    return judges_of(data, *first, ends, others)
 
 
 def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator, spoken: list[str]) -> dict[str, Any]:
@@ -236,12 +232,15 @@ def _verify_refusal(model: Model, why: str, data: dict[str, Any]) -> None:
 
 
 def _verify_jump(model: Model) -> None:
-    program = model.setup.program
+    if not any(_jumps(one.setup.program) for one in model.grooves):
+        raise Failure("no jump of velocity is seen in the lift itself")
+
+
+def _jumps(program: Any) -> bool:
     knots = np.concatenate([[0.0], [span.end for span in program.spans]])
     h = 1e-6
     slopes = [(program.jet(knots + s * h, 0)[0] - program.jet(knots, 0)[0]) / (s * h) for s in (1.0, -1.0)]
-    if np.abs(slopes[0] - slopes[1]).max() <= 1e-4 * max(1e-300, np.abs(program.jet(knots, 0)[0]).max()):
-        raise Failure("no jump of velocity is seen in the lift itself")
+    return bool(np.abs(slopes[0] - slopes[1]).max() > 1e-4 * max(1e-300, np.abs(program.jet(knots, 0)[0]).max()))
 
 
 def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
@@ -249,7 +248,7 @@ def _verify_undercut(model: Model, data: dict[str, Any]) -> None:
     from camgeom.track.flank import Flank
     from camgeom.track.survey import FLANKS
 
-    survey = min(model.flanks, key=lambda s: s.margin.value)
+    survey = min((s for one in model.grooves for s in one.flanks), key=lambda s: s.margin.value)
     at = survey.margin
     if at.value > -1e-3:
         return
@@ -283,7 +282,8 @@ def _verify_fold(model: Model) -> None:
 def _verify_dive(model: Model, why: str) -> None:
     """At some station all points round the roller must move the same way, in or out, by central differences."""
     angle = np.radians(float(re.search(r"cam angle (-?[\d.e+-]+) deg", why)[1]))  # type: ignore[index]
-    if any(_dives(track, angle) for track in (*model.tracks, *model.cutters) if repr(track.name) in why):
+    tracks = [track for one in model.grooves for track in (*one.tracks, *one.cutters)]
+    if any(_dives(track, angle) for track in tracks if repr(track.name) in why):
         return
     raise Failure(f"a contact line is there at every station, yet: {why}")
 

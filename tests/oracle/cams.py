@@ -71,20 +71,47 @@ def _golden(f, lo, hi, rounds):
     return best
 
 
-def judges_of(data, lift, low, high, ends):
-    """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end."""
+def judges_of(data, lift, low, high, ends, others=()):
+    """One judge a body. lift(phi): mm or rad; low, high: its extremes; ends: cam angles where segments end.
+
+    others: (lift, low, high) of every further [[track]], whose tables override those of the first.
+    """
     cam = data["cam"]
     if corner := data.get("cutter", {}).get("corner_radius"):
         cam = {**cam, "root_radius": corner}
     if second := data.get("return_roller"):
         cam = {**cam, "return_diameter": second["diameter"]}
     judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
+    for table, more in zip(data.get("track", ()), others, strict=True):
+        own = {**cam, **table.get("cam", {})}
+        follower = table.get("follower", {})
+        follower = follower if "kind" in follower else {**data["follower"], **follower}
+        judges += JUDGES[cam["kind"]](own, follower, table.get("roller", data.get("roller")), *more)
+    judges = [_one_body(judges)] if others else judges
     marks = np.unique(np.concatenate([[0.0, TURN], ends]))
     for judge in judges:
         fine = 1440 if judge.followers <= 2 else 480
         parts = [np.linspace(a, b, max(24, int(fine * (b - a) / TURN) + 2)) for a, b in zip(marks[:-1], marks[1:])]
         judge.grid = np.unique(np.concatenate(parts))
     return judges
+
+
+def _one_body(judges):
+    """The judge of a body that several tools cut, one after the other."""
+
+    def nearest(which):
+        def distance(x, phi, k):
+            each = [(getattr(judge, which) or judge.distance)(x, phi, 0) for judge in judges]
+            return np.select([np.equal(k, i) for i in range(len(each))], np.broadcast_arrays(*each, 0.0 * k)[:-1])
+
+        return distance
+
+    def blank(x):
+        return np.minimum.reduce([judge.blank(x) for judge in judges])
+
+    loose = nearest("loose") if any(judge.loose for judge in judges) else None
+    floors = tuple(dict.fromkeys(name for judge in judges for name in judge.floors))
+    return Judge(nearest("distance"), blank, len(judges), loose, floors, judges[0].genus)
 
 
 def _sense(cam):

@@ -51,6 +51,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
         return "a profile in inches is computed by the exact model"
     if profile.duty:
         return "[[duty]]: damage is summed over its states by the exact model"
+    if profile.track:
+        return "[[track]]: several tracks on one body are left to the exact model"
     if profile.station:
         return "[[station]]: several followers on one track are left to the exact model"
     if profile.return_roller is not None:

@@ -20,6 +20,7 @@ from camgeom.export.step.spline import SurfacePoints
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
+from camgeom.solid.grooves import GroovedDrum
 from camgeom.track import Track
 from camgeom.track.section import Column, Level, cylinder_level
 
@@ -41,6 +42,28 @@ def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
     ]
     knots = split_knots(body.track)
     skin = shell(bands, knots, -body.track.sense, tolerance)
+    return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
+
+
+def grooves_solid(body: GroovedDrum, tolerance: float = TOLERANCE) -> Brep:
+    """The drum with several grooves as a solid whose fitted faces are within `tolerance` mm of the exact ones; raises
+    as above."""
+    if not body.fits():
+        raise DesignError(f"{body.name!r}: a groove runs out of an end face or into the next one")
+    bands: list[Band] = []
+    before: SurfacePoints | None = None
+    for ring in body.ordered:
+        section = ring.section()
+        walls = Walls(ring.track, section.level, section.guess)
+        low, high = walls.edge(section.first), walls.edge(-section.first)
+        bands.append(land(low, 0.0, True, body.radius) if before is None else crest(before, low, body.radius))
+        bands += groove_bands(walls, section.first)
+        before = high
+    assert before is not None
+    bands.append(land(before, body.length, False, body.radius))
+    knots = np.unique(np.concatenate([split_knots(ring.track) for ring in body.rings]))
+    kept = knots[np.concatenate([[True], np.diff(knots) > 1e-9])]
+    skin = shell(bands, kept, -body.rings[0].track.sense, tolerance)
     return closed_solid(body.name, skin, (0.0, body.length), bore_holes(body.blank.bore), tolerance)
 
 

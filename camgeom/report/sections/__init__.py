@@ -36,7 +36,7 @@ class Entry:
 
     def blocks(self, model: Model, products: Products) -> tuple[Block, ...]:
         """What the section shows; where it cannot be computed, the reason instead."""
-        name = f"report.{self.key}"
+        name = f"report.{self.key}{f', follower {model.number + 1}' if model.number else ''}"
         blocks = products.attempt(name, lambda: self._written(model))
         if blocks is None:
             return (Text((f"{LOST}: {products[name].reason}",)),)
@@ -70,6 +70,8 @@ SECTIONS = (
     Entry("cost", "What was computed", "record:cost"),
 )
 """The sections in their order; checks also give the verdict at the head of the page."""
+OWN = ("motion", "flank", "contact", "fatigue", "dynamics")
+"""sections that stand again for every further track of the body"""
 
 
 def report(
@@ -97,6 +99,11 @@ def report(
     for entry in SECTIONS:
         if entry.key in wanted and (blocks := entry.blocks(model, noted)):
             sections.append(Chapter(entry.key, entry.title, blocks))
+    for other in model.grooves[1:]:
+        for entry in SECTIONS:
+            if entry.key in OWN and entry.key in wanted and (blocks := entry.blocks(other, noted)):
+                key, title = f"{entry.key}-{other.number + 1}", f"{entry.title}, follower {other.number + 1}"
+                sections.append(Chapter(key, title, blocks))
     if told and only is None:
         sections.append(Chapter("products", "What was made", (product_table(told),)))
     return head(model, "checks" in wanted, figures, tuple(sections))

@@ -94,11 +94,11 @@ def _alone(model: Model, meshes: Meshes) -> Drawing:
     dimensions += _inside(model, high)
     paths += _behind(meshes, model.mechanism)
     leaders = []
-    for track in model.tracks[:1]:
+    for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
         z = float(_stand(track)[2])
         if not _plate(model) and not isinstance(track.joint, Swing) and low < z < high:
             dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
-            leaders += _depth_note(model, z)
+            leaders += _depth_note(whose, z)
     return Drawing("", tuple(paths), (), tuple(dimensions), tuple(leaders), _regions(meshes, 1, 0.0, AXIAL))
 
 
@@ -250,14 +250,18 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
     dimensions += _inside(model, high)
     paths += _behind(meshes, model.mechanism)
-    leaders = list(_roller_notes(model, AXIAL)) if any(_meets(t, 1, 0.0) for t in model.tracks) else []
-    for track in model.tracks[:1]:
+    leaders: list[Leader] = []
+    # A follower that stands elsewhere about the cam is not in this section.
+    for one in model.grooves:
+        here = not one.angle and any(_meets(track, 1, 0.0) for track in one.tracks)
+        leaders += _roller_notes(one, AXIAL) if here else []
+    for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
         joint = track.joint
         if not isinstance(joint, Swing):
             z = float(_stand(track)[2])
             if low < z < high:
                 dimensions.append(Dimension((low, reach), (z, reach), number(z - low, 6), "above"))
-                leaders += _depth_note(model, z)
+                leaders += _depth_note(whose, z)
         elif _turret(track):  # its axis is a point in this view
             x, z = joint.centre[0], joint.centre[2]
             paths += _cross(z, x, 0.05 * reach)
@@ -391,7 +395,8 @@ def _roller_notes(model: Model, axes: tuple[str, str]) -> tuple[Leader, ...]:
 
 def developed(model: Model) -> tuple[Block, ...]:
     """Groove edges unrolled at the outer end of the contact, for rollers that stand radially on a drum."""
-    radial = [track for track in model.tracks if abs(track.axis[0]) > 0.99 and not _turret(track)]
+    tracks = [track for one in model.grooves for track in one.tracks]
+    radial = [track for track in tracks if abs(track.axis[0]) > 0.99 and not _turret(track)]
     if not radial:
         return ()
     series = []

@@ -18,8 +18,8 @@ def followers(model: Model) -> tuple[Block, ...]:
     """The followers one by one, and the torque of all; nothing of one follower."""
     if len(model.bindings) == 1:
         return ()
-    told = "Each follower meets the same track later by the angle of its place; its own figures count from its own cam "
-    told += "angle, the cam's less that."
+    told = "Figures of a follower count from its own cam angle, the cam's less the angle of its place: on one track "
+    told += "each does later by that what the first does."
     if model.apart is not None:
         at = f"cam angle {number(degrees(model.apart.cam_angle) % 360.0)}°"
         told += f" Rollers come as near as {number(model.apart.value)} mm ({model.apart.where}, {at})."
@@ -33,14 +33,15 @@ def each(model: Model) -> Table:
     """Place, moving mass, load and lives of every follower."""
     bodies = [body for body in model.own_lives if body != "cam"] if model.profile.operation is not None else []
     unit = "kg m²" if model.profile.rotating else "kg"
-    columns = [Column("Follower"), Column("Place", "°"), Column("Moves", unit)]
+    columns = [Column("Follower"), Column("Track"), Column("Place", "°"), Column("Moves", unit)]
     columns += [Column("Force", "N"), Column("Pressure", "MPa"), Column("Torque", "N m")]
     columns += [Column(f"{body.capitalize()} life") for body in bodies]
     rows: list[tuple[Cell, ...]] = []
     for one in model.bindings:
         operation, duty = one.profile.operation, one.hardest_state.carrier
         loads = (operation.load_mass, operation.load_inertia) if operation is not None else (0.0, 0.0)
-        row: tuple[Cell, ...] = (f"{one.number + 1}", degrees(one.angle), one.setup.follower.moving(*loads))
+        place = f"{one.number + 1}", f"{one.groove + 1}", degrees(one.angle)
+        row: tuple[Cell, ...] = (*place, one.setup.follower.moving(*loads))
         shaft = one.hardest_state.shaft
         if duty is None or shaft is None:
             rows.append((*row, None, None, None, *("" for _ in bodies)))
@@ -48,7 +49,7 @@ def each(model: Model) -> Table:
         peak = duty.peak_pressure
         row = (*row, duty.peak_force.value, None if peak is None else peak.value, 1e-3 * shaft.peak_torque.value)
         rows.append((*row, *(_life(one.own_lives.get(body)) for body in bodies)))
-    return Table("Followers on the track", tuple(columns), tuple(rows))
+    return Table("Followers", tuple(columns), tuple(rows))
 
 
 def _life(hours: float | None) -> str:

@@ -93,6 +93,12 @@ class _Samples:
 
 def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     """Results on the vertices (v,) of a cam body, NaN away from the flanks."""
+    if len(model.grooves) > 1:
+        # A vertex belongs to one groove: the others know nothing of it.
+        each = [_track_fields(one, mesh) for one in model.grooves]
+        names = dict.fromkeys(name for one in each for name in one)
+        nothing = np.full(len(mesh.vertices), np.nan)
+        return {name: np.fmax.reduce([one.get(name, nothing) for one in each]) for name in names}
     if model.planar is not None:
         # A prism has no vertices half way up, where a crowned roller presses: its profile knows more.
         known = profile_fields(model, mesh)

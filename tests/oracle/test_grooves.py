@@ -1,0 +1,183 @@
+"""Several grooves on one drum: the body by the oracle, each follower as on a drum of its own, one body in every export."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from camgeom.checks import findings
+from camgeom.errors import DesignError, ProfileError
+from camgeom.export.points import flank_points
+from camgeom.model import Model
+from camgeom.profile import from_data, parse
+from camgeom.report.result import compute
+from camgeom.report.sections import report
+from tests.places import ROOT
+from tests.profile.cases import frozen, put
+
+sys.path.insert(0, str(ROOT / "scripts" / "stability"))
+
+from judging import judge
+
+Data = dict[str, Any]
+TEXT = """
+name = "two grooves"
+[cam]
+kind = "cylindrical"
+form = "groove"
+diameter = 120
+length = 150
+start = 30
+groove_depth = 10
+bore = 40
+[follower]
+kind = "translating"
+mass = 1.5
+[roller]
+diameter = 20
+length = 9
+[[motion]]
+until = 150
+to = 25
+law = "modified-sine"
+[[motion]]
+until = 330
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+[operation]
+speed = 200
+friction = 20
+[output]
+tolerance = 0.05
+[[track]]
+angle = 90
+cam = { start = 85, groove_depth = 8 }
+follower = { mass = 0.8 }
+roller = { diameter = 16, length = 7 }
+[[track.motion]]
+until = 100
+[[track.motion]]
+until = 260
+to = 25
+law = "3-4-5"
+[[track.motion]]
+until = 360
+to = 0
+law = "cycloidal"
+"""
+
+
+def data_of(**keys: Any) -> Data:
+    data = tomllib.loads(TEXT)
+    for key, value in keys.items():
+        put(data, key.replace("__", "."), value)
+    return data
+
+
+def model_of(**keys: Any) -> Model:
+    return Model(from_data(frozen(data_of(**keys)), ""))
+
+
+def alone(track: int) -> Model:
+    """A drum with one of the two grooves."""
+    data = data_of()
+    (table,) = data.pop("track")
+    if track:
+        for name in ("cam", "follower"):
+            data[name] |= table[name]
+        data |= {"roller": table["roller"], "motion": table["motion"]}
+    return Model(from_data(frozen(data), ""))
+
+
+@pytest.fixture(scope="module")
+def both() -> Model:
+    return model_of()
+
+
+@pytest.mark.parametrize("direction", ["ccw", "cw"])
+def test_the_body_lies_where_the_oracle_says(direction: str) -> None:
+    record = judge(data_of(cam__direction=direction))
+    assert record["outcome"] == "good", record
+    assert 0.3 < record["error"] <= 1.0 + 1e-6
+
+
+def test_each_follower_has_the_figures_of_its_own_drum(both: Model) -> None:
+    for number, lone in enumerate((alone(0), alone(1))):
+        one = both.bindings[number]
+        assert one.duty.peak_pressure == lone.duty.peak_pressure
+        assert one.flanks[0].margin == lone.flanks[0].margin
+        assert one.lives == lone.lives
+        assert min(c.value for c in one.clearances) > -1e-6
+    first, second = (alone(k).shaft for k in (0, 1))
+    theta = np.linspace(0.1, 6.2, 40)
+    wanted = [duty.force.panels.at(duty.torque, (theta - angle) % (2.0 * np.pi))
+              for duty, angle in ((first, 0.0), (second, 0.5 * np.pi))]  # fmt: skip
+    assert both.camshaft.at(theta) == pytest.approx(sum(wanted), abs=1e-6 * both.camshaft.peak_torque.value)
+
+
+def test_volumes_that_are_cut_add(both: Model) -> None:
+    volumes = [model.mass[0].volume for model in (alone(0), alone(1), both)]
+    drum = np.pi * (60.0**2 - 20.0**2) * 150.0
+    # The chord error of all faces is a layer of its own.
+    assert volumes[0] + volumes[1] - drum == pytest.approx(volumes[2], abs=0.5 * both.tolerance * both.solid.mesh.area)
+    assert both.solid.sound
+    assert both.solid.mesh.genus == 1
+
+
+def test_what_is_left_between_grooves_is_a_wall() -> None:
+    walls = [wall for wall in model_of().walls if "groove 1 to groove 2" in wall.name]
+    assert [wall.thickness for wall in walls] == pytest.approx([13.8], abs=0.5)
+    for start, level in ((walls[0], "pass"), (None, "fail")):
+        keys = {} if start else {"limits": {"min_wall_mm": walls[0].thickness + 0.02}}
+        (found,) = [f for f in findings(model_of(**keys), ["wall"]) if "groove 1 to" in f.where]
+        assert found.level == level
+    data = data_of()
+    data["track"][0]["cam"]["start"] = 60
+    with pytest.raises(DesignError, match="run into each other"):
+        _ = Model(from_data(frozen(data), "")).solids
+
+
+def test_every_reader_has_both(both: Model) -> None:
+    cloud = flank_points(both)
+    assert set(cloud["track"].tolist()) == {0.0, 1.0}
+    data = compute(both, ["flank", "contact", "motion"]).data
+    (second,) = data["followers"]
+    assert (second["track"], second["angle_deg"]) == (2, 90.0)
+    assert second["flank"]["undercut_margin"] == alone(1).flanks[0].margin.value
+    assert data["together"]["peak_torque_n_m"] > data["contact"]["peak_torque_n_m"]
+    assert {path.track.program for path in both.machining.paths} == {one.setup.program for one in both.grooves}
+    page = report(both, only=["flank", "contact"])
+    assert [chapter.key for chapter in page.sections] == ["flank", "contact", "flank-2", "contact-2"]
+
+
+def test_what_a_track_cannot_say_is_refused(tmp_path: Path) -> None:
+    for change, word in (
+        ({"cam": {"diameter": 90.0}}, r"track\[0\]\.cam\.diameter: is the body's"),
+        ({"operation": {"speed": 90.0}}, r"track\[0\]\.operation\.speed: is the cam's"),
+        ({"angle": 400.0}, r"track\[0\]\.angle: out of range"),
+        ({"speed": 1.0}, r"track\[0\]\.speed: unknown key"),
+        ({"roller": {"diameter": -1.0, "length": 5.0}}, r"track\[0\]\.roller\.diameter"),
+        ({"motion": [{"until": 200.0, "to": 5.0, "law": "cycloidal"}]}, r"track\[0\]\.motion"),
+    ):
+        with pytest.raises(ProfileError, match=word):
+            model_of(track=[{"cam": {"start": 85.0}, **change}])
+    with pytest.raises(ProfileError, match=r"track: means nothing here.*grooved drums"):
+        parse('[cam]\nkind = "disc"\nbase_radius = 40\nwidth = 10\n[roller]\ndiameter = 20\nlength = 9\n[[motion]]\n'
+              'until = 360\n[[track]]\nangle = 3\n')  # fmt: skip
+    with pytest.raises(DesignError, match="closed grooves"):
+        _ = model_of(cam__form="rib", cam__rib_thickness=10.0, track=[{"cam": {"start": 100.0}}]).parts
+
+
+def test_a_study_finds_a_track_s_own_keys() -> None:
+    model = model_of()
+    other = model.with_({"track[0].cam.start": 90.0})
+    assert other.walls != model.walls
+    assert from_data(frozen(tomllib.loads(other.toml())), "") == other.profile
+    assert model.profile.digest() != other.profile.digest()
