@@ -1,4 +1,4 @@
-"""Several grooves on one drum: the body by the oracle, each follower as on a drum of its own, one body in every export."""
+"""Several grooves on one drum: the body by the oracle, each follower as on its own drum, one body in every export."""
 
 from __future__ import annotations
 
