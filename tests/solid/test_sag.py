@@ -25,8 +25,8 @@ def test_every_cell_of_a_large_grid_is_within_tolerance():
 
     def rows(phi, counts):
         groove = part.section().rows(Column(part.track, phi), counts[1:-1])
-        low = part._land(groove[:, :, 0], 0.0, counts[0])
-        high = part._land(groove[:, :, -1], part.length, counts[-1])
+        low = part.land(groove[:, :, 0], 0.0, counts[0])
+        high = part.land(groove[:, :, -1], part.length, counts[-1])
         return np.concatenate([low, groove, high[:, :, ::-1]], axis=2)
 
     middle = rows(0.5 * (grid.phi[1:] + grid.phi[:-1]), tuple(2 * c for c in grid.counts))
