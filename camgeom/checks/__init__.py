@@ -229,9 +229,22 @@ def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
                     lost.append((name, unmade(error)))
                     each.append((binding, [NotJudged(name, lost[-1][1].reason)]))
             said += each[0][1] if len(each) == 1 else _of_followers(each)
+    said = _told_once(said)
     findings = tuple(word for word in said if isinstance(word, Finding))
     open_ = tuple(word for word in said if isinstance(word, NotJudged))
     return Verdict(findings, open_, tuple(lost), loads_of(model))
+
+
+def _told_once(said: list[Finding | NotJudged]) -> list[Finding | NotJudged]:
+    """What is said, where one refusal (a follower that jams) leaves no load: `load` fails by it, and what is judged by
+    the load is not judged."""
+    causes = {word.advice for word in said if isinstance(word, Finding) and word.check == "load" and word.value is None}
+    return [
+        NotJudged(word.check, "no load can act, for the reason that `load` gives")
+        if isinstance(word, Finding) and word.check != "load" and word.value is None and word.advice in causes
+        else word
+        for word in said
+    ]
 
 
 def loads_of(model: Model) -> Loads | None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from math import inf, nan
 
+import numpy as np
 import pytest
 
 from camgeom.checks import NEEDS, OF_SOME, checks, judge
 from camgeom.checks.verdict import Finding, NotJudged, Verdict, judged
 from camgeom.model import Model, read
-from camgeom.profile import from_data
+from camgeom.profile import from_data, parse
 from camgeom.profile.text import load
+from camgeom.track.flank import Flank
 from tests.places import PROFILES
 
 
@@ -111,3 +113,53 @@ def test_what_is_brought_near_its_limit_by_choice_is_not_the_closest() -> None:
     wall = judged("wall", 2.0, ">=", 1.0, "mm", "")
     assert Verdict((hardness, stops, wall, angle)).closest is angle
     assert Verdict((hardness, stops)).closest is None
+
+
+STEEP = """
+[cam]
+kind = "disc"
+base_radius = 22
+width = 14
+[follower]
+kind = "translating"
+mass = 1
+[roller]
+shape = "cylinder"
+diameter = 16
+length = 12
+[[motion]]
+until = 90
+to = 30
+law = "modified-sine"
+[[motion]]
+until = 150
+[[motion]]
+until = 260
+to = 0
+law = "3-4-5"
+[[motion]]
+until = 360
+[operation]
+speed = 200
+spring_rate = 5
+spring_preload = 300
+[limits]
+life_h = 1e-6
+"""
+
+
+@pytest.mark.parametrize(("share", "jams"), [(0.999, False), (1.002, True)])
+def test_a_follower_that_jams_is_one_finding(share: float, jams: bool) -> None:
+    """The guides hold the follower from mu = 1 / tan(pressure angle) on: `load` tells it, and what is judged by the
+    load is not judged; asked alone it fails."""
+    flank = Flank(Model(parse(STEEP)).mechanism.tracks[0], np.linspace(0.0, 0.5 * np.pi, 20_001), np.zeros(1), 1.0)
+    limit = 1.0 / float(np.abs(np.tan(flank.pressure_angle("axis"))).max())
+    model = Model(parse(STEEP.replace("[limits]", f"guide_friction = {share * limit!r}\n[limits]")))
+    verdict = judge(model)
+    by_load = {"contact-kept", "contact-pressure", "life", "wear"}
+    fails = {one.check for one in verdict.findings if one.level == "fail"}
+    assert ("load" in fails) == jams
+    assert not jams or fails == {"load", "pressure-angle"}
+    assert by_load.isdisjoint({one.check for one in verdict.not_judged}) != jams
+    (alone,) = [one.level for one in judge(model, ["contact-kept"]).findings]
+    assert alone == ("fail" if jams else "pass")
