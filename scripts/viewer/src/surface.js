@@ -2,6 +2,7 @@
 import { BufferAttribute, BufferGeometry } from "three";
 
 const CREASE = Math.cos((32 * Math.PI) / 180);
+const SLENDER = 5e-4; // area over the square of the longest side: the normal of such a face is rounding
 
 export function displayGeometry({ vertices, faces, group }) {
   const count = faces.length;
@@ -63,6 +64,15 @@ function faceNormals(vertices, faces) {
   return out;
 }
 
+function slender(vertices, faces, normals, f) {
+  let longest = 0;
+  for (let k = 0; k < 3; k++) {
+    const a = 3 * faces[3 * f + k], b = 3 * faces[3 * f + ((k + 1) % 3)];
+    longest = Math.max(longest, (vertices[a] - vertices[b]) ** 2 + (vertices[a + 1] - vertices[b + 1]) ** 2 + (vertices[a + 2] - vertices[b + 2]) ** 2);
+  }
+  return normals[4 * f + 3] < SLENDER * longest;
+}
+
 function cosine(normals, a, b) {
   return normals[4 * a] * normals[4 * b] + normals[4 * a + 1] * normals[4 * b + 1] + normals[4 * a + 2] * normals[4 * b + 2];
 }
@@ -91,8 +101,10 @@ function edgeGeometry(vertices, faces, group, normals) {
       seen.set(key, face);
       continue;
     }
+    const apart = group[face] !== group[other];
+    const unsure = slender(vertices, faces, normals, face) || slender(vertices, faces, normals, other);
     const turn = cosine(normals, face, other);
-    if (turn < CREASE || (group[face] !== group[other] && turn < 0.985)) {
+    if (unsure ? apart : turn < CREASE || (apart && turn < 0.985)) {
       points.push(...vertices.subarray(3 * a, 3 * a + 3), ...vertices.subarray(3 * b, 3 * b + 3));
     }
   }
