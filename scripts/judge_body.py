@@ -27,7 +27,7 @@ if str(ROOT) not in sys.path:
 
 from camgeom import read  # noqa: E402
 from camgeom.body.solver import Elastic  # noqa: E402
-from camgeom.body.volume import BodyVolume  # noqa: E402
+from camgeom.body.volume import BodyVolume, Volume  # noqa: E402
 from camgeom.errors import CamgeomError  # noqa: E402
 from camgeom.export.volume import write_inp  # noqa: E402
 
@@ -62,7 +62,7 @@ def install() -> None:
     program.cache_clear()
 
 
-def displacements(volume: BodyVolume) -> tuple[np.ndarray, list[str]]:
+def displacements(volume: Volume) -> tuple[np.ndarray, list[str]]:
     """Displacements (v, 3), mm, that CalculiX finds for the file as it is written, and its complaints."""
     found = program()
     assert found is not None
@@ -72,7 +72,7 @@ def displacements(volume: BodyVolume) -> tuple[np.ndarray, list[str]]:
         words = [line for line in done.stdout.splitlines() if re.search(r"\*(WARNING|ERROR)", line)]
         if done.returncode or "Job finished" not in done.stdout:
             return np.zeros((0, 3)), [*words, "the job did not finish"]
-        return _displaced(Path(folder, "cam.frd").read_text(), len(volume.ring.nodes)), words
+        return _displaced(Path(folder, "cam.frd").read_text(), len(volume.nodes)), words
 
 
 def _displaced(text: str, count: int) -> np.ndarray:
@@ -96,6 +96,12 @@ def main(arguments: list[str]) -> int:
             print(f"{name}: no volume: {error}")
             continue
         material = volume.material
+        if not isinstance(volume, BodyVolume):
+            theirs, words = displacements(volume)
+            failed |= bool(words) or not len(theirs)
+            moved = 1e3 * float(np.abs(theirs).max()) if len(theirs) else np.nan
+            print(f"{name}: {volume.about[0]}; CalculiX finds {moved:.6g} um{''.join('; ' + word for word in words)}")
+            continue
         own = Elastic(volume.ring, material.elastic_modulus, material.poisson).solve(volume.forces[:, :, None])[:, :, 0]
         theirs, words = displacements(volume)
         most = float(np.abs(own).max())

@@ -57,7 +57,23 @@ class Shape:
     notes: tuple[str, ...]
 
 
-class Groove(Protocol):
+class Walled(Protocol):
+    """A ring body whose flanks a roller presses."""
+
+    def second(self, side: float) -> bool:
+        """Whether a side of the track is the second flank."""
+
+    def word(self, side: float) -> str:
+        """The flank on a side of the track, in words."""
+
+    def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """Place on the contour (m,), azimuth (m,) and normals into the material (3, m) at stations t (m,)."""
+
+    def thickness(self, theta: Floats, side: float, t: float) -> Floats:
+        """Of the material behind a flank at station t, square to it, mm, at cam angles (n,)."""
+
+
+class Groove(Walled, Protocol):
     """A body with one closed groove between two walls."""
 
     @property
@@ -78,15 +94,6 @@ class Groove(Protocol):
 
     def outward(self, x: Floats) -> Floats:
         """Unit directions (..., 3) of v at points (..., 3)."""
-
-    def second(self, side: float) -> bool:
-        """Whether a side of the track is the second flank."""
-
-    def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Place on the contour (m,), azimuth (m,) and normals into the material (3, m) at stations t (m,)."""
-
-    def thickness(self, theta: Floats, side: float, t: float) -> Floats:
-        """Of the material behind a flank at station t, square to it, mm, at cam angles (n,)."""
 
 
 def at_azimuths(surface: Callable[[Floats, Floats], Floats], sense: float, psi: Floats, rows: Floats) -> Floats:
@@ -178,6 +185,10 @@ class DrumGroove:
         """Whether a side is the second flank."""
         return side != self._section.first
 
+    def word(self, side: float) -> str:
+        """The flank in words."""
+        return f"the {self.shape.flanks[int(self.second(side))]} flank"
+
     def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Place, azimuth and normals of what touches."""
         track, section = self.body.track, self._section
@@ -250,6 +261,10 @@ class PlateGroove:
     def second(self, side: float) -> bool:
         """Whether a side is the second flank."""
         return side != self._outer
+
+    def word(self, side: float) -> str:
+        """The flank in words."""
+        return f"the {self.shape.flanks[int(self.second(side))]} flank"
 
     def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Place, azimuth and normals of what touches."""

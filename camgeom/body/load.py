@@ -14,14 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.element import shapes
-from camgeom.body.groove import Groove
+from camgeom.body.groove import Walled
 from camgeom.body.ring import RingMesh
+from camgeom.body.tetra import PointLoad
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.face_duty import FaceDuty
 from camgeom.mechanics.roller_duty import RollerDuty
+from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid.prism import Prism
 from camgeom.track import TURN
 from camgeom.track.flank import Flank
@@ -66,14 +68,13 @@ class Patch:
 
 @final
 @dataclass(frozen=True, eq=False)
-class GrooveLoad:
-    """A roller that presses the walls of a groove, as its duty says."""
+class RollerForce:
+    """A roller that presses the flanks of its track, as its duty says."""
 
-    groove: Groove
     duty: RollerDuty
 
     @cached_property
-    def _sides(self) -> tuple[float, float]:
+    def sides(self) -> tuple[float, float]:
         """The flank behind (pressed by a positive normal force) and the one ahead."""
         at = np.array([self.duty.force.panels.theta[0, 0]])
         flank = Flank(self.duty.track, at, np.array([self.duty.station]), 1.0)
@@ -84,26 +85,12 @@ class GrooveLoad:
         """Signed normal force (n,), N: positive on the flank behind."""
         return np.asarray(self.duty.force.panels.at(self.duty.normal, theta))
 
-    def thickness(self, theta: Floats) -> Floats:
-        """Of the pressed wall at the middle of the roller's contact, mm, at cam angles (n,)."""
-        t = self.duty.track.meridian.parameter(0.5 * sum(self.duty.track.contact))
-        behind, ahead = (self.groove.thickness(theta, side, t) for side in self._sides)
-        return np.asarray(np.where(self.normal(theta) >= 0.0, behind, ahead))
-
     def presses(self, theta: Floats) -> npt.NDArray[np.bool_]:
         """Whether anything presses at cam angles (n,)."""
         return np.asarray(np.abs(self.normal(theta)) > QUIET * max(self.duty.peak_force.value, 1e-300))
 
-    @cached_property
-    def hardest(self) -> Extreme:
-        """The cam angle of the largest force over squared thickness of the wall, and that, N/mm²."""
-        theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
-        value = np.abs(self.normal(theta)) / self.thickness(theta) ** 2
-        worst = int(np.argmax(value))
-        return Extreme(float(value[worst]), float(theta[worst]))
-
-    def patch(self, theta: float) -> Patch:
-        """The patch pressed at a cam angle, rad: shared along the roller as the duty's slices are.
+    def line(self, theta: float) -> tuple[float, Floats, Floats]:
+        """The pressed side at a cam angle, rad, stations (m,) along it and the force there (m,), N, as slices share it.
 
         Raises DesignError where nothing presses.
         """
@@ -111,17 +98,60 @@ class GrooveLoad:
         if not self.presses(angle)[0]:
             raise DesignError(f"nothing presses the flank at cam angle {np.degrees(theta):.6g} deg: there is no load")
         normal, duty = float(self.normal(angle)[0]), self.duty
-        side = self._sides[0 if normal >= 0.0 else 1]
         low, high = sorted(duty.track.contact)
         x, w = np.polynomial.legendre.leggauss(ALONG)
         delta = low + 0.5 * (high - low) * (x + 1.0)
-        line = np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
-        share = w * line / (w * line).sum()
-        place, azimuth, n = self.groove.place(theta, side, duty.track.meridian.parameters(delta))
-        second = self.groove.second(side)
-        where = f"the {self.groove.shape.flanks[int(second)]} flank"
-        wall = float(self.thickness(angle)[0])
-        return Patch(theta, abs(normal), where, place, azimuth, (abs(normal) * share * n).T, wall, second)
+        line = w * np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
+        return self.sides[0 if normal >= 0.0 else 1], duty.track.meridian.parameters(delta), (
+            abs(normal) * line / line.sum()
+        )
+
+    def points(self, angle: float | None) -> PointLoad:
+        """Points and forces at a cam angle, rad; None: that of the largest force."""
+        theta = self.duty.peak_force.cam_angle if angle is None else angle
+        side, t, share = self.line(theta)
+        flank = Flank(self.duty.track, np.array([theta]), t, side)
+        return PointLoad(theta, flank.x[:, 0].T, (share * flank.n[:, 0]).T)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RollerLoad:
+    """A roller that presses the flanks of a ring, as its duty says."""
+
+    body: Walled
+    duty: RollerDuty
+
+    @cached_property
+    def force(self) -> RollerForce:
+        """The roller."""
+        return RollerForce(self.duty)
+
+    def thickness(self, theta: Floats) -> Floats:
+        """Of the pressed wall at the middle of the roller's contact, mm, at cam angles (n,)."""
+        t = self.duty.track.meridian.parameter(0.5 * sum(self.duty.track.contact))
+        behind, ahead = (self.body.thickness(theta, side, t) for side in self.force.sides)
+        return np.asarray(np.where(self.force.normal(theta) >= 0.0, behind, ahead))
+
+    @cached_property
+    def hardest(self) -> Extreme:
+        """The cam angle of the largest force over squared thickness of the wall, and that, N/mm²."""
+        theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
+        value = np.abs(self.force.normal(theta)) / self.thickness(theta) ** 2
+        worst = int(np.argmax(value))
+        return Extreme(float(value[worst]), float(theta[worst]))
+
+    def asked(self, angle: float | None) -> Patch:
+        """The patch at a cam angle, rad; None: where force over squared thickness is largest."""
+        return self.patch(self.hardest.cam_angle if angle is None else angle)
+
+    def patch(self, theta: float) -> Patch:
+        """The patch pressed at a cam angle, rad. Raises DesignError where nothing presses."""
+        side, t, share = self.force.line(theta)
+        place, azimuth, n = self.body.place(theta, side, t)
+        wall = float(self.thickness(np.array([theta]))[0])
+        return Patch(theta, float(share.sum()), self.body.word(side), place, azimuth, (share * n).T, wall,
+                     self.body.second(side))  # fmt: skip
 
 
 def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) -> tuple[int, float]:
@@ -158,6 +188,19 @@ def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patc
     push = -touch.material * np.append(curve.normals[:, 0], 0.0)
     room = float(np.hypot(*curve.points[:, 0])) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
     return Patch(theta, normal, touch.name, share, azimuth, np.outer(0.5 * normal * w, push), room)
+
+
+def turret_patch(duty: TurretDuty, discs: Sequence[Prism], index: int) -> tuple[Prism, Patch]:
+    """The disc of a turret's cam that is pressed hardest at a sample point of its duty, and the patch."""
+    points, forces = duty.pressed(index)
+    size = np.sqrt((forces**2).sum(axis=1))
+    on = [(points[:, 2] > disc.z0) & (points[:, 2] < disc.z1) for disc in discs]
+    which = int(np.argmax([size[one].sum() for one in on]))
+    disc, mine = discs[which], on[which]
+    x, theta = points[mine], float(duty.theta[index])
+    room = float(np.hypot(x[:, 0], x[:, 1]).min()) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
+    place, azimuth = (x[:, 2] - disc.z0) / (disc.z1 - disc.z0), np.arctan2(x[:, 1], x[:, 0])
+    return disc, Patch(theta, float(size[mine].sum()), disc.name, place, azimuth, forces[mine], room)
 
 
 def nodal_forces(ring: RingMesh, patches: list[Patch]) -> Floats:

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.body.groove import bore_radius, left_out
 from camgeom.body.section import graded
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -39,9 +40,8 @@ class PlateSection:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The keyway is left out."""
-        bore = self.body.bore
-        return ("the keyway is left out",) if bore is not None and bore.keyway_width else ()
+        """Keyway and phase marks are left out."""
+        return (*left_out(self.body.bore), *(("the phase marks are left out",) if self.body.holes else ()))
 
     @cached_property
     def _sampled(self) -> tuple[Floats, Floats]:
@@ -76,10 +76,7 @@ class PlateSection:
     def blocks(self, psi: Floats) -> list[tuple[Floats, Floats]]:
         """z and r (n, i, j) of layer and core; i runs inward in the layer and along z in the core, j the other way."""
         body, (_, deep, core) = self.body, self.cells
-        if body.bore is None or body.holes:
-            what = "without a bore" if body.bore is None else "with further holes"
-            raise DesignError(f"the volume of a disc {what} is not meshed: it is no plain ring")
-        inner, outer = 0.5 * body.bore.diameter, self.radius(psi)
+        inner, outer = bore_radius(body.bore), self.radius(psi)
         z = body.z0 + (body.z1 - body.z0) * self.rows
         foot = outer - LAYER * (outer - inner)
         down = outer[:, None] + graded(deep, 1.6) * (foot - outer)[:, None]

@@ -153,6 +153,14 @@ class GroovedSection:
         x = at_azimuths(self.groove.at, self.groove.shape.sense, psi, rows)
         return self.groove.uv(x[2].reshape(rows.shape), np.hypot(x[0], x[1]).reshape(rows.shape))
 
+    def outline(self, psi: float) -> Floats:
+        """z and r (k, 2) of the body's outline at an azimuth, rad, from the first land's edge along the contour."""
+        u, v, _ = self.contour(np.array([psi]))
+        (start, stop), back = self.groove.shape.ends, self.groove.shape.back
+        around = np.array([[stop, v[0, -1]], [stop, back], [start, back], [start, v[0, 0]]])
+        line = np.concatenate([np.stack([u[0], v[0]], axis=1), around])
+        return np.stack(self.groove.zr(line[:, 0], line[:, 1]), axis=1)
+
     def blocks(self, psi: Floats) -> list[tuple[Floats, Floats]]:
         """z and r (n, i, j) of the nodes of every block, ends and middles of cells, the layer first.
 

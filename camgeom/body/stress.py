@@ -16,9 +16,10 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.body.cut import Cut, cut_of
 from camgeom.body.element import NATURAL, largest_principal, shapes, stresses, tensors
 from camgeom.body.groove import Groove
-from camgeom.body.load import GrooveLoad, Patch, nodal_forces
+from camgeom.body.load import Patch, RollerLoad, nodal_forces
 from camgeom.body.ring import RingMesh, even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import Elastic
@@ -43,11 +44,12 @@ STEPS = (0.05, 0.035)
 @final
 @dataclass(frozen=True, eq=False)
 class Peak:
-    """The peak on one mesh: stress, MPa, its point (3,), mm, and the unknowns that were solved for."""
+    """The peak on one mesh: stress, MPa, its point (3,), mm, the unknowns that were solved for, and a section there."""
 
     value: float
     point: Floats
     unknowns: int
+    cut: Cut | None = None
 
 
 @final
@@ -73,14 +75,14 @@ class RootStress:
         return GroovedSection.of(self.groove, Fineness())
 
     @cached_property
-    def load(self) -> GrooveLoad:
+    def load(self) -> RollerLoad:
         """What presses its walls."""
-        return GrooveLoad(self._coarse.groove, self.duty)
+        return RollerLoad(self._coarse.groove, self.duty)
 
     @cached_property
     def patches(self) -> dict[int, Patch]:
         """The pressed patches by the number of their angle."""
-        pressed = np.flatnonzero(self.load.presses(self.theta)).tolist()
+        pressed = np.flatnonzero(self.load.force.presses(self.theta)).tolist()
         return {i: self.load.patch(float(self.theta[i])) for i in pressed}
 
     @cached_property
@@ -107,7 +109,7 @@ class RootStress:
     @cached_property
     def patch(self) -> Patch:
         """The load that the peak is asked of."""
-        return self.load.patch(self.load.hardest.cam_angle if self.angle is None else self.angle)
+        return self.load.asked(self.angle)
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
@@ -211,7 +213,10 @@ class RootStress:
         free = height <= shape.foot - CONTACT * shape.root
         found = np.where(free, found, -np.inf)
         element, corner = np.unravel_index(int(np.argmax(found)), found.shape)
-        return Peak(float(found[element, corner]), x[element, FACE[corner]], problem.cost.unknowns)
+        point = x[element, FACE[corner]]
+        cut = cut_of(ring, moved, problem.material, section, float(np.arctan2(point[1], point[0])))
+        return Peak(float(found[element, corner]), point, problem.cost.unknowns, cut)
+
 
 FACE = (0, 3, 4, 7, 11, 15, 16, 19)
 """nodes of an element on its face at the contour"""

@@ -1,37 +1,81 @@
-"""A ring body as it is handed over: mesh, sets, material, held bore and the contact's load at one cam angle."""
+"""A body as it is handed over: mesh, sets, material, held bore and the contact's load at one cam angle."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees
-from typing import final
+from typing import Protocol, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
-from camgeom.body.load import GrooveLoad, Patch, nodal_forces, plate_angle, plate_patch
+from camgeom.body.load import Patch, RollerForce, RollerLoad, nodal_forces, plate_angle, plate_patch, turret_patch
 from camgeom.body.plate import PlateSection
 from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
+from camgeom.body.tetra import TetraVolume, filled, turret_load, turret_sample
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.face_duty import FaceDuty
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
+from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
+from camgeom.solid.cut import CutBlank, IndexingCut
+from camgeom.solid.drum import EndFaceRing
 from camgeom.solid.prism import Prism
 from camgeom.track import Track
 
 Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
-NO_RING = (
-    "only rings are meshed as volumes, drums and discs with one closed groove or none: give an FE program the STEP "
-    "file of this body"
-)
+NO_RING = "ribs of drums and undercut bodies are not meshed: give an FE program the STEP file of this body"
+NO_LOAD = "nothing presses this body: there is no load"
+
+
+class Volume(Protocol):
+    """A loaded body as it is handed over. Lengths mm, forces N, stresses MPa; nodes of the set `bore` are held."""
+
+    @property
+    def name(self) -> str:
+        """Of the body."""
+
+    @property
+    def material(self) -> Material:
+        """Of the cam."""
+
+    @property
+    def cell(self) -> str:
+        """meshio's name of the elements: hexahedron20 or tetra10."""
+
+    @property
+    def nodes(self) -> Floats:
+        """(v, 3), cam frame."""
+
+    @property
+    def elements(self) -> Index:
+        """Node numbers (e, 20) or (e, 10), from 0."""
+
+    @property
+    def forces(self) -> Floats:
+        """Nodal forces (v, 3)."""
+
+    @property
+    def sets(self) -> dict[str, Index]:
+        """Node numbers, from 0, of the named sets."""
+
+    @property
+    def pressed_faces(self) -> Index:
+        """Element and number of the face, both from 0, of what may be pressed, (f, 2)."""
+
+    @property
+    def about(self) -> tuple[str, ...]:
+        """What the file is of, line by line."""
 
 
 @final
@@ -43,6 +87,25 @@ class BodyVolume:
     ring: RingMesh
     material: Material
     patch: Patch
+    cell: str = "hexahedron20"
+
+    @property
+    def nodes(self) -> Floats:
+        """See `Volume`."""
+        return self.ring.nodes
+
+    @property
+    def elements(self) -> Index:
+        """See `Volume`."""
+        return self.ring.elements
+
+    @cached_property
+    def pressed_faces(self) -> Index:
+        """The contour of the ring: faces of nodes 4, 8, 5 and 1, Abaqus' S6."""
+        ring = self.ring
+        layer = ring.quads.shape[0] * np.arange(len(ring.planes))
+        contour = (layer[:, None] + ring.contour).ravel()
+        return np.stack([contour, np.full(len(contour), 5)], axis=1)
 
     @cached_property
     def forces(self) -> Floats:
@@ -71,27 +134,56 @@ class BodyVolume:
         )
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class Pressing:
+    """The duty that presses a body: of one roller, of a planar cam's touches, or of a turret."""
+
+    roller: RollerDuty | None = None
+    drive: FaceDuty | None = None
+    turret: TurretDuty | None = None
+
+
 def volume_of(
-    parts: Sequence[Part], cutters: tuple[Track, ...], roller: RollerDuty | None, drive: FaceDuty | None,
-    material: Material, angle: float | None,
-) -> BodyVolume:
+    parts: Sequence[Part], cutters: tuple[Track, ...], pressing: Pressing, material: Material, angle: float | None,
+    surface: Callable[[], Mesh],
+) -> Volume:
     """The loaded body at a cam angle, rad (None: where force over squared thickness of what bears it is largest).
 
-    Raises DesignError where the body is no ring, or nothing presses it.
+    surface  the body's mesh, asked for where it is no ring
+    Raises DesignError where nothing presses the body, or it cannot be meshed.
     """
-    part = parts[0]
+    part, roller = parts[0], pressing.roller
     groove = groove_of(part, cutters)
     if groove is not None and roller is not None:
-        load = GrooveLoad(GroovedSection.of(groove, Fineness()).groove, roller)
-        patch = load.patch(load.hardest.cam_angle if angle is None else angle)
+        patch = RollerLoad(GroovedSection.of(groove, Fineness()).groove, roller).asked(angle)
         section = GroovedSection.of(groove, Fineness.fine_at(patch.second))
         return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, patch)
+    if isinstance(part, EndFaceRing) and roller is not None:
+        ring = EndFaceSection(part)
+        patch = RollerLoad(ring, roller).asked(angle)
+        return BodyVolume(part.name, ring_about(ring, patch.middle, STEP), material, patch)
     discs = [one for one in parts if isinstance(one, Prism)]
-    if drive is None or len(discs) != len(parts):
+    if len(discs) == len(parts):
+        disc, patch = _pressed_disc(discs, pressing, angle)
+        plate = PlateSection(disc)
+        return BodyVolume(disc.name, ring_about(plate, patch.middle, STEP), material, patch)
+    if isinstance(part, IndexingCut) and pressing.turret is not None:
+        load = turret_load(pressing.turret, angle)
+    elif isinstance(part, CutBlank) and roller is not None:
+        load = RollerForce(roller).points(angle)
+    else:
         raise DesignError(NO_RING)
+    return TetraVolume(part.name, filled(part, surface()), material, load)
+
+
+def _pressed_disc(discs: list[Prism], pressing: Pressing, angle: float | None) -> tuple[Prism, Patch]:
+    """The disc of a planar cam that is pressed hardest, and the patch."""
+    if pressing.turret is not None:
+        return turret_patch(pressing.turret, discs, turret_sample(pressing.turret, angle))
+    drive = pressing.drive
+    if drive is None:
+        raise DesignError(NO_LOAD)
     number, theta = plate_angle(drive, discs, angle)
-    touch = drive.touches[number]
-    disc = next((one for one in discs if one.outer.outline is touch.outline), discs[0])
-    plate = PlateSection(disc)
-    patch = plate_patch(drive, number, disc, theta)
-    return BodyVolume(disc.name, ring_about(plate, patch.middle, STEP), material, patch)
+    disc = next((one for one in discs if one.outer.outline is drive.touches[number].outline), discs[0])
+    return disc, plate_patch(drive, number, disc, theta)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import degrees, pi, radians
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -21,6 +21,8 @@ ReliefAngle = Annotated[float, Field(gt=0.0, le=90.0, allow_inf_nan=False)]
 class TurretKeys(Cam):
     """The keys of a cam whose grooves drive the rollers of a turret."""
 
+    ROOTLESS: ClassVar[dict[str, str]] = NO_ROOT
+    """keys of a root that mean nothing"""
     form: Literal["rib", "groove"] = Field(
         "rib", description="in a dwell two rollers straddle a rib, or one sits in a groove"
     )
@@ -68,7 +70,7 @@ class TurretKeys(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of a keyway without a bore, and of a relief that is none."""
         del setup
-        found = NO_DRUM | NO_ROOT | ONE_WAY | keyway_idle(self.bore)
+        found = NO_DRUM | self.ROOTLESS | ONE_WAY | keyway_idle(self.bore)
         found |= idle("the grooves are open, a tool comes in at an end", "cutter.lead", "cutter.start_angle")
         return found if self.relief else found | idle("without a relief it fades over no angle", "cam.relief_angle")
 

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import problem, sense_of
+from camgeom.cams import NO_STRESS, problem, root_problems, sense_of
 from camgeom.cams._turret import TurretKeys, bearing_meridian
 from camgeom.errors import Problem
 from camgeom.keys import Gap, Length
@@ -22,6 +22,7 @@ from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
+from camgeom.track.section import ROOTED
 from camgeom.track.turret import turret_tracks
 
 MOST_PRELOAD = 0.01
@@ -33,6 +34,7 @@ class Globoidal(TurretKeys):
     """A globoid -width/2 <= z <= width/2; the turret turns about an axis parallel to Y at (center_distance, 0, 0)."""
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("turret",)
+    ROOTLESS: ClassVar[dict[str, str]] = NO_STRESS
 
     kind: Literal["globoidal"]
     center_distance: Length = Field(description="mm, cam axis to turret axis")
@@ -40,6 +42,10 @@ class Globoidal(TurretKeys):
     globoid_radius: Length = Field(description="mm, radius of the blank's outside about the turret axis")
     preload: Gap = Field(
         0.0, description="mm, by which rollers press into the ribs they ride in the dwell, by a closer centre distance"
+    )
+    root_radius: Gap = Field(
+        0.0, description="mm, of the roots between flanks and floor, that of the tool's corner where there is no "
+        "[cutter] corner_radius"
     )
     hub_diameter: Gap = Field(0.0, description="mm, hubs on both ends; 0 leaves them out")
     hub_length: Gap = Field(0.0, description="mm, length of each hub beyond the end face")
@@ -65,6 +71,7 @@ class Globoidal(TurretKeys):
             form=self.form,
             bore=self.bore_spec,
             running_clearance=self.running_clearance,
+            root_radius=setup.corner or self.root_radius,
             cam=self,
         )
 
@@ -75,8 +82,17 @@ class Globoidal(TurretKeys):
         mechanism = self.mechanism(setup)
         return [
             *self.key_problems(setup), *self._size_problems(mechanism), *self._turret_problems(mechanism),
-            *self._preload_problems(mechanism),
+            *self._preload_problems(mechanism), *self._root_problems(setup, mechanism),
         ]  # fmt: skip
+
+    def _root_problems(self, setup: Setup, mechanism: GloboidalMechanism) -> list[Problem]:
+        """A root is swept by the tool that stands as the roller does: without relief and preload."""
+        if not mechanism.root_radius:
+            return []
+        if self.relief or self.preload:
+            key = "cam.relief" if self.relief else "cam.preload"
+            return [problem(key, self.relief or self.preload, "0 beside a rounded root")]
+        return root_problems(setup, self.root_radius, mechanism.floor_radius - self.globoid_radius)
 
     def _size_problems(self, mechanism: GloboidalMechanism) -> list[Problem]:
         found = []
@@ -268,8 +284,12 @@ class GloboidalMechanism(Mechanism):
         """The tools: each followed until clear of the blank, larger by the running clearance and deeper at the tip."""
         grooves = self._grooves(self._clear_angle, self.cam.center_distance)
         relief = self.cam.relief_of(self.program, self.quoted_radius)
-        gap, floor = self.cam.running_clearance, self.floor_radius
-        return tuple(replace(track.grown(gap), tip=floor, relief=relief) for track in grooves)
+        gap, root, floor = self.cam.running_clearance, self.root_radius, self.floor_radius
+        if root:
+            # The floor's edges, where the corner's arc ends, are as far from the turret's axis as they are without.
+            arc = 0.5 * pi * ROOTED
+            floor = sqrt(floor**2 - (self.tip_radius + gap - root * (1.0 - cos(arc))) ** 2) + root * (1.0 - sin(arc))
+        return tuple(replace(track.grown(gap), tip=floor, relief=relief, root=root) for track in grooves)
 
     def _grooves(self, reach: float, centre: float) -> tuple[Track, ...]:
         follower = self.follower

@@ -1,4 +1,4 @@
-"""Volume meshes for finite element programs: hexahedra, sets, held bore, and the contact's load at one cam angle.
+"""Volume meshes for finite element programs: elements, sets, held bore, and the contact's load at one cam angle.
 
 CalculiX and Abaqus input and Nastran bulk data are written here, because a solver runs them as they are: material, sets
 and one linear step. VTU and Gmsh, which carry a mesh with fields, are written by meshio, on a mesh of its own: it turns
@@ -23,37 +23,35 @@ from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
-    from camgeom.body.volume import BodyVolume
+    from camgeom.body.volume import Volume
     from camgeom.model import Model
 
 Index = npt.NDArray[np.int64]
-CAMS = "grooved drums and discs with a bore"
-SIXTH = "S6"
-"""Abaqus' name of the hexahedron's face that lies on the flank: nodes 4, 8, 5 and 1"""
+CAMS = "all with a bore but ribs of drums"
+KINDS = {"hexahedron20": ("C3D20", "Hexahedron_20"), "tetra10": ("C3D10", "Tetrahedron_10")}
+"""names of the elements in Abaqus' and XDMF's files"""
 
 
 def _missing(model: Model) -> str:
     return "" if model.profile.operation is not None else "there is no [operation]: no load for a volume file"
 
 
-@writer(".volume.inp", "hexahedra, sets, load and one linear step: input of CalculiX and Abaqus", takes="volume",
+@writer(".volume.inp", "elements, sets, load and one linear step: input of CalculiX and Abaqus", takes="volume",
         cams=CAMS, missing=_missing)  # fmt: skip
-def write_inp(path: Path, volume: BodyVolume) -> int:
+def write_inp(path: Path, volume: Volume) -> int:
     """Write a file that `ccx` runs as it is; returns its bytes. Raises ExportError where it cannot be written."""
-    material, ring = volume.material, volume.ring
+    material = volume.material
     forced = np.flatnonzero(np.abs(volume.forces).sum(axis=1) > 0.0)
     loads = (f"{node + 1},{k + 1},{volume.forces[node, k]:.10e}" for node in forced for k in range(3))
-    layer = ring.elements.reshape(len(ring.planes), -1, 20).shape[1] * np.arange(len(ring.planes))
-    flank = (layer[:, None] + ring.contour).ravel() + 1
     lines: Iterable[str] = chain(
         (f"** {line}" for line in volume.about),
         ("*HEADING", volume.name, "*NODE, NSET=all"),
-        (f"{i + 1},{x:.10e},{y:.10e},{z:.10e}" for i, (x, y, z) in enumerate(ring.nodes.tolist())),
-        ("*ELEMENT, TYPE=C3D20, ELSET=cam",),
-        _elements(ring.elements),
+        (f"{i + 1},{x:.10e},{y:.10e},{z:.10e}" for i, (x, y, z) in enumerate(volume.nodes.tolist())),
+        (f"*ELEMENT, TYPE={KINDS[volume.cell][0]}, ELSET=cam",),
+        _elements(volume.elements),
         chain.from_iterable(_node_set(name, nodes + 1) for name, nodes in volume.sets.items()),
         ("*SURFACE, NAME=contour, TYPE=ELEMENT",),
-        (f"{element},{SIXTH}" for element in flank),
+        (f"{element + 1},S{face + 1}" for element, face in volume.pressed_faces.tolist()),
         ("*MATERIAL, NAME=cam_material", "*ELASTIC", f"{material.elastic_modulus:.10g},{material.poisson:.10g}"),
         ("*DENSITY", f"{material.density * 1e-12:.10g}", "*SOLID SECTION, ELSET=cam, MATERIAL=cam_material"),
         ("*BOUNDARY", "bore,1,3", "*STEP", "*STATIC", "*CLOAD"),
@@ -65,8 +63,9 @@ def write_inp(path: Path, volume: BodyVolume) -> int:
 
 def _elements(elements: Index) -> Iterator[str]:
     for number, nodes in enumerate((elements + 1).tolist()):
-        yield f"{number + 1}," + ",".join(map(str, nodes[:12])) + ","
-        yield ",".join(map(str, nodes[12:]))
+        yield f"{number + 1}," + ",".join(map(str, nodes[:12])) + ("," if len(nodes) > 12 else "")
+        if len(nodes) > 12:
+            yield ",".join(map(str, nodes[12:]))
 
 
 def _node_set(name: str, nodes: Index) -> Iterator[str]:
@@ -75,9 +74,9 @@ def _node_set(name: str, nodes: Index) -> Iterator[str]:
         yield ",".join(map(str, nodes[start : start + 12].tolist()))
 
 
-@writer(".volume.bdf", "hexahedra, sets, load and one linear step: Nastran bulk data", takes="volume", cams=CAMS,
+@writer(".volume.bdf", "elements, sets, load and one linear step: Nastran bulk data", takes="volume", cams=CAMS,
         missing=_missing)  # fmt: skip
-def write_bdf(path: Path, volume: BodyVolume) -> int:
+def write_bdf(path: Path, volume: Volume) -> int:
     """Write a Nastran file (SOL 101); returns its bytes. Raises ExportError where it cannot be written.
 
     Sets are SET1 cards; their numbers stand in comments with their names.
@@ -87,8 +86,8 @@ def write_bdf(path: Path, volume: BodyVolume) -> int:
     lines: Iterable[str] = chain(
         (f"$ {line}" for line in volume.about),
         ("SOL 101", "CEND", "SPC = 1", "LOAD = 1", "DISPLACEMENT = ALL", "STRESS = ALL", "BEGIN BULK"),
-        chain.from_iterable(_grid(i + 1, x) for i, x in enumerate(volume.ring.nodes.tolist())),
-        chain.from_iterable(_chexa(i + 1, nodes) for i, nodes in enumerate((volume.ring.elements + 1).tolist())),
+        chain.from_iterable(_grid(i + 1, x) for i, x in enumerate(volume.nodes.tolist())),
+        chain.from_iterable(_cell(i + 1, nodes) for i, nodes in enumerate((volume.elements + 1).tolist())),
         ("PSOLID,1,1", "MAT1,1," + ",".join((_short(material.elastic_modulus), "", _short(material.poisson), density))),
         (f"SPC1,1,123,{node + 1}" for node in sets["bore"]),
         (f"FORCE,1,{i + 1},0,1.0," + ",".join(_short(float(f)) for f in volume.forces[i]) for i in forced),
@@ -104,14 +103,13 @@ def _grid(number: int, x: Sequence[float]) -> Iterator[str]:
     yield f"*       {c:>16s}"
 
 
-def _chexa(number: int, nodes: Sequence[int]) -> Iterator[str]:
-    # Nastran counts the upright edges' nodes before those of the upper face.
+def _cell(number: int, nodes: Sequence[int]) -> Iterator[str]:
+    # Nastran counts a hexahedron's upright edges' nodes before those of the upper face.
     order = [*nodes[:12], *nodes[16:20], *nodes[12:16]]
-    text = [f"{node:<8d}" for node in order]
-    first, second = f"+1{number:<6x}", f"+2{number:<6x}"
-    yield f"CHEXA   {number:<8d}{1:<8d}{''.join(text[:6])}{first}"
-    yield f"{first}{''.join(text[6:14])}{second}"
-    yield f"{second}{''.join(text[14:])}"
+    text = [f"{number:<8d}", f"{1:<8d}", *(f"{node:<8d}" for node in order)]
+    lines = [text[start : start + 8] for start in range(0, len(text), 8)]
+    marks = ["CHEXA   " if len(nodes) == 20 else "CTETRA  ", *(f"+{k}{number:<6x}" for k in range(1, len(lines))), ""]
+    yield from (begin + "".join(line) + end for begin, line, end in zip(marks, lines, marks[1:]))
 
 
 def _set1(number: int, name: str, nodes: Index) -> Iterator[str]:
@@ -138,26 +136,26 @@ def _written(path: Path, lines: Iterable[str]) -> int:
         return stream.tell()
 
 
-@writer(".volume.vtu", "hexahedra with sets and nodal forces as fields, VTU; exact", takes="volume", cams=CAMS,
+@writer(".volume.vtu", "elements with sets and nodal forces as fields, VTU; exact", takes="volume", cams=CAMS,
         missing=_missing)  # fmt: skip
-def write_vtu(path: Path, volume: BodyVolume) -> int:
+def write_vtu(path: Path, volume: Volume) -> int:
     """Write a VTU file by meshio; returns its bytes. Raises ExportError where it cannot be written."""
     return _by_meshio(path, volume, "vtu")
 
 
-@writer(".volume.msh", "hexahedra with sets and nodal forces as fields, Gmsh 4.1; exact", takes="volume", cams=CAMS,
+@writer(".volume.msh", "elements with sets and nodal forces as fields, Gmsh 4.1; exact", takes="volume", cams=CAMS,
         missing=_missing)  # fmt: skip
-def write_msh(path: Path, volume: BodyVolume) -> int:
+def write_msh(path: Path, volume: Volume) -> int:
     """Write a Gmsh file by meshio; returns its bytes. Raises ExportError where it cannot be written."""
     return _by_meshio(path, volume, "gmsh")
 
 
-@writer(".volume.xdmf", "hexahedra with sets and nodal forces as fields, XDMF with its data inside; exact",
+@writer(".volume.xdmf", "elements with sets and nodal forces as fields, XDMF with its data inside; exact",
         takes="volume", cams=CAMS, missing=_missing)  # fmt: skip
-def write_xdmf(path: Path, volume: BodyVolume) -> int:
+def write_xdmf(path: Path, volume: Volume) -> int:
     """Write an XDMF file; returns its bytes. Raises ExportError where it cannot be written."""
-    nodes, elements = volume.ring.nodes, volume.ring.elements
-    topology = f'<Topology TopologyType="Hexahedron_20" NumberOfElements="{len(elements)}">'
+    nodes, elements = volume.nodes, volume.elements
+    topology = f'<Topology TopologyType="{KINDS[volume.cell][1]}" NumberOfElements="{len(elements)}">'
     lines: Iterable[str] = chain(
         ('<?xml version="1.0"?>', '<Xdmf Version="3.0"><Domain><Grid Name="cam">', '<Geometry GeometryType="XYZ">'),
         _item(nodes, "%.17g"),
@@ -186,12 +184,12 @@ def _item(values: npt.NDArray[np.generic], style: str) -> Iterator[str]:
     yield "</DataItem>"
 
 
-def _by_meshio(path: Path, volume: BodyVolume, file_format: str) -> int:
+def _by_meshio(path: Path, volume: Volume, file_format: str) -> int:
     try:
         import meshio
     except ImportError:
         raise ExportError(f"{path}: this format needs meshio: pip install 'camgeom[body]'") from None
-    mesh = meshio.Mesh(volume.ring.nodes.copy(), [("hexahedron20", volume.ring.elements.copy())], _fields(volume))
+    mesh = meshio.Mesh(volume.nodes.copy(), [(volume.cell, volume.elements.copy())], _fields(volume))
     with TemporaryDirectory(prefix="camgeom-") as folder:
         made = Path(folder, f"volume{path.suffix}")
         meshio.write(made, mesh, file_format=file_format)
@@ -201,10 +199,10 @@ def _by_meshio(path: Path, volume: BodyVolume, file_format: str) -> int:
         return stream.tell()
 
 
-def _fields(volume: BodyVolume) -> dict[str, Floats]:
+def _fields(volume: Volume) -> dict[str, Floats]:
     """Nodal forces, N, and every set as a field that is 1 on its nodes and 0 elsewhere."""
     fields = {"force": volume.forces.copy()}
     for name, nodes in volume.sets.items():
-        fields[f"set_{name}"] = np.zeros(len(volume.ring.nodes))
+        fields[f"set_{name}"] = np.zeros(len(volume.nodes))
         fields[f"set_{name}"][nodes] = 1.0
     return fields

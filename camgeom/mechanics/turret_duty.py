@@ -307,6 +307,26 @@ class TurretDuty:
         """Normal force on every roller, N, (n, k)."""
         return np.asarray((self.line_load * self._cover).sum(axis=2))
 
+    def pressed(self, index: int) -> tuple[Floats, Floats]:
+        """Points (p, 3), mm, of the pressed slices on the cam at a sample point, and their forces (p, 3) on it, N."""
+        e, way = self.engagement, 0 if self.turret_torque[index] >= 0.0 else 1
+        loads = np.zeros(e.cover[:, index].shape)
+        if self._by_slices:
+            loads[:] = self._on_walls[0][:, index]
+        else:
+            loads[way] = self.line_load[index]
+        force = (loads * e.cover[:, index])[..., None] * e.normal[:, index]
+        points, forces = [], []
+        for place, (number, turn) in enumerate(e.places):
+            track, phi = self.tracks[number], self.theta[index : index + 1] + TURN * turn
+            for side in track.sides if track.span[0] <= phi[0] <= track.span[1] else ():
+                wall = 0 if float(Flank(track, phi, e.stations, side).lever().mean()) < 0.0 else 1
+                t = track.meridian.parameters(e.place[wall, index, place])
+                some = loads[wall, place] * e.cover[wall, index, place] > 0.0
+                points.append(Flank(track, phi, t, side).x[:, 0].T[some])
+                forces.append(force[wall, place][some])
+        return np.concatenate(points), np.concatenate(forces)
+
     @cached_property
     def _cover(self) -> Floats:
         """Length of every slice that has the wall it presses, mm, (n, k, m)."""

@@ -34,7 +34,7 @@ from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
     from camgeom.body.stress import RootStress
-    from camgeom.body.volume import BodyVolume
+    from camgeom.body.volume import Volume
     from camgeom.cams import Cam
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.impact.run import ImpactRun
@@ -454,12 +454,12 @@ class Model(Sealed):
         return RootStress(groove, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
 
     @fact
-    def volume(self) -> BodyVolume:
-        """The body as hexahedra with its load at output.load_angle_deg, for FE programs.
+    def volume(self) -> Volume:
+        """The body as hexahedra or tetrahedra with its load at output.load_angle_deg, for FE programs.
 
-        Raises DesignError where the body is no ring or nothing presses it, ProfileError without [operation].
+        Raises DesignError where the body cannot be meshed or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.volume import volume_of
+        from camgeom.body.volume import Pressing, volume_of
         from camgeom.model.loads import operation_of
 
         if self.profile.duty:
@@ -467,10 +467,12 @@ class Model(Sealed):
         operation_of(self.profile, "the load of a volume file")
         self.refuse_folded()
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
-        roller = None if shared or not self.duties else self.duty
-        drive = None if shared else self.drive
-        return volume_of(self.parts, self.cutters, roller, drive, self.profile.material.cam,
-                         None if angle is None else radians(angle))  # fmt: skip
+        if shared:
+            pressing = Pressing(turret=self.turret_duty)
+        else:
+            pressing = Pressing(self.duty if self.duties else None, self.drive)
+        return volume_of(self.parts, self.cutters, pressing, self.profile.material.cam,
+                         None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
 
     @fact
     def turret_duty(self) -> TurretDuty | None:

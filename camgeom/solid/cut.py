@@ -29,7 +29,7 @@ from camgeom.solid.lands import CylinderLand, GloboidLand, NotOneSurface, land_o
 from camgeom.solid.stitch import groove_solid
 from camgeom.track import Arc, Straight, Track
 from camgeom.track.clearance import least_clearance
-from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level
+from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level, RootedSection
 
 MOST_ROLLERS = 360
 
@@ -78,11 +78,13 @@ class IndexingCut:
     ridge: float
     expected_genus: int
 
-    def section(self, track: Track, top: Level | None = None) -> FlooredSection | GrooveSection:
+    def section(self, track: Track, top: Level | None = None) -> FlooredSection | GrooveSection | RootedSection:
         """Cross-section of a groove up to a level surface (default: `top`); a ball's own bottom is its floor."""
         meridian, level = track.meridian, top or self.top
         if isinstance(meridian, Arc) and meridian.arc == meridian.radius:
             return GrooveSection(track, level, self.guesses[0], 1.0)
+        if track.root:
+            return RootedSection(track, level, self.guesses[0])
         return FlooredSection(track, level, self.floor, self.guesses)
 
     def tool(self, track: Track, tolerance: float) -> tuple[Mesh, float]:
@@ -121,7 +123,7 @@ class IndexingCut:
             raise NotOneSurface("the blank's outside is neither a cylinder nor a globoid")
         return land
 
-    def sections(self, land: GloboidLand | CylinderLand) -> tuple[FlooredSection | GrooveSection, ...]:
+    def sections(self, land: GloboidLand | CylinderLand) -> tuple[CrossSection, ...]:
         """Cross-sections of all grooves up to the land."""
         return tuple(self.section(track, land.level) for track in self.tracks)
 

@@ -27,6 +27,8 @@ from camgeom.maths.surface import cross, dot
 from camgeom.track import Arc, Pose, Slide, Straight, Track
 from camgeom.track.flank import Flank
 
+ROOTED = 2.0 / 3.0
+"""share of its quarter circle that the tool's corner rounds an indexing cam's root"""
 Level = Callable[[Floats], Floats]
 """Scalar field on points (3, ...): zero on the blank's surface, positive outside."""
 
@@ -265,14 +267,18 @@ class Column:
         third = cross(u, start)
         return start, third, np.arctan2(dot(stop, third), dot(stop, start))
 
+    def corner(self, side: float, share: Floats) -> Floats:
+        """Points (3, n, k) swept by the torus of the tool's corner, at shares (k,) or (n, k) of its quarter circle."""
+        angle = self.track.tip_sign * 0.5 * pi * share
+        return Flank(self._corner, self.phi, angle, side, given_pose=self.pose).x
+
     def edge(self, side: float, share: Floats) -> Floats:
         """Points of the end-circle sweep, (3, n, k), at shares (k,) or (n, k) of the arc: 0 the foot, 1 the floor.
 
         Of a rounded end those of the root, at shares of the corner's quarter circle.
         """
         if self.track.root:
-            x = Flank(self._corner, self.phi, self.track.tip_sign * 0.5 * pi * share, side, given_pose=self.pose).x
-            return np.where(share == 1.0, self.chord_end(side)[:, :, None], x)
+            return np.where(share == 1.0, self.chord_end(side)[:, :, None], self.corner(side, share))
         centre, radius, _, _ = self._end_disc
         start, third, angle = self.edge_angle(side)
         turn = angle[:, None] * share
@@ -457,3 +463,54 @@ class FlooredSection:
         high = column.reach(side, self.top, self.guesses[0])
         low = column.reach(side, self.floor, self.guesses[1])
         return column.wall(side, high + (low - high) * share)
+
+
+@dataclass(frozen=True, eq=False)
+class RootedSection:
+    """Rows across an indexing cam's groove with rounded roots: flank, root, straight across, root, flank.
+
+    The root is swept by the torus of the tool's corner as far round as ROOTED says: the flat end behind it folds where
+    the turret swings fast, and what it would leave is not used.
+    guess  delta near the top
+    """
+
+    track: Track
+    top: Level
+    guess: float
+    names: tuple[str, ...] = ("flank", "root", "floor", "root", "flank")
+    max_counts: tuple[int, ...] = (4000, 4000, 4000, 4000, 4000)
+
+    def rows(self, column: Column, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n, 1 + sum(counts))."""
+        ends = np.cumsum((0, *counts))
+        row = np.arange(ends[-1] + 1)
+        bands = self._bands()
+        shares = [(row[a : b + (k == 4)] - a) / (b - a) for k, (a, b) in enumerate(zip(ends[:-1], ends[1:]))]
+        return np.concatenate([band(column, share[None, :]) for band, share in zip(bands, shares)], axis=2)
+
+    def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
+        """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+        def one(band: Band) -> Band:
+            return lambda column, share: band(column, share[:, None])[:, :, 0]
+
+        return _banded(self.track, phi, row, counts, [one(band) for band in self._bands()])
+
+    def _bands(self) -> list[Band]:
+        """Points (3, n, k) of the bands at shares (1, k) or (n, k)."""
+        def floor(column: Column, share: Floats) -> Floats:
+            start, stop = (column.corner(side, np.array([ROOTED])) for side in (1.0, -1.0))
+            return np.asarray(start + (stop - start) * share)
+
+        return [
+            partial(self._wall, 1.0),
+            lambda column, share: column.corner(1.0, ROOTED * share),
+            floor,
+            lambda column, share: column.corner(-1.0, ROOTED * (1.0 - share)),
+            lambda column, share: self._wall(-1.0, column, 1.0 - share),
+        ]
+
+    def _wall(self, side: float, column: Column, share: Floats) -> Floats:
+        high = column.reach(side, self.top, self.guess)
+        if float((self.track.tip_sign * (column.tip_t - high)).min()) <= 0.0:
+            raise DesignError(f"track {self.track.name!r}: the root, {self.track.root:g} mm in radius, leaves no flank")
+        return column.wall(side, high + (column.tip_t - high) * share)

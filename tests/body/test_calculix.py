@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from camgeom.body.solver import Elastic
+from camgeom.body.volume import BodyVolume
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from scripts.judge_body import displacements, program
@@ -14,9 +15,10 @@ from tests.places import PROFILES
 
 @pytest.mark.slow
 @pytest.mark.skipif(program() is None, reason="no CalculiX: python scripts/judge_body.py --install")
-@pytest.mark.parametrize("name", ["disc_offset_roller", "constant_width_press"])
+@pytest.mark.parametrize("name", ["disc_offset_roller", "constant_width_press", "end_face_lifter", "parallel_index"])
 def test_displacements_are_those_of_calculix(name: str) -> None:
     volume = Model(from_data(read_data(PROFILES / f"{name}.toml"))).volume
+    assert isinstance(volume, BodyVolume)
     theirs, words = displacements(volume)
     material = volume.material
     own = Elastic(volume.ring, material.elastic_modulus, material.poisson).solve(volume.forces[:, :, None])

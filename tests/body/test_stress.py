@@ -8,13 +8,19 @@ import numpy as np
 import pytest
 
 from camgeom.body import stress
-from camgeom.body.section import Fineness
+from camgeom.body.cut import cut_of
+from camgeom.body.element import elasticity
+from camgeom.body.groove import groove_of
+from camgeom.body.ring import even_planes, ring_of
+from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.stress import Peak, RootStress
 from camgeom.checks import judge
+from camgeom.drawing.content import Map
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.report.result import compute
+from camgeom.report.sections.body import body
 from tests.places import PROFILES
 
 
@@ -117,6 +123,35 @@ def test_a_limit_that_nothing_reads_is_refused(name: str, key: str) -> None:
         from_data({**data, "material": material})
 
 
+def test_a_section_is_coloured_within_the_body_alone() -> None:
+    model = pin()
+    groove = groove_of(model.parts[0], model.cutters)
+    assert groove is not None
+    section = GroovedSection.of(groove, Fineness((2, 2), (2, 2), 1, 1, (1, 1), 1))
+    ring = ring_of(section, even_planes(48))
+    # Stretched evenly along z by a thousandth: the stress is the same everywhere.
+    moved = np.zeros_like(ring.nodes)
+    moved[:, 2] = 1e-3 * ring.nodes[:, 2]
+    cut = cut_of(ring, moved, elasticity(200000.0, 0.0), section, 1.0)
+    assert np.allclose(cut.stress, 200.0)
+    z, r, values = cut.window(60.0, 60.0, 200.0, 120)
+    inside = np.isfinite(values)
+    assert np.allclose(values[inside], 200.0)
+    cell = (z[1] - z[0]) * (r[1] - r[0])
+    x, y = cut.outline.T
+    area = 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+    assert inside.sum() * cell == pytest.approx(area, rel=0.02)
+    assert not inside[r > 55.0][:, np.abs(z - 0.5 * (cut.outline[: len(section.rows), 0].min()
+                                                     + cut.outline[: len(section.rows), 0].max())) < 2.0].any()
+    near = np.full(stress.ANGLES, 20.0)
+    found = model.root_stress
+    assert found is not None
+    vars(found).update(nominal=near, peaks=tuple(Peak(200.0, np.array([0.0, 54.0, 60.0]), 9, cut) for _ in range(2)))
+    (drawn,) = (block for block in body(model) if isinstance(block, Map))
+    assert drawn.value.label == "Largest principal stress"
+    assert float(np.nanmax(drawn.values)) == pytest.approx(200.0)
+
+
 @pytest.mark.slow
 def test_a_thinner_end_wall_bends_more_and_the_pressed_wall_bears_the_stress(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stress, "ANGLES", 24)
@@ -128,3 +163,17 @@ def test_a_thinner_end_wall_bends_more_and_the_pressed_wall_bears_the_stress(mon
     assert thin[at] > 1.2 * thick[at]
     still = np.abs(thick[:9]).max()  # a dwell without load
     assert still < 0.05 * thick.max()
+
+
+@pytest.mark.slow
+def test_a_thin_wall_that_the_contact_passes_fails_at_its_root() -> None:
+    data = read_data(PROFILES / "pin_insertion.toml")
+    steel = {**data["material"]["cam"], "bending_limit": 200.0}
+    model = Model(from_data({
+        **data, "cam": {**data["cam"], "root_radius": 1.0, "length": 106.0},
+        "material": {**data["material"], "cam": steel}, "output": {**data["output"], "load_angle_deg": 298.0},
+    }))  # fmt: skip
+    levels = {finding.check: finding.level for finding in judge(model, ["contact-pressure", "root-stress"]).findings}
+    assert levels == {"contact-pressure": "pass", "root-stress": "fail"}
+    assert model.root_stress is not None
+    assert model.root_stress.peak == pytest.approx(215.3, rel=0.02)

@@ -10,13 +10,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from camgeom.body.element import gauss, gradients, shapes
+from camgeom.body.load import RollerForce
+from camgeom.body.tetra import TetraMesh, quadratic, turret_sample
 from camgeom.body.volume import BodyVolume
 from camgeom.errors import DesignError
 from camgeom.export import format_of, write
+from camgeom.export import volume as writers
+from camgeom.mechanics.material import Material
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
+from camgeom.solid.blank import Blank
 from tests.oracle.cams import judges_of
 from tests.places import PROFILES
 
@@ -106,16 +112,93 @@ def test_a_sharp_root_is_rounded_and_said_so() -> None:
     assert any("sharp root is rounded by 0.78 mm" in line for line in volume.about)
 
 
-def test_discs_and_frames_are_rings_and_others_are_refused_with_the_reason() -> None:
-    for name in ("disc_offset_roller", "disc_flat_face", "constant_width_press"):
-        model = Model(from_data(changed(name)))
-        volume = model.volume
-        assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal)
-        wanted = sum(solid.mesh.volume for solid in model.solids)
-        assert volume_mm3(volume) == pytest.approx(wanted, rel=0.01)
-    for name in ("tool_changer", "two_start"):
-        with pytest.raises(DesignError, match="only rings"):
-            _ = Model(from_data(changed(name))).volume
+@pytest.mark.parametrize("name", ["disc_offset_roller", "disc_flat_face", "constant_width_press", "end_face_lifter",
+                                  "conjugate_rocker", "parallel_index"])  # fmt: skip
+def test_plates_frames_and_end_faces_are_rings(name: str) -> None:
+    model = Model(from_data(changed(name)))
+    volume = model.volume
+    assert isinstance(volume, BodyVolume)
+    assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal, rel=1e-3)
+    solid = next(solid for solid in model.solids if solid.name == volume.name)
+    assert volume_mm3(volume) == pytest.approx(solid.mesh.volume, rel=0.012)  # keyway and marks are left out
+    assert {"bore", "flank", "end_lower", "patch"} <= set(volume.sets)
+    x, torque = volume.ring.nodes, 0.0
+    if model.turret_duty is not None:
+        at = np.argmin(np.abs(model.turret_duty.theta - volume.patch.theta))
+        torque = float(np.cross(*model.turret_duty.pressed(int(at))).sum(axis=0)[2])
+        assert np.cross(x, volume.forces).sum(axis=0)[2] == pytest.approx(torque, rel=1e-3)
+
+
+def test_end_face_nodes_stand_on_the_true_face() -> None:
+    data = changed("end_face_lifter")
+    model = Model(from_data(data))
+    program = model.setup.program
+    low, high = (float(end.value) for end in program.extremes(0))
+    ends = np.array([span.end for span in program.spans])
+    (oracle,) = judges_of(data, lambda phi: program.jet(phi, 0)[0], low, high, ends)
+    volume = model.volume
+    assert np.abs(oracle.least(volume.nodes[volume.sets["flank"][::11]])).max() < 1e-7
+
+
+@pytest.mark.parametrize(("name", "cam", "word"), [
+    ("steep_shuttle", {}, "folded"), ("pin_insertion", {"form": "rib", "rib_thickness": 12.0}, "ribs of drums"),
+    ("pin_insertion", {"bore": 0.0, "keyway_width": 0.0, "keyway_depth": 0.0}, "without a bore"),
+])  # fmt: skip
+def test_what_is_not_meshed_says_why(name: str, cam: dict[str, Any], word: str) -> None:
+    with pytest.raises(DesignError, match=word):
+        _ = Model(from_data(changed(name, cam=cam))).volume
+
+
+def test_the_load_of_a_groove_that_runs_out_is_that_of_the_duty() -> None:
+    duty = Model(from_data(changed("feeder_runout"))).duty
+    load = RollerForce(duty).points(None)
+    assert np.linalg.norm(load.forces.sum(axis=0)) == pytest.approx(duty.peak_force.value, rel=5e-3)
+    at = float(duty.force.panels.at(duty.torque, np.array([load.theta]))[0])
+    assert abs(np.cross(load.points, load.forces).sum(axis=0)[2]) == pytest.approx(abs(at), rel=0.03)
+
+
+def test_the_forces_of_rollers_that_share_are_those_of_the_duty() -> None:
+    duty = Model(from_data(changed("tool_changer"))).turret_duty
+    assert duty is not None
+    at = turret_sample(duty, None)
+    points, forces = duty.pressed(at)
+    size = np.linalg.norm(forces, axis=1).sum()
+    assert size == pytest.approx(duty.roller_load[at].sum())
+    theta = duty.theta[at : at + 1]
+    assert abs(np.cross(points, forces).sum(axis=0)[2]) == pytest.approx(
+        abs(float(duty.force.panels.at(duty.torque, theta)[0])), rel=1e-9
+    )
+    still = int(np.argmin(np.abs(duty.turret_torque)))
+    assert not duty.roller_load[still].any()
+    with pytest.raises(DesignError, match="nothing presses"):
+        turret_sample(duty, float(duty.theta[still]))
+
+
+def tetrahedra() -> TetraMesh:
+    """A rough cylinder, filled without a mesher; its nodes move onto the faces of a fine one."""
+    rough, fine = (Blank.cylinder(20.0, 30.0).mesh(tolerance) for tolerance in (0.4, 0.002))
+    nodes = np.concatenate([rough.vertices, [[0.3, 0.2, 15.0]]])
+    return quadratic(fine, nodes, Delaunay(nodes).simplices.astype(np.int64))
+
+
+def test_tetrahedra_have_their_outer_nodes_on_the_faces_and_carry_the_load() -> None:
+    mesh = tetrahedra()
+    assert mesh.left_off < 1e-9
+    rho = np.hypot(*mesh.nodes[mesh.sets["land"], :2].T)
+    assert np.all(np.abs(rho - 20.0) < 0.002)
+    assert np.abs(mesh.nodes[mesh.sets["end"], 2] * (mesh.nodes[mesh.sets["end"], 2] - 30.0)).max() < 1e-9
+    points = np.array([[20.0, 0.0, 11.0], [0.0, 20.0, 17.0]])
+    forces = np.array([[-3.0, 0.0, 1.0], [0.5, -7.0, 0.0]])
+    loads = mesh.spread(points, forces)
+    assert np.allclose(loads.sum(axis=0), forces.sum(axis=0))
+    lever = np.cross(points, forces).sum(axis=0)
+    assert np.allclose(np.cross(mesh.nodes, loads).sum(axis=0), lever, atol=0.02 * np.abs(lever).max())
+
+
+def test_a_globoid_needs_the_mesher_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pytetwild", None)
+    with pytest.raises(DesignError, match=r"camgeom\[tetra\]"):
+        _ = Model(from_data(changed("tool_changer"))).volume
 
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
@@ -140,7 +223,7 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         mesh = meshio.read(path)
         fields = {name: np.asarray(values).ravel() for name, values in mesh.point_data.items() if name[:4] == "set_"}
         sets = {name.removeprefix("set_"): np.flatnonzero(values > 0.5) for name, values in fields.items()}
-    assert mesh.cells[0].type == "hexahedron20"
+    assert mesh.cells[0].type in ("hexahedron20", "tetra10")
     return mesh.points, mesh.cells[0].data, sets
 
 
@@ -166,3 +249,23 @@ def test_meshio_reads_back_nodes_elements_and_sets(pin: Model, form: str, monkey
 def test_the_formats_have_names_of_their_own() -> None:
     assert {format_of(f"volume.{form}").extension for form in FORMATS} == {f".volume.{form}" for form in FORMATS}
     assert format_of("vtu").extension == ".vtu"
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_tetrahedra_are_read_back_with_their_sets(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "h5py", types.ModuleType("h5py"))
+    mesh = tetrahedra()
+    loads = mesh.spread(np.array([[20.0, 0.0, 11.0]]), np.array([[-3.0, 0.0, 1.0]]))
+    sets = {**mesh.sets, "bore": mesh.sets["end"]}
+    pressed = mesh.outer[mesh.labels == mesh.names.index("land")]
+    volume = types.SimpleNamespace(
+        name="cam", material=Material(), cell="tetra10", nodes=mesh.nodes, sets=sets, elements=mesh.elements,
+        forces=loads, pressed_faces=pressed, about=("a",),
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"cam.volume.{form}")
+        getattr(writers, f"write_{form}")(path, volume)
+        points, cells, found = read(path)
+    assert np.abs(points - mesh.nodes).max() < (1e-7 if form in ("inp", "bdf") else 1e-14)
+    assert np.array_equal(cells, mesh.elements)
+    assert {k: sorted(v.tolist()) for k, v in found.items()} == {k: sorted(v.tolist()) for k, v in sets.items()}

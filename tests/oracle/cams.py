@@ -464,6 +464,12 @@ def _globoid(cam, follower, roller, lift, low, high):
     def inward(m, tau):
         return seat - ((m[..., 0] - far) * -np.cos(tau) + m[..., 2] * hand * np.sin(tau))
 
+    if root := cam.get("root_radius"):
+        # The tool's corner begins where the arc of 60 degrees ends as deep as the floor's edges stand.
+        edge = radius - root * (1.0 - 0.5)
+        shape = ("rounded", root, None)
+        tool = sqrt((sqrt(tip**2 + 2.0 * radius**2) + cam.get("tip_clearance", 0.5)) ** 2 - edge**2)
+        deep = tool + root * (1.0 - sqrt(0.75))
     strict = to(tip) if ball else _ended(to(tip), inward, sense, angle)
     return [Judge(strict, blank, count, to(deep), floors, _genus(cam))]
 

@@ -80,6 +80,40 @@ def test_the_stability_judge_finds_the_rounded_plate_good(tables: dict[str, Any]
     assert 0.3 < record["error"] <= 1.0 + 1e-6
 
 
+@pytest.mark.parametrize("tables", [
+    {"cam": {"root_radius": 1.0}}, {"cam": {"root_radius": 2.5, "hand": "left", "running_clearance": 0.02}},
+])  # fmt: skip
+def test_a_globoids_flanks_and_roots_lie_on_the_tool_with_a_corner(tables: dict[str, Any]) -> None:
+    data = changed("tool_changer", **tables)
+    model, program = made(data), made(data).setup.program
+    assert model.solid.sound
+    low, high = (float(end.value) for end in program.extremes(0))
+    ends = np.array([span.end for span in program.spans])
+    (oracle,) = judges_of(data, lambda phi: program.jet(phi, 0)[0], low, high, ends)
+    mesh = model.solid.mesh
+    for group in ("flank", "root", "floor"):
+        vertices = mesh.vertices[mesh.group_vertices(group)]
+        picked = vertices[:: max(1, len(vertices) // 40)]
+        if group != "floor":
+            assert np.abs(oracle.least(picked, loose=True)).max() < 1e-9
+        else:
+            assert oracle.least(picked).min() > 0.5  # the rollers' ends keep their tip clearance
+
+
+def test_a_globoids_root_of_any_size_stays_clear_of_the_rollers_edges_or_says_so() -> None:
+    for root in (1.0, 4.0):
+        model = made(changed("tool_changer", cam={"root_radius": root}))
+        (track, *_), (tool, *_) = model.passages, model.cutters
+        over, aside = tool.tip - track.tip, model.cam.running_clearance
+        room = root - float(np.hypot(root - aside, root - over)) if max(over, aside) < root else np.inf
+        assert (interference(root, "tool_changer") == "pass") == (room >= 0.0)
+
+
+def test_step_of_a_globoid_has_its_roots() -> None:
+    verdict = check_solid(model_bodies(made(changed("tool_changer", cam={"root_radius": 1.0}))))
+    assert not verdict.problems
+
+
 def test_a_groove_that_runs_out_keeps_its_root() -> None:
     record = judge(changed("feeder_runout", cam={"root_radius": 0.5}))
     assert record["outcome"] in ("good", "finding"), record
@@ -141,7 +175,10 @@ def test_both_keys_agree_or_are_refused() -> None:
         ("steep_shuttle", {"cam": {"root_radius": 1.0}}, "cylindrical tool"),
         ("disc_face_groove", {"cam": {"root_radius": 12.2}}, "below 12 mm"),
         ("disc_offset_roller", {"cam": {"root_radius": 1.0}}, "only form = 'groove'"),
-        ("tool_changer", {"cutter": {"corner_radius": 1.0}}, "sharp one so far"),
+        ("barrel_indexer", {"cutter": {"corner_radius": 1.0}}, "sharp one so far"),
+        ("tool_changer", {"cam": {"root_radius": 1.0, "relief": 0.02}}, "0 beside a rounded root"),
+        ("tool_changer", {"cam": {"root_radius": 1.0, "preload": 0.02}}, "0 beside a rounded root"),
+        ("conical_indexer", {"cam": {"root_radius": 1.0}}, "cylindrical tool"),
         ("disc_flat_face", {"cutter": {"kind": "flat", "diameter": 8.0, "corner_radius": 1.0}}, "no root"),
     ],
 )  # fmt: skip

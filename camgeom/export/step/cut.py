@@ -18,7 +18,7 @@ from camgeom.errors import CamgeomError, DesignError
 from camgeom.export.step.brep import Brep, Edge, Face, Loop, Use, Vertex, vertex
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.geometry import Cone, Curve, SplineSurface, Surface, Torus
-from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, split_knots
+from camgeom.export.step.groove import Walls, between, flipped, groove_bands, points_last, rooted_bands, split_knots
 from camgeom.export.step.meeting import SurfaceCrossing, corner, fit_curve, iso_curve
 from camgeom.export.step.patches import SECTORS, GrooveBody, Patch, blank_patches, groove_body, keyway_start
 from camgeom.export.step.shell import Band
@@ -28,7 +28,7 @@ from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.track import Track
-from camgeom.track.section import FlooredSection, GrooveSection
+from camgeom.track.section import FlooredSection, GrooveSection, RootedSection
 
 SAGS = (0.03, 0.008)
 """mm; of the meshes that settle the topology, tried one after another"""
@@ -64,6 +64,8 @@ def _bands(body: IndexingCut | CutBlank, track: Track) -> tuple[list[Band], Floa
     section = body.section(track)
     if isinstance(section, GrooveSection):
         return groove_bands(Walls(track, body.top, body.guesses[0]), 1.0), track.knots()
+    if isinstance(section, RootedSection):
+        return rooted_bands(Walls(track, body.top, body.guesses[0])), track.knots()
     return _floored(section), track.knots()
 
 

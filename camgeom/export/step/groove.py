@@ -22,7 +22,7 @@ from camgeom.maths.extremum import bracketed_root
 from camgeom.solid.drum import EndFaceRing, GroovedCylinder, RibbedCylinder
 from camgeom.solid.grooves import GroovedDrum
 from camgeom.track import Track
-from camgeom.track.section import Column, Level, cylinder_level
+from camgeom.track.section import ROOTED, Column, Level, cylinder_level
 
 
 def grooved_solid(body: GroovedCylinder, tolerance: float = TOLERANCE) -> Brep:
@@ -203,6 +203,20 @@ def groove_bands(walls: Walls, first: float) -> list[Band]:
 
     middle = [Band(foot, sweep(first)), Band("floor", floor, degree=1), Band(foot, flipped(sweep(-first)))]
     return [down, *middle, up]
+
+
+def rooted_bands(walls: Walls) -> list[Band]:
+    """Bands across an indexing cam's groove with rounded roots, from the top of flank +1 to the top of the other."""
+
+    def root(side: float) -> SurfacePoints:
+        return lambda phi, share: points_last(walls.column(phi).corner(side, ROOTED * share))
+
+    def floor(phi: Floats, share: Floats) -> Floats:
+        low, high = (walls.column(phi).corner(side, np.array([ROOTED])) for side in (1.0, -1.0))
+        return points_last(low * (1.0 - share) + high * share)
+
+    middle = [Band("root", root(1.0)), Band("floor", floor, degree=1), Band("root", flipped(root(-1.0)))]
+    return [Band("flank", walls.wall(1.0)), *middle, Band("flank", flipped(walls.wall(-1.0)))]
 
 
 def land(edge: SurfacePoints, z: float, rising: bool, radius: float, name: str = "land") -> Band:

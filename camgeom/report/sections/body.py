@@ -6,11 +6,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Cell, Chart, Limit, Mark, Panel, Series, Text, quantities
+from camgeom.drawing.content import (
+    CAM_ANGLE,
+    Axis,
+    Block,
+    Cell,
+    Chart,
+    Limit,
+    Map,
+    Mark,
+    Panel,
+    Series,
+    Text,
+    quantities,
+)
 
 if TYPE_CHECKING:
+    from camgeom.body.cut import Cut
+    from camgeom.body.groove import Shape
+    from camgeom.body.stress import Peak
     from camgeom.model import Model
 
+CELLS = 160
+"""of the coloured section, along its longer side"""
 FIGURES = (
     ("nominal_stress_mpa", "Largest nominal stress, linearised over the wall", "MPa"),
     ("nominal_at_deg", "at cam angle", "°"),
@@ -39,6 +57,22 @@ def body(model: Model) -> tuple[Block, ...]:
         quantities(f"Stress at the {data['where']}", rows),
         Chart("Nominal stress at the root of the pressed wall over one turn", CAM_ANGLE, (panel,)),
     ]
+    if found.peaks and found.peaks[-1].cut is not None:
+        blocks.append(_coloured(found.peaks[-1].cut, found.peaks[-1], found.groove.shape))
     if found.why_no_peak:
         blocks.append(Text((f"No peak stress is given: {found.why_no_peak}.",)))
     return tuple(blocks)
+
+
+def _coloured(cut: Cut, peak: Peak, shape: Shape) -> Map:
+    """Stress over the section beside the peak, as far round it as the groove is deep."""
+    z, r = float(peak.point[2]), float(np.hypot(peak.point[0], peak.point[1]))
+    along, out, values = cut.window(z, r, shape.depth, CELLS)
+    caption = (
+        f"Largest principal stress in the plane at azimuth {np.degrees(cut.azimuth):.4g}°, through the root's peak; "
+        "compression alone counts as 0, and beside the line that presses the colours end at the peak"
+    )
+    # Beside the line that presses, the mesh's own stress has no meaning.
+    shown = np.clip(values, 0.0, peak.value)
+    return Map(caption, Axis("z", "mm"), Axis("Radius", "mm"), Axis("Largest principal stress", "MPa"), along, out,
+               shown, marks=(Mark(z, r, f"{peak.value:.4g}"),))  # fmt: skip
