@@ -154,19 +154,28 @@ class FiniteTurret:
             first, last = np.where(on, low, inf).min(axis=2), np.where(on, high, -inf).max(axis=2)
             middle = middles_of(self.edges, self.profile)[:, None, None]
             hair = 1e-6 * self.profile.length
-            found.append(np.where((middle >= first - hair) & (middle <= last + hair), pressure, 0.0))
+            beside = (middle >= first - hair) & (middle <= last + hair)
+            # Where less of the roller is beside the cam, its wall ends as the roller does.
+            beside[[0, -1]] = on.any(axis=2)
+            found.append(np.where(beside, pressure, 0.0))
         return tuple(found)
 
-    @cached_property
+    @property
     def hardest(self) -> tuple[Extreme, Patch]:
         """Where the table is hardest, or the load, and the contact solved there; an unbounded one before others."""
-        found: list[tuple[Extreme, Patch]] = []
+        return self._hardest[:2]
+
+    @cached_property
+    def _hardest(self) -> tuple[Extreme, Patch, float]:
+        """That, and by how much it is harder than the table says there."""
+        found: list[tuple[Extreme, Patch, float]] = []
         for w in self._pressed:
             wall, tabled = self.walls[w], self._tabled[w].max(axis=0)
             for n, k in {tuple(int(i) for i in np.unravel_index(int(np.argmax(each)), each.shape))
                          for each in (tabled, wall.load)}:  # fmt: skip
                 patch = refined(self.bodies(w, (n, k)), float(wall.load[n, k]))
-                found.append((Extreme(surely(patch), float(self.theta[n]), patch.peak[1]), patch))
+                sure = surely(patch)
+                found.append((Extreme(sure, float(self.theta[n]), patch.peak[1]), patch, sure / float(tabled[n, k])))
         sharp = [one for one in found if one[1].unbounded]
         return max(sharp or found, key=lambda one: one[0].value)
 
@@ -183,14 +192,13 @@ class FiniteTurret:
     def pressure(self, places: Floats) -> Floats:
         """Largest pressure about places along the roller, mm from its middle, (m,), of both walls, MPa, (n, k, m).
 
-        As hard as `hardest`; each bin counts for the place that is nearest to it.
+        As hard as `hardest`, of a sharp end that bears inside of it; each bin counts for the place nearest to it.
         """
-        tabled = np.maximum(*self._tabled)
-        most, patch = float(tabled.max(initial=0.0)), self.hardest[1]
-        scale = surely(patch) / most if most > 0.0 and not patch.unbounded else 1.0
+        peak, _, scale = self._hardest
+        tabled = np.minimum(scale * np.maximum(*self._tabled), peak.value)
         nearest = np.argmin(np.abs(middles_of(self.edges, self.profile)[:, None] - places), axis=1)
         out = np.zeros((*tabled.shape[1:], len(places)))
         for m in range(len(places)):
-            out[..., m] = scale * tabled[nearest == m].max(axis=0, initial=0.0)
+            out[..., m] = tabled[nearest == m].max(axis=0, initial=0.0)
         return out
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.checks import judge
+from camgeom.mechanics.finite_turn import refined
 from camgeom.mechanics.hertz import crowned_contact, line_pressure
 from camgeom.mechanics.material import pair_compliance
 from camgeom.mechanics.turret_duty import TurretDuty
@@ -177,3 +178,15 @@ def test_preload_cones_and_barrels(name: str, roller: dict[str, Any]) -> None:
     assert ended.least_peak.value > plain.least_peak.value
     assert np.isfinite(list(ended.lives.values())).all()
     assert ended.peak_force.value == pytest.approx(plain.peak_force.value, rel=0.5)
+
+
+@pytest.mark.slow
+def test_the_table_is_the_half_space_on_both_walls() -> None:
+    """Where each wall is pressed hardest, though a quarter of a millimetre of the roller stands out of the cam."""
+    finite = duty_of(made(misalignment_deg=0.02, end_radius=1.0)).finite
+    assert finite is not None
+    assert finite._pressed == [0, 1]
+    for w, wall in enumerate(finite.walls):
+        n, k = np.unravel_index(int(np.argmax(wall.load)), wall.load.shape)
+        exact = refined(finite.bodies(w, (int(n), int(k))), float(wall.load[n, k]))
+        assert finite._tabled[w][:, n, k].max() == pytest.approx(exact.peak[0], rel=0.03)
