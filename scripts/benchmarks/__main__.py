@@ -2,8 +2,9 @@
 
     scripts/bench [SECTION ...] [--quick] [--list] [--out DIR]
 
-Writes results.json (all tables and the machine), one CSV a table, the plots as SVG, and benchmarks.md beside the
-folder. Sections that are not run keep their last results. A section that fails is named, and the exit status is 1.
+Writes results.json (all tables, the machine, when and on which code each section was measured), one CSV a table, the
+plots as SVG, and benchmarks.md beside the folder. Sections that are not run keep their last results. A section that
+fails is named, and the exit status is 1.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from datetime import date
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -53,11 +55,11 @@ def page(results: dict[str, Any], titles: dict[str, str], plots: str) -> str:
     """docs/benchmarks.md."""
     about = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in results["machine"].items())
     intro = (HERE / "introduction.md").read_text().strip()
-    lines = ["# Benchmarks", "", intro, "", f"Measured on: {about}.", ""]
+    lines = ["# Benchmarks", "", intro, "", f"The last section was measured on: {about}.", ""]
     for name, title in titles.items():
         if name not in results["sections"]:
             continue
-        lines += [f"## {name.capitalize()}", "", title, ""]
+        lines += [f"## {name.capitalize()}", "", title, "", f"Measured {results['measured'][name]}.", ""]
         for raw in results["sections"][name]:
             table = as_table(raw)
             lines += [f"### {table.title}", ""]
@@ -69,6 +71,13 @@ def page(results: dict[str, Any], titles: dict[str, str], plots: str) -> str:
             lines += [*shown, *([table.note, ""] if table.note else [])]
     limits = (HERE / "limits.md").read_text().strip()
     return "\n".join([*lines, limits, ""])
+
+
+def stamp() -> str:
+    """The day, the commit and the load of the machine."""
+    words = ["git", "-C", str(ROOT), "log", "-1", "--format=%h"]
+    commit = subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    return f"{date.today().isoformat()} at commit {commit}, {os.getloadavg()[0]:.1f} processes wanting the processor"
 
 
 def as_table(raw: dict[str, Any]) -> Table:
@@ -91,8 +100,9 @@ def main() -> int:
         parser.error(f"unknown section {', '.join(unknown)}; choose from {', '.join(titles)}")
     options.out.mkdir(parents=True, exist_ok=True)
     store = options.out / "results.json"
-    kept = json.loads(store.read_text())["sections"] if store.exists() else {}
-    results: dict[str, Any] = {"machine": machine(), "sections": kept}
+    stored = json.loads(store.read_text()) if store.exists() else {"measured": {}, "sections": {}}
+    kept, measured = stored["sections"], stored["measured"]
+    results: dict[str, Any] = {"machine": machine(), "measured": measured, "sections": kept}
     failed = []
     for name in options.sections or titles:
         began = perf_counter()
@@ -101,7 +111,7 @@ def main() -> int:
         if tables is None:
             failed.append(name)
             continue
-        kept[name] = tables
+        kept[name], measured[name] = tables, stamp()
         for table in map(as_table, tables):
             write_csv(table, options.out / f"{table.name}.csv")
             if table.plot is not None:

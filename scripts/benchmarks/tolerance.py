@@ -50,9 +50,12 @@ def machine_rows(quick: bool) -> list[Row]:
     rows: list[Row] = []
     for count in (10_000, 100_000) if quick else (10_000, 100_000, 1_000_000):
         began, worked = perf_counter(), process_time()
-        machines.drawn(count)
+        drawn = machines.drawn(count)
+        resting = process_time() - worked
+        drawn.motion, drawn.pressure  # noqa: B018
         rows.append({"machines": count, "numbers_each": len(machines.columns), "places": len(machines.positions),
                      "time_s": short(perf_counter() - began, 3), "processor_s": short(process_time() - worked, 3),
+                     "dwells_s": short(resting, 3),
                      "peak_memory_mb": short(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3, 3),
                      "asked_s": ASKED_S if count == 1_000_000 else None,
                      "asked_mb": ASKED_MB if count == 1_000_000 else None})  # fmt: skip
@@ -64,7 +67,8 @@ def tables(quick: bool) -> list[Table]:
     return [
         Table("tolerance_errors", "All errors one by one, after the flanks", sensitivity_rows(quick)),
         Table("tolerance_machines", "Machines with all errors at once, two workers", machine_rows(quick),
-              "processor_s: of all threads; time_s follows it by the cores that are free."),
+              "processor_s: of all threads; time_s follows it by the cores that are free. dwells_s: of these without "
+              "moves and pressure, which are drawn where they are asked."),
     ]  # fmt: skip
 
 
