@@ -156,15 +156,16 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _carried_out(self, known: dict[str, Any]) -> None:
         try:
-            job = known.get(self._asked())
-            if job is None:
-                raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
-            job()
-        except Refused as refused:
-            self.close_connection = True
-            self._send({"reason": refused.reason, **refused.more}, refused.status)
-        except (BrokenPipeError, ConnectionError, TimeoutError):
-            self.close_connection = True
+            try:
+                job = known.get(self._asked())
+                if job is None:
+                    raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+                job()
+            except Refused as refused:
+                self.close_connection = True
+                self._send({"reason": refused.reason, **refused.more}, refused.status)
+        except (ConnectionError, TimeoutError):
+            self.close_connection = True  # nobody is there any more, to be answered or to be refused
 
     def _asked(self) -> str:
         """What is asked for behind the token. Raises Refused for every other place, host and origin."""
@@ -181,7 +182,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self) -> dict[str, Any]:
         """The request's JSON, its values by name; a name that is missing is an empty text."""
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > MOST_BODY:
+        if not length.isdecimal() or len(length) > len(str(MOST_BODY)) or int(length) > MOST_BODY:
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"needs a body of at most {MOST_BODY} bytes")
         try:
             data = json.loads(self.rfile.read(int(length)))
@@ -190,6 +191,11 @@ class _Handler(BaseHTTPRequestHandler):
         texts = ("text", "kept", "tab", "name", "known")
         if not isinstance(data, dict) or not all(isinstance(data.get(key, ""), str) for key in texts):
             raise Refused(HTTPStatus.BAD_REQUEST, f"needs an object of texts ({', '.join(texts)})")
+        try:
+            "".join(data.get(key, "") for key in texts).encode()
+        except UnicodeEncodeError:
+            reason = "needs text: half a pair of UTF-16 is none, and no file can hold it"
+            raise Refused(HTTPStatus.BAD_REQUEST, reason) from None
         return {**dict.fromkeys(texts, ""), **data}
 
     def _answer(self) -> None:

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import products as runs
 
-LIBRARIES = ("scipy", "trimesh", "manifold3d", "pyvista", "vtkmodules", "PIL", "ezdxf", "imageio_ffmpeg")
+LIBRARIES = ("scipy", "trimesh", "manifold3d", "pyvista", "vtkmodules", "PIL", "ezdxf", "imageio_ffmpeg", "meshio")
 LARGE = 20_000
 """numbers in an array that is called large"""
 MAKERS = (
@@ -55,9 +55,16 @@ PROFILES = {
     "pair": ("conjugate_rocker", 'formats = ["3mf", "stl", "ap214.step", "dxf", "points.csv", "outline.csv"]'),
     "frame": ("constant_width_press", 'formats = ["ply", "step", "sheet.svg", "cmm.csv", "ecam.csv"]'),
     "barrel": ("barrel_indexer", 'formats = ["stl", "glb", "points.ply", "cmm.csv", "stp"]'),
+    "ring": ("end_face_lifter", 'formats = ["3mf", "step", "dxf", "sheet.svg", "cmm.csv", "history.csv", "gcode"]'),
+    "volume": (
+        "pin_insertion",
+        'formats = ["volume.inp", "volume.bdf", "volume.msh", "volume.vtu", "volume.xdmf", "history.csv"]',
+    ),
+    "drawn": ("tool_changer", 'formats = ["stl", "history.csv", "impact.csv"]'),
     "plates": ("parallel_index", 'formats = ["3mf", "vtu", "assembly.step", "dxf", "outline.csv"]'),
 }
-"""one profile of every kind, and one that is milled; together every format but pictures and films"""
+"""one profile of every kind, one that is milled, one meshed as a volume, one with [tolerance]; nearly every format but
+pictures and films"""
 
 
 class Fault:

@@ -6,6 +6,8 @@ import json
 from collections.abc import Iterator
 from http.client import HTTPConnection
 from pathlib import Path
+from socket import SO_LINGER, SOL_SOCKET, create_connection
+from struct import pack
 from threading import Thread
 from typing import Any
 
@@ -167,6 +169,31 @@ def test_saving_loses_no_file(server: Server, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["../my.toml", "/tmp/x.toml", "a/b.toml", "x.txt", ".toml", "", "a\nb.toml", "..toml"])
 def test_only_names_beside_the_profile_are_saved(server: Server, name: str) -> None:
     assert ask(server, "POST", "save", {"text": DISC, "name": name, "known": ""})[0] == 400
+
+
+@pytest.mark.parametrize("place", ["save", "answer"])
+@pytest.mark.parametrize("key", ["text", "name", "kept", "tab"])
+def test_what_is_no_text_is_refused(server: Server, place: str, key: str) -> None:
+    data = {"text": "a = 1", "name": "new.toml", "known": "", key: "\ud800"}
+    status, text = ask(server, "POST", place, data)
+    assert (status, "UTF-16" in text) == (400, True)
+    assert not server.seat.path.with_name("new.toml").exists()
+
+
+def test_a_length_without_end_is_refused_and_who_is_gone_is_not_answered(
+    server: Server, capsys: pytest.CaptureFixture[str]
+) -> None:
+    head = f"POST /{server.token}/answer HTTP/1.1\r\nHost: {HOST}:{server.port}\r\n"
+    for length, said in (("9" * 5000, b"413"), ("-5", b"413"), ("\xb2", b"413"), (str(MOST_BODY + 1), b"413")):
+        with create_connection((HOST, server.port), timeout=30) as link:
+            link.sendall(f"{head}Content-Length: {length}\r\n\r\n".encode("latin-1"))
+            assert said in link.recv(100)
+    for _ in range(5):
+        with create_connection((HOST, server.port), timeout=30) as link:
+            link.setsockopt(SOL_SOCKET, SO_LINGER, pack("ii", 1, 0))  # closed by a reset
+            link.sendall(f"{head}Content-Length: 100\r\n\r\nabc".encode())
+    assert ask(server, "GET", "file")[0] == 200
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_a_file_that_went_is_told(server: Server, tmp_path: Path) -> None:
