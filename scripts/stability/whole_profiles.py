@@ -514,11 +514,20 @@ def _cutter(dice: Dice, data: Data) -> Data:
     return cutter
 
 
+@cache
+def _data() -> tuple[str, ...]:
+    """The formats that are neither bodies nor pictures; those that are not known here come last."""
+    from camgeom.report.files import format_rows
+
+    known = {*MESHES, *DATA, *VOLUMES, *PICTURES}
+    return *DATA, *sorted(row["format"] for row in format_rows() if row["format"] not in known)
+
+
 def _output(dice: Dice, size: float, pictures: float) -> Data:
     output: Data = {"tolerance": dice.choice((0.02, 0.05, 0.05, 0.1, 0.2))}
     if dice.likely(0.05):
         output["tolerance"] = dice.choice((1e-6, 1e-5, 1e-4, 1.0))
-    formats = [*dice.sample(MESHES, dice.randrange(0, 4)), *dice.sample(DATA, dice.randrange(0, 5))]
+    formats = [*dice.sample(MESHES, dice.randrange(0, 4)), *dice.sample(_data(), dice.randrange(0, 5))]
     formats += [name for name in VOLUMES if dice.likely(0.06)]
     formats += [name for name in PICTURES if dice.likely(pictures)]
     output["formats"] = formats or ["stl"]
