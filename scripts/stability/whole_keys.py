@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from copy import deepcopy
 from functools import cache
 from typing import Any
 
@@ -344,6 +345,11 @@ class Keys:
             return dice.choice(known or TEXTS)
         if kind == "array":
             return self._list(name, entry, known)
+        if kind == "object" and "properties" not in entry:
+            # A table of keys that differ from a section's own: some of those, and whole now and then.
+            own = dict(self.data.get(name.rpartition(".")[2], {}))
+            share = dice.choice((0.3, 1.0))
+            return {key: deepcopy(value) for key, value in own.items() if self.likely(share)}
         if kind == "object":
             return {key: self.value(name, one) for key, one in entry["properties"].items() if self.likely(0.5)}
         return self.number(name, entry, known)
@@ -381,6 +387,8 @@ class Keys:
         if "prefixItems" in entry:
             found = [self.number(name, one, known) for one in entry["prefixItems"]]
             return sorted(found) if name == "dynamics.sweep" else found
+        if entry["items"].get("type") == "object":
+            return deepcopy(self.data.get(name.rpartition(".")[2], []))
         count = self.dice.choice((1, 2, 3)) if self.likely(0.9) else min(int(entry.get("maxItems", 100)), 400)
         if entry["items"].get("type") == "string":
             return [self.dice.choice(known or TEXTS) for _ in range(min(count, 50))]
