@@ -177,7 +177,7 @@ def test_frame_holds_the_constant_width_cam_on_both_sides() -> None:
     assert frame.mesh.genus == 1
     assert cam.poses is not None
     assert frame.poses is not None
-    inner = frame.mesh.vertices[8:]
+    inner = frame.mesh.vertices[len(frame.mesh.vertices) // 2 :]  # the outer ring comes first
     for k in range(0, len(scene.angles), 12):
         machine = cam.mesh.vertices @ cam.poses[k, :, :3].T
         shift = frame.poses[k, 0, 3]
