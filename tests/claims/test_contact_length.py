@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from camgeom.checks import judge
-from camgeom.checks.verdict import Finding
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from camgeom.track.flank import Flank
 from camgeom.track.turret import Engagement
 from tests.places import PROFILES
+from tests.reference.profiles import said
 
 SHORT = {
     "name": "short contact",
@@ -40,10 +40,6 @@ def model(name: str, **tables: dict[str, Any]) -> Model:
     for table, keys in tables.items():
         data[table] = {k: v for k, v in (data.get(table, {}) | keys).items() if v is not None}
     return Model(from_data(data, name))
-
-
-def said(made: Model, check: str) -> list[Finding]:
-    return list(judge(made, [check]).findings)
 
 
 def counted(made: Model, at: float, side: float, length: float) -> float:

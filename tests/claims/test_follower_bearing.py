@@ -9,38 +9,20 @@ import pytest
 
 import camgeom
 from camgeom.checks import judge
-from camgeom.checks.verdict import Finding, NotJudged
+from camgeom.checks.verdict import NotJudged
 from camgeom.errors import ProfileError
 from camgeom.mechanics.rating import ROLLER, life_factor, viscosity_ratio
 from camgeom.model import Model
-from camgeom.profile import from_data, parse
+from camgeom.profile import parse
 from camgeom.profile.catalogue import shipped
-from camgeom.profile.text import load
 from camgeom.report.result import compute
 from tests.places import PROFILES
+from tests.reference.profiles import model, said
 
+DISC = "disc_offset_roller"
 OIL: dict[str, Any] = {"lubricant__viscosity_40": 46.0, "lubricant__viscosity_100": 6.8, "lubricant__temperature": 60.0}
 KNOWN: dict[str, Any] = {"roller__fatigue_load_limit": 700.0, "roller__contamination": 0.5,
                          "roller__pitch_diameter": 14.0, **OIL}  # fmt: skip
-
-
-def model(name: str = "disc_offset_roller", **changes: Any) -> Model:
-    """A shipped profile with keys, dots written as two underscores, changed; None removes one."""
-    data, _, _ = load((PROFILES / f"{name}.toml").read_text(), name)
-    for key, value in changes.items():
-        *tables, last = key.split("__")
-        place = data
-        for table in tables:
-            place = place.setdefault(table, {})
-        if value is None:
-            place.pop(last, None)
-        else:
-            place[last] = value
-    return Model(from_data(data, name))
-
-
-def said(made: Model, check: str) -> list[Finding]:
-    return list(judge(made, [check]).findings)
 
 
 def omitted(made: Model, check: str) -> list[NotJudged]:
@@ -48,8 +30,8 @@ def omitted(made: Model, check: str) -> list[NotJudged]:
 
 
 def test_the_rated_life_is_the_one_of_the_standard():
-    made = model(**KNOWN, limits__bearing_reliability=95)
-    bearing, plain = made.duty.bearing, model().duty.bearing
+    made = model(DISC, **KNOWN, limits__bearing_reliability=95)
+    bearing, plain = made.duty.bearing, model(DISC).duty.bearing
     assert bearing is not None
     assert plain is not None
     oil = made.profile.oil
@@ -64,13 +46,13 @@ def test_the_rated_life_is_the_one_of_the_standard():
     assert data["bearing_life_factor"] == pytest.approx(factor)
     assert data["bearing_life_h"] == pytest.approx(float(plain.life_h))
     for share, level in ((0.999, "pass"), (1.002, "fail")):
-        judged = model(**KNOWN, limits__bearing_reliability=95, limits__life_h=share * made.lives["bearing"])
+        judged = model(DISC, **KNOWN, limits__bearing_reliability=95, limits__life_h=share * made.lives["bearing"])
         assert [f.level for f in said(judged, "life") if f.where == "bearing"] == [level]
 
 
 def test_a_factor_of_every_state_is_not_that_of_the_mean_load():
     duty = ({"share": 0.9, "load_factor": 0.3}, {"share": 0.1, "load_factor": 12.0, "temperature": 90.0})
-    made = model(**KNOWN, duty=duty)
+    made = model(DISC, **KNOWN, duty=duty)
     hand = sum(
         one.state.weight / one.duty.bearing.judged_h for one in made.states if one.state and one.duty.bearing
     )
@@ -91,43 +73,43 @@ def test_a_factor_of_every_state_is_not_that_of_the_mean_load():
     ],
 )  # fmt: skip
 def test_a_limit_of_the_bearing_has_two_sides(check, key, of, margins):
-    exact = of(model())
-    good, bad = (model(**{key: share * exact}) for share in margins)
+    exact = of(model(DISC))
+    good, bad = (model(DISC, **{key: share * exact}) for share in margins)
     assert {f.level for f in said(good, check)} == {"pass"}
     assert "pass" not in {f.level for f in said(bad, check) if "static" not in f.where}
 
 
 def test_a_roller_that_turns_too_fast_on_the_mean_fails():
-    mean = float(model().duty.bearing.speed) * 9.549296585513721
-    assert [f.level for f in said(model(roller__limiting_speed=1.002 * mean), "bearing-speed")] == ["warn"]
-    assert [f.level for f in said(model(roller__limiting_speed=0.999 * mean), "bearing-speed")] == ["fail"]
+    mean = float(model(DISC).duty.bearing.speed) * 9.549296585513721
+    assert [f.level for f in said(model(DISC, roller__limiting_speed=1.002 * mean), "bearing-speed")] == ["warn"]
+    assert [f.level for f in said(model(DISC, roller__limiting_speed=0.999 * mean), "bearing-speed")] == ["fail"]
 
 
 def test_the_lower_of_both_static_limits_counts():
-    force = model().duty.peak_force.value
+    force = model(DISC).duty.peak_force.value
     for share, level in ((1.001, "pass"), (0.998, "fail")):
-        made = model(roller__max_static_load=share * force, limits__warn_bearing_static_safety=1.0)
+        made = model(DISC, roller__max_static_load=share * force, limits__warn_bearing_static_safety=1.0)
         assert [f.level for f in said(made, "bearing")] == [level]
-    assert model(roller__max_static_load=1e6).duty.bearing.static_safety == model().duty.bearing.static_safety
+    assert model(DISC, roller__max_static_load=1e6).duty.bearing.static_safety == model(DISC).duty.bearing.static_safety
 
 
 def test_the_lubrication_of_the_bearing():
-    assert "roller.fatigue_load_limit" in omitted(model(), "bearing-lubrication")[0].reason
-    thick = model(**{**KNOWN, "lubricant__viscosity_40": 460.0, "lubricant__viscosity_100": 31.0})
+    assert "roller.fatigue_load_limit" in omitted(model(DISC), "bearing-lubrication")[0].reason
+    thick = model(DISC, **{**KNOWN, "lubricant__viscosity_40": 460.0, "lubricant__viscosity_100": 31.0})
     assert [f.level for f in said(thick, "bearing-lubrication")] == ["pass"]
-    assert [f.level for f in said(model(**KNOWN), "bearing-lubrication")] == ["warn"]
-    thin = model(**{**KNOWN, "lubricant__viscosity_40": 3.0, "lubricant__viscosity_100": 2.0})
+    assert [f.level for f in said(model(DISC, **KNOWN), "bearing-lubrication")] == ["warn"]
+    thin = model(DISC, **{**KNOWN, "lubricant__viscosity_40": 3.0, "lubricant__viscosity_100": 2.0})
     assert [f.level for f in said(thin, "bearing-lubrication")] == ["fail"]
     assert [f.level for f in said(thin, "life") if f.where == "bearing"] == ["fail"]
 
 
 def test_what_is_missing_is_told():
-    assert "max_radial_load" in omitted(model(), "bearing")[0].reason
-    assert "limiting_speed" in omitted(model(), "bearing-speed")[0].reason
+    assert "max_radial_load" in omitted(model(DISC), "bearing")[0].reason
+    assert "limiting_speed" in omitted(model(DISC), "bearing-speed")[0].reason
 
 
 def test_a_ball_bearing_has_another_exponent():
-    ball, roller = (model(roller__bearing_type=kind).duty.bearing for kind in ("ball", "roller"))
+    ball, roller = (model(DISC, roller__bearing_type=kind).duty.bearing for kind in ("ball", "roller"))
     assert float(ball.life_h) < float(roller.life_h)
 
 
@@ -154,22 +136,22 @@ def test_a_turret_has_the_same():
 )
 def test_what_means_nothing_is_refused(changes, word):
     with pytest.raises(ProfileError) as caught:
-        model(**changes)
+        model(DISC, **changes)
     assert word in str(caught.value)
 
 
 def test_a_designation_fills_in_what_the_profile_leaves_out():
     bare = {"roller__dynamic_rating": None, "roller__static_rating": None, "roller__diameter": None}
-    made = model(**bare, roller__designation="cf10 WBUUR/SG")
+    made = model(DISC, **bare, roller__designation="cf10 WBUUR/SG")
     roller = made.profile.roller
     assert roller is not None
     assert (roller.diameter, roller.dynamic_rating, roller.static_rating) == (22.0, 5430.0, 6890.0)
     assert roller.max_static_load == 6890.0
-    by_hand = model(roller__dynamic_rating=5430.0, roller__static_rating=6890.0)
+    by_hand = model(DISC, roller__dynamic_rating=5430.0, roller__static_rating=6890.0)
     assert made.lives["bearing"] == by_hand.lives["bearing"]
     assert compute(made, ("fatigue",)).data["fatigue"]["bearing_designation"] == "cf10 WBUUR/SG"
     with pytest.raises(ProfileError, match="longer than the outer ring"):
-        model(**bare, roller__designation="CF 10 WBUUR/SG", roller__length=12.5)
+        model(DISC, **bare, roller__designation="CF 10 WBUUR/SG", roller__length=12.5)
 
 
 def test_a_catalogue_of_the_users_own(tmp_path: Path):

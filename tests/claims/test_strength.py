@@ -9,33 +9,12 @@ import numpy as np
 import pytest
 
 from camgeom.checks import judge
-from camgeom.checks.verdict import Finding, life_shown
+from camgeom.checks.verdict import life_shown
 from camgeom.errors import ProfileError
 from camgeom.mechanics.material import Material, hardness_bound
 from camgeom.model import Model
-from camgeom.profile import from_data
-from camgeom.profile.text import load
 from camgeom.report.result import compute
-from tests.places import PROFILES
-
-
-def model(name: str, **changes: Any) -> Model:
-    """A shipped profile with keys, dots written as two underscores, changed; None removes one."""
-    data, _, _ = load((PROFILES / f"{name}.toml").read_text(), name)
-    for key, value in changes.items():
-        *tables, last = key.split("__")
-        place = data
-        for table in tables:
-            place = place.setdefault(table, {})
-        if value is None:
-            place.pop(last, None)
-        else:
-            place[last] = value
-    return Model(from_data(data, name))
-
-
-def said(made: Model, check: str) -> list[Finding]:
-    return list(judge(made, [check]).findings)
+from tests.reference.profiles import model, said
 
 
 def levels(made: Model, check: str) -> dict[str, str]:
@@ -310,7 +289,7 @@ def test_a_turret_roller_that_undercuts_its_wall_fails() -> None:
     sound = model("tool_changer").turret_duty
     assert sound is not None
     n, k, m = np.unravel_index(int(np.argmax(sound.line_load)), sound.line_load.shape)
-    made = model("tool_changer")
+    made = Model(model("tool_changer").profile)
     duty = made.turret_duty
     assert duty is not None
     walls = {name: values.copy() for name, values in duty.engagement._walls.items()}

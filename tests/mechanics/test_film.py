@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 
 from camgeom.checks import judge
-from camgeom.checks.verdict import Finding
 from camgeom.errors import ProfileError
 from camgeom.mechanics.face_duty import heaped
 from camgeom.mechanics.film import Oil, line_film, point_film
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.model import Model
-from camgeom.profile import from_data
-from camgeom.profile.text import load
 from camgeom.report.result import compute
-from tests.places import PROFILES
+from tests.reference.profiles import model, said
 
 OIL = Oil(0.04e-6, 0.022, 0.3e-3)
 """0.04 Pa s, 22 1/GPa, 0.3 um"""
@@ -27,25 +23,6 @@ WET: dict[str, Any] = {
     "lubricant__viscosity_40": 100.0, "lubricant__viscosity_100": 11.1, "lubricant__temperature": 60.0,
     "lubricant__pressure_viscosity": 20.0, "material__cam__roughness_um": 0.15, "material__roller__roughness_um": 0.2,
 }  # fmt: skip
-
-
-def model(name: str, **changes: Any) -> Model:
-    """A shipped profile with keys, dots written as two underscores, changed; None removes one."""
-    data, _, _ = load((PROFILES / f"{name}.toml").read_text(), name)
-    for key, value in changes.items():
-        *tables, last = key.split("__")
-        place = data
-        for table in tables:
-            place = place.setdefault(table, {})
-        if value is None:
-            place.pop(last, None)
-        else:
-            place[last] = value
-    return Model(from_data(data, name))
-
-
-def said(made: Model, check: str) -> list[Finding]:
-    return list(judge(made, [check]).findings)
 
 
 def test_both_formulas_written_out_in_si():

@@ -1,0 +1,47 @@
+"""Models of shipped profiles and starters with keys changed, and what a check says of them; for all tests."""
+
+from __future__ import annotations
+
+import pickle
+from functools import lru_cache
+from typing import Any
+
+from camgeom.cams import starter
+from camgeom.checks import judge
+from camgeom.checks.verdict import Finding
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
+from tests.places import PROFILES
+
+
+def data_of(name: str, **changes: Any) -> dict[str, Any]:
+    """Plain data of a shipped profile or a starter with keys, dots written as two underscores, changed; None removes
+    one."""
+    path = PROFILES / f"{name}.toml"
+    data, _, _ = load(path.read_text() if path.exists() else starter(name), name)
+    for key, value in changes.items():
+        *tables, last = key.split("__")
+        place = data
+        for table in tables:
+            place = place.setdefault(table, {})
+        if value is None:
+            place.pop(last, None)
+        else:
+            place[last] = value
+    return data
+
+
+def model(name: str, **changes: Any) -> Model:
+    """The same as a model, kept for the next test that asks for it: nothing changes a model."""
+    return _kept(name, pickle.dumps(changes))
+
+
+def said(made: Model, check: str) -> list[Finding]:
+    """Findings of one check."""
+    return list(judge(made, [check]).findings)
+
+
+@lru_cache(maxsize=48)
+def _kept(name: str, changes: bytes) -> Model:
+    return Model(from_data(data_of(name, **pickle.loads(changes)), name))
