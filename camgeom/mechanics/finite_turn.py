@@ -32,6 +32,8 @@ TABLED = (32, 48, 64)
 """cells across and along, and strips, of a tabled contact"""
 FINE, FINER = 128, 256
 """strips of the hardest one, and of one whose peak is not yet known"""
+NEAR = 0.03
+"""share below the hardest wall by the table, which errs by less, within which the other wall is solved too"""
 KNOWN = 0.02
 """error up to which a peak is one"""
 SMALL = 0.02
@@ -96,19 +98,29 @@ class FiniteTurn:
         return total
 
     @cached_property
+    def _tops(self) -> dict[int, tuple[Floats, Floats, Floats]]:
+        """Of every wall what the table tells: largest squares of the bins and their angles, (m,), squares (m, p, n)."""
+        found = {}
+        for wall in self.walls:
+            tabled = np.where(self._of(wall) > 0.0, self._tabled, 0.0)
+            found[wall] = (*highest(self.panels, tabled), tabled)
+        return found
+
+    @cached_property
     def hardest(self) -> tuple[Extreme, Patch]:
         """Where the table is hardest over the turn, and the contact solved there; an unbounded one before others."""
         found: list[tuple[Extreme, Patch]] = []
-        for wall, bodies in self.walls.items():
-            load = self._of(wall)
-            tabled = np.where(load > 0.0, self._tabled, 0.0)
-            value, angle = highest(self.panels, tabled)
-            m = int(np.argmax(value))
-            places = {float(highest(self.panels, load)[1]): load, float(angle[m]): tabled[m]}
+        hardest = max(float(np.max(top)) for top, _, _ in self._tops.values())
+        for wall, (top, angle, tabled) in self._tops.items():
+            load, m = self._of(wall), int(np.argmax(top))
+            places = {float(angle[m]): tabled[m]} if top[m] >= (1.0 - NEAR) ** 2 * hardest else {}
+            if any(self._profile.sharp):
+                # The table tells nothing of ends that bear: most do under the largest load.
+                places = {float(highest(self.panels, load)[1]): load, float(angle[m]): tabled[m]}
             for each, judged in places.items():
                 here, k = (float(self.panels.limit(one, each, judged)) for one in (load, self.curvature))
                 if here > 0.0:
-                    patch = refined(replace(bodies, curvature=k), here)
+                    patch = refined(replace(self.walls[wall], curvature=k), here)
                     found.append((Extreme(surely(patch), each, patch.peak[1], where=str(wall)), patch))
         sharp = [one for one in found if one[1].unbounded]
         return max(sharp or found, key=lambda one: one[0].value)
