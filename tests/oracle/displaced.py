@@ -62,9 +62,11 @@ class Follower:
 
 def turned(x, axis, angle):
     """Points (..., 3) turned about a unit axis by angles that broadcast (Rodrigues)."""
-    axis, angle = np.asarray(axis, float), np.asarray(angle)[..., None]
-    along = (x @ axis)[..., None] * axis
-    return along + (x - along) * np.cos(angle) + np.cross(axis, x) * np.sin(angle)
+    (a, b, c), angle = np.asarray(axis, float), np.asarray(angle)[..., None]
+    along = x @ np.outer(axis, axis)
+    # Its product from the left is a matrix.
+    across = x @ np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])
+    return along + (x - along) * np.cos(angle) + across * np.sin(angle)
 
 
 def rigid(x, move, inverse=False):
@@ -83,8 +85,11 @@ def carried(follower, k, q):
     if follower.joint[0] == "slide":
         return a + np.asarray(q)[..., None] * follower.joint[1], np.broadcast_to(u, (*np.shape(q), 3))
     axis, centre = follower.joint[1:]
-    shape = (*np.shape(q), 3)
-    return centre + turned(np.broadcast_to(a - centre, shape), axis, q), turned(np.broadcast_to(u, shape), axis, q)
+    c, s = np.cos(q)[..., None], np.sin(q)[..., None]
+    (a0, a1, a2), (u0, u1, u2) = (
+        (along := (v @ axis) * axis, v - along, np.cross(axis, v)) for v in (np.asarray(a - centre), np.asarray(u))
+    )
+    return centre + a0 + c * a1 + s * a2, u0 + c * u1 + s * u2
 
 
 def cam_frame(x, phi, sense):
@@ -199,39 +204,57 @@ def _spun(x, axis, angle):
     return along + (x - along) * cos(angle) + np.cross(axis, x) * sin(angle)
 
 
-def first_contact(follower, k, theta, delta, wall, moved, reach=0.15, frame=None):
-    """Deviation of the coordinate, (...), at which circle delta of roller k first touches, for theta, delta (...).
+@dataclass(frozen=True)
+class Touching:
+    """Circles delta of roller k, for theta, delta (...), and how they touch the wall where nothing is displaced.
 
     wall  (...) +1: the wall that pushes towards larger coordinates, -1: the one that holds back
+    chi, slope (...): where round the circle, and change of the depth there with the coordinate
     """
-    frame = frame or (np.array([0.3, 0.5, 0.81]), 0.0)
-    plain = Moved()
 
-    def deepest(psi, chi, width, m):
+    follower: Follower
+    k: int
+    theta: np.ndarray
+    delta: np.ndarray
+    frame: tuple
+    chi: np.ndarray
+    slope: np.ndarray
+
+    @classmethod
+    def at(cls, follower, k, theta, delta, wall, frame):
+        """The circles' nominal contact."""
+        zero, unit = np.zeros_like(theta), 1e-3 if follower.joint[0] == "slide" else 1e-5
+        free = cls(follower, k, theta, delta, frame, _sides(follower, k, theta, delta, frame, wall, unit), zero)
+        chi = free.deepest(zero, free.chi, 0.06, Moved())[1]
+        more, less = (free.deepest(zero + way * unit, chi, 0.02, Moved())[0] for way in (1.0, -1.0))
+        return replace(free, chi=chi, slope=(more - less) / (2.0 * unit))
+
+    def deepest(self, psi, chi, width, moved):
+        """Depth in the material at coordinates off by psi, and where round the circles, sought near chi."""
+
         def shallow(grid):
-            x = circle(follower, k, theta[..., None], psi[..., None], delta[..., None], grid, m, frame)
-            return -beyond(follower, k, x, np.broadcast_to(theta[..., None], grid.shape))
+            x = circle(self.follower, self.k, self.theta[..., None], psi[..., None], self.delta[..., None], grid, moved,
+                       self.frame)  # fmt: skip
+            return -beyond(self.follower, self.k, x, np.broadcast_to(self.theta[..., None], grid.shape))
 
         value, at = _least(shallow, chi, width, 7)
-        return m.growth - value, at
+        return moved.growth - value, at
 
-    zero, unit = np.zeros_like(theta), 1e-3 if follower.joint[0] == "slide" else 1e-5
-    chi0 = _sides(follower, k, theta, delta, frame, wall, unit)
-    chi = deepest(zero, chi0, 0.06, plain)[1]
-    # secant from both sides of the answer that the nominal lever gives
-    psi0 = zero
-    f0, c = deepest(psi0, chi, 0.02, moved)
-    slope = (deepest(zero + unit, chi, 0.02, plain)[0] - deepest(zero - unit, chi, 0.02, plain)[0]) / (2.0 * unit)
-    psi1 = -f0 / slope
-    for _ in range(6):
-        f1, c = deepest(psi1, c, 0.004, moved)
-        if np.abs(f1).max() < 1e-9:
-            break
-        change = f1 - f0
-        slope = np.where(np.abs(psi1 - psi0) > 1e-13, change / np.where(psi1 == psi0, 1.0, psi1 - psi0), slope)
-        psi0, f0, psi1 = psi1, f1, psi1 - f1 / slope
-    assert np.abs(f1).max() < 1e-7, np.abs(f1).max()
-    return psi1
+    def deviation(self, moved):
+        """Of the coordinate, (...), at which the displaced circles first touch."""
+        psi0 = np.zeros_like(self.theta)
+        f0, c = self.deepest(psi0, self.chi, 0.02, moved)
+        # A secant from the answer that the nominal lever gives.
+        slope, psi1 = self.slope, -f0 / self.slope
+        for _ in range(6):
+            f1, c = self.deepest(psi1, c, 0.004, moved)
+            if np.abs(f1).max() < 1e-9:
+                break
+            change = f1 - f0
+            slope = np.where(np.abs(psi1 - psi0) > 1e-13, change / np.where(psi1 == psi0, 1.0, psi1 - psi0), slope)
+            psi0, f0, psi1 = psi1, f1, psi1 - f1 / slope
+        assert np.abs(f1).max() < 1e-7, np.abs(f1).max()
+        return psi1
 
 
 def _sides(follower, k, theta, delta, frame, wall, unit):
