@@ -137,7 +137,9 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
             continue
         product = f"{prefix}{name}"
         job = partial(_within, name, source, model)
-        found = products.attempt(product, job) if not (reason := absent(model)) else {}
+        # Whether there is such a thing may hang on what cannot be made: that is the product's own reason too.
+        reason = products.attempt(product, partial(absent, model))
+        found = None if reason is None else {} if reason else products.attempt(product, job)
         if found is None:
             told = products[product]
             found = {told.status: told.reason}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from camgeom.cli import main
+from camgeom.dynamics.linear.solve import Growing
 from camgeom.errors import DesignError, ExportError, GeometryEngineError, NotConverged, Problem, ProfileError, unmade
 from camgeom.model import Model
 from camgeom.profile import parse
@@ -133,6 +134,24 @@ def test_memory_that_is_not_enough_for_a_body_leaves_what_needs_none(
     assert {products[name] for name in ("ecam.csv", "points.csv", "step", "contact", "report")} == {"made"}
     assert len(tried) <= 2  # the body, and the one for pictures: what has failed is not tried again
     assert "larger output.tolerance" in result["products"]["stl"]["reason"]
+
+
+def test_a_product_whose_being_there_cannot_be_told_takes_none_along(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An undercut groove has no body to ask for its stress: the run once ended without its result."""
+
+    def lost(_: Model) -> None:
+        raise DesignError("undercut")
+
+    monkeypatch.setattr("camgeom.model.Model.root_stress", property(lost))
+    result = compute(Model(parse(GOOD)), ("motion", "body"))
+    assert (result.products["body"].status, result.products["body"].reason) == ("refused", "undercut")
+    assert result.products["motion"].status == "made"
+    assert result.exit_status == 1
+
+
+def test_a_turn_that_grows_can_be_told_with_its_file() -> None:
+    error = Growing("a turn grows", 1.3)
+    assert (type(error)(f"a.csv: {error}").radius, error.radius) == (np.inf, 1.3)
 
 
 def test_a_check_without_figures_is_not_judged_and_the_others_are(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -169,7 +169,7 @@ def test_a_growing_turn_fails():
     class Pumped:
         @property
         def steady(self):
-            raise Growing(1.3, "a turn grows")
+            raise Growing("a turn grows", 1.3)
 
     model = changer(120)
     vars(model)["indexing"] = type("Drive", (Pumped,), {"modes": study.modes})()

@@ -192,7 +192,7 @@ def _growth(total: Floats) -> Floats:
 class Growing(NotConverged):
     """A turn multiplies some disturbance by `radius` > 1: too long a step, or the drive itself."""
 
-    def __init__(self, radius: float, text: str) -> None:
+    def __init__(self, text: str, radius: float = np.inf) -> None:
         self.radius = radius
         super().__init__(text)
 
@@ -203,9 +203,9 @@ def _closing_state(system: System, grid: Grid, method: Method, total: Floats, ra
         worst = int(np.nan_to_num(radius, nan=np.inf).argmax())
         where = f" at speed {worst + 1} of {len(radius)}" if len(radius) > 1 else ""
         raise Growing(
-            float(radius[worst]),
             f"the turn grows by {radius[worst]:.6g}{where}: a parametric instability of an undamped drive or "
             f"too long a step for {method.name} ({grid.steps} a turn); give damping, move the speed, or use auto",
+            float(radius[worst]),
         )
     size, rate = total.shape[1], _typical_rate(system, grid)
     scale = np.ones((system.batch, size))
