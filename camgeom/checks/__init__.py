@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rated", "roller load", "crowned load",
-               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance"]
+               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft"]
 OWN = frozenset({"rated", "root", "tolerance"})
 """needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
@@ -112,10 +112,12 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
         model.root_stress is not None or NO_STRESS
     ),
     "tolerance": lambda model: model.profile.tolerance_spec is not None,
+    "shaft": lambda model: True,
 }
 """What a check may need: True where it is there, False where the check does not apply, or what is missing.
 
-A "body" is judged once for all followers; "solid" marks what takes a mesh, "operation" what hangs on the load."""
+"body" and "shaft", the camshaft, are judged once for all followers; "solid" marks what takes a mesh, "operation" what
+hangs on the load."""
 
 
 @final
@@ -219,7 +221,7 @@ def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
     for name, entry in checks(model).items():
         if wanted is None or name in wanted:
             bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.grooves
-            if {"body", "cutter"} & set(entry.needs):
+            if {"body", "cutter", "shaft"} & set(entry.needs):
                 bindings = model.bindings[:1]
             each: list[tuple[Model, list[Finding | NotJudged]]] = []
             for binding in bindings:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from camgeom.checks import LIFTED, NO_OPERATION, check, refuse_coarse, solved
@@ -23,28 +24,47 @@ def _torque(name: str, model: Model, peak: Extreme) -> Iterable[Finding]:
         yield judged(name, 1e-3 * peak.value, "<=", limit, "N m", TORQUE, cam_angle=peak.cam_angle, where=peak.where)
 
 
-@check("torque", "operation")
+def _alone(name: str, model: Model, peak_of: Callable[[Model], Extreme | None]) -> Iterable[Finding | NotJudged]:
+    """The same of what is solved for each follower alone: of several, whose phase is not known, at most their sum."""
+    peaks = [peak for one in model.at_once if (peak := peak_of(one)) is not None]
+    limit = model.profile.limits.torque_n_m
+    if limit is None or not peaks:
+        return
+    most = 1e-3 * sum(peak.value for peak in peaks)
+    if len(peaks) == 1:
+        yield from _torque(name, model, peaks[0])
+    elif most <= limit or any(1e-3 * peak.value > limit for peak in peaks):
+        yield judged(name, most, "<=", limit, "N m", TORQUE, where="all followers, as if they peaked at one angle")
+    else:
+        yield NotJudged(name, f"each follower is solved alone: all take {most:.4g} N m if they peak at one angle, more "
+                        "than the limit, and each takes less")  # fmt: skip
+
+
+@check("torque", "operation", "shaft")
 def torque(model: Model) -> Iterable[Finding | NotJudged]:
-    """Largest torque that a rigid cam takes from its shaft or gives it."""
+    """Largest torque that a rigid cam takes from its shaft or gives it, under all followers."""
     if model.profile.limits.torque_n_m is None:
         return
-    if model.shaft is not None:
+    if model.camshaft is not None:
+        yield from _torque("torque", model, replace(model.camshaft.peak_torque, where="all followers"))
+    elif model.shaft is not None:
         yield from _torque("torque", model, model.shaft.peak_torque)
     else:
         yield NotJudged("torque", NO_OPERATION)
 
 
-@solved("dynamic-torque", "dynamics")
+@solved("dynamic-torque", "dynamics", "shaft")
 def dynamic_torque(model: Model) -> Iterable[Finding | NotJudged]:
     """The same with vibration: at the cam, and in its shaft where that is elastic; without a limit it is told."""
-    peak = model.dynamic_torque
+    peaks = [one.dynamic_torque for one in model.at_once]
     if model.profile.limits.torque_n_m is None:
+        peak, start = (peaks[0], model.start_torque) if len(peaks) == 1 else (None, None)
         shown = "" if peak is None else f": it takes {1e-3 * peak.value:.4g} N m with vibration, {peak.where}"
-        if shown and model.start_torque is not None:
-            shown += f", {1e-3 * model.start_torque.value:.4g} N m starting from rest"
+        if shown and start is not None:
+            shown += f", {1e-3 * start.value:.4g} N m starting from rest"
         yield NotJudged("dynamic-torque", f"give limits.torque_n_m, what the camshaft may carry{shown}")
-    elif peak is not None:
-        yield from _torque("dynamic-torque", model, peak)
+    elif all(peaks):
+        yield from _alone("dynamic-torque", model, lambda one: one.dynamic_torque)
     else:
         yield NotJudged("dynamic-torque", LIFTED)
 
@@ -67,15 +87,13 @@ def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
                         f"{1e-3 * peak.value:.4g} N m {peak.where}")  # fmt: skip
 
 
-@solved("start-torque", "dynamics", turn="start")
-def start_torque(model: Model) -> Iterable[Finding]:
+@solved("start-torque", "dynamics", "shaft", turn="start")
+def start_torque(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest torque of the camshaft in the first turn from rest, where the profile has a limit."""
-    if model.profile.limits.torque_n_m is not None and model.start_torque is not None:
-        yield from _torque("start-torque", model, model.start_torque)
+    yield from _alone("start-torque", model, lambda one: one.start_torque)
 
 
-@solved("impact-torque", "impact")
-def impact_torque(model: Model) -> Iterable[Finding]:
+@solved("impact-torque", "impact", "shaft")
+def impact_torque(model: Model) -> Iterable[Finding | NotJudged]:
     """The same over the turns that [impact] counts, with the friction of the contacts."""
-    if model.profile.limits.torque_n_m is not None and model.impact_torque is not None:
-        yield from _torque("impact-torque", model, model.impact_torque)
+    yield from _alone("impact-torque", model, lambda one: one.impact_torque)

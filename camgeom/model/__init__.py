@@ -174,6 +174,14 @@ class Model(Sealed):
         return self._running if self.profile.duty else (self,)
 
     @property
+    def at_once(self) -> tuple[Model, ...]:
+        """The models of all followers of the cam in this operating state, this one among them."""
+        if self.state is None:
+            return self.bindings
+        state = self.bindings[self.number].states.index(self)
+        return tuple(one.states[state] for one in self.bindings)
+
+    @property
     def hardest_state(self) -> Model:
         """The state with the largest pressure, of contacts without one with the largest force; without [[duty]] itself.
         """
@@ -787,11 +795,14 @@ class Model(Sealed):
 
     @fact
     def camshaft(self) -> Shaft | None:
-        """The torque of the shaft under all followers, each in its hardest state; None of one follower, without a load.
-        """
+        """The torque of the shaft under all followers, of operating states the largest; None of one follower, without a
+        load."""
         from camgeom.model.together import Shaft
 
-        each = [(one.angle, duty) for one in self.bindings if (duty := one.hardest_state.shaft) is not None]
+        if len(self.bindings) > 1 and self._running:
+            shafts = [shaft for one in self._running if (shaft := one.camshaft) is not None]
+            return max(shafts, key=lambda shaft: shaft.peak_torque.value, default=None)
+        each = [(one.angle, duty) for one in self.at_once if (duty := one.shaft) is not None]
         return Shaft(tuple(each)) if len(each) > 1 else None
 
     @fact

@@ -19,6 +19,8 @@ from tests.oracle.stations import axes, least_apart, stood, torque
 from tests.profile.cases import frozen, made, put
 
 Data = dict[str, Any]
+TURN = 2.0 * np.pi
+NEAR: Data = {"station": [{"angle": 10.0, "mass": 2.0}]}
 TWO: Data = {"station": [{"angle": 100.0, "mass": 2.0, "spring_preload": 200.0}, {"angle": 250.0, "friction": 20.0}]}
 
 
@@ -73,6 +75,34 @@ def test_torques_add_over_the_cam_s_angle(case: str) -> None:
     assert shown == pytest.approx(1e-3 * wanted[fair][:20], abs=0.03e-3 * scale)
     each = [history["camshaft_torque_n_m"], *(history[f"follower_{k}.camshaft_torque_n_m"] for k in (2, 3))]
     assert sum(each) == pytest.approx(history["all_followers_torque_n_m"], abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("duty", [(), ({"share": 0.5, "speed": 30.0}, {"share": 0.5})])
+def test_the_shaft_is_judged_under_all_followers(duty: tuple[Data, ...]) -> None:
+    """Each takes less than the limit that all of them break."""
+    free = model_of("drum, groove", **NEAR, duty=duty)
+    states = zip(*(one.states for one in free.bindings), strict=True)
+    theta = np.linspace(0.0, TURN, 20001)
+    peaks = [
+        np.abs(sum(one.shaft.force.panels.at(one.shaft.torque, (theta - one.angle) % TURN) for one in state)).max()
+        for state in states
+    ]
+    largest = 1e-3 * max(peaks)
+    assert 1e-3 * max(one.hardest_state.shaft.peak_torque.value for one in free.bindings) < 0.95 * largest
+    for share, level in ((1.002, "pass"), (0.998, "fail")):
+        judged = model_of("drum, groove", **NEAR, duty=duty, limits__torque_n_m=share * largest)
+        (found,) = findings(judged, ["torque"])
+        assert (found.level, found.value) == (level, pytest.approx(largest, rel=1e-4))
+        assert "all followers" in found.where
+
+
+def test_what_vibrates_alone_is_judged_by_the_sum_of_the_peaks() -> None:
+    free = model_of("drum, elastic", **NEAR)
+    peaks = [1e-3 * one.dynamic_torque.value for one in free.bindings]
+    for limit, level in ((1.002 * sum(peaks), "pass"), (0.999 * sum(peaks), None), (0.999 * max(peaks), "fail")):
+        verdict = judge(model_of("drum, elastic", **NEAR, limits__torque_n_m=limit), ["dynamic-torque"])
+        assert [found.level for found in verdict.findings] == ([] if level is None else [level])
+        assert [("solved alone" in one.reason) for one in verdict.not_judged] == ([True] if level is None else [])
 
 
 def test_a_follower_has_the_figures_of_a_machine_of_its_own() -> None:

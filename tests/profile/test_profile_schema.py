@@ -71,6 +71,9 @@ def _table_fulfils(value: dict[str, Any], keyword: str, rule: dict[str, Any]) ->
     if keyword == "required":
         return set(rule[keyword]) <= set(value)
     assert keyword == "additionalProperties"
+    if rule[keyword] is True:
+        # Keys of a table that another section describes.
+        return True
     assert rule[keyword] is False
     return set(value) <= set(rule["properties"])
 
