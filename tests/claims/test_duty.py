@@ -236,7 +236,7 @@ def test_a_drive_that_cannot_be_solved_takes_no_rigid_life_along():
     model = Model(parse(re.sub(r"(?m)^speed = .*$", "speed = 0.3", text) + f"\n[dynamics]\n{drive}\n"))
     with pytest.raises(NotConverged, match="GB, more than the"):
         _ = model.dynamic_duties
-    (table, *_) = lasting(model)
+    (table, *_) = lasting(model, {})
     rows = {(row[0], row[1]): (row[2], row[3]) for row in table.rows}
     assert ("Roller", "contact fatigue") in rows
     life, why = rows["All", "the same with vibration"]
