@@ -33,7 +33,7 @@ class OwnTrack(Section):
 
     angle: Annotated[float, Field(ge=0.0, lt=360.0)] = Field(
         0.0, description="deg, place of its follower about the cam axis from that of the first one, in the sense of "
-        "the cam's turning"
+        "the cam's turning; its motion counts from there: it comes by that much later than the first one's"
     )
     cam: dict[str, Any] = Field({}, description="keys of [cam] that differ: where it lies (start), groove_depth, "
                                 "pitch_radius, running_clearance, root_radius")  # fmt: skip

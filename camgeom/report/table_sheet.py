@@ -31,6 +31,7 @@ def write_table_sheet(model: Model, path: Path) -> int:
     """Write the table as .svg or .pdf, by the end of the name; returns the bytes written. Raises ExportError where the
     file cannot be written."""
     try:
+        _ = model.solids  # of a body that cannot be made no number is given to a shop
         paper = table_sheet(model)
     except CamgeomError as error:
         raise ExportError(f"{path}: cannot be drawn: {error}") from error

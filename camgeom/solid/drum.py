@@ -16,6 +16,8 @@ from camgeom.track import TURN, Track
 from camgeom.track.section import Column, GrooveSection, cylinder_level
 
 WALL_SAMPLES = 360
+WEB_DEPTHS = 5
+"""places between floor and outside at which the material between two passes is measured"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +230,7 @@ def drum_walls(tracks: tuple[Track, ...], radius: float, floor: float, length: f
             edges[side] = np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]])
         walls += _ends(track, phi, edges, length)
         if len(track.sides) == 2:
-            walls += _webs(track, phi, edges, TURN * radius)
+            walls += _thinnest_web(track, phi, radius)
     if bore is not None:
         walls.append(Wall("floor to bore", floor - bore.reach, None, "make the bore smaller or the groove shallower"))
     return walls
@@ -247,8 +249,32 @@ def _ends(track: Track, phi: Floats, edges: dict[float, Floats], length: float) 
     return found
 
 
+def _thinnest_web(track: Track, phi: Floats, radius: float) -> list[Wall]:
+    """Material between two passes of a groove, where it is thinnest from the floor to the outside: near the axis two
+    steep passes are nearer to each other."""
+    column = Column(track, phi)
+    outside = {side: column.reach(side, cylinder_level(radius), radius) for side in track.sides}
+    found: list[Wall] = []
+    for depth in np.linspace(track.tip, radius, WEB_DEPTHS):
+        edges = {side: edge_at(column, side, outside[side], depth, radius) for side in track.sides}
+        at = min(float(np.hypot(x[0], x[1]).min()) for x in edges.values())
+        flat = {side: np.stack([at * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for side, x in edges.items()}
+        found += _webs(track, phi, flat, TURN * at)
+    return [min(found, key=lambda wall: wall.thickness)] if found else []
+
+
+def edge_at(column: Column, side: float, outside: Floats, depth: float, radius: float) -> Floats:
+    """Curve (3, n) along a flank, as deep between the tool's tip and the outside as a radius between theirs, mm.
+
+    outside  parameters (n, 1) at which the flank meets the outside, a cylinder of the drum's radius
+    """
+    share = (depth - column.track.tip) / (radius - column.track.tip)
+    tip = column.track.meridian.parameter(column.track.tip)
+    return column.wall(side, tip + share * (outside - tip))[:, :, 0]
+
+
 def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) -> list[Wall]:
-    """Material between two passes of the same groove edge, in the developed outer surface.
+    """Material between two passes of the same groove edge, in the developed surface of a cylinder.
 
     Two edge points face each other across the material where the line between them leaves both edges on their
     material side within 45 degrees of the normal; the shortest such line is the web.

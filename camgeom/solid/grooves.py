@@ -13,11 +13,13 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import sample
 from camgeom.solid import QuickPart, Solid
 from camgeom.solid.blank import Blank, Wall
-from camgeom.solid.drum import GroovedCylinder, closed_body, height_above, on_cylinder, refuse_turned
+from camgeom.solid.drum import GroovedCylinder, closed_body, edge_at, height_above, on_cylinder, refuse_turned
 from camgeom.track import TURN
 from camgeom.track.section import Column
 
 SAMPLES = 721
+DEPTHS = 7
+"""places between floor and outside at which lands are measured"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +35,20 @@ class GroovedDrum(QuickPart):
     @cached_property
     def ordered(self) -> tuple[GroovedCylinder, ...]:
         """The grooves from the lower end to the upper one, each as if it were alone in the drum."""
-        return tuple(sorted(self.rings, key=lambda ring: float(self._edges(ring, np.zeros(1))[0][2, 0])))
+        return tuple(sorted(self.rings, key=lambda ring: float(self._edges(ring, np.zeros(1), self.radius)[0][2, 0])))
 
-    def _edges(self, ring: GroovedCylinder, phi: Floats) -> tuple[Floats, Floats]:
-        """The lower and the upper edge of a groove on the drum's outside, (3, n) each."""
+    def _edges(self, ring: GroovedCylinder, phi: Floats, depth: float) -> tuple[Floats, Floats]:
+        """The lower and the upper edge of a groove as deep as a radius, mm, to the drum's own, (3, n) each."""
         column, section = Column(ring.track, phi), ring.section()
         low, high = (
-            column.wall(side, column.reach(side, section.level, self.radius))[:, :, 0]
+            edge_at(column, side, column.reach(side, section.level, self.radius), depth, self.radius)
             for side in (section.first, -section.first)
         )
         return low, high
+
+    def _depths(self, *rings: GroovedCylinder) -> Floats:
+        """Radii, mm, from the floor of the shallower groove to the outside: grooves near the axis are nearer in arc."""
+        return np.linspace(max(ring.track.tip for ring in rings), self.radius, DEPTHS)
 
     def fits(self) -> bool:
         """True where every groove stays inside both end faces and none reaches into the next one."""
@@ -52,27 +58,37 @@ class GroovedDrum(QuickPart):
     def lands(self) -> tuple[Wall, ...]:
         """What is left between neighbouring grooves along the drum, mm, at the cam angle of the lower one's edge.
 
-        In the developed outside the land is as wide as its edges are near each other in any direction.
+        In the developed cylinder at any depth the land is as wide as its edges are near each other in any direction.
         """
         phi = np.linspace(0.0, TURN, SAMPLES)
         found = []
         for lower, upper in pairwise(self.ordered):
-            below, above = self._edges(lower, phi)[1], self._edges(upper, phi)[0]
-            apart = height_above(below, above)
-            at = int(np.argmin(apart))
-            thickness = float(apart[at])
-            if thickness > 0.0:
-                flat = [np.stack([self.radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
-                turn = TURN * self.radius
-                d = flat[1][:, None, :] - flat[0][:, :, None]
-                d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
-                distance = np.hypot(d[0], d[1])
-                at = int(np.argmin(distance.min(axis=1)))
-                thickness = float(distance[at].min())
+            each = [self._land(lower, upper, phi, depth) for depth in self._depths(lower, upper)]
+            thickness, at = min(each, key=lambda one: one[0])
             name = f"{lower.track.name} to {upper.track.name}"
             advice = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
-            found.append(Wall(name, thickness, float(phi[at]), advice))
+            found.append(Wall(name, thickness, at, advice))
         return tuple(found)
+
+    def _land(self, lower: GroovedCylinder, upper: GroovedCylinder, phi: Floats, depth: float) -> tuple[float, float]:
+        """Width of a land at one depth, mm, below 0 where the edges cross, and the cam angle of the lower edge, rad."""
+        below, above = self._edges(lower, phi, depth)[1], self._edges(upper, phi, depth)[0]
+        radius = min(float(np.hypot(x[0], x[1]).min()) for x in (below, above))
+        apart = height_above(below, above)
+        at = int(np.argmin(apart))
+        if apart[at] <= 0.0:
+            return float(apart[at]), float(phi[at])
+        flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
+        turn = TURN * radius
+        start, stop = flat[1][:, :-1], flat[1][:, 1:]
+        d = flat[0][:, :, None] - start[:, None, :]
+        d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
+        along = stop - start
+        square = np.maximum((along * along).sum(axis=0), 1e-300)
+        share = np.clip((d * along[:, None, :]).sum(axis=0) / square, 0.0, 1.0)
+        distance = np.hypot(*(d - share * along[:, None, :]))
+        at = int(np.argmin(distance.min(axis=1)))
+        return float(distance[at].min()), float(phi[at])
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""

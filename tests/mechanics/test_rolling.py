@@ -86,7 +86,7 @@ def test_a_roller_of_a_turret_turns_so_that_its_slices_drag_it_neither_on_nor_ba
     assert duty.preload == preload
     e = duty.engagement
     radii = duty.tracks[0].meridian.jet(e.stations)[3]
-    loads = duty._preloaded if preload else np.zeros((2, *duty.line_load.shape))
+    loads = duty._on_walls[0] if preload else np.zeros((2, *duty.line_load.shape))
     if not preload:
         way = np.where(duty.turret_torque >= 0.0, 0, 1)
         for n, wall in enumerate(way):
@@ -108,7 +108,7 @@ def test_under_a_preload_a_roller_rolls_on_the_wall_that_presses_it() -> None:
     duty = made("fine_indexer").turret_duty
     assert duty is not None
     e, m = duty.engagement, len(duty.engagement.stations) // 2
-    pressed = duty._preloaded[..., m] > 0.0
+    pressed = duty._on_walls[0][..., m] > 0.0
     walls = np.abs(e.turning[..., m]) * duty._radius
     own = np.where(pressed[0], walls[0], walls[1])
     one = pressed.any(axis=0) & (e.cover > 0.0).all(axis=3).any(axis=0)

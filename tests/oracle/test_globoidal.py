@@ -274,13 +274,13 @@ def test_preload_adds_to_the_load_it_shares():
     rest = int(np.argmin(np.abs(duty.theta)))
     assert loose.pressure[rest].max() == 0.0
     assert duty.pressure[rest].max() == pytest.approx(duty.preload_pressure, rel=1e-9)
-    sign = np.where(duty._preloaded[0] > 0.0, 1.0, -1.0)
+    sign = np.where(duty._on_walls[0][0] > 0.0, 1.0, -1.0)
     carried = (sign * duty.line_load * duty._cover * duty._walls(duty.engagement.lever)).sum(axis=(1, 2))
     assert carried == pytest.approx(duty.turret_torque, rel=1e-9, abs=1e-6 * np.abs(duty.turret_torque).max())
     assert duty.peak_pressure.value > max(loose.peak_pressure.value, duty.preload_pressure)
     assert duty.cam_life < loose.cam_life
     # No slice presses both walls of its groove.
-    assert not np.any((duty._preloaded[0] > 0.0) & (duty._preloaded[1] > 0.0))
+    assert not np.any((duty._on_walls[0][0] > 0.0) & (duty._on_walls[0][1] > 0.0))
     faint = replace(loose, preload=1e-12)
     assert faint.peak_pressure.value == pytest.approx(loose.peak_pressure.value, rel=1e-6)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from camgeom.checks import findings
 from camgeom.errors import DesignError, ProfileError
@@ -17,8 +18,10 @@ from camgeom.model import Model
 from camgeom.profile import from_data, parse
 from camgeom.report.result import compute
 from camgeom.report.sections import report
+from camgeom.track.flank import Flank
 from tests.places import ROOT
 from tests.profile.cases import frozen, put
+from tests.reference.profiles import model
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -142,6 +145,51 @@ def test_what_is_left_between_grooves_is_a_wall() -> None:
     data["track"][0]["cam"]["start"] = 60
     with pytest.raises(DesignError, match="run into each other"):
         _ = Model(from_data(frozen(data), "")).solids
+
+
+def test_a_land_is_judged_where_it_is_thinnest_down_to_the_floor() -> None:
+    """Both motions are steep at one angle: the grooves lean by more near the axis, and the land is thinner there."""
+    law = "cycloidal"
+    steep = [{"until": 110, "to": 30, "law": law}, {"until": 250}, {"until": 360, "to": 0, "law": law}]
+    keys = {"cam__diameter": 100, "cam__length": 120, "cam__start": 25, "cam__bore": 20, "motion": steep}
+    track = [{"cam": {"start": 51, "groove_depth": 10}, "follower": {"mass": 0.8}, "motion": steep,
+              "roller": {"diameter": 16, "length": 9}}]  # fmt: skip
+    both_steep = model_of(**keys, track=track)
+    lower, upper = (one.tracks[0] for one in both_steep.bindings)
+    phi = np.linspace(0.0, 2.0 * np.pi, 4001)
+    told = {wall.name: wall.thickness for wall in both_steep.walls}["groove 1 to groove 2"]
+
+    def edge(track: Any, delta: float, top: bool) -> np.ndarray:
+        each = [Flank(track, phi, np.array([delta]), side).x[:, :, 0] for side in (1.0, -1.0)]
+        return max(each, key=lambda x: float(x[2].mean()) if top else -float(x[2].mean()))
+
+    def apart(delta: float) -> float:
+        flat = [np.stack([delta * np.arctan2(x[1], x[0]), x[2]], axis=1)
+                for x in (edge(lower, delta, True), edge(upper, delta, False))]  # fmt: skip
+        return float(cKDTree(flat[0]).query(flat[1])[0].min())
+
+    outside, floor = apart(50.0), apart(40.0)
+    assert floor < 0.8 * outside
+    assert told == pytest.approx(floor, rel=0.03)
+    for share, level in ((0.99, "pass"), (1.01, "fail")):
+        judged = model_of(**keys, track=track, limits={"min_wall_mm": share * told})
+        (found,) = [f for f in findings(judged, ["wall"]) if "groove 1 to" in f.where]
+        assert found.level == level
+
+
+def test_passes_of_one_groove_are_nearest_at_its_floor() -> None:
+    """Steep passes of a groove 1 mm deep are as far apart as on the outside; a deep one's floor has less arc."""
+
+    def told(depth: float) -> float:
+        keys = {"cam__groove_depth": depth, "roller__length": depth - 0.5}
+        (wall,) = [wall for wall in model("pin_insertion", **keys).walls if "between passes" in wall.name]
+        return wall.thickness
+
+    shallow, deep = told(1.0), told(13.0)
+    arc = shallow + 22.0
+    assert shallow == pytest.approx(51.0, abs=0.5)
+    # The middles of both passes keep their angle, and the roller its size: across steep passes, whose lean grows.
+    assert 0.75 * (arc * 54.0 / 67.0 - 22.0) < deep < arc * 54.0 / 67.0 - 22.0
 
 
 def test_every_reader_has_both(both: Model) -> None:
