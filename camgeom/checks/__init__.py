@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 Judge = Callable[["Model"], Iterable[Finding | NotJudged]]
 Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rated", "roller load", "crowned load",
-               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft"]
-OWN = frozenset({"rated", "root", "tolerance"})
+               "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft", "any rated"]
+OWN = frozenset({"rated", "any rated", "root", "tolerance"})
 """needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
 LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
@@ -93,6 +93,10 @@ def judged_lives(
         yield judged(name, least, ">=", limit, "h", remedy, where=where, unlimited=True)
 
 
+def _rated(model: Model) -> bool:
+    return any(roller.dynamic_rating is not None for roller in model.profile.rollers.values())
+
+
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "body": lambda model: True,
     "solid": lambda model: True,
@@ -100,7 +104,8 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "planar": lambda model: model.planar is not None,
     "turret": lambda model: model.mechanism.turret is not None,
     "operation": lambda model: True,
-    "rated": lambda model: any(roller.dynamic_rating is not None for roller in model.profile.rollers.values()),
+    "rated": lambda model: _rated(model),
+    "any rated": lambda model: any(_rated(one) for one in model.bindings),
     "roller load": lambda model: _load(model, model.tracks and not model.mechanism.turret and model.setup.roller),
     "crowned load": lambda model: _load(model, _crowned(model)),
     "face load": lambda model: _load(model, model.mechanism.touches and not model.setup.roller),
@@ -189,7 +194,7 @@ def refuse_coarse(model: Model, turn: Turn = "steady") -> None:
 
 OF_SOME: dict[str, tuple[Need, ...]] = {
     "planar": ("planar",), "turret": ("turret",), "dynamics": ("dynamics", "impact"), "cutter": ("cutter",),
-    "root": ("root",), "tolerance": ("tolerance",), "bearing": ("rated",),
+    "root": ("root",), "tolerance": ("tolerance",), "bearing": ("rated", "any rated"),
 }  # fmt: skip
 """Files of checks of which each needs one of these: not imported for a model that has none of them."""
 

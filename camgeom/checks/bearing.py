@@ -61,7 +61,7 @@ def _loads(name: str, model: Model, duties: Iterable[Duty]) -> Iterable[Finding]
                      where=f"largest load, against the bending of the outer ring{one.named}")  # fmt: skip
 
 
-@check("bearing", "operation", "rated")
+@check("bearing", "operation", "any rated")
 def bearing(model: Model) -> Iterable[Finding | NotJudged]:
     """Static safety of the rollers' bearings, and the bending of their rings, of a rigid follower."""
     if not model.carriers:

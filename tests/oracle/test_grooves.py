@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from camgeom.checks import findings
+from camgeom.checks import judge as judged
 from camgeom.errors import DesignError, ProfileError
 from camgeom.export.points import flank_points
 from camgeom.model import Model
@@ -190,6 +191,17 @@ def test_passes_of_one_groove_are_nearest_at_its_floor() -> None:
     assert shallow == pytest.approx(51.0, abs=0.5)
     # The middles of both passes keep their angle, and the roller its size: across steep passes, whose lean grows.
     assert 0.75 * (arc * 54.0 / 67.0 - 22.0) < deep < arc * 54.0 / 67.0 - 22.0
+
+
+def test_a_follower_without_a_rating_beside_one_that_has_is_told() -> None:
+    rated = {"diameter": 20, "length": 9, "dynamic_rating": 8000.0, "static_rating": 9000.0}
+    one = judged(model_of(roller=rated), ["bearing"])
+    told = [word.reason for word in one.not_judged if "dynamic" in word.reason]
+    assert [text.partition(":")[0] for text in told] == ["follower 2"]
+    own = data_of()["track"]
+    own[0]["roller"] |= {"dynamic_rating": 5000.0, "static_rating": 6000.0}
+    assert not [w for w in judged(model_of(roller=rated, track=own), ["bearing"]).not_judged if "dynamic" in w.reason]
+    assert not judged(model_of(), ["bearing"]).not_judged
 
 
 def test_every_reader_has_both(both: Model) -> None:
