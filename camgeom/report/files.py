@@ -18,15 +18,16 @@ if TYPE_CHECKING:
 
 
 def _part_sheet(path: Path, model: Model) -> int:
-    from camgeom.report.part_sheet import write_part_sheet
+    from camgeom.report.part_sheet import part_sheet, write_sheet
 
-    return write_part_sheet(model, path)
+    return write_sheet(part_sheet, model, path)
 
 
 def _table_sheet(path: Path, model: Model) -> int:
-    from camgeom.report.table_sheet import write_table_sheet
+    from camgeom.report.part_sheet import write_sheet
+    from camgeom.report.table_sheet import table_sheet
 
-    return write_table_sheet(model, path)
+    return write_sheet(table_sheet, model, path)
 
 
 DRAWN = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,13 +54,13 @@ UNITS = ("mm", "deg", "kg m2", "kg", "N/mm", "N", "r/min", "m/s2")
 SKIPPED = {"name", "kind", "direction"}
 
 
-def write_part_sheet(model: Model, path: Path) -> int:
-    """Write the drawing as .svg or .pdf, by the end of the name; returns the bytes written.
+def write_sheet(draw: Callable[[Model], Paper], model: Model, path: Path) -> int:
+    """Write what is drawn of a model as .svg or .pdf, by the end of the name; returns the bytes written.
 
     Raises ExportError where the cam has no body to draw or the file cannot be written.
     """
     try:
-        paper = part_sheet(model)
+        paper = draw(model)
     except CamgeomError as error:
         raise ExportError(f"{path}: cannot be drawn: {error}") from error
     data = pdf(paper) if path.suffix.lower() == ".pdf" else paper.svg().encode()

@@ -217,3 +217,14 @@ def test_the_table_has_every_degree_of_the_profile(tmp_path: Path, name: str) ->
     text = PdfReader(tmp_path / "cam.table.pdf").pages[0].extract_text()
     assert model.profile.name in text
     assert "359" in text
+
+
+def test_the_table_of_several_grooves_has_each_of_them() -> None:
+    model = read(str(PROFILES / "two_groove_drum.toml"))
+    found = {label: values for label, _, values in columns(model)}
+    for number, start, stroke in ((1, 24.0, 46.0), (2, 102.0, 18.0)):
+        z = found[f"groove {number} z"]
+        assert (z.min(), np.ptp(z)) == pytest.approx((start, stroke))
+        assert f"at {number}" in found
+    # Half way from 20 to 80 deg of its own.
+    assert found["groove 2 z"][50] == pytest.approx(102.0 + 9.0)
