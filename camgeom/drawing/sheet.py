@@ -124,27 +124,27 @@ def thin_line(x: Floats, y: Floats, tolerance: float = 0.15, bucket: float = 1.0
 
 
 def straightened(xy: Floats, tolerance: float = 0.15) -> Floats:
-    """Those points (k, 2) of a line that keep it within `tolerance`; its ends stay."""
-    keep = np.zeros(len(xy), dtype=bool)
-    keep[[0, -1]] = True
-    stack = [(0, len(xy) - 1)]
-    while stack:
-        first, last = stack.pop()
-        if last - first < 2:
-            continue
-        chord = xy[last] - xy[first]
-        length = float(np.hypot(*chord))
-        away = xy[first + 1 : last] - xy[first]
-        if length > 0.0:
-            distance = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0]) / length
-        else:
-            distance = np.hypot(away[:, 0], away[:, 1])
-        worst = int(np.argmax(distance))
-        if distance[worst] > tolerance:
-            middle = first + 1 + worst
-            keep[middle] = True
-            stack += [(first, middle), (middle, last)]
-    return np.asarray(xy[keep])
+    """Those points (k, 2) of a line that keep it within `tolerance`; its ends stay.
+
+    Every stretch whose chord leaves a point out by more is split there (Ramer, Douglas and Peucker), all at once.
+    """
+    if len(xy) < 3:
+        return xy
+    keep = np.array([0, len(xy) - 1])
+    while True:
+        count = np.diff(keep)
+        first, last = np.repeat(keep[:-1], count), np.repeat(keep[1:], count)
+        chord, away = xy[last] - xy[first], xy[first[0] : last[-1]] - xy[first]
+        length = np.hypot(*chord.T)
+        across = np.abs(away[:, 0] * chord[:, 1] - away[:, 1] * chord[:, 0])
+        distance = np.where(length > 0.0, across / np.where(length > 0.0, length, 1.0), np.hypot(*away.T))
+        worst = np.maximum.reduceat(distance, keep[:-1])
+        split = np.flatnonzero((distance == np.repeat(worst, count)) & (distance > tolerance))
+        # Of several equally far points of a stretch the first.
+        split = split[np.unique(first[split], return_index=True)[1]]
+        if not len(split):
+            return np.asarray(xy[keep])
+        keep = np.sort(np.concatenate([keep, split]))
 
 
 def number(value: float, digits: int = 4) -> str:

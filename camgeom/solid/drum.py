@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -273,6 +274,16 @@ def edge_at(column: Column, side: float, outside: Floats, depth: float, radius: 
     return column.wall(side, tip + share * (outside - tip))[:, :, 0]
 
 
+def _opposed(normal: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Points of an edge with the normals (2, n) of which one (i,) can face another (j,): whose normals differ by more
+    than a right angle. All of them where the edge turns back on itself."""
+    angle = np.arctan2(normal[0], normal[1] * np.sign(normal[1].sum() or 1.0))
+    if np.ptp(angle) > 1.5 * np.pi:
+        return np.arange(angle.size), np.arange(angle.size)
+    right = 0.5 * np.pi
+    return np.flatnonzero(angle > angle.min() + right), np.flatnonzero(angle < angle.max() - right)
+
+
 def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) -> list[Wall]:
     """Material between two passes of the same groove edge, in the developed surface of a cylinder.
 
@@ -283,20 +294,22 @@ def _webs(track: Track, phi: Floats, edges: dict[float, Floats], turn: float) ->
     middle = 0.5 * sum(edges.values())
     for edge in edges.values():
         tangent = np.roll(edge, -1, axis=1) - np.roll(edge, 1, axis=1)
-        tangent[0] = (tangent[0] + 0.5 * turn) % turn - 0.5 * turn
+        tangent[0] -= turn * np.rint(tangent[0] / turn)
         normal = np.stack([-tangent[1], tangent[0]]) / np.hypot(*tangent)
         outward = (normal * (edge - middle)).sum(axis=0)
         normal = normal * np.sign(outward)
-        d = edge[:, None, :] - edge[:, :, None]
-        d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
+        i, j = _opposed(normal)
+        d = edge[:, None, j] - edge[:, i, None]
+        d[0] -= turn * np.rint(d[0] / turn)
         distance = np.sqrt(d[0] * d[0] + d[1] * d[1])
-        leaving = d[0] * normal[0][:, None] + d[1] * normal[1][:, None]
-        arriving = -d[0] * normal[0] - d[1] * normal[1]
+        leaving = d[0] * normal[0][i, None] + d[1] * normal[1][i, None]
+        arriving = -d[0] * normal[0][j] - d[1] * normal[1][j]
         facing = (np.minimum(leaving, arriving) > 0.71 * distance) & (distance > 0.0)
         gap = np.where(facing, distance, np.inf)
-        if gap.min() < shortest:
+        if gap.min(initial=np.inf) < shortest:
             shortest = float(gap.min())
-            where = int(np.argmin(gap.min(axis=1)))
+            one, other = np.unravel_index(np.argmin(gap), gap.shape)
+            where = min(int(i[one]), int(j[other]))
     if not np.isfinite(shortest):
         return []
     advice = "enlarge the drum, use a smaller roller, or give the steep motion more cam angle"

@@ -81,14 +81,18 @@ class GroovedDrum(QuickPart):
         flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
         turn = TURN * radius
         start, stop = flat[1][:, :-1], flat[1][:, 1:]
-        d = flat[0][:, :, None] - start[:, None, :]
-        d[0] = (d[0] + 0.5 * turn) % turn - 0.5 * turn
         along = stop - start
         square = np.maximum((along * along).sum(axis=0), 1e-300)
-        share = np.clip((d * along[:, None, :]).sum(axis=0) / square, 0.0, 1.0)
-        distance = np.hypot(*(d - share * along[:, None, :]))
-        at = int(np.argmin(distance.min(axis=1)))
-        return float(distance[at].min()), float(phi[at])
+        # Nothing further off along the circumference than the land is wide along the axis can be nearer.
+        near = float(apart[at]) + float(np.sqrt(square.max()))
+        d = flat[0][0][:, None] - start[0]
+        d -= turn * np.rint(d / turn)
+        i, j = np.nonzero(np.abs(d) <= near)
+        d = np.stack([d[i, j], flat[0][1][i] - start[1][j]])
+        share = np.clip((d * along[:, j]).sum(axis=0) / square[j], 0.0, 1.0)
+        distance = np.hypot(*(d - share * along[:, j]))
+        least = int(np.argmin(distance))
+        return float(distance[least]), float(phi[i[least]])
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
