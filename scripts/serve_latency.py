@@ -19,7 +19,7 @@ from time import perf_counter, process_time
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
-SHOWN = ("motion", "figures", "coarse", "load", "checks", "bodies", "verdict", "fine")
+SHOWN = ("motion", "figures", "coarse", "checks", "load", "loaded", "bodies", "verdict", "fine")
 
 
 def main() -> int:

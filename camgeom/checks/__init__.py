@@ -30,7 +30,9 @@ Need = Literal["body", "solid", "tracks", "planar", "turret", "operation", "rate
                "face load", "turret load", "dynamics", "impact", "cutter", "root", "tolerance", "shaft", "any rated"]
 OWN = frozenset({"rated", "any rated", "root", "tolerance"})
 """needs beside those of LOADED of checks that every follower on a track is judged by; all others see the track alone"""
-LOADED = frozenset({"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"})
+LOADED: frozenset[Need] = frozenset(
+    {"operation", "roller load", "crowned load", "face load", "turret load", "dynamics", "impact"}
+)
 """what changes with the operating state: a check that needs any of these is asked in every state of [[duty]]"""
 LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic force to judge"
 COARSEST = 0.01
@@ -128,29 +130,34 @@ hangs on the load."""
 @final
 @dataclass(frozen=True)
 class Check:
-    """A registered check: its name, what it needs, the judging function, and whether it sums over operating states."""
+    """A registered check: its name, what it needs, the judging function, whether it sums over operating states, and
+    whether it takes long for what it needs."""
 
     name: str
     needs: tuple[Need, ...]
     judge: Judge
     summed: bool = False
+    slow: bool = False
 
 
 _REGISTRY: dict[str, Check] = {}
 
 
-def check(name: str, *needs: Need, summed: bool = False) -> Callable[[Judge], Judge]:
-    """Register a judging function under a name; see `NEEDS`. summed: it sums over the operating states itself."""
+def check(name: str, *needs: Need, summed: bool = False, slow: bool = False) -> Callable[[Judge], Judge]:
+    """Register a judging function under a name; see `NEEDS`.
+
+    summed: it sums over the operating states itself; slow: who waits for the others is not to wait for it
+    """
 
     def register(judge: Judge) -> Judge:
-        _REGISTRY[name] = Check(name, needs, judge, summed)
+        _REGISTRY[name] = Check(name, needs, judge, summed, slow)
         return judge
 
     return register
 
 
 def solved(
-    name: str, *needs: Need, turn: Turn = "steady", summed: bool = False
+    name: str, *needs: Need, turn: Turn = "steady", summed: bool = False, slow: bool = False
 ) -> Callable[[Judge], Judge]:
     """Register a check of what a solver finds; where it finds nothing, the check is not judged and says why.
 
@@ -159,7 +166,7 @@ def solved(
 
     def register(judge: Judge) -> Judge:
         @wraps(judge)
-        def answered(model: Model) -> list[Finding | NotJudged]:
+        def answered(model: Model) -> Said:
             try:
                 said = list(judge(model))
                 if "dynamics" in needs and any(isinstance(word, Finding) for word in said):
@@ -169,7 +176,7 @@ def solved(
             except NotConverged as lost:
                 return [NotJudged(name, str(lost))]
 
-        return check(name, *needs, summed=summed)(answered)
+        return check(name, *needs, summed=summed, slow=slow)(answered)
 
     return register
 
@@ -214,35 +221,48 @@ def applies(entry: Check, model: Model) -> bool:
     return any(all(NEEDS[need](binding) is not False for need in entry.needs) for binding in model.bindings)
 
 
-def judge(model: Model, only: Iterable[str] | None = None) -> Verdict:
+Said = list[Finding | NotJudged]
+Heard = dict[str, tuple[Said, list[Unmade]]]
+"""What checks have said of a model, and what of it could not be made, by check."""
+
+
+def judge(model: Model, only: Iterable[str] | None = None, heard: Heard | None = None) -> Verdict:
     """The verdict on a model: every check that applies, or the named ones. A body that cannot be made fails.
 
+    heard: what checks have said of this model before, which is not asked again; what others say is added
     Checks of the body judge it once, of geometry every track, of load and life every follower. A check whose figures
     cannot be computed is not judged, for the reason that they cannot; the others are.
     """
     wanted = None if only is None else set(only)
-    said: list[Finding | NotJudged] = []
-    lost: list[tuple[str, Unmade]] = []
-    for name, entry in checks(model).items():
-        if wanted is None or name in wanted:
-            bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.grooves
-            if {"body", "cutter", "shaft"} & set(entry.needs):
-                bindings = model.bindings[:1]
-            each: list[tuple[Model, list[Finding | NotJudged]]] = []
-            for binding in bindings:
-                try:
-                    each.append((binding, _said(entry, binding)))
-                except Exception as error:
-                    lost.append((name, unmade(error)))
-                    each.append((binding, [NotJudged(name, lost[-1][1].reason)]))
-            said += each[0][1] if len(each) == 1 else _of_followers(each)
-    said = _told_once(said)
+    known: Heard = {} if heard is None else heard
+    names = [name for name in checks(model) if wanted is None or name in wanted]
+    for name in names:
+        if name not in known:
+            known[name] = _heard(_REGISTRY[name], model)
+    said = _told_once([word for name in names for word in known[name][0]])
     findings = tuple(word for word in said if isinstance(word, Finding))
     open_ = tuple(word for word in said if isinstance(word, NotJudged))
-    return Verdict(findings, open_, tuple(lost), loads_of(model))
+    lost = tuple((name, reason) for name in names for reason in known[name][1])
+    return Verdict(findings, open_, lost, loads_of(model))
 
 
-def _told_once(said: list[Finding | NotJudged]) -> list[Finding | NotJudged]:
+def _heard(entry: Check, model: Model) -> tuple[Said, list[Unmade]]:
+    """What a check says of all followers that it is asked of, and what of it could not be made."""
+    bindings = model.bindings if (LOADED | OWN) & set(entry.needs) else model.grooves
+    if {"body", "cutter", "shaft"} & set(entry.needs):
+        bindings = model.bindings[:1]
+    lost: list[Unmade] = []
+    each: list[tuple[Model, Said]] = []
+    for binding in bindings:
+        try:
+            each.append((binding, _said(entry, binding)))
+        except Exception as error:
+            lost.append(unmade(error))
+            each.append((binding, [NotJudged(entry.name, lost[-1].reason)]))
+    return (each[0][1] if len(each) == 1 else _of_followers(each)), lost
+
+
+def _told_once(said: Said) -> Said:
     """What is said, where one refusal (a follower that jams) leaves no load: `load` fails by it, and what is judged by
     the load is not judged."""
     causes = {word.advice for word in said if isinstance(word, Finding) and word.check == "load" and word.value is None}
@@ -265,7 +285,7 @@ def loads_of(model: Model) -> Loads | None:
     return Loads(profile.dynamics_spec is not None, profile.impact_spec is not None, shortest)
 
 
-def _of_followers(each: list[tuple[Model, list[Finding | NotJudged]]]) -> list[Finding | NotJudged]:
+def _of_followers(each: list[tuple[Model, Said]]) -> Said:
     """What a check says of several followers, which are named; what is not judged of any for one reason is said once.
     """
     alike = [word for word in each[0][1] if isinstance(word, NotJudged) and all(word in said for _, said in each)]
@@ -273,14 +293,14 @@ def _of_followers(each: list[tuple[Model, list[Finding | NotJudged]]]) -> list[F
     return [*alike, *(word for words in named for word in words)]
 
 
-def _said(entry: Check, model: Model) -> list[Finding | NotJudged]:
+def _said(entry: Check, model: Model) -> Said:
     """What a check says of one follower; of operating states the hardest."""
     if not model.profile.duty or entry.summed or not LOADED & set(entry.needs):
         return _said_of(entry, model)
     return _hardest([(one.state.name if one.state else "", _said_of(entry, one)) for one in model.states])
 
 
-def _hardest(states: list[tuple[str, list[Finding | NotJudged]]]) -> list[Finding | NotJudged]:
+def _hardest(states: list[tuple[str, Said]]) -> Said:
     """Of what a check says in every operating state the worst of each finding, and what is not judged in any of them.
 
     A check says the same things in the same order, so the n-th finding of every state is of one thing.
@@ -327,7 +347,7 @@ def _named(who: str, said: list[F]) -> list[F]:
     ]
 
 
-def _said_of(entry: Check, model: Model) -> list[Finding | NotJudged]:
+def _said_of(entry: Check, model: Model) -> Said:
     """What a check says of a follower in one operating state."""
     answers = [NEEDS[need](model) for need in entry.needs]
     if any(answer is False for answer in answers):
@@ -335,7 +355,7 @@ def _said_of(entry: Check, model: Model) -> list[Finding | NotJudged]:
     missing = [answer for answer in answers if isinstance(answer, str)]
     if missing:
         return [NotJudged(entry.name, "; ".join(missing))]
-    said: list[Finding | NotJudged]
+    said: Said
     try:
         with within_range(f"check {entry.name}"):
             said = list(entry.judge(model))

@@ -105,7 +105,7 @@ def wall(model: Model) -> Iterable[Finding]:
         )  # fmt: skip
 
 
-@check("rib-thickness", "tracks")
+@check("rib-thickness", "tracks", slow=True)
 def rib_thickness_check(model: Model) -> Iterable[Finding]:
     """Least normal thickness of ribs at their tip and root: between a drum's two rollers, or a turret's neighbours."""
     limits, mechanism, turret = model.profile.limits, model.mechanism, model.mechanism.turret

@@ -27,7 +27,7 @@ FASTER = "a smaller stroke, a longer motion, a law of lower peak velocity, or a 
 SLOWER = "a larger stroke, a shorter motion, or a higher speed"
 
 
-@solved("velocity", "operation")
+@solved("velocity", "operation", slow=True)
 def velocity(model: Model) -> Iterable[Finding | NotJudged]:
     """Peak velocity of the follower between its bounds: rigid, with vibration, and with impacts where they are solved.
     """

@@ -52,7 +52,7 @@ def _missing(model: Model) -> list[str]:
     return missing
 
 
-@check("wear", "operation", summed=True)
+@check("wear", "operation", summed=True, slow=True)
 def wear(model: Model) -> Iterable[Finding | NotJudged]:
     """Depth that wears off either surface over life_h, over all operating states."""
     if not model.carriers:

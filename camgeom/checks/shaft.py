@@ -69,7 +69,7 @@ def dynamic_torque(model: Model) -> Iterable[Finding | NotJudged]:
         yield NotJudged("dynamic-torque", LIFTED)
 
 
-@solved("output-torque", "turret load")
+@solved("output-torque", "turret load", slow=True)
 def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
     """Largest torque of a turret's output shaft, where the profile has a limit; what [dynamics] finds is told too."""
     limit, solves = model.profile.limits.output_torque_n_m, model.profile.dynamics_spec is not None

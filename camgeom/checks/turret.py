@@ -50,7 +50,7 @@ def turret_gap(model: Model) -> Iterable[Finding]:
         yield judged("turret-gap", value, ">", limit, "mm", remedy, slack=-NO_GAP, where=name)
 
 
-@check("hand-over", "turret")
+@check("hand-over", "turret", slow=True)
 def hand_over(model: Model) -> Iterable[Finding]:
     """Least number of rollers with a wall to bear on, pushing on and holding back, over the whole turn."""
     from camgeom.track.turret import least_held
@@ -84,7 +84,7 @@ def fins(model: Model) -> Iterable[Finding]:
         yield judged("fins", float(len(pieces) - 1), "<=", 0.0, "1", advice, where=solid.name)
 
 
-@check("horns", "turret")
+@check("horns", "turret", slow=True)
 def horns(model: Model) -> Iterable[Finding]:
     """Longest outer wall at an end face whose foot is cut away: a wedge where a groove runs out, a hoop in a dwell."""
     if not _turret(model).rib_depths:

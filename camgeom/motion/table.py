@@ -331,6 +331,8 @@ class Table:
         index = np.repeat(np.arange(len(self)), m)
         jets = self.at(index, u.ravel(), order)
         height, rise = value(jets).reshape(u.shape), slope(jets).reshape(u.shape)
+        # Where a segment ends at rest the slope is rounding of either sign, and no root lies beside it.
+        rise[np.abs(rise) <= 1e-15 * np.abs(rise).max()] = 0.0
         piece, left = np.nonzero(rise[:, :-1] * rise[:, 1:] < 0.0)
         inner = self._root(piece, u[piece, left], u[piece, left + 1], order, slope)
         heights = np.concatenate([value(self.at(piece, inner, order)), height.ravel()])

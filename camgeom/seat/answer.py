@@ -1,5 +1,5 @@
-"""What the page is told of a profile, in the order in which it is known: motion, flanks, coarse bodies, loads, checks
-without body and solver, those of the body, the verdict, bodies.
+"""What the page is told of a profile, in the order in which it is known: motion, flanks, coarse bodies, the checks of
+these, loads, their checks, those of the body, the verdict, bodies.
 
 Everything is made from the profile's text alone, so that any number of pages may ask, and a lost one loses nothing.
 """
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
+from camgeom.checks import LOADED, Check, Heard, Need, checks, judge
 from camgeom.drawing.content import Chart, Figure, Series
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.sheet import number
@@ -39,8 +40,10 @@ Stage = dict[str, Any]
 COARSE = 1e-3
 """chord error of the first bodies as a share of the cam's size: a pixel of a small view"""
 COARSE_FRAMES = 61
-SOLVERS = frozenset({"dynamics", "impact", "cutter", "tolerance", "root"})
+SOLVERS: frozenset[Need] = frozenset({"dynamics", "impact", "cutter", "tolerance", "root"})
 """what checks need that are made last"""
+LATER: frozenset[Need] = LOADED | SOLVERS | {"solid"}
+"""what checks need that is not known when figures and coarse bodies are"""
 MOST_MODELS = 6
 MOST_TABS = 1000
 """models that are remembered, for undo and for the variant that is compared with; pages whose newest request is"""
@@ -259,24 +262,36 @@ def with_kept(chart: Chart, other: Chart) -> Chart:
 
 
 def _first_checks(asked: Asked) -> Stage:
-    """The verdict of the checks that need neither body nor solver: not yet the verdict."""
-    from camgeom.checks import checks, judge
+    """The verdict of the quick checks that need neither load nor body nor solver: not yet the verdict."""
+    return _so_far(asked.model, "load, body and solvers", lambda entry: not (entry.slow or LATER & set(entry.needs)))
 
-    model = asked.model
-    names = [name for name, entry in checks(model).items() if not {"solid", *SOLVERS} & set(entry.needs)]
-    return _verdict(model, judge(model, names), whole=False)
+
+def _load_checks(asked: Asked) -> Stage:
+    """The verdict of the quick checks that need neither body nor solver; nothing where there is no load."""
+    if asked.model.profile.operation is None:
+        return {}
+    later = SOLVERS | {"solid"}
+    return _so_far(asked.model, "body and solvers", lambda entry: not (entry.slow or later & set(entry.needs)))
 
 
 def _body_checks(asked: Asked) -> Stage:
     """The verdict of the checks that need no solver; nothing where there is none to wait for."""
-    from camgeom.checks import checks, judge
-
-    model = asked.model
-    profile, root = model.profile, model.profile.material.cam.bending_limit
+    profile, root = asked.model.profile, asked.model.profile.material.cam.bending_limit
     if not any((profile.dynamics, profile.impact, profile.cutter, profile.tolerance, root)):
         return {}
-    names = [name for name, entry in checks(model).items() if not SOLVERS & set(entry.needs)]
-    return _verdict(model, judge(model, names), whole=False)
+    return _so_far(asked.model, "solvers", lambda entry: not SOLVERS & set(entry.needs))
+
+
+def _so_far(model: Model, waiting: str, asked: Callable[[Check], bool]) -> Stage:
+    """The verdict of some of the checks, and whose words are still waited for."""
+    names = [name for name, entry in checks(model).items() if asked(entry)]
+    return {**_verdict(model, judge(model, names, _heard(model)), whole=False), "waiting": waiting}
+
+
+def _heard(model: Model) -> Heard:
+    """What the checks of earlier stages said of a model, which the later ones need not ask again."""
+    found: Heard = kept(model, "heard", dict)
+    return found
 
 
 def _verdict(model: Model, verdict: Verdict, whole: bool) -> Stage:
@@ -285,10 +300,8 @@ def _verdict(model: Model, verdict: Verdict, whole: bool) -> Stage:
 
 
 def _all_checks(asked: Asked) -> Stage:
-    from camgeom.checks import judge
-
     model = asked.model
-    return _verdict(model, kept(model, "checks", lambda: judge(model)), whole=True)
+    return _verdict(model, kept(model, "checks", lambda: judge(model, None, _heard(model))), whole=True)
 
 
 def _coarse(asked: Asked) -> Stage:
@@ -312,8 +325,9 @@ STAGES: dict[str, Callable[[Asked], Stage]] = {
     "motion": _moved,
     "figures": _figures,
     "coarse": _coarse,
-    "load": _load,
     "checks": _first_checks,
+    "load": _load,
+    "loaded": _load_checks,
     "bodies": _body_checks,
     "verdict": _all_checks,
     "fine": _fine,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -17,7 +19,7 @@ from camgeom.solid.drum import GroovedCylinder, closed_body, edge_at, height_abo
 from camgeom.track import TURN
 from camgeom.track.section import Column
 
-SAMPLES = 721
+SAMPLES, STRIDE = 721, 16
 DEPTHS = 7
 """places between floor and outside at which lands are measured"""
 
@@ -35,16 +37,14 @@ class GroovedDrum(QuickPart):
     @cached_property
     def ordered(self) -> tuple[GroovedCylinder, ...]:
         """The grooves from the lower end to the upper one, each as if it were alone in the drum."""
-        return tuple(sorted(self.rings, key=lambda ring: float(self._edges(ring, np.zeros(1), self.radius)[0][2, 0])))
+        return tuple(sorted(self.rings, key=lambda ring: float(self._edge(ring, 1.0, np.zeros(1))(self.radius)[2, 0])))
 
-    def _edges(self, ring: GroovedCylinder, phi: Floats, depth: float) -> tuple[Floats, Floats]:
-        """The lower and the upper edge of a groove as deep as a radius, mm, to the drum's own, (3, n) each."""
+    def _edge(self, ring: GroovedCylinder, which: float, phi: Floats) -> Callable[[float], Floats]:
+        """The lower (1) or the upper (-1) edge of a groove, (3, n), as deep as a radius, mm, to the drum's own."""
         column, section = Column(ring.track, phi), ring.section()
-        low, high = (
-            edge_at(column, side, column.reach(side, section.level, self.radius), depth, self.radius)
-            for side in (section.first, -section.first)
-        )
-        return low, high
+        side = which * section.first
+        outside = column.reach(side, section.level, self.radius)
+        return lambda depth: edge_at(column, side, outside, depth, self.radius)
 
     def _depths(self, *rings: GroovedCylinder) -> Floats:
         """Radii, mm, from the floor of the shallower groove to the outside: grooves near the axis are nearer in arc."""
@@ -63,36 +63,13 @@ class GroovedDrum(QuickPart):
         phi = np.linspace(0.0, TURN, SAMPLES)
         found = []
         for lower, upper in pairwise(self.ordered):
-            each = [self._land(lower, upper, phi, depth) for depth in self._depths(lower, upper)]
+            below, above = self._edge(lower, -1.0, phi), self._edge(upper, 1.0, phi)
+            each = [_land(below(depth), above(depth), phi) for depth in self._depths(lower, upper)]
             thickness, at = min(each, key=lambda one: one[0])
             name = f"{lower.track.name} to {upper.track.name}"
             advice = "grooves further apart (cam.start), smaller rollers, or shorter strokes"
             found.append(Wall(name, thickness, at, advice))
         return tuple(found)
-
-    def _land(self, lower: GroovedCylinder, upper: GroovedCylinder, phi: Floats, depth: float) -> tuple[float, float]:
-        """Width of a land at one depth, mm, below 0 where the edges cross, and the cam angle of the lower edge, rad."""
-        below, above = self._edges(lower, phi, depth)[1], self._edges(upper, phi, depth)[0]
-        radius = min(float(np.hypot(x[0], x[1]).min()) for x in (below, above))
-        apart = height_above(below, above)
-        at = int(np.argmin(apart))
-        if apart[at] <= 0.0:
-            return float(apart[at]), float(phi[at])
-        flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
-        turn = TURN * radius
-        start, stop = flat[1][:, :-1], flat[1][:, 1:]
-        along = stop - start
-        square = np.maximum((along * along).sum(axis=0), 1e-300)
-        # Nothing further off along the circumference than the land is wide along the axis can be nearer.
-        near = float(apart[at]) + float(np.sqrt(square.max()))
-        d = flat[0][0][:, None] - start[0]
-        d -= turn * np.rint(d / turn)
-        i, j = np.nonzero(np.abs(d) <= near)
-        d = np.stack([d[i, j], flat[0][1][i] - start[1][j]])
-        share = np.clip((d * along[:, j]).sum(axis=0) / square[j], 0.0, 1.0)
-        distance = np.hypot(*(d - share * along[:, j]))
-        least = int(np.argmin(distance))
-        return float(distance[least]), float(phi[i[least]])
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
@@ -130,3 +107,34 @@ class GroovedDrum(QuickPart):
         refuse_turned(grid.points[:, :, ends], "groove's")
         sense = rings[0].track.sense
         return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance)
+
+
+def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
+    """Width of a land between edges (3, n) at one depth, mm, below 0 where they cross, and the cam angle of the lower
+    edge, rad."""
+    radius = min(float(np.hypot(x[0], x[1]).min()) for x in (below, above))
+    apart = height_above(below, above)
+    at = int(np.argmin(apart))
+    if apart[at] <= 0.0:
+        return float(apart[at]), float(phi[at])
+    flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
+    turn = TURN * radius
+    start, along = flat[1][:, :-1], np.diff(flat[1], axis=1)
+    square = np.maximum((along * along).sum(axis=0), 1e-300)
+
+    def away(which: npt.NDArray[np.intp]) -> Floats:
+        """Distance, mm, of points of the lower edge from the upper one."""
+        d = flat[0][:, which, None] - start[:, None, :]
+        d[0] -= turn * np.rint(d[0] / turn)
+        share = np.clip((d * along[:, None, :]).sum(axis=0) / square, 0.0, 1.0)
+        return np.asarray(np.hypot(*(d - share * along[:, None, :])).min(axis=1))
+
+    # Along the edge the distance changes by no more than the way: who is too far off from a near point is left out.
+    some = np.arange(0, len(phi), STRIDE)
+    rough = away(some)
+    way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(flat[0], axis=1)))]
+    nearest = np.abs(way[:, None] - way[some]).argmin(axis=1)
+    rows = np.flatnonzero(rough[nearest] - np.abs(way - way[some[nearest]]) <= rough.min())
+    distance = away(rows)
+    least = int(np.argmin(distance))
+    return float(distance[least]), float(phi[rows[least]])

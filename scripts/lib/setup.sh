@@ -37,7 +37,7 @@ make_venv() {
     say "camgeom set-up: installing $package"
     apt_install "$package" || fail "apt-get could not install $package, which $base needs to make a virtual environment"
   fi
-  say "camgeom set-up: making .venv with $("$base" --version) ($base)"
+  say "camgeom set-up: making ${venv##*/} with $("$base" --version) ($base)"
   rm -rf "$venv"
   "$base" -m venv "$venv" || fail "could not make $venv"
 }

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from http.client import HTTPConnection
 from pathlib import Path
 from socket import SO_LINGER, SOL_SOCKET, create_connection
@@ -13,8 +15,12 @@ from typing import Any
 
 import pytest
 
+from camgeom import read
+from camgeom.checks import Check, Heard, Judge, checks, judge
+from camgeom.checks.verdict import Finding, NotJudged
 from camgeom.cli import main
 from camgeom.errors import ProfileError
+from camgeom.model import Model
 from camgeom.profile.editing import edited
 from camgeom.profile.text import load
 from camgeom.seat.answer import Memory, answers
@@ -22,7 +28,7 @@ from camgeom.seat.server import HOST, MOST_BODY, Server
 from tests.places import PROFILES
 
 DISC = (PROFILES / "disc_offset_roller.toml").read_text(encoding="utf-8")
-STAGES = ["profile", "motion", "figures", "coarse", "load", "checks", "bodies", "verdict", "fine", "done"]
+STAGES = ["profile", "motion", "figures", "coarse", "checks", "load", "loaded", "bodies", "verdict", "fine", "done"]
 
 
 @pytest.fixture
@@ -87,7 +93,9 @@ def test_an_answer_comes_in_stages(server: Server) -> None:
     by = {one["stage"]: one for one in told}
     assert by["profile"]["data"]["cam"]["width"] == 15
     assert "width = 15" in by["profile"]["text"]
-    assert by["checks"]["whole"] is False
+    assert by["checks"]["whole"] is by["loaded"]["whole"] is False
+    assert "waiting" in by["checks"]
+    assert "waiting" not in by["verdict"]
     assert by["verdict"]["whole"] is True
     assert by["verdict"]["level"] == "pass"
     assert "html" not in by["bodies"]  # no solver is waited for
@@ -131,8 +139,31 @@ def test_checks_of_the_body_do_not_wait_for_a_solver() -> None:
     by = {one["stage"]: one for one in answers(Memory(str(PROFILES / "milled_drum.toml")), text, {}, lambda: True)}
     assert by["bodies"]["whole"] is False
     assert "Gouge" not in by["bodies"]["html"] + by["bodies"]["sentence"]
-    counts = [int(by[name]["sentence"].split(" findings")[0].split()[-1]) for name in ("checks", "bodies", "verdict")]
-    assert counts[0] < counts[1] < counts[2]
+    told = [by[name] for name in ("checks", "loaded", "bodies", "verdict")]
+    counts = [int(one["sentence"].split(" findings")[0].split()[-1]) for one in told]
+    assert sorted(set(counts)) == counts
+    assert [one.get("waiting") for one in told] == ["load, body and solvers", "body and solvers", "solvers", None]
+
+
+def test_what_a_check_has_said_is_not_asked_again() -> None:
+    model, asked = read(DISC), Counter[str]()
+    entries = {name: replace(entry, judge=counted(entry, asked)) for name, entry in checks(model).items()}
+    heard: Heard = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("camgeom.checks._REGISTRY", entries)
+        assert judge(model, ["pressure-angle", "wall"], heard).findings != ()
+        whole = judge(model, None, heard)
+        assert set(asked.values()) == {1}
+        assert judge(model) == whole
+        assert set(asked.values()) == {2}
+
+
+def counted(entry: Check, asked: Counter[str]) -> Judge:
+    def said(model: Model) -> Iterable[Finding | NotJudged]:
+        asked[entry.name] += 1
+        return entry.judge(model)
+
+    return said
 
 
 def test_nothing_more_is_computed_for_a_request_that_nobody_waits_for() -> None:

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 
 import pytest
@@ -107,6 +107,33 @@ def test_a_slider_moves_figures_picture_and_text(page: Any) -> None:
     page.click("#undo")  # one drag is one step
     page.wait_for_function("was => document.querySelector('#figures').innerText.includes(was)", arg=before)
     assert page.locator("#dirty").is_hidden()
+
+
+def test_what_a_former_value_left_looks_so_until_its_own_answer_comes(page: Any, server: Server) -> None:
+    stalled = Event()
+
+    def judged(route: Any) -> None:
+        answer = route.fetch()
+        lines = answer.text().splitlines()
+        if not stalled.is_set():  # the connection ends after the coarse bodies: nothing more is known of this value
+            lines = lines[: 1 + next(i for i, line in enumerate(lines) if '"stage":"coarse"' in line)]
+        route.fulfill(response=answer, body="\n".join(lines) + "\n")
+
+    page.route("**/answer", judged)
+    page.evaluate("delete document.body.dataset.coarseMs")
+    change(page, "cam.base_radius", 41)
+    page.wait_for_selector("body[data-idle=true][data-coarse-ms]")
+    old = page.locator("#figures tr.old td:first-child").all_inner_texts()
+    now = page.locator("#figures tbody tr:not(.old) td:first-child").all_inner_texts()
+    assert "Stroke" in now
+    assert "Largest pressure angle" in now
+    assert "Peak contact pressure" in old
+    assert page.locator("#judged.old").count() == 1
+    assert page.locator("#plots .old").count() == 0
+    stalled.set()
+    change(page, "cam.base_radius", 42)
+    settled(page)
+    assert page.locator(".old").count() == 0
 
 
 def test_a_bad_value_is_marked_and_the_last_picture_stays(page: Any) -> None:

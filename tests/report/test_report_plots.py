@@ -30,7 +30,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.maps import isolines
 from camgeom.drawing.plots import chart_sheet, spread
-from camgeom.drawing.sheet import number, outside, overlap, thin_line, ticks
+from camgeom.drawing.sheet import number, outside, overlap, straightened, thin_line, ticks
 from camgeom.maths.mesh import Mesh
 from camgeom.report.scene import scene_json
 from tests.report import demo as report_demo
@@ -88,6 +88,27 @@ def test_thinned_line_keeps_every_peak_to_a_tenth_of_a_pixel() -> None:
 def test_thinning_keeps_a_jump() -> None:
     x = np.array([0.0, 10.0, 10.0, 20.0])
     assert np.array_equal(thin_line(x, np.array([0.0, 0.0, 50.0, 50.0]))[:, 1], [0.0, 0.0, 50.0, 50.0])
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 40), st.integers(0, 40)), min_size=1, max_size=60),
+    st.sampled_from([0.0, 0.5, 3.0]),
+)
+def test_a_straightened_line_is_that_of_the_recursion(places: list[tuple[int, int]], tolerance: float) -> None:
+    xy = np.array(places, dtype=float)
+
+    def inner(first: int, last: int) -> list[int]:
+        chord, away = xy[last] - xy[first], xy[first + 1 : last] - xy[first]
+        length = float(np.hypot(*chord))
+        across = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
+        distance = across / length if length > 0.0 else np.hypot(*away.T)
+        if last - first < 2 or distance.max() <= tolerance:
+            return []
+        middle = first + 1 + int(np.argmax(distance))
+        return [*inner(first, middle), middle, *inner(middle, last)]
+
+    kept = sorted({0, *inner(0, len(xy) - 1), len(xy) - 1})
+    assert np.array_equal(straightened(xy, tolerance), xy[kept])
 
 
 def test_isoline_of_a_paraboloid_is_its_circle() -> None:

@@ -17,7 +17,7 @@
   const figure = document.querySelector("figure.scene");
   const state = {
     saved: { text: file.text ?? "", digest: file.digest }, text: file.text ?? "", data: {}, kept: "", pending: {}, serial: 0,
-    busy: null, wanted: false, history: [], at: -1, gesture: 0, pushed: -1, extra: new Set(), schema: null, shape: "", lift: null,
+    busy: null, wanted: false, history: [], at: -1, gesture: 0, pushed: -1, extra: new Set(), schema: null, shape: "", lift: null, groups: {},
   };
 
   // ---- asking -----------------------------------------------------------------------------------------------------
@@ -35,11 +35,14 @@
     ask(true);
   }
 
+  // What an answer shows within this time it shows also while something is dragged, and its first checks in any case, ms.
+  const PATIENCE = 100;
+  const enough = (busy) => busy.seen && performance.now() - busy.began > PATIENCE;
+
   async function ask(at_once = false) {
     state.wanted = true;
     if (state.busy) {
-      // Figures and first bodies of the request before are let through, so that the page follows while dragging.
-      if (at_once || state.busy.seen) state.busy.control.abort();
+      if (at_once || enough(state.busy)) state.busy.control.abort();
       return;
     }
     while (state.wanted) {
@@ -51,8 +54,8 @@
   async function once() {
     const control = new AbortController();
     const changes = { ...state.pending };
-    const busy = (state.busy = { control, seen: false, by: state.by });
     const began = performance.now();
+    const busy = (state.busy = { control, seen: false, by: state.by, began });
     const text = state.text;
     const times = {};
     try {
@@ -70,8 +73,8 @@
         await show(stage, busy);
         times[stage.stage] = performance.now() - began;
         document.body.dataset[`${stage.stage}Ms`] = times[stage.stage].toFixed(1);
-        if (stage.stage === "coarse" || stage.stage === "problems") busy.seen = true;
-        if (busy.seen && state.wanted) { control.abort(); return; }
+        if (["checks", "problems"].includes(stage.stage)) busy.seen = true;
+        if (enough(busy) && state.wanted) { control.abort(); return; }
       }
       const told = Object.entries(times).filter(([name]) => !["profile", "done"].includes(name));
       find("cost").textContent = told.map(([name, ms]) => `${name} ${ms.toFixed(0)} ms`).join(", ");
@@ -112,22 +115,18 @@
       clearNotice("made");
       find("title").textContent = document.title = stage.title;
       find("kind").textContent = stage.kind;
-      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span, groups: { ...state.groups, motion: stage } });
-      figures();
+      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span });
       segments();
       diagram();
-      plots();
-    } else if (stage.stage === "figures") {
-      state.groups.figures = stage;
-      figures();
-      plots();
-    } else if (["checks", "bodies", "verdict"].includes(stage.stage)) {
+    } else if (stage.html) {
       const box = find("judged");
-      if (stage.reason) box.replaceChildren(node("section", { class: "verdict fail" }, node("h2", {}, "Cannot be judged"), node("p", {}, stage.reason)));
-      else if (stage.html) {
-        box.innerHTML = stage.html;
-        box.firstElementChild.classList.toggle("first", !stage.whole);
-      }
+      box.innerHTML = stage.html;
+      box.classList.remove("old");
+      box.firstElementChild.classList.toggle("first", !stage.whole);
+      if (!stage.whole) box.firstElementChild.append(node("p", { class: "waiting" }, `Still to come: what ${stage.waiting} say.`));
+    } else if (["checks", "loaded", "bodies", "verdict"].includes(stage.stage) && stage.reason) {
+      find("judged").classList.remove("old");
+      find("judged").replaceChildren(node("section", { class: "verdict fail" }, node("h2", {}, "Cannot be judged"), node("p", {}, stage.reason)));
     } else if (stage.stage === "coarse" || stage.stage === "fine") {
       const bare = find("noscene");
       bare.hidden = !stage.reason;
@@ -135,8 +134,18 @@
       if (stage.reason) bare.textContent = `No body: ${stage.reason}`;
       else await scene(stage.scene);
     }
-    if (stage.figures && !["motion", "figures"].includes(stage.stage)) { state.groups[stage.stage] = stage; figures(); }
-    for (const id of ["judged", "figures", "plots"]) find(id).classList.toggle("old", stage.stage === "problems");
+    if (stage.stage === "profile" || stage.stage === "problems") outdated();
+    else if (["motion", "figures", "load", "fine"].includes(stage.stage)) {
+      state.groups[stage.stage] = stage;
+      figures();
+      if (stage.plots || stage.reason) plots();
+    }
+  }
+
+  // Until another value's answer has come, what stands there is the former value's, and looks it.
+  function outdated() {
+    for (const group of Object.values(state.groups)) group.old = true;
+    for (const shown of [find("judged"), figure, ...document.querySelectorAll("#plots > *, #figures tbody tr")]) shown.classList.add("old");
   }
 
   async function scene(text) {
@@ -396,19 +405,20 @@
     const told = ["motion", "figures", "load", "fine"].map((name) => state.groups[name]).filter(Boolean);
     const was = new Map((state.kept ? told : []).flatMap((one) => one.kept ?? []).map((one) => [one.label, one]));
     const head = ["Figure", "Value", ...(was.size ? ["Kept"] : []), ""];
-    const rows = told.flatMap((one) => one.figures ?? []).map(({ label, value, unit, note }) => {
+    const rows = told.flatMap((one) => (one.figures ?? []).map((figure) => [figure, one.old])).map(([{ label, value, unit, note }, old]) => {
       const cells = [node("td", {}, label), node("td", { class: "n" }, `${value} ${unit}`.trim())];
       if (was.size) cells.push(node("td", { class: "n was" }, was.has(label) ? `${was.get(label).value} ${was.get(label).unit}`.trim() : "–"));
-      return node("tr", {}, ...cells, node("td", { class: "hint" }, note ?? ""));
+      return node("tr", { class: old && "old" }, ...cells, node("td", { class: "hint" }, note ?? ""));
     });
     find("figures").replaceChildren(node("div", { class: "scroll" }, node("table", {}, node("thead", {}, node("tr", {}, ...head.map((word, i) => node("th", { class: i === 1 || (i === 2 && was.size) ? "n" : undefined }, word)))), node("tbody", {}, ...rows))));
   }
 
   function plots() {
-    const drawn = ["motion", "figures"].flatMap((name) => state.groups[name]?.plots ?? []);
-    find("plots").replaceChildren(...drawn.map(({ caption, svg, reason }) => {
-      if (reason) return node("p", { class: "bad" }, reason);
-      const made = node("figure", { class: "full" }, node("figcaption", {}, caption));
+    const groups = ["motion", "figures"].map((name) => state.groups[name]).filter(Boolean);
+    const drawn = groups.flatMap((group) => (group.plots ?? [group]).map((plot) => [plot, group.old]));
+    find("plots").replaceChildren(...drawn.map(([{ caption, svg, reason }, old]) => {
+      if (reason) return node("p", { class: old ? "bad old" : "bad" }, reason);
+      const made = node("figure", { class: old ? "full old" : "full" }, node("figcaption", {}, caption));
       made.insertAdjacentHTML("beforeend", svg);
       return made;
     }));
