@@ -92,12 +92,13 @@ class RollerForce:
     def line(self, theta: float) -> tuple[float, Floats, Floats]:
         """The pressed side at a cam angle, rad, stations (m,) along it and the force there (m,), N, as slices share it.
 
-        Raises DesignError where nothing presses.
+        Where the force jumps, that of its harder side. Raises DesignError where nothing presses.
         """
-        angle = np.array([theta])
+        duty = self.duty
+        angle = np.array([duty.force.panels.harder(theta, np.abs(duty.normal))])
         if not self.presses(angle)[0]:
             raise DesignError(f"nothing presses the flank at cam angle {np.degrees(theta):.6g} deg: there is no load")
-        normal, duty = float(self.normal(angle)[0]), self.duty
+        normal = float(self.normal(angle)[0])
         low, high = sorted(duty.track.contact)
         x, w = np.polynomial.legendre.leggauss(ALONG)
         delta = low + 0.5 * (high - low) * (x + 1.0)
@@ -136,7 +137,7 @@ class RollerLoad:
     @cached_property
     def hardest(self) -> Extreme:
         """The cam angle of the largest force over squared thickness of the wall, and that, N/mm²."""
-        theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False)
+        theta = self.duty.force.panels.sampled(PER_TURN)
         value = np.abs(self.force.normal(theta)) / self.thickness(theta) ** 2
         worst = int(np.argmax(value))
         return Extreme(float(value[worst]), float(theta[worst]))
@@ -159,13 +160,13 @@ def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) ->
 
     At a given angle, rad, the touch that presses hardest there.
     """
-    forces = drive.contact_forces
-    theta = np.linspace(0.0, TURN, PER_TURN, endpoint=False) if angle is None else np.array([angle])
+    forces, where = drive.contact_forces, drive.force.panels
+    theta = where.sampled(PER_TURN) if angle is None else np.array([where.harder(angle, forces.max(axis=0))])
     best = (0, float(theta[0]), -1.0)
     for number, touch in enumerate(drive.touches):
         disc = next((one for one in discs if one.outer.outline is touch.outline), discs[0])
         room = np.hypot(*touch.at(theta).curve.points) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
-        value = drive.force.panels.at(forces[number], theta) / np.maximum(room, 1e-9) ** 2
+        value = where.at(forces[number], theta) / np.maximum(room, 1e-9) ** 2
         worst = int(np.argmax(value))
         if value[worst] > best[2]:
             best = (number, float(theta[worst]), float(value[worst]))
@@ -178,7 +179,8 @@ def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patc
     Raises DesignError where nothing presses.
     """
     touch, angle = drive.touches[number], np.array([theta])
-    normal = float(drive.force.panels.at(drive.contact_forces[number], angle)[0])
+    force = drive.contact_forces[number]
+    normal = float(drive.force.panels.limit(force, theta, force))
     if normal <= QUIET:
         raise DesignError(f"nothing presses the cam at cam angle {np.degrees(theta):.6g} deg: there is no load")
     curve = touch.at(angle).curve

@@ -60,10 +60,23 @@ def judged_pressure(
         yield NotJudged(name, lost)
         return
     peak, duty = max(known, key=lambda pair: pair[0].value)
+    if peak.value > model.pressure_limit:
+        remedy = squared_remedy(duty, model.pressure_limit) or remedy
     beside = rigid.peak_pressure if rigid is not None else None
     where = f"{duty.spot(peak)}, at least: {duty.no_stress.partition(':')[0]}" if duty.no_stress else duty.spot(peak)
     yield judged(name, peak.value, "<=", model.pressure_limit, "MPa", remedy, cam_angle=peak.cam_angle, where=where,
                  worst=worst, rigid=beside.value if beside is not None else None)  # fmt: skip
+
+
+def squared_remedy(duty: Duty, limit: float) -> str:
+    """Advice where the tilt of a roller alone brings its pressure, MPa, beyond the limit; empty where it does not."""
+    if duty.squared is None:
+        return ""
+    key, square = duty.squared
+    reached = square.least_peak
+    if reached is None or square.no_stress or reached.value > limit:
+        return ""
+    return f"a smaller {key}: without it the roller presses with {reached.value:.6g} MPa"
 
 
 def no_stress(duties: Iterable[Duty]) -> str:

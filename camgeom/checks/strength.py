@@ -6,15 +6,17 @@ One judgement a question; its name and advice are those of the carrier: a roller
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from camgeom.checks import LIFTED, Need, check, judged_lives, judged_pressure, no_stress, solved
-from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.checks.verdict import Finding, NotJudged, judged, life_told
 from camgeom.mechanics.material import CASE_SHARE, CONTACT_CYCLES, CONTACT_LIMIT, Material, hardness_bound
 
 if TYPE_CHECKING:
     from camgeom.mechanics.duty import Duty
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.model import Model
 
 
@@ -27,8 +29,15 @@ def pressure(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudg
 
 def life(name: str, remedy: str, model: Model) -> Iterable[Finding | NotJudged]:
     """Fatigue life at the hardest place of roller or face and cam, and of the bearing of a roller that is rated."""
-    lost = no_stress(duty for state in model.states for duty in state.carriers)
-    yield from judged_lives(name, model, model.lives, remedy, lost=lost)
+    every = [duty for state in model.states for duty in state.carriers]
+    keys = dict.fromkeys(duty.squared[0] for duty in every if duty.squared is not None)
+    for word in judged_lives(name, model, model.lives, remedy, lost=no_stress(every)):
+        if keys and isinstance(word, Finding) and not word.passed:
+            hours = model.square_lives[word.where]
+            if hours >= (model.profile.limits.life_h or 0.0):
+                yield replace(word, advice=f"a smaller {' or '.join(keys)}: without it the life is {life_told(hours)}")
+                continue
+        yield word
 
 
 JUDGEMENTS: tuple[tuple[str, Need, Callable[[str, str, Model], Iterable[Finding | NotJudged]], str], ...] = (
@@ -66,11 +75,20 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
         at = int((along / room).argmax())
         yield judged(
             name, float(along.flat[at]), "<=", duty.room_left(at), "mm",
-            "a sharp end of the roller bears, whose pressure nothing bounds: use a stronger crown (a smaller "
-            "crown_radius), a longer roller, or give roller.end_radius",
+            "a sharp end of the roller bears, whose pressure nothing bounds: use "
+            f"{less_tilt(duty)}a stronger crown (a smaller {duty.table}.crown_radius), a longer roller, or give "
+            f"{duty.table}.end_radius",
             cam_angle=float(duty.force.panels.theta.flat[at]),
             where=f"half-length of the contact ellipse, {duty.track.name}", worst="warn",
         )  # fmt: skip
+
+
+def less_tilt(duty: RollerDuty) -> str:
+    """Advice first of all where a crown's ellipse has its room on a roller that stands square; empty elsewhere."""
+    square = duty.squared
+    if square is None or square[1].ellipse is None or (square[1].ellipse.along > square[1].crown_room).any():
+        return ""
+    return f"a smaller {square[0]}, "
 
 
 @check("free-ends", "roller load", "crowned load")

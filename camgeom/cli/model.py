@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -216,9 +216,31 @@ def summary(result: Result, files: Iterable[str]) -> list[str]:
     lines += [f"  {result.verdict.loads.sentence}"] if result.verdict.loads is not None else []
     lines += [f"  not judged: {word.check}: {word.reason}" for word in result.verdict.not_judged]
     lines += [f"  no {' or '.join(names_)}: {reason}" for names_, reason in _unmade(result, told=True)]
+    lines += [f"  {line}" for line in aligned(_figures(data))]
+    crowns = [one.get("flank", {}).get("crown") for one in (data, *data.get("followers", ()))]
+    lines += [f"  flank under the crowned roller: {CROWNED[crown]}" for crown in dict.fromkeys(filter(None, crowns))]
+    return lines + [f"  wrote {file}" for file in files]
+
+
+def _figures(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """Every figure worth a line, in words; what is each follower's own with its number."""
+    from camgeom.report.result import LOADED, OWN
+
+    others = data.get("followers", [])
+    # On one track motion and flank are those of all.
+    own = (LOADED if others else set()) | (OWN if any(other["track"] > 1 for other in others) else set())
+    rows = _rows(data, {"motion", *KEY_FIGURES} - own)
+    for follower, one in enumerate((data, *others), start=1):
+        rows += [(f"{words}, follower {follower}", value) for words, value in _rows(one, own)]
+    return rows
+
+
+def _rows(data: dict[str, Any], sections: Collection[str]) -> list[tuple[str, str]]:
+    """Words and value of the figures of some sections."""
     told = [
         (words, _at(data.get(section, {}), key), unit)
         for section, entries in KEY_FIGURES.items()
+        if section in sections
         for key, words, unit in entries
     ]
     figures = [
@@ -226,10 +248,7 @@ def summary(result: Result, files: Iterable[str]) -> list[str]:
         for words, value, unit in told
         if isinstance(value, str | int | float)
     ]
-    lines += [f"  {line}" for line in aligned([(w, v) for w, v in _motion_figures(data) + figures])]
-    if crown := data.get("flank", {}).get("crown"):
-        lines.append(f"  flank under the crowned roller: {CROWNED[crown]}")
-    return lines + [f"  wrote {file}" for file in files]
+    return (_motion_figures(data) if "motion" in sections else []) + figures
 
 
 def _unmade(result: Result, told: bool) -> list[tuple[list[str], str]]:

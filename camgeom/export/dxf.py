@@ -331,6 +331,7 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
     )
     base = [span.start for span in model.setup.program.spans]
     knots = [TURN * turn + start for turn in turns for start in base] + [TURN * turns.stop]
+    whose = " of the first groove's follower" if len(model.grooves) > 1 else ""
     room = roller.diameter if roller is not None and len(turns) > 1 else 1.0
     views = []
     for word, radius in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
@@ -349,7 +350,7 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
                 (
                     f"groove rolled out at the {word} radius {radius:.9g} mm, seen from outside",
                     f"x = azimuth times radius, circumference {TURN * radius:.9g} mm; y = z of the cam frame",
-                    "thin lines: boundaries of the motion's segments, cam angle",
+                    f"thin lines: boundaries of the motion's segments{whose}, cam angle",
                 ),
             )
         )

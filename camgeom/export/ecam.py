@@ -10,14 +10,16 @@ MC_CAM_REF to the vendor; the structures here have the fields that SoftMotion sy
 position, velocity and acceleration (XYVA, run with a quintic between the points): xStart, xEnd, byType = 3, nElements,
 and per point dX, dY, dV, dA. They have names of their own, so that they import where no vendor's library is, and are
 copied field by field where one is.
+
+Of a cam with several followers every file has all of them over the cam's angle, the first by the plain names.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import degrees, pi
+from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -27,14 +29,15 @@ import numpy as np
 from camgeom.errors import CamgeomError, ExportError, NotConverged
 from camgeom.export import writer
 from camgeom.export.files import atomic_write, moment, write_csv
-from camgeom.maths import Floats
+from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import piece_grid
+from camgeom.maths.panels import TURN
 from camgeom.maths.sampling import subdivided
 
 if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.motion.program import Program
-    from camgeom.profile import Profile
+    from camgeom.motion.table import Side
 
 
 POINTS = 361
@@ -91,46 +94,90 @@ ORDERS: dict[Interpolation, int] = {straight: 2, quintic: 4}
 """With which power of the step the error falls (a quintic's where the acceleration jumps; smooth, the sixth)."""
 
 
-def master_table(profile: Profile, interpolation: Interpolation) -> MasterTable:
-    """The electronic cam of a profile: `[output] table_tolerance` (mm or deg) chooses the points, or `table_points`.
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """What one follower does over the cam's angle.
 
-    Raises NotConverged where the tolerance needs more than MOST points.
+    angle  of its place about the cam, rad: it does later by that what its program says
+    scale  of a position to the unit, mm or deg
     """
-    program, unit = profile.setup().program, degrees(1.0) if profile.rotating else 1.0
-    output = profile.output
+
+    program: Program
+    angle: float
+    scale: float
+    unit: str
+
+    @classmethod
+    def of(cls, model: Model) -> Axis:
+        """The axis of a model's follower."""
+        rotating = model.profile.rotating
+        scale, unit = (degrees(1.0), "deg") if rotating else (1.0, "mm")
+        return cls(model.setup.program, model.angle, scale, unit)
+
+    def jet(self, theta: Floats, order: int = 3, side: Side = "right") -> Floats:
+        """Position and derivatives per rad of cam angle, in the unit, (order + 1, n), at cam angles (n,)."""
+        return np.asarray(self.scale * self.program.jet(theta - self.angle, order, side))
+
+    @property
+    def knots(self) -> Floats:
+        """Cam angles (rad) from 0 to a turn between which the motion is smooth."""
+        return cam_knots(self.program.knots, self.angle)
+
+
+def cam_knots(own: Floats, angle: float) -> Floats:
+    """Knots (rad) over a turn of a follower's own cam angle, as cam angles from 0 to a turn, both among them."""
+    turned = own + angle
+    inside = np.where(turned > TURN, turned - TURN, turned)
+    # What rounding leaves beside an end is the end.
+    beside = (inside > BESIDE) & (inside < TURN - BESIDE)
+    return distinct(np.concatenate([[0.0, TURN], inside[beside]]))
+
+
+BESIDE = 1e-12
+"""rad"""
+
+
+def master_tables(models: Sequence[Model], interpolation: Interpolation) -> tuple[MasterTable, ...]:
+    """The electronic cams of followers of one cam, over the same rows of its angle.
+
+    `[output] table_tolerance` (mm or deg) chooses the rows, or `table_points`. Raises NotConverged where the tolerance
+    needs more than MOST points.
+    """
+    output, axes = models[0].profile.output, [Axis.of(one) for one in models]
     if output.table_tolerance is not None:
-        theta = _within(program, unit, interpolation, output.table_tolerance)
+        theta = _within(axes, interpolation, output.table_tolerance)
     else:
-        theta = np.linspace(0.0, 2.0 * pi, output.table_points or POINTS)
-    jet = _jets(program, unit, theta)
-    error = float(_errors(program, unit, theta, jet, interpolation).max())
-    word = "deg" if profile.rotating else "mm"
-    return MasterTable(np.degrees(theta), jet, word, error, unit * program.advance)
+        theta = np.linspace(0.0, TURN, output.table_points or POINTS)
+    tables = []
+    for axis in axes:
+        jet = _jets(axis, theta)
+        error = float(_errors(axis, theta, jet, interpolation).max())
+        tables.append(MasterTable(np.degrees(theta), jet, axis.unit, error, axis.scale * axis.program.advance))
+    return tuple(tables)
 
 
-def _jets(program: Program, unit: float, theta: Floats) -> Floats:
+def _jets(axis: Axis, theta: Floats) -> Floats:
     """Jets (4, n) per degree; where both sides differ, their mean."""
-    scale = unit * (pi / 180.0) ** np.arange(4)[:, None]
-    right, left = scale * program.jet(theta, 3), scale * program.jet(theta, 3, side="left")
+    scale = radians(1.0) ** np.arange(4)[:, None]
+    right, left = scale * axis.jet(theta), scale * axis.jet(theta, side="left")
     size = np.maximum(np.abs(right).max(axis=1, keepdims=True), 1e-300)
     return np.asarray(np.where(np.abs(right - left) > EVEN * size, 0.5 * (right + left), right))
 
 
-def _errors(program: Program, unit: float, theta: Floats, jet: Floats, interpolation: Interpolation) -> Floats:
+def _errors(axis: Axis, theta: Floats, jet: Floats, interpolation: Interpolation) -> Floats:
     """Largest error (n - 1,) between neighbouring rows, in the table's unit."""
     step = np.diff(theta)
     between = theta[:-1, None] + step[:, None] * SHARES
-    true = unit * program.jet(between.ravel(), 0)[0].reshape(between.shape)
+    true = axis.jet(between.ravel(), 0)[0].reshape(between.shape)
     made = interpolation(SHARES, np.degrees(step), jet[:, :-1], jet[:, 1:])
     return np.asarray(np.abs(made - true).max(axis=1))
 
 
-def _within(program: Program, unit: float, interpolation: Interpolation, tolerance: float) -> Floats:
-    """Angles, with every knot of the motion among them, between which the error stays within the tolerance."""
-    theta = np.unique(np.clip(program.knots, 0.0, 2.0 * pi))
-    theta[0], theta[-1] = 0.0, 2.0 * pi
+def _within(axes: Sequence[Axis], interpolation: Interpolation, tolerance: float) -> Floats:
+    """Angles, with every knot of the motions among them, between which every error stays within the tolerance."""
+    theta = distinct(np.concatenate([axis.knots for axis in axes]))
     for _ in range(40):
-        error = _errors(program, unit, theta, _jets(program, unit, theta), interpolation)
+        error = np.max([_errors(axis, theta, _jets(axis, theta), interpolation) for axis in axes], axis=0)
         if error.max() <= tolerance:
             return np.asarray(theta)
         need = np.ceil(1.02 * (error / tolerance) ** (1.0 / ORDERS[interpolation]))
@@ -149,35 +196,38 @@ XYVA = 3
 
 
 @writer(
-    ".ecam.csv", "electronic cam: position, velocity, acceleration, jerk over master angle, CSV", "profile", body=False
+    ".ecam.csv", "electronic cam: position, velocity, acceleration, jerk over master angle, CSV", "model", body=False
 )
-def write_ecam_csv(path: Path, profile: Profile) -> int:
-    """Write the electronic cam of the follower's axis, one heading line; returns the bytes written.
+def write_ecam_csv(path: Path, model: Model) -> int:
+    """Write the electronic cam of every follower's axis, one heading line; returns the bytes written.
 
-    Numbers read back to the last bit. With an [operation] the derivatives in time at that speed stand beside.
-    Raises ExportError where the tolerance cannot be met or the file cannot be written.
+    Numbers read back to the last bit. With an [operation] the derivatives in time at that speed stand beside. The
+    columns of further followers begin with `follower_2.` and so on. Raises ExportError where the tolerance cannot be
+    met or the file cannot be written.
     """
-    table = _table(path, profile, straight)
-    unit = table.unit
-    heads = ["master_deg", f"position_{unit}"]
-    heads += [f"velocity_{unit}_per_deg", f"acceleration_{unit}_per_deg2", f"jerk_{unit}_per_deg3"]
-    columns = [table.master, *table.jet]
-    if profile.operation is not None:
-        pace = 6.0 * profile.operation.speed  # deg/s
-        heads += [f"velocity_{unit}_per_s", f"acceleration_{unit}_per_s2", f"jerk_{unit}_per_s3"]
-        columns += [table.jet[k] * pace**k for k in (1, 2, 3)]
-    return write_csv(path, heads, [("", np.stack(columns, axis=1))])
+    tables, operation = _made(path, model.bindings, straight), model.profile.operation
+    columns = {"master_deg": tables[0].master}
+    for number, table in enumerate(tables, start=1):
+        unit, whose = table.unit, f"follower_{number}." if number > 1 else ""
+        names = (f"velocity_{unit}_per_deg", f"acceleration_{unit}_per_deg2", f"jerk_{unit}_per_deg3")
+        columns |= {f"{whose}{name}": row for name, row in zip((f"position_{unit}", *names), table.jet)}
+        if operation is not None:
+            pace = 6.0 * operation.speed  # deg/s
+            timed = (f"velocity_{unit}_per_s", f"acceleration_{unit}_per_s2", f"jerk_{unit}_per_s3")
+            columns |= {f"{whose}{name}": table.jet[k] * pace**k for k, name in enumerate(timed, start=1)}
+    return write_csv(path, list(columns), [("", np.stack(list(columns.values()), axis=1))])
 
 
-@writer(".plcopen.xml", "electronic cam for controllers: PLCopen XML (TC6), XYVA points", "profile", body=False)
-def write_plcopen_xml(path: Path, profile: Profile) -> int:
-    """Write the electronic cam as a program that holds it, with its data types; returns the bytes written.
+@writer(".plcopen.xml", "electronic cam for controllers: PLCopen XML (TC6), XYVA points", "model", body=False)
+def write_plcopen_xml(path: Path, model: Model) -> int:
+    """Write the electronic cams as a program that holds them, with their data types; returns the bytes written.
 
-    The measured error of the quintic between the points stands in the documentation. Raises ExportError where the
+    Every follower has a table of its own, `Cam` and `Points` of the first, `Cam_2` and `Points_2` of the second. The
+    measured error of the quintic between the points stands in the documentation. Raises ExportError where the
     tolerance cannot be met or the file cannot be written.
     """
-    table = _table(path, profile, quintic)
-    root = _project(profile, table)
+    tables = [_made(path, [one], quintic)[0] for one in model.bindings]
+    root = _project(model.profile.name, tables)
     ET.indent(root, " ")
     text = ET.tostring(root, encoding="utf-8", xml_declaration=True)
     with atomic_write(path) as stream:
@@ -185,9 +235,9 @@ def write_plcopen_xml(path: Path, profile: Profile) -> int:
         return stream.tell()
 
 
-def _table(path: Path, profile: Profile, interpolation: Interpolation) -> MasterTable:
+def _made(path: Path, models: Sequence[Model], interpolation: Interpolation) -> tuple[MasterTable, ...]:
     try:
-        return master_table(profile, interpolation)
+        return master_tables(models, interpolation)
     except CamgeomError as error:
         raise ExportError(f"{path}: {error}") from error
 
@@ -215,40 +265,50 @@ def _add(parent: ET.Element, path: str, **attributes: str) -> ET.Element:
     return node
 
 
-def _project(profile: Profile, table: MasterTable) -> ET.Element:
+def _project(title: str, tables: Sequence[MasterTable]) -> ET.Element:
     from camgeom import __version__
 
     now = moment()[0].strftime("%Y-%m-%dT%H:%M:%S")
     root = ET.Element("project", xmlns=NAMESPACE)
     product = {"companyName": "camgeom", "productName": "camgeom", "productVersion": __version__}
     _add(root, "fileHeader", **product, creationDateTime=now)
-    content = _add(root, "contentHeader", name=profile.name, modificationDateTime=now)
+    content = _add(root, "contentHeader", name=title, modificationDateTime=now)
     info = _add(content, "coordinateInfo")
     for language in ("fbd", "ld", "sfc"):
         _add(info, f"{language}/scaling", x="1", y="1")
     types = _add(root, "types")
-    name, last = _identifier(profile.name), len(table.master) - 1
+    name = _identifier(title)
     data = _add(types, "dataTypes")
     _structure(data, f"{name}_POINT", [(field, "LREAL") for field in FIELDS])
     ends = [("xStart", "LREAL"), ("xEnd", "LREAL")]
     _structure(data, f"{name}_REF", [*ends, ("byType", "BYTE"), ("nElements", "UDINT")])
     pou = _add(types, "pous/pou", name=name, pouType="program")
     held = _add(pou, "interface/localVars")
-    reference = _variable(held, "Cam", f"{name}_REF")
+    for number, table in enumerate(tables, start=1):
+        _held(held, name, f"_{number}" if number > 1 else "", table)
+    _words(_add(pou, "body/ST"), ";")
+    told = [_about(table) for table in tables]
+    if len(tables) > 1:
+        told = [f"Follower {number}: {words}" for number, words in enumerate(told, start=1)]
+    _words(_add(pou, "documentation"), " ".join(told))
+    _add(root, "instances/configurations")
+    return root
+
+
+def _held(held: ET.Element, name: str, ending: str, table: MasterTable) -> None:
+    """The variables of one follower's cam: its head and its points."""
+    last = len(table.master) - 1
+    reference = _variable(held, f"Cam{ending}", f"{name}_REF")
     spread = [("xStart", _real(table.master[0])), ("xEnd", _real(table.master[-1]))]
     sizes = [("byType", str(XYVA)), ("nElements", str(last + 1))]
     _struct_value(_add(reference, "initialValue"), spread + sizes)
-    points = _add(held, "variable", name="Points")
+    points = _add(held, "variable", name=f"Points{ending}")
     array = _add(points, "type/array")
     _add(array, "dimension", lower="0", upper=str(last))
     _add(array, "baseType/derived", name=f"{name}_POINT")
     rows = _add(points, "initialValue/arrayValue")
     for row in zip(table.master.tolist(), *(column.tolist() for column in table.jet[:3])):
         _struct_value(_add(rows, "value"), [(field, _real(value)) for field, value in zip(FIELDS, row)])
-    _words(_add(pou, "body/ST"), ";")
-    _words(_add(pou, "documentation"), _about(table))
-    _add(root, "instances/configurations")
-    return root
 
 
 def _about(table: MasterTable) -> str:
@@ -289,13 +349,16 @@ PER_TURN = 3600
 
 
 def _uncorrected(model: Model) -> str:
-    """Why a cam has no correction for its follower's elasticity; empty where it has one."""
+    """Why a cam has no correction for its followers' elasticity; empty where it has one."""
     from camgeom.profile.solvers import uncorrected
 
-    spec = model.profile.dynamics_spec
-    if spec is None or spec.kind != "follower":
-        return "only an elastic follower in [dynamics] has a polydyne motion"
-    return "; ".join(map(str, uncorrected(model.profile, model.mechanism)))
+    found = []
+    for one in model.bindings:
+        spec, whose = one.profile.dynamics_spec, f"follower {one.number + 1}: " if len(model.bindings) > 1 else ""
+        if spec is None or spec.kind != "follower":
+            return "only an elastic follower in [dynamics] has a polydyne motion"
+        found += [f"{whose}{problem}" for problem in uncorrected(one.profile, one.mechanism)]
+    return "; ".join(found)
 
 
 @writer(
@@ -304,17 +367,17 @@ def _uncorrected(model: Model) -> str:
     body=False,
 )
 def write_polydyne_csv(path: Path, model: Model) -> int:
-    """Write cam angle (deg) and cam lift (mm, deg of a swinging follower), one heading line; returns the bytes written.
+    """Write cam angle (deg) and every follower's cam lift (mm, deg of a swinging one); returns the bytes written.
 
-    Raises ExportError for a profile without an elastic follower, and where its cam cannot be corrected.
+    Raises ExportError for a profile without an elastic follower, and where a cam cannot be corrected.
     """
-    study, why = model.elastic_follower, _uncorrected(model)
-    if study is None or why:
+    if why := _uncorrected(model):
         raise ExportError(f"{path}: {why}")
-    motion = study.corrected
-    phi, _ = piece_grid(motion.knots, PER_TURN)
-    phi = np.unique(phi)
-    lift = motion.jet(phi, 0)[0] * (180.0 / np.pi if model.profile.rotating else 1.0)
-    unit = "deg" if model.profile.rotating else "mm"
-    table = np.stack([np.degrees(phi), lift], axis=1)
-    return write_csv(path, ("cam_angle_deg", f"cam_lift_{unit}"), [("", table)])
+    studies = [(one, study.corrected) for one in model.bindings if (study := one.elastic_follower) is not None]
+    phi, _ = piece_grid(distinct(np.concatenate([cam_knots(own.knots, one.angle) for one, own in studies])), PER_TURN)
+    phi = distinct(phi)
+    columns = {"cam_angle_deg": np.degrees(phi)}
+    for one, own in studies:
+        axis, whose = Axis.of(one), f"follower_{one.number + 1}." if one.number else ""
+        columns[f"{whose}cam_lift_{axis.unit}"] = axis.scale * own.jet(phi - one.angle, 0)[0]
+    return write_csv(path, list(columns), [("", np.stack(list(columns.values()), axis=1))])

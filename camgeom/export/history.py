@@ -37,36 +37,33 @@ def turn_history(model: Model) -> Columns:
 
     Where a derivative of the motion jumps the row has the value after the jump. The pressure of a roller is that of its
     hardest slice; a turret's rollers are numbered by their places beside the cam, one index apart, and their values lie
-    on straight lines between the samples of the duty. With [[duty]] the turn is that of the hardest state.
+    on straight lines between the samples of the duty. With [[duty]] the turn is that of the (first) follower's hardest
+    state. All followers of the cam are there, over the cam's angle; the columns of further ones begin with
+    `follower_2.` and so on.
     """
     first, model = model.number == 0, model.hardest_state
     angle = np.arange(0.0, 360.0 + 0.5 * STEP, STEP)
-    theta = np.radians(angle)
-    rotating, operation = model.profile.rotating, model.profile.operation
-    jet = model.setup.program.jet(theta, 3)
-    word, unit = ("position", "deg") if rotating else ("lift", "mm")
-    scale = degrees(1.0) if rotating else 1.0
-    columns = {"cam_angle_deg": angle, f"{word}_{unit}": scale * jet[0]}
-    if operation is None:
-        for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-            columns[f"{name}_{unit}_per_rad{'' if order == 1 else order}"] = scale * jet[order]
-        return columns
-    omega = operation.speed * pi / 30.0
-    columns = {"time_s": theta / omega, **columns}
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-        columns[f"{name}_{unit}_per_s{'' if order == 1 else order}"] = scale * omega**order * jet[order]
-    columns |= dict(_loads(model, theta)) | dict(_vibration(model, theta))
-    for one in model.bindings[1:] if first else ():
-        # Over the cam's angle, not its own.
-        own = (theta - one.angle) % TURN
-        state, turns = one.hardest_state, one.profile.rotating
-        word, unit, scale = ("position", "deg", degrees(1.0)) if turns else ("lift", "mm", 1.0)
-        jet = one.setup.program.jet(own, 0)
-        found = {f"{word}_{unit}": scale * jet[0], **dict(_loads(state, own)), **dict(_vibration(state, own))}
+    theta, operation = np.radians(angle), model.profile.operation
+    columns = {} if operation is None else {"time_s": theta / (operation.speed * pi / 30.0)}
+    columns |= {"cam_angle_deg": angle, **_follower(model, theta)}
+    for one in model.at_once[1:] if first else ():
+        found = _follower(one, (theta - one.angle) % TURN)
         columns |= {f"follower_{one.number + 1}.{key}": value for key, value in found.items()}
     if first and model.camshaft is not None:
         columns["all_followers_torque_n_m"] = 1e-3 * model.camshaft.at(theta)
     return columns
+
+
+def _follower(model: Model, theta: Floats) -> Columns:
+    """Motion, loads and vibration of one follower at its own cam angles (n,), rad."""
+    rotating, operation = model.profile.rotating, model.profile.operation
+    word, unit, scale = ("position", "deg", degrees(1.0)) if rotating else ("lift", "mm", 1.0)
+    omega, time = (1.0, "rad") if operation is None else (operation.speed * pi / 30.0, "s")
+    jet = model.setup.program.jet(theta, 3)
+    columns = {f"{word}_{unit}": scale * jet[0]}
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        columns[f"{name}_{unit}_per_{time}{'' if order == 1 else order}"] = scale * omega**order * jet[order]
+    return columns if operation is None else columns | dict(_loads(model, theta)) | dict(_vibration(model, theta))
 
 
 def _loads(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
@@ -159,6 +156,27 @@ def _no_impact(model: Model) -> str:
     return "" if model.profile.impact_spec is not None else "the profile has no [impact]"
 
 
+def _impacts(path: Path, model: Model) -> Columns:
+    """`impact_history` of every follower; of several one below the other, over the cam's angle, with its number.
+
+    A column that only another follower has (mm of a slide, rad of a rocker) is NaN.
+    """
+    if reason := _no_impact(model):
+        raise ExportError(f"{path}: {reason}")
+    tables = []
+    for one in model.bindings:
+        assert one.impact is not None
+        table = impact_history(one.impact, one.profile.rotating)
+        if len(model.bindings) > 1:
+            table["time_s"] = table["time_s"] + one.angle / one.impact.problem.speed
+            table["cam_angle_deg"] = table["cam_angle_deg"] + degrees(one.angle)
+            table = {"follower": np.full(len(table["time_s"]), one.number + 1.0), **table}
+        tables.append(table)
+    heads = dict.fromkeys(head for table in tables for head in table)
+    empty = [np.full(len(table["time_s"]), np.nan) for table in tables]
+    return {head: np.concatenate([table.get(head, none) for table, none in zip(tables, empty)]) for head in heads}
+
+
 @writer(".history.csv", "one turn over time and cam angle: motion, forces, pressures, torques, vibration; CSV", "model",
         body=False)  # fmt: skip
 def write_history_csv(path: Path, model: Model) -> int:
@@ -176,21 +194,15 @@ def write_history_parquet(path: Path, model: Model) -> int:
 @writer(".impact.csv", "the follower in its clearance, over all turns of [impact]; CSV", "model",
         "profiles with [impact]", _no_impact, body=False)  # fmt: skip
 def write_impact_csv(path: Path, model: Model) -> int:
-    """Write `impact_history`; returns the bytes written. Raises as above."""
-    return _csv(path, _impact(path, model))
+    """Write `impact_history` of every follower; returns the bytes written. Raises as above."""
+    return _csv(path, _impacts(path, model))
 
 
 @writer(".impact.parquet", "the same; Parquet (needs pyarrow)", "model", "profiles with [impact]", _no_impact,
         body=False)  # fmt: skip
 def write_impact_parquet(path: Path, model: Model) -> int:
-    """Write `impact_history`; returns the bytes written. Raises as above."""
-    return _parquet(path, _impact(path, model))
-
-
-def _impact(path: Path, model: Model) -> Columns:
-    if model.impact is None:
-        raise ExportError(f"{path}: {_no_impact(model)}")
-    return impact_history(model.impact, model.profile.rotating)
+    """Write `impact_history` of every follower; returns the bytes written. Raises as above."""
+    return _parquet(path, _impacts(path, model))
 
 
 def _csv(path: Path, columns: Columns) -> int:
@@ -203,8 +215,9 @@ def _parquet(path: Path, columns: Columns) -> int:
         import pyarrow.parquet
     except ImportError:
         raise CamgeomError("Parquet needs pyarrow: pip install 'camgeom[parquet]'") from None
+    rows = {head: pyarrow.array(values, from_pandas=True) for head, values in columns.items()}  # NaN: no value
     whole = pyarrow.BufferOutputStream()
-    pyarrow.parquet.write_table(pyarrow.table(columns), whole)
+    pyarrow.parquet.write_table(pyarrow.table(rows), whole)
     with atomic_write(path) as stream:
         stream.write(whole.getvalue().to_pybytes())
         return stream.tell()

@@ -170,6 +170,17 @@ class Panels:
         row = self.coefficients(values[..., panel[side], :])
         return evaluate(row, np.broadcast_to(x[side], row.shape[:-1]))
 
+    def harder(self, angle: float, judged: Floats) -> float:
+        """A cam angle, rad; at an edge its neighbour by SMALLEST_PANEL on the side where `judged` (p, n) is larger."""
+        sides = np.clip(angle + np.array([-SMALLEST_PANEL, SMALLEST_PANEL]), self.edges[0], self.edges[-1])
+        low, high = np.searchsorted(self.edges[1:-1], sides, side="right")
+        return angle if low == high else float(sides[np.argmax(self.at(judged, sides))])
+
+    def sampled(self, count: int) -> Floats:
+        """So many angles round the turn, rad, and both sides of every edge, where values may jump."""
+        beside = [self.edges[:-1] + SMALLEST_PANEL, self.edges[1:] - SMALLEST_PANEL]
+        return np.concatenate([np.linspace(self.edges[0], self.edges[-1], count, endpoint=False), *beside])
+
     def tail(self, values: Floats) -> Floats:
         """Share of the last coefficients in the largest value, per panel (p,): the error of the interpolation."""
         series = np.abs(self.coefficients(values))

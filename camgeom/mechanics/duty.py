@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from camgeom.mechanics.rating import Rating
 
 MILLI = 1e-3
+TILT = "{}.misalignment_deg"
+"""key of a roller's tilt, by its table"""
 MEAN_OF_NOTHING = 1e-12
 """share of the largest torque below which a mean over the turn is the rounding of its sum"""
 
@@ -62,6 +64,10 @@ class Duty(Protocol):
     @property
     def no_stress(self) -> str:
         """Why there is no largest pressure, and what to give so that there is: a knife edge, a sharp end that bears."""
+
+    @property
+    def squared(self) -> tuple[str, Duty] | None:
+        """Which key tilts its roller, and the duty of one that stands square to its flank; None where it does."""
 
     @property
     def least_peak(self) -> Extreme | None:

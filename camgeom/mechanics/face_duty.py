@@ -146,6 +146,11 @@ class FaceDuty:
         return "" if self.contacts else "a knife edge has no contact pressure: give the follower a face with a radius"
 
     @property
+    def squared(self) -> None:
+        """Faces are not tilted."""
+        return None
+
+    @property
     def least_peak(self) -> Extreme | None:
         """The largest pressure."""
         return self.peak_pressure

@@ -176,18 +176,18 @@ def surely(patch: Patch) -> float:
     return patch.peak[0] * (max(0.0, 1.0 - patch.error) if unknown(patch) else 1.0)
 
 
-def without_peak(patch: Patch) -> str:
+def without_peak(patch: Patch, table: str = "roller") -> str:
     """Why a contact has no largest pressure, and what to give so that it has; empty where it has one."""
     if unknown(patch):
         return (
             f"the pressure at the roller's end is known within {patch.error:.1%} alone: its edge is nearly sharp; give "
-            "a larger roller.end_radius, or crown = 'logarithmic'"
+            f"a larger {table}.end_radius, or {table}.crown = 'logarithmic'"
         )
     if not patch.unbounded:
         return ""
     return (
         f"the pressure is unbounded at the sharp end that bears ({patch.peak[0]:.6g} MPa half a millimetre inside): "
-        "give roller.end_radius, or a crown that ends within the roller (crown = 'logarithmic')"
+        f"give {table}.end_radius, or a crown that ends within the roller ({table}.crown = 'logarithmic')"
     )
 
 

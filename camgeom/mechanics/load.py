@@ -138,12 +138,17 @@ class Load:
         )
         return SiLoad(mass, unit * friction, unit * preload, unit * rate / length, unit * weight)
 
-    def breaks(self) -> Floats:
-        """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
+    @property
+    def given(self) -> Panels:
+        """A turn between the cam angles at which what is given may jump: knots of the motion, ends of forces."""
         given = [np.array([0.0, TURN]), np.asarray(self.motion.knots, dtype=np.float64)]
         given += [np.asarray(force.breaks, dtype=np.float64) for force in self.applied]
         edges = np.concatenate(given)
-        rough = panels(edges[(edges >= 0.0) & (edges <= TURN)])
+        return panels(edges[(edges >= 0.0) & (edges <= TURN)])
+
+    def breaks(self) -> Floats:
+        """Cam angles, rad, where force or curvature may jump or kink: knots, ends of forces, zeros of s' and s''."""
+        rough = self.given
         jet = _jet(self.motion, rough.theta)
         found = [roots(rough, jet[k][None], QUIET * np.abs(jet[k]).max(initial=0.0))[0] for k in (1, 2)]
         return np.concatenate([rough.breaks, *found])

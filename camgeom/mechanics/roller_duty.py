@@ -24,6 +24,7 @@ from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
 from camgeom.mechanics.duty import (
     MILLI,
+    TILT,
     finite,
     hertz_data,
     inside_data,
@@ -99,6 +100,7 @@ class RollerDuty:
     ends    how the roller ends and how it stands against the flank
     beside  which contact points (3, ...) have a wall; None where the whole contact stretch always has one
     runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
+    table   of the profile that has the roller
     alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
     """
 
@@ -114,6 +116,7 @@ class RollerDuty:
     runs_out: bool = False
     alone: bool = False
     ends: Ends = PLAIN
+    table: str = "roller"
 
     @property
     def speed(self) -> float:
@@ -330,7 +333,13 @@ class RollerDuty:
             return ""
         from camgeom.mechanics.finite_turn import without_peak
 
-        return without_peak(self.finite.hardest[1])
+        return without_peak(self.finite.hardest[1], self.table)
+
+    @property
+    def squared(self) -> tuple[str, RollerDuty] | None:
+        """The key of the roller's tilt, and the duty without it; None of a roller that stands square."""
+        ends = self.ends
+        return (TILT.format(self.table), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
     @cached_property
     def least_peak(self) -> Extreme:

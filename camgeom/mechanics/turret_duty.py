@@ -31,6 +31,7 @@ from camgeom.mechanics.bearing import (
 from camgeom.mechanics.contact import share_load
 from camgeom.mechanics.duty import (
     MILLI,
+    TILT,
     finite,
     hertz_data,
     inside_data,
@@ -574,6 +575,12 @@ class TurretDuty:
     def no_stress(self) -> str:
         """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
         return "" if self.finite is None else self.finite.no_stress
+
+    @property
+    def squared(self) -> tuple[str, TurretDuty] | None:
+        """The key of the rollers' tilt, and the duty without it; None of rollers that stand square."""
+        ends = self.ends
+        return (TILT.format("roller"), replace(self, ends=replace(ends, tilt=0.0))) if ends.tilt else None
 
     @cached_property
     def least_peak(self) -> Extreme:

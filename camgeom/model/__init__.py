@@ -772,6 +772,13 @@ class Model(Sealed):
         return self._summed(lambda state: least_lives(state.carriers))
 
     @fact
+    def square_lives(self) -> dict[str, float]:
+        """The same of rollers that stand square to their flanks, whatever their tilt."""
+        from camgeom.mechanics.duty import least_lives
+
+        return self._summed(lambda state: least_lives(one.squared[1] if one.squared else one for one in state.carriers))
+
+    @fact
     def dynamic_lives(self) -> dict[str, float]:
         """The lives under the forces that [dynamics] finds; empty where one state has none."""
         from camgeom.mechanics.duty import least_lives

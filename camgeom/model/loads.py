@@ -76,6 +76,7 @@ def roller_duties(
     alone = mechanism.drive is Drive.ALONE and not mechanism.touches
     duties = []
     for index, (track, roller) in enumerate(zip(mechanism.tracks, mechanism.rollers)):
+        table = "roller" if roller is mechanism.roller else "return_roller"
         rating = ratings[min(index, len(ratings) - 1)] if ratings else None
         low, high = track.contact
         crown = None
@@ -85,7 +86,7 @@ def roller_duties(
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
-                       mechanism.beside, mechanism.runs_out, alone, roller.ends)
+                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table)
         )  # fmt: skip
     return tuple(duties)
 

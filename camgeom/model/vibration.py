@@ -264,7 +264,8 @@ def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> floa
     spec = profile.dynamics_spec
     assert spec is not None
     duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
-    lever = float(duty.force.panels.at(duty.reference.lever, np.array([duty.least_peak.cam_angle]))[0])
+    at = duty.least_peak.cam_angle
+    lever = float(duty.force.panels.limit(duty.reference.lever, at, duty.hardest_pressure))
     each = duty.stiffness.tangent if spec.tappet_contact == "tangent" else duty.stiffness.secant
     return each * lever**2 * (MILLI if load.rotating else 1.0)
 

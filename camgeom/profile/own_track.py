@@ -85,11 +85,21 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
                 angle = table.get("angle", 0.0)
                 found.append(OwnTrack(**{**table, "angle": float(angle), "profile": own}))
             except ProfileError as error:
-                wrong = [replace(one, key=f"{at}.{one.key}") for one in error.problems]
+                wrong = [_placed(one, at, profile.cam.TRACKS) for one in error.problems]
         problems += wrong
     if problems:
         raise ProfileError(problems, profile.source)
     return tuple(found)
+
+
+def _placed(problem: Problem, at: str, of_cam: tuple[str, ...]) -> Problem:
+    """A problem of a track's own profile by the key that can be set: the track's where it may say it, else the body's.
+    """
+    table, _, key = problem.key.partition(".")
+    body = {"cam": key not in of_cam, "operation": key == "speed"}
+    if body.get(table, table.partition("[")[0] not in (*MERGED, *WHOLE)):
+        return replace(problem, message=f"{problem.message}, of {at}")
+    return replace(problem, key=f"{at}.{problem.key}")
 
 
 def _refused(profile: Profile, table: dict[str, Any], at: str) -> list[Problem]:

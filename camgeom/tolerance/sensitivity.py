@@ -190,8 +190,9 @@ class Sensitivities:
 
     @cached_property
     def theta(self) -> Floats:
-        """Cam angles, rad, (n,), both sides of every knot of the motion."""
-        return turn_grid(self.loaded.mechanism.program)
+        """Cam angles, rad, (n,), both sides of every knot of the motion and of every jump of the load."""
+        program, load = self.loaded.mechanism.program, self.loaded.load
+        return turn_grid(program, program.knots if load is None else load.given.breaks)
 
     @cached_property
     def seated(self) -> Seated:
@@ -286,9 +287,8 @@ class Trials:
         return np.asarray(np.sqrt(np.max([found[groups == one].sum(axis=0) for one in np.unique(groups)], axis=0)))
 
 
-def turn_grid(program: Program) -> Floats:
+def turn_grid(program: Program, knots: Floats) -> Floats:
     """Cam angles (n,), rad, on both sides of every knot; as few in dwells as tell a turning error's sine."""
-    knots = np.asarray(program.knots, dtype=np.float64)
     knots = knots[(knots >= 0.0) & (knots <= TURN)]
     theta, piece = piece_grid(knots, PER_TURN, LEAST)
     still = np.array([float(np.ptp(program.jet(np.linspace(a, b, 5)[1:-1], 0)[0])) == 0.0

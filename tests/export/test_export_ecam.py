@@ -13,7 +13,7 @@ import pytest
 
 from camgeom.errors import ExportError
 from camgeom.export import write
-from camgeom.export.ecam import master_table, quintic, straight
+from camgeom.export.ecam import master_tables, quintic, straight
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from tests.places import PROFILES
@@ -66,9 +66,38 @@ def test_a_tolerance_chooses_the_points(tmp_path: Path, name: str, tolerance: fl
     assert np.abs(error).max() > tolerance
 
 
+@pytest.mark.parametrize("output", ["table_points = 181", "table_tolerance = 1e-3"])
+def test_every_follower_has_a_table_over_the_cam_s_angle(tmp_path: Path, output: str) -> None:
+    """Two grooves, the second follower a quarter of a turn later; a quintic and straight lines both keep the tolerance.
+    """
+    made = model("two_groove_drum", output)
+    write(made, tmp_path / "a.ecam.csv")
+    heads, rows = csv_rows(tmp_path / "a.ecam.csv")
+    write(made, tmp_path / "a.plcopen.xml")
+    root = ET.parse(tmp_path / "a.plcopen.xml").getroot()
+    theta = np.linspace(0.0, 2.0 * pi, 20_001)
+    second = made.bindings[1]
+    assert degrees(second.angle) == 90.0
+    for one, column, points in ((made, "position_mm", "Points"), (second, "follower_2.position_mm", "Points_2")):
+        shown = np.interp(np.degrees(theta), rows[:, 0], rows[:, heads.index(column)])
+        wanted = one.setup.program.jet((theta - one.angle) % (2.0 * pi), 0)[0]
+        at_rows = one.setup.program.jet(np.radians(rows[:, 0]) - one.angle, 1)
+        assert rows[:, heads.index(column)] == pytest.approx(at_rows[0], abs=1e-12)
+        held = root.find(f".//p:variable[@name='{points}']/p:initialValue/p:arrayValue", SPACE)
+        table = np.array([[float(v[0].get("value")) for v in row[0]] for row in held])
+        assert polynomial(table, np.degrees(theta)) == pytest.approx(wanted, abs=1.01e-3)
+        if "tolerance" in output:
+            assert np.abs(shown - wanted).max() <= 1.001e-3
+    speed = 6.0 * made.profile.operation.speed
+    velocity = rows[:, heads.index("follower_2.velocity_mm_per_s")]
+    assert velocity == pytest.approx(speed * rows[:, heads.index("follower_2.velocity_mm_per_deg")])
+    assert np.abs(velocity).max() == pytest.approx(648.0, rel=1e-3)
+    assert "Follower 2: " in root.find(".//p:documentation/h:p", SPACE).text
+
+
 def test_a_turret_gains_its_index_every_turn() -> None:
     made = model("tool_changer")
-    table = master_table(made.profile, straight)
+    (table,) = master_tables(made.bindings, straight)
     assert table.unit == "deg"
     assert table.advance == pytest.approx(360.0 / made.setup.follower.stops)
     assert table.jet[0, -1] - table.jet[0, 0] == pytest.approx(table.advance)
@@ -78,7 +107,7 @@ def test_a_jump_is_halved() -> None:
     """A parabolic rise: the acceleration jumps at its ends and in its middle."""
     motion = [(90, None, ""), (180, 10, "parabolic"), (270, None, ""), (360, 0, "parabolic")]
     made = disc(motion=motion, rest="[output]\ntable_points = 9")
-    table = master_table(made.profile, quintic)
+    (table,) = master_tables(made.bindings, quintic)
     top = 4.0 * 10.0 / 90.0**2
     assert table.master[[2, 3, 4]] == pytest.approx([90.0, 135.0, 180.0])
     assert table.jet[2, [2, 3, 4]] == pytest.approx([0.5 * top, 0.0, -0.5 * top])

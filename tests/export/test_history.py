@@ -43,6 +43,26 @@ def test_a_turn_has_what_the_result_says_of_it(pin: Model) -> None:
     assert power == pytest.approx(found["camshaft_torque_n_m"] * 20.0 * np.pi, abs=1e-6)
 
 
+@pytest.mark.parametrize("speed", [True, False])
+def test_every_follower_moves_over_the_cam_s_angle(speed: bool) -> None:
+    text = (PROFILES / "two_groove_drum.toml").read_text(encoding="utf-8")
+    if not speed:
+        low, high = text.index("[operation]"), text.index("[material.cam]")
+        kept = text[low:high].replace("[track.operation]\nfriction = 60\n", "")
+        text = text[:low] + kept[kept.index("[[track]]") :] + text[text.index("[output]") :]
+    model = camgeom.read(text)
+    found, second, time = turn_history(model), model.bindings[1], "s" if speed else "rad"
+    own = np.radians(found["cam_angle_deg"]) - second.angle
+    jet = second.setup.program.jet(own, 3)
+    omega = 6.0 * np.pi if speed else 1.0
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        head = f"{name}_mm_per_{time}{'' if order == 1 else order}"
+        wanted = omega**order * jet[order]
+        assert found[f"follower_2.{head}"] == pytest.approx(wanted, rel=1e-9, abs=1e-6 * omega**order)
+    assert found["follower_2.lift_mm"] == pytest.approx(jet[0], abs=1e-9)
+    assert found["lift_mm"].max() == 46.0
+
+
 def test_without_a_speed_there_is_the_motion_alone() -> None:
     text = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
     still = camgeom.read(text[: text.index("[operation]")])

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from camgeom.body.load import RollerForce
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
 from camgeom.maths.panels import panels
 from camgeom.mechanics import finite_turn
 from camgeom.mechanics.finite_contact import INSIDE, press
 from camgeom.mechanics.roller_duty import RollerDuty
-from camgeom.model import Model
+from camgeom.model import Model, read
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from camgeom.report.files import write
@@ -109,6 +110,48 @@ def test_it_fails_where_already_half_a_millimetre_inside_is_too_much(factor: flo
     assert bool(reasons) == (not level)
 
 
+RETURN = """
+[return_roller]
+shape = "crowned"
+crown = "logarithmic"
+diameter = 40
+length = 20
+misalignment_deg = 0.1
+"""
+
+
+@pytest.fixture(scope="module")
+def tilted_return() -> str:
+    text = (PROFILES / "conjugate_rocker.toml").read_text(encoding="utf-8")
+    return text[: text.index("[impact]")] + RETURN
+
+
+@pytest.mark.parametrize(("pressure", "life", "tilt"), [(1300.0, 12000.0, True), (1290.0, 13000.0, False)])
+def test_advice_names_the_tilt_where_it_is_the_cause(
+    tilted_return: str, pressure: float, life: float, tilt: bool
+) -> None:
+    """Square the return roller presses with 1 298.5 MPa and lasts 12 532 h, tilted with 1 448.5 and 6 503."""
+    model = read(f"{tilted_return}[limits]\ncontact_pressure_mpa = {pressure}\nlife_h = {life}\n")
+    found = judge(model, ["contact-pressure", "life"]).findings
+    assert [one.level for one in found] == ["fail"] * 3
+    words = "a smaller return_roller.misalignment_deg: without it"
+    assert [one.advice.startswith(words) for one in found] == [tilt] * 3
+
+
+def test_a_sharp_end_is_told_by_the_table_of_its_roller(tilted_return: str) -> None:
+    _, reasons = said(read(tilted_return.replace('shape = "crowned"\ncrown = "logarithmic"\n', "")), "contact-pressure")
+    assert len(reasons) == 1
+    assert "give return_roller.end_radius" in reasons[0]
+
+
+def test_a_crown_s_advice_names_the_tilt_where_it_is_the_cause() -> None:
+    (tilted,), (strong,) = (judge(made(**keys), ["crown-length"]).findings
+                            for keys in ({"misalignment_deg": 0.7}, {"crown_radius": 1e5}))  # fmt: skip
+    assert (tilted.level, strong.level) == ("warn", "warn")
+    assert "use a smaller roller.misalignment_deg, a stronger crown (a smaller roller.crown_radius)" in tilted.advice
+    assert "misalignment" not in strong.advice
+
+
 @pytest.mark.parametrize("roller", [{**CYLINDER, "misalignment_deg": 0.02, "end_radius": 1.0},
                                     {**LOGARITHMIC, "misalignment_deg": 0.05}])  # fmt: skip
 def test_ends_that_run_out_are_judged_by_their_peak(roller: dict[str, Any]) -> None:
@@ -151,6 +194,8 @@ def test_where_the_force_jumps_its_harder_side_is_the_hardest() -> None:
     before, after = angles.at(np.abs(duty.normal), np.radians([120.0 - 1e-6, 120.0]))
     assert (before, after) == (pytest.approx(402.73, rel=1e-4), pytest.approx(377.73, rel=1e-4))
     assert duty.finite.hardest[1].load == pytest.approx(before, rel=1e-6)
+    pressed = RollerForce(duty).points(None)
+    assert np.linalg.norm(pressed.forces.sum(axis=0)) == pytest.approx(before, rel=1e-6)
     (bodies,) = duty.finite.walls.values()
     here = replace(bodies, curvature=float(angles.at(duty.finite.curvature, np.radians(119.0))[0]))
     least = press(here, float(angles.at(np.abs(duty.normal), np.radians(119.0))[0])).peak[0]
@@ -163,7 +208,9 @@ def test_a_limit_is_that_of_the_harder_side(left: float, right: float) -> None:
     where = panels([0.0, 1.0, 2.0])
     judged = np.where(where.theta < 1.0, left, right)
     values = np.stack([where.theta + 10.0 * (where.theta > 1.0), -judged])
+    assert where.harder(0.4, judged) == 0.4
     for angle in (1.0, np.nextafter(1.0, 0.0), np.nextafter(1.0, 2.0)):
+        assert where.at(judged, where.harder(angle, judged)) == pytest.approx(3.0)
         assert where.limit(values, angle, judged) == pytest.approx([1.0 if left > right else 11.0, -3.0], abs=1e-12)
     assert where.limit(values, 0.5, judged) == pytest.approx([0.5, -left], abs=1e-12)
 

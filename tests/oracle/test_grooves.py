@@ -228,6 +228,9 @@ def test_what_a_track_cannot_say_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(ProfileError, match=word):
             model_of(track=[{"cam": {"start": 85.0}, **change}])
+    tool = {"kind": "flat", "diameter": 17.0, "length": 30.0}
+    with pytest.raises(ProfileError, match=r"(?<!\.)cutter\.diameter: .*groove, of track\[0\] .*at most 16 mm"):
+        model_of(cutter=tool, track=[{"cam": {"start": 85.0}, "roller": {"diameter": 16.0, "length": 9.0}}])
     with pytest.raises(ProfileError, match=r"track: means nothing here.*grooved drums"):
         parse('[cam]\nkind = "disc"\nbase_radius = 40\nwidth = 10\n[roller]\ndiameter = 20\nlength = 9\n[[motion]]\n'
               'until = 360\n[[track]]\nangle = 3\n')  # fmt: skip
@@ -241,3 +244,21 @@ def test_a_study_finds_a_track_s_own_keys() -> None:
     assert other.walls != model.walls
     assert from_data(frozen(tomllib.loads(other.toml())), "") == other.profile
     assert model.profile.digest() != other.profile.digest()
+
+
+def test_key_figures_say_whose_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    """Text and head of the report; of one follower by the plain names."""
+    from camgeom.cli import main
+    from camgeom.report.sections.judgement import key_figures
+
+    drum = str(ROOT / "profiles" / "two_groove_drum.toml")
+    assert main(["solve", drum]) == 0
+    told = capsys.readouterr().out
+    assert "peak contact pressure, follower 1 " in told
+    assert "peak velocity, follower 2 " in told
+    figures = key_figures(Model(parse(Path(drum).read_text())), ("motion", "contact"))
+    shown = {figure.label: figure.value for figure in figures}
+    assert (shown["Stroke, follower 1"], shown["Stroke, follower 2"]) == (46.0, 18.0)
+    assert shown["Peak contact pressure, follower 2"] < shown["Peak contact pressure, follower 1"]
+    pin = Model(parse((ROOT / "profiles" / "pin_insertion.toml").read_text()))
+    assert [figure.label for figure in key_figures(pin, ("motion",))] == ["Stroke", "Peak acceleration"]

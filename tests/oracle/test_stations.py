@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 
 from camgeom.checks import findings, judge
 from camgeom.errors import ProfileError
-from camgeom.export.history import turn_history
+from camgeom.export import write
+from camgeom.export.history import impact_history, turn_history
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.result import compute
@@ -94,6 +96,36 @@ def test_the_shaft_is_judged_under_all_followers(duty: tuple[Data, ...]) -> None
         (found,) = findings(judged, ["torque"])
         assert (found.level, found.value) == (level, pytest.approx(largest, rel=1e-4))
         assert "all followers" in found.where
+
+
+def test_every_follower_s_run_in_its_clearance_is_written(tmp_path: Path) -> None:
+    model = model_of("drum, impact", impact__tolerance=1e-4, **NEAR)
+    write(model, tmp_path / "a.impact.csv")
+    with (tmp_path / "a.impact.csv").open() as file:
+        heads = file.readline().strip().split(",")
+        rows = np.loadtxt(file, delimiter=",")
+    assert heads[0] == "follower"
+    for one in model.bindings:
+        found = impact_history(one.impact, False)
+        mine = rows[rows[:, 0] == one.number + 1]
+        assert mine[:, heads.index("main_force_n")] == pytest.approx(found["main_force_n"])
+        assert mine[0, heads.index("cam_angle_deg")] == pytest.approx(10.0 * one.number)
+        speed = 6.0 * model.profile.operation.speed
+        assert mine[0, heads.index("time_s")] == pytest.approx(10.0 * one.number / speed)
+
+
+def test_every_follower_s_cam_lift_is_written(tmp_path: Path) -> None:
+    """The heavier follower needs another correction; both stand over the cam's angle."""
+    free = ("dynamics.shaft_inertia", "dynamics.shaft_stiffness", "dynamics.linkage_damping", "operation.friction")
+    motion = [{"until": 180.0, "to": 12.0, "law": "5-6-7-8-9"}, {"until": 360.0, "to": 0.0, "law": "5-6-7-8-9"}]
+    model = model_of("disc, elastic", **dict.fromkeys(free), motion=motion, **NEAR)
+    write(model, tmp_path / "a.polydyne.csv")
+    with (tmp_path / "a.polydyne.csv").open() as file:
+        assert file.readline().strip() == "cam_angle_deg,cam_lift_mm,follower_2.cam_lift_mm"
+        angle, *lifts = np.loadtxt(file, delimiter=",").T
+    for one, lift in zip(model.bindings, lifts, strict=True):
+        wanted = one.elastic_follower.corrected.jet(np.radians(angle) - one.angle, 0)[0]
+        assert lift == pytest.approx(wanted, abs=1e-9)
 
 
 def test_what_vibrates_alone_is_judged_by_the_sum_of_the_peaks() -> None:

@@ -308,6 +308,21 @@ def test_a_tilt_of_the_roller_presses_its_end() -> None:
     assert not two.unbounded
 
 
+def test_the_hardest_angle_is_found_where_a_force_acts_for_half_a_degree() -> None:
+    """Between two cam angles that are looked at; the pressure goes with the root of the load."""
+    force = '[[operation.force]]\nfrom = 250.3\nuntil = 250.8\nexpression = "2000"\n'
+    load = "[operation]\nspeed = 60\nspring_preload = 300\n"
+    error = "[tolerance]\nroller_tilt_arcmin = 1\nsamples = 1000\n"
+    text = DISC.replace("length = 12", "length = 12\nend_radius = 0.5")
+    studies = [Model(parse(text + load + more + error)).tolerances for more in ("", force)]
+    (_, plain, _), (_, hard, peak) = (study.sensitivities.hard for study in studies)
+    assert hard > 2.0 * plain
+    assert 250.3 <= np.degrees(peak.cam_angle) <= 250.8
+    edge = studies[1].edge
+    assert edge is not None
+    assert edge.level > 2.0 * studies[0].edge.level
+
+
 def _turned(arcmin: float) -> Model:
     return Model(parse(DISC + f"[tolerance]\nphase_arcmin = {arcmin}\nmotion_limit = 1e5\n"))
 

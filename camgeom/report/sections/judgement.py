@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
+from dataclasses import replace
 from math import degrees, pi
 from typing import TYPE_CHECKING
 
@@ -113,18 +115,29 @@ def _hardest(verdict: Verdict) -> str:
 
 
 def key_figures(model: Model, wanted: Collection[str]) -> tuple[Figure, ...]:
-    """The figures a reader looks for first, of the sections asked for and computable."""
+    """The figures a reader looks for first, of the sections asked for and computable; of several followers each's."""
+    figures: list[Figure] = []
+    for one in model.bindings[model.number :] if model.number == 0 else (model,):
+        own = len(model.grooves) > 1 and one in model.grooves
+        several = len(model.bindings) > 1
+        for key, source, theirs in (("motion", _motion, own), ("flank", _flank, own), ("contact", _contact, several),
+                                    ("fatigue", _life, several)):  # fmt: skip
+            if key in wanted and (one is model or theirs):
+                whose = f", follower {one.number + 1}" if theirs else ""
+                figures += (replace(figure, label=figure.label + whose) for figure in _computable(source, one))
+    return (*figures, *(_computable(_solid, model) if "solid" in wanted else ()))
+
+
+def _computable(source: Callable[[Model], Iterator[Figure]], model: Model) -> list[Figure]:
+    """Figures of a model, up to the first that cannot be computed: the section says why, the head shows what there is.
+    """
     from camgeom.errors import CamgeomError
 
     figures: list[Figure] = []
-    sources = (("motion", _motion), ("flank", _flank), ("contact", _contact), ("fatigue", _life), ("solid", _solid))
-    for key, source in sources:
-        if key in wanted:
-            try:
-                figures += source(model)
-            except (CamgeomError, MemoryError):
-                continue  # the section says why; the head shows what there is
-    return tuple(figures)
+    with suppress(CamgeomError, MemoryError):
+        for figure in source(model):
+            figures.append(figure)
+    return figures
 
 
 def _motion(model: Model) -> Iterator[Figure]:
