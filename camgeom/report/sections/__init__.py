@@ -98,7 +98,8 @@ def report(
     sections = []
     for entry in SECTIONS:
         if entry.key in wanted and (blocks := entry.blocks(model, noted)):
-            sections.append(Chapter(entry.key, entry.title, blocks))
+            whose = ", follower 1" if entry.key in OWN and len(model.grooves) > 1 else ""
+            sections.append(Chapter(entry.key, entry.title + whose, blocks))
     for other in model.grooves[1:]:
         for entry in SECTIONS:
             if entry.key in OWN and entry.key in wanted and (blocks := entry.blocks(other, noted)):
