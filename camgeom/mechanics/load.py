@@ -138,7 +138,7 @@ class Load:
         )
         return SiLoad(mass, unit * friction, unit * preload, unit * rate / length, unit * weight)
 
-    @property
+    @cached_property
     def given(self) -> Panels:
         """A turn between the cam angles at which what is given may jump: knots of the motion, ends of forces."""
         given = [np.array([0.0, TURN]), np.asarray(self.motion.knots, dtype=np.float64)]
