@@ -333,6 +333,20 @@ def guided_drum(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Float
     }
 
 
+def rib_drum(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
+    """A drum whose rib two rollers embrace, each of them pressed in a way of its own."""
+    data, columns = guided_drum(rng, n)
+    data["cam"] |= {"form": "rib", "rib_thickness": 16.0, "length": 160.0, "start": 65.0}
+    data["operation"]["friction"] = 10.0
+    return data, columns | {
+        "cam.diameter": rng.uniform(80.0, 130.0, n),
+        "cam.rib_thickness": rng.uniform(14.0, 30.0, n),
+        "motion[1].to": rng.uniform(15.0, 40.0, n),
+        "operation.speed": rng.uniform(100.0, 500.0, n),
+        "operation.guide_friction": rng.uniform(0.0, 0.5, n),
+    }
+
+
 def barrel(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
     data = _shipped("profiles/barrel_indexer.toml")
     data["cam"]["form"] = str(rng.choice(["rib", "groove"]))
@@ -385,6 +399,7 @@ CASES: dict[str, Case] = {
     "conjugate pair, slide": slide,
     "drum, groove": drum,
     "drum, groove, guides": guided_drum,
+    "drum, rib": rib_drum,
     "indexer, barrel": barrel,
     "indexer, globoid": globoid,
 }

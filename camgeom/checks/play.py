@@ -52,11 +52,11 @@ def play(model: Model) -> Iterable[Finding | NotJudged]:
 @check("contact-kept", "operation")
 def contact_kept(model: Model) -> Iterable[Finding]:
     """Least force between a force-closed cam and its follower; below zero the follower leaves the cam."""
-    shaft = model.shaft
-    if shaft is None or shaft.kept is None:
+    held = next((duty for duty in model.driven if duty.kept is not None), None)
+    if held is None or held.kept is None:
         return
-    kept, least = shaft.kept, shaft.kept.least
-    slack = FORCE_SLACK * float(shaft.contact_forces.max())
+    kept, least = held.kept, held.kept.least
+    slack = FORCE_SLACK * float(held.contact_forces.max())
     advice = where = ""
     if least.value < -slack:
         ranges = [f"{degrees(lost.begin):.6g} to {degrees(lost.end):.6g}" for lost in kept.lost]

@@ -123,7 +123,7 @@ def impact_crown_length(model: Model) -> Iterable[Finding]:
 @check("load", "operation", summed=True)
 def load(model: Model) -> Iterable[Finding]:
     """Whether anything presses the cam at all, in every operating state."""
-    peaks = [(one.carrier.peak_force, one.state) for one in model.states if one.carrier is not None]
+    peaks = [(force, one.state) for one in model.states if (force := one.peak_force) is not None]
     if not peaks:
         return
     peak, state = min(peaks, key=lambda pair: pair[0].value)

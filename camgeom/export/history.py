@@ -76,7 +76,8 @@ def _loads(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
     force, panels = bearing.force, bearing.force.panels
     yield f"follower_{torque}_{unit}", factor * panels.at(force.force, theta)
     yield f"inertia_{torque}_{unit}", factor * panels.at(force.inertia, theta)
-    yield "camshaft_torque_n_m", 1e-3 * panels.at(bearing.torque, theta)
+    if model.shaft is not None:
+        yield "camshaft_torque_n_m", 1e-3 * model.shaft.at(theta)
     if model.turret_duty is not None:
         yield from _turret(model.turret_duty, theta)
     for duty in model.duties:

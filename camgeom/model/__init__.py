@@ -809,7 +809,7 @@ class Model(Sealed):
         if len(self.bindings) > 1 and self._running:
             shafts = [shaft for one in self._running if (shaft := one.camshaft) is not None]
             return max(shafts, key=lambda shaft: shaft.peak_torque.value, default=None)
-        each = [(one.angle, duty) for one in self.at_once if (duty := one.shaft) is not None]
+        each = [(one.angle, one.driven) for one in self.at_once if one.driven]
         return Shaft(tuple(each)) if len(each) > 1 else None
 
     @fact
@@ -901,9 +901,22 @@ class Model(Sealed):
         return self.profile.limits.contact_pressure_mpa or min(material.cam.rated_limit, material.roller.rated_limit)
 
     @property
-    def shaft(self) -> Duty | None:
-        """The duty whose torque is the camshaft's: of all that touches a planar cam together, else the carrier's."""
-        return self.drive or self.carrier
+    def driven(self) -> tuple[Duty, ...]:
+        """The duties whose torques add up to the camshaft's: of all that touches a planar cam together, else those of
+        all that presses the cam."""
+        return (self.drive,) if self.drive is not None else self.carriers
+
+    @property
+    def peak_force(self) -> Extreme | None:
+        """The largest force, N, that presses the cam anywhere; None without an [operation]."""
+        return max((duty.peak_force for duty in self.driven), key=lambda force: force.value, default=None)
+
+    @fact
+    def shaft(self) -> Shaft | None:
+        """The torque of the shaft under this follower alone; None without an [operation]."""
+        from camgeom.model.together import Shaft
+
+        return Shaft(((0.0, self.driven),)) if self.driven else None
 
     @property
     def contact(self) -> Contact | TurretDuty | FaceDuty:

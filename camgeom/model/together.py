@@ -27,28 +27,41 @@ PER_TURN = 1440
 @final
 @dataclass(frozen=True, eq=False)
 class Shaft:
-    """The torque of a camshaft that drives several followers, each with its duty and the angle of its place, rad."""
+    """The torque of a camshaft.
 
-    duties: tuple[tuple[float, Duty], ...]
+    followers  the angle of each one's place, rad, and the duties whose torques add up to what it asks: those of a rib's
+               two rollers, one of all others
+    """
+
+    followers: tuple[tuple[float, tuple[Duty, ...]], ...]
 
     @cached_property
     def panels(self) -> Panels:
         """A turn of the cam, with the edges of every follower's own panels."""
-        edges = [(duty.force.panels.edges + angle) % TURN for angle, duty in self.duties]
+        whole = [(angle, duty.force.panels) for angle, duties in self.followers for duty in duties]
+        first = whole[0][1]
+        if all(angle == 0.0 and np.array_equal(own.edges, first.edges) for angle, own in whole):
+            return first
+        edges = [(own.edges + angle) % TURN for angle, own in whole]
         every = panels(np.concatenate([[0.0, TURN], *edges]), np.inf).edges
         return Panels(every, every)
 
     def torque_of(self, number: int) -> Floats:
         """Torque of one follower, N mm on the panels (p, n)."""
-        angle, duty = self.duties[number]
-        theta = self.panels.theta
-        own = duty.force.panels.at(duty.torque, ((theta - angle) % TURN).ravel())
-        return np.asarray(own.reshape(theta.shape))
+        angle, duties = self.followers[number]
+        theta, found = self.panels.theta, []
+        for duty in duties:
+            own = duty.force.panels
+            if angle == 0.0 and np.array_equal(own.edges, self.panels.edges):
+                found.append(duty.torque)
+            else:
+                found.append(own.at(duty.torque, ((theta - angle) % TURN).ravel()).reshape(theta.shape))
+        return np.asarray(sum(found))
 
     @cached_property
     def torque(self) -> Floats:
         """Torque of all, N mm on the panels (p, n)."""
-        return np.asarray(sum(self.torque_of(number) for number in range(len(self.duties))))
+        return np.asarray(sum(self.torque_of(number) for number in range(len(self.followers))))
 
     @cached_property
     def peak_torque(self) -> Extreme:
@@ -62,7 +75,7 @@ class Shaft:
     @property
     def work(self) -> float:
         """Work of the cam on all followers over a turn, N mm."""
-        return sum(duty.work for _, duty in self.duties)
+        return sum(duty.work for _, duties in self.followers for duty in duties)
 
 
 def least_apart(models: tuple[Model, ...]) -> Extreme | None:

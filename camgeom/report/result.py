@@ -361,13 +361,20 @@ def contact_data(model: Model) -> dict[str, Any]:
         state = model.hardest_state
         return {"state": state.state.name if state.state else "", **contact_data(state)}
     data = model.carrier.contact_data() if model.carrier is not None else {}
+    if model.shaft is not None and len(model.driven) > 1:
+        data |= force_data(model) | torque_data(model.shaft.peak_torque, model.shaft.work)
+    each = {"rollers": [roller_data(duty) for duty in model.duties]} if len(model.duties) > 1 else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
     if model.drive is None or model.carrier is None:
-        return data
+        return data | each
     # Nor have its touches a pressure where the roller's sharp end has none.
     whole = model.drive.force_data() if model.carrier.no_stress else model.drive.contact_data()
-    each = {"rollers": [roller_data(duty) for duty in model.duties]} if len(model.duties) > 1 else {}
     return whole | data | model.drive.torque_data() | each
+
+
+def force_data(model: Model) -> dict[str, Any]:
+    """The largest force that presses the cam."""
+    return {} if model.peak_force is None else {"peak_force_n": model.peak_force.value}
 
 
 def roller_data(duty: RollerDuty) -> dict[str, Any]:
@@ -462,7 +469,7 @@ def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
     assert model.carrier is not None, "a state has a load"
     data: dict[str, Any] = {
         "name": model.state.name, "weight": model.state.weight, "speed_rpm": model.state.speed,
-        "load_factor": model.state.load_factor, "peak_force_n": model.carrier.peak_force.value,
+        "load_factor": model.state.load_factor, **force_data(model),
     }  # fmt: skip
     if model.carrier.peak_pressure is not None:
         data["peak_pressure_mpa"] = finite(model.carrier.peak_pressure.value)

@@ -11,9 +11,10 @@ import pytest
 from camgeom.checks import judge
 from camgeom.checks.verdict import life_shown
 from camgeom.errors import ProfileError
+from camgeom.export.history import turn_history
 from camgeom.mechanics.material import Material, hardness_bound
 from camgeom.model import Model
-from camgeom.report.result import compute
+from camgeom.report.result import compute, contact_data
 from tests.reference.profiles import model, said
 
 
@@ -272,6 +273,37 @@ def test_mean_torque_holds_the_friction_of_the_guides() -> None:
         mean = np.trapezoid(duty.force.panels.at(duty.torque, np.clip(theta, 0.0, 2.0 * pi - 1e-9)), theta) / (2e3 * pi)
         assert duty.contact_data()["mean_torque_n_m"] == pytest.approx(mean, rel=1e-4)
     assert rubbing.duty.contact_data()["mean_torque_n_m"] > 1.01 * bare.duty.contact_data()["mean_torque_n_m"]
+
+
+QUICK = ({"until": 90}, {"until": 120, "to": 30.0, "law": "modified-trapezoid"}, {"until": 240},
+         {"until": 360, "to": 0.0, "law": "cycloidal"})  # fmt: skip
+"""a rise so quick that the roller which is pressed hardest and the one that takes the most torque are two"""
+
+
+def rib(**keys: Any) -> Model:
+    """A drum's rib between two rollers."""
+    return model("milled_drum", cam__form="rib", cam__rib_thickness=20.0, cam__length=160, cam__start=65, motion=QUICK,
+                 cutter=None, operation__gravity=0.0, operation__spring_preload=15.0, **keys)  # fmt: skip
+
+
+def test_the_torque_of_a_rib_is_that_of_both_rollers() -> None:
+    """The same motion under the same load asks the same of the shaft, through a groove or a rib."""
+    groove = model("milled_drum", cam__length=160, cam__start=65, motion=QUICK, cutter=None, operation__gravity=0.0,
+                   operation__spring_preload=15.0)  # fmt: skip
+    data, wanted = contact_data(rib()), contact_data(groove)
+    for key in ("peak_torque_n_m", "mean_torque_n_m", "peak_force_n"):
+        assert data[key] == pytest.approx(wanted[key], rel=1e-9)
+    assert 1e-3 * rib().carrier.peak_torque.value < 0.7 * data["peak_torque_n_m"]
+    assert [one["name"] for one in data["rollers"]] == ["lower roller", "upper roller"]
+    history = turn_history(rib())
+    assert np.abs(history["camshaft_torque_n_m"]).max() == pytest.approx(data["peak_torque_n_m"], rel=3e-3)
+
+
+@pytest.mark.parametrize(("factor", "level"), [(1.002, "pass"), (0.998, "fail")])
+def test_a_rib_is_judged_by_the_torque_of_both_rollers(factor: float, level: str) -> None:
+    limit = factor * 1e-3 * rib().shaft.peak_torque.value
+    (found,) = said(rib(limits__torque_n_m=limit), "torque")
+    assert found.level == level
 
 
 @pytest.mark.parametrize("name", ["disc_offset_roller", "pin_insertion", "disc_flat_face", "tool_changer", "two_start"])

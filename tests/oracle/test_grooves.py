@@ -121,8 +121,8 @@ def test_each_follower_has_the_figures_of_its_own_drum(both: Model) -> None:
         assert min(c.value for c in one.clearances) > -1e-6
     first, second = (alone(k).shaft for k in (0, 1))
     theta = np.linspace(0.1, 6.2, 40)
-    wanted = [duty.force.panels.at(duty.torque, (theta - angle) % (2.0 * np.pi))
-              for duty, angle in ((first, 0.0), (second, 0.5 * np.pi))]  # fmt: skip
+    wanted = [shaft.panels.at(shaft.torque, (theta - angle) % (2.0 * np.pi))
+              for shaft, angle in ((first, 0.0), (second, 0.5 * np.pi))]  # fmt: skip
     assert both.camshaft.at(theta) == pytest.approx(sum(wanted), abs=1e-6 * both.camshaft.peak_torque.value)
 
 

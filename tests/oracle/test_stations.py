@@ -86,7 +86,7 @@ def test_the_shaft_is_judged_under_all_followers(duty: tuple[Data, ...]) -> None
     states = zip(*(one.states for one in free.bindings), strict=True)
     theta = np.linspace(0.0, TURN, 20001)
     peaks = [
-        np.abs(sum(one.shaft.force.panels.at(one.shaft.torque, (theta - one.angle) % TURN) for one in state)).max()
+        np.abs(sum(one.shaft.panels.at(one.shaft.torque, (theta - one.angle) % TURN) for one in state)).max()
         for state in states
     ]
     largest = 1e-3 * max(peaks)

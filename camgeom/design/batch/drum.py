@@ -1,8 +1,9 @@
-"""Groove drums with a cylindrical roller on a sliding follower: figures of many variants at once.
+"""Groove and rib drums with cylindrical rollers on a sliding follower: figures of many variants at once.
 
 At the distance R from the drum's axis the groove is the offset of a pitch curve with s' and s'', in closed form
-(`mechanics.groove`): pressure angle, margin, curvature and contact are functions of (R, s', s''). Arrays are (P, n), P
-samples of the cam angle and n variants; a leading axis of slices where there is one.
+(`mechanics.groove`): pressure angle, margin, curvature and contact are functions of (R, s', s''). A rib's walls are
+those of a groove, each with a roller of its own: the one that pushes the follower up stands on the upper.
+Arrays are (P, n), P samples of the cam angle and n variants; a leading axis of slices where there is one.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, flexibility
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import Demand, thrust_share
 from camgeom.mechanics.roller_duty import SLICES
+from camgeom.model import ALIKE
 from camgeom.track.follower import CylinderRoller, TranslatingFollower
 from camgeom.track.survey import STATIONS
 
@@ -81,8 +83,6 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
     """None where the closed forms hold; else why not."""
     cam = profile.cam
     assert isinstance(cam, Cylindrical)
-    if cam.form == "rib":
-        return "cam.form = 'rib': its two rollers are judged one by one"
     if cam.run_out:
         return "cam.run_out = true: what presses where is followed through the end face"
     if not isinstance(profile.follower, TranslatingFollower):
@@ -146,8 +146,33 @@ class Slices:
 
 
 @final
+@dataclass(frozen=True, eq=False)
+class Hard:
+    """The hardest contacts of n variants, (n,) each.
+
+    quoted, slice  largest pressure at the quoted radius and of all slices, MPa
+    curvature, touching  relative curvature, 1/mm, and the length that touches, mm, at the hardest slice
+    """
+
+    quoted: Floats
+    slice: Floats
+    curvature: Floats
+    touching: Floats
+
+    @property
+    def figures(self) -> tuple[Floats, ...]:
+        """All of it in turn."""
+        return self.quoted, self.slice, self.curvature, self.touching
+
+    @property
+    def peak(self) -> Floats:
+        """The larger of both pressures, MPa."""
+        return np.maximum(self.slice, self.quoted)
+
+
+@final
 class Groove:
-    """The grooves of n variants; numbers are (n,) or (1,)."""
+    """The grooves or ribs of n variants; numbers are (n,) or (1,)."""
 
     def __init__(self, variants: Variants, motion: Motion) -> None:
         number = variants.number
@@ -161,6 +186,9 @@ class Groove:
         quoted = variants.optional("cam.pitch_radius")
         middle = 0.5 * (self.low + self.radius)
         self.pitch = middle if quoted is None else quoted
+        assert isinstance(variants.profile.cam, Cylindrical)
+        self.rib = variants.profile.cam.form == "rib"
+        """Whether two rollers embrace a rib."""
         # Without a wall at the pitch radius the contact is quoted in the middle of what has one.
         self.quoted = np.where((self.low <= self.pitch) & (self.pitch <= self.radius), self.pitch, middle)
 
@@ -179,8 +207,13 @@ class Groove:
         refusals.add(self.length > depth, f"roller.length: {cannot}")
         refusals.add((self.pitch < self.floor) | (self.pitch > self.radius), f"cam.pitch_radius: {cannot}")
         start, (least, most) = number("cam.start"), self.motion.lift_range
-        meets = (start > -most - self.roller) & (start < number("cam.length") - least + self.roller)
+        meets = (start > -most - self.half) & (start < number("cam.length") - least + self.half)
         refusals.add(~meets, f"cam.start: {cannot}")
+
+    @property
+    def half(self) -> Floats:
+        """From the pitch curve to the wall of a dwell, mm: half the rib, or the roller's radius in a groove."""
+        return 0.5 * self.variants.number("cam.rib_thickness") if self.rib else self.roller
 
     def figure(self, name: str) -> Floats:
         """One of the figures, (n,) or (1,)."""
@@ -254,8 +287,17 @@ class Groove:
 
     @cached_property
     def margin(self) -> Floats:
-        """Least margin against undercut over the wall, 1."""
-        return np.asarray(1.0 - self._worst(self.folding, self.floor))
+        """Least margin against undercut over the wall, 1: from the tool's end up, of a rib from the drum beside it."""
+        if not self.rib:
+            return np.asarray(1.0 - self._worst(self.folding, self.floor))
+        shares = (0.0,) if np.all(self.motion.peaks[0] <= STEEP * self.floor) else (0.0, 0.5, 1.0)
+        folds = [self.motion.largest(partial(self._rib_folding, share)) for share in shares]
+        return np.asarray(1.0 - np.max(folds, axis=0))
+
+    def _rib_folding(self, share: float, points: Points) -> Floats:
+        """The same as `folding` at a share of a rib's wall from its foot up."""
+        foot = self._under(self.floor, self.cutter, points)
+        return self.folding(foot + share * (self.radius - foot), points)
 
     @property
     def least_radius(self) -> Floats:
@@ -272,7 +314,7 @@ class Groove:
         """From the roller's contact to the nearer end of the drum, mm."""
         (least, most), number = self.motion.lift_range, self.variants.number
         return np.asarray(np.minimum(number("cam.start") + least, number("cam.length") - number("cam.start") - most)
-                          - self.roller)
+                          - self.half)
 
     # Load
 
@@ -384,11 +426,10 @@ class Groove:
         k *= np.abs(normal)
         return np.asarray(k / (self.length * pi * self.pair))
 
-    @cached_property
+    @property
     def pressure(self) -> Floats:
-        """Largest pressure at the quoted radius, MPa."""
-        on = self.motion
-        return np.sqrt(np.maximum(on.largest(self.square, self.square(on.samples, self._force)), 0.0))
+        """Largest pressure at the quoted radius, MPa, of the hardest pressed roller."""
+        return self.hardest.quoted
 
     def stretch(self, points: Points) -> Floats:
         """Length of the roller that touches, mm.
@@ -396,11 +437,15 @@ class Groove:
         On a steep flank the contact line leaves the land below its edge: with x the square of the place along the axis
         x² + (s'² - R²) x + s'² (r² - R²) = 0.
         """
-        outer, slope = self.radius * self.radius, points.ds * points.ds
+        return np.asarray(np.clip(self._under(self.radius, self.roller, points) - self.low, 0.0, self.length))
+
+    @staticmethod
+    def _under(radius: Floats, roller: Floats, points: Points) -> Floats:
+        """Place on a roller's axis, mm from the drum's, of the contact that lies so far from the drum's axis."""
+        outer, slope = radius * radius, points.ds * points.ds
         both = outer + slope
-        root = np.sqrt(np.maximum(both * both - 4.0 * slope * (self.roller * self.roller), 0.0))
-        high = np.sqrt(np.maximum(0.5 * (outer - slope + root), 0.0))
-        return np.asarray(np.clip(high - self.low, 0.0, self.length))
+        root = np.sqrt(np.maximum(both * both - 4.0 * slope * (roller * roller), 0.0))
+        return np.asarray(np.sqrt(np.maximum(0.5 * (outer - slope + root), 0.0)))
 
     def slices(self, points: Points, which: Sequence[int] | None = None) -> Slices:
         """The contact of slices that approach alike (default all of them); with `which`, as if alike flexible."""
@@ -437,31 +482,48 @@ class Groove:
         return np.asarray(stiff * (size / (width * (stiff * cosine).sum(axis=0))))
 
     @cached_property
-    def hardest(self) -> tuple[Floats, Floats, Floats]:
-        """Largest pressure of all slices, MPa; relative curvature and the length that touches there."""
+    def hardest(self) -> Hard:
+        """The hardest contact: of a rib's rollers, one pressed upwards and one downwards, that of the harder."""
+        if not self.rib:
+            return self._hard(0.0)
+        lower, upper = self._hard(-1.0), self._hard(1.0)
+        mine = lower.peak >= (1.0 - ALIKE) * np.maximum(lower.peak, upper.peak)
+        return Hard(*(np.where(mine, one, other) for one, other in zip(lower.figures, upper.figures)))
+
+    def _hard(self, way: float) -> Hard:
+        """The hardest contact where the follower is pushed up, 1, down, -1, or either way, 0."""
         on, size = self.motion, self.variants.size
-        ends = self.slices(on.samples, (0, SLICES - 1)).square.max(axis=0)
+
+        def pushed(values: Floats, points: Points, force: Floats | None = None) -> Floats:
+            if way == 0.0:
+                return values
+            force = self.force(points) if force is None else force
+            return np.where(np.copysign(1.0, force) == way, values, 0.0)
+
+        quoted = on.largest(lambda p: pushed(self.square(p), p),
+                            pushed(self.square(on.samples, self._force), on.samples, self._force))  # fmt: skip
+        ends = pushed(self.slices(on.samples, (0, SLICES - 1)).square.max(axis=0), on.samples, self._force)
         piece, _ = on.peak(ends)
-        found = self.slices(on.piece(piece))
-        top = found.square.max(axis=0)
-        step = on.step_in(top)
-        near = self.slices(on.around(piece, step))
-        rows = near.square[:, 1].argmax(axis=0), np.arange(size)
-        at, value = vertex(*(near.square[rows[0], k, rows[1]] for k in range(3)))
-        pressure = np.sqrt(value)
+        within = on.piece(piece)
+        step = on.step_in(pushed(self.slices(within).square.max(axis=0), within))
+        points = on.around(piece, step)
+        near = self.slices(points)
+        square = pushed(near.square, points)
+        rows = square[:, 1].argmax(axis=0), np.arange(size)
+        at, value = vertex(*(square[rows[0], k, rows[1]] for k in range(3)))
         k, touching = (one[1] + 0.5 * at * (one[2] - one[0])
                        for one in (near.curvature[rows[0], :, rows[1]].T, near.touching))
-        return pressure, k, touching
+        return Hard(np.sqrt(np.maximum(quoted, 0.0)), np.sqrt(value), k, touching)
 
     @property
     def peak_slice(self) -> Floats:
         """Largest pressure of all slices and the quoted place, MPa."""
-        return np.maximum(self.hardest[0], self.pressure)
+        return self.hardest.peak
 
     @property
     def half_width(self) -> Floats:
         """Half-width of the hardest slice's contact, mm."""
-        return np.asarray(2.0 * self.hardest[0] * self.pair / self.hardest[1])
+        return np.asarray(2.0 * self.hardest.slice * self.pair / self.hardest.curvature)
 
     def cam_life(self, pressure: Floats) -> Floats:
         """Fatigue life of the cam's wall under a pressure once in a turn, h."""
@@ -489,10 +551,10 @@ FIGURES: dict[str, Callable[[Groove], Floats]] = {
     "contact.peak_torque_n_m": lambda g: g.peak_torque,
     "contact.mean_torque_n_m": lambda g: g.mean_torque,
     "contact.peak_slice_pressure_mpa": lambda g: g.peak_slice,
-    "contact.contact_length_mm": lambda g: g.hardest[2],
+    "contact.contact_length_mm": lambda g: g.hardest.touching,
     "contact.half_width_mm": lambda g: g.half_width,
     "contact.shear_depth_mm": lambda g: g.half_width * SHEAR_DEPTH,
-    "contact.peak_shear_mpa": lambda g: g.hardest[0] * SHEAR_SHARE,
+    "contact.peak_shear_mpa": lambda g: g.hardest.slice * SHEAR_SHARE,
     "fatigue.cam_life_h": lambda g: g.cam_life(g.pressure),
     "fatigue.cam_slice_life_h": lambda g: g.cam_life(g.peak_slice),
 }

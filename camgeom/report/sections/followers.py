@@ -63,7 +63,7 @@ def torques(model: Model) -> Chart:
     """Torque of the shaft over the cam angle, of each follower and of all."""
     shaft = model.camshaft
     assert shaft is not None
-    count = range(len(shaft.duties))
+    count = range(len(shaft.followers))
     one = [Series(f"follower {k + 1}", *over_turn(shaft.panels, 1e-3 * shaft.torque_of(k))) for k in count]
     whole = Series("all", *over_turn(shaft.panels, 1e-3 * shaft.torque))
     panels = (

@@ -243,7 +243,9 @@ def _contact(cam: Model) -> Iterator[Figure]:
     if model.drive is not None:
         yield from _touched(model, model.drive)
         return
-    force, torque = duty.peak_force, duty.peak_torque
+    assert model.shaft is not None
+    assert model.peak_force is not None
+    force, torque = model.peak_force, model.shaft.peak_torque
     yield Figure("Peak contact force", force.value, "N", f"at {degrees(force.cam_angle):.1f}°")
     yield from _least(duty.kept)
     yield Figure("Peak drive torque", torque.value * 1e-3, "N m", f"at {degrees(torque.cam_angle):.1f}°")

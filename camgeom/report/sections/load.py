@@ -111,29 +111,32 @@ def _sound(duty: RollerDuty) -> bool:
 
 
 def lines(model: Model) -> Chart:
-    """Force, pressure on both walls and torque along the turn."""
-    duty = model.duty
-    panels = duty.force.panels
-    angle, force = over_turn(panels, duty.normal)
-    walls = []
-    for name, square in (("wall behind", duty.contact.behind), ("wall ahead", duty.contact.ahead)):
-        x, y = over_turn(panels, square)
-        if np.any(y > 0.0):
-            walls.append(Series(name, x, np.sqrt(np.maximum(y, 0.0))))
+    """Force, pressure on both walls and torque along the turn; of a rib of both its rollers."""
+    duty, shaft = model.duty, model.shaft
+    assert shaft is not None
+    panels, walls = duty.force.panels, []
+    normal = np.sum([one.normal for one in model.duties], axis=0)
+    angle, force = over_turn(panels, normal)
+    for one in model.duties:
+        for name, square in (("wall behind", one.contact.behind), ("wall ahead", one.contact.ahead)):
+            x, y = over_turn(panels, square)
+            if np.any(y > 0.0):
+                told = name if len(model.duties) == 1 else one.track.name
+                walls.append(Series(told, x, np.sqrt(np.maximum(y, 0.0))))
     peak = duty.contact.peak()
     top = float(peak.pressure)
     shown = [
         Panel(Axis("Normal force", "N", zero=True), (Series("force", angle, force),),
-              marks=extremes(panels, duty.normal)),
+              marks=extremes(panels, normal)),
         Panel(Axis("Contact pressure", "MPa", zero=True), tuple(walls), limits=pressure_limit(model, top),
               marks=(mark(degrees(float(peak.theta)), top),)),
-        torque(panels, duty.torque),
+        torque(shaft.panels, shaft.torque),
     ]  # fmt: skip
-    told = tuple(panel for panel in shown if panel.series)
     caption = (
         "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
     )
-    return Chart(caption, CAM_ANGLE, told, zones(model.setup.program) + unheld_zones(duty.kept))
+    panels_shown = tuple(panel for panel in shown if panel.series)
+    return Chart(caption, CAM_ANGLE, panels_shown, zones(model.setup.program) + unheld_zones(duty.kept))
 
 
 def torque(panels: Panels, values: Floats) -> Panel:
@@ -188,9 +191,11 @@ def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
 
 def hardest(model: Model) -> Table:
     """The hardest contact and the drive in numbers."""
-    duty = model.duty
+    duty, shaft = model.duty, model.shaft
+    assert shaft is not None
+    assert model.peak_force is not None
     beneath = duty.peak_contact
-    force, torque = duty.peak_force, duty.peak_torque
+    force, torque = model.peak_force, shaft.peak_torque
     peak, slices, shortest = duty.contact.peak(), duty.least_peak, duty.least_touching
     worst = "Half a millimetre inside the sharp end" if duty.no_stress else "Peak contact pressure, worst slice"
     quoted = ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta)))
@@ -202,7 +207,7 @@ def hardest(model: Model) -> Table:
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
         *_beneath(beneath, duty.deepest_shear),
         ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
-        ("Mean drive torque", 1e-3 * _unless_rounding(duty.work / (2.0 * pi), torque.value), "N m", None),
+        ("Mean drive torque", 1e-3 * _unless_rounding(shaft.work / (2.0 * pi), torque.value), "N m", None),
     ]
     if duty.ellipse is not None and not duty.no_stress:
         line = duty.as_line.peak()
