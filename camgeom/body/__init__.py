@@ -1,5 +1,5 @@
 """The cam's body as a volume: meshes of swept hexahedra, the contact's load on them, and linear elasticity.
 
 Rooms: `volume` (what is handed over), `ring` (the mesh), `section` and `plate` (its cross-sections), `load`, `element`
-(the 20-node hexahedron), `solver`.
+(the 20-node hexahedron), `solver`, `tetra_solver`, `stress` at roots, `compliance` below contacts.
 """

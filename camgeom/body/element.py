@@ -56,7 +56,7 @@ def elasticity(modulus: float, poisson: float) -> Floats:
 
 
 def gradients(x: Floats, rate: Floats) -> tuple[Floats, Floats]:
-    """Derivatives (e, p, 20, 3) by place of the shape functions, and det J (e, p), of elements x (e, 20, 3).
+    """Derivatives (e, p, k, 3) by place of the shape functions, and det J (e, p), of elements x (e, k, 3).
 
     Raises DesignError where an element is folded.
     """
@@ -73,14 +73,15 @@ def least_volume(x: Floats) -> float:
 
 
 def strain_matrix(gradient: Floats) -> Floats:
-    """Strains (..., 6, 60) of unit displacements of the nodes, from derivatives (..., 20, 3)."""
-    found = np.zeros((*gradient.shape[:-2], 6, 20, 3))
+    """Strains (..., 6, 3 k) of unit displacements of the nodes, from derivatives (..., k, 3) of shape functions."""
+    count = gradient.shape[-2]
+    found = np.zeros((*gradient.shape[:-2], 6, count, 3))
     for k in range(3):
         found[..., k, :, k] = gradient[..., k]
         other = (k + 1) % 3
         found[..., 3 + k, :, k] = gradient[..., other]
         found[..., 3 + k, :, other] = gradient[..., k]
-    return found.reshape(*gradient.shape[:-2], 6, 60)
+    return found.reshape(*gradient.shape[:-2], 6, 3 * count)
 
 
 def stiffness(x: Floats, material: Floats) -> Floats:

@@ -89,8 +89,9 @@ class RollerForce:
         """Whether anything presses at cam angles (n,)."""
         return np.asarray(np.abs(self.normal(theta)) > QUIET * max(self.duty.peak_force.value, 1e-300))
 
-    def line(self, theta: float) -> tuple[float, Floats, Floats]:
-        """The pressed side at a cam angle, rad, stations (m,) along it and the force there (m,), N, as slices share it.
+    def line(self, theta: float) -> tuple[float, Floats, Floats, Floats]:
+        """The pressed side at a cam angle, rad, stations (m,) along it, and the force, N, and force per length, N/mm,
+        there (m,), as slices share it.
 
         Where the force jumps, that of its harder side. Raises DesignError where nothing presses.
         """
@@ -103,16 +104,16 @@ class RollerForce:
         x, w = np.polynomial.legendre.leggauss(ALONG)
         delta = low + 0.5 * (high - low) * (x + 1.0)
         line = w * np.abs(duty.spread(duty.slices.normal, angle, delta)[0])
-        return self.sides[0 if normal >= 0.0 else 1], duty.track.meridian.parameters(delta), (
-            abs(normal) * line / line.sum()
-        )
+        force = abs(normal) * line / line.sum()
+        side = self.sides[0 if normal >= 0.0 else 1]
+        return side, duty.track.meridian.parameters(delta), force, force / (0.5 * (high - low) * w)
 
     def points(self, angle: float | None) -> PointLoad:
         """Points and forces at a cam angle, rad; None: that of the largest force."""
         theta = self.duty.peak_force.cam_angle if angle is None else angle
-        side, t, share = self.line(theta)
+        side, t, share, density = self.line(theta)
         flank = Flank(self.duty.track, np.array([theta]), t, side)
-        return PointLoad(theta, flank.x[:, 0].T, (share * flank.n[:, 0]).T)
+        return PointLoad(theta, flank.x[:, 0].T, flank.n[:, 0].T, share, density)
 
 
 @final
@@ -148,7 +149,7 @@ class RollerLoad:
 
     def patch(self, theta: float) -> Patch:
         """The patch pressed at a cam angle, rad. Raises DesignError where nothing presses."""
-        side, t, share = self.force.line(theta)
+        side, t, share, _ = self.force.line(theta)
         place, azimuth, n = self.body.place(theta, side, t)
         wall = float(self.thickness(np.array([theta]))[0])
         return Patch(theta, float(share.sum()), self.body.word(side), place, azimuth, (share * n).T, wall,
@@ -194,15 +195,20 @@ def plate_patch(drive: FaceDuty, number: int, disc: Prism, theta: float) -> Patc
 
 def turret_patch(duty: TurretDuty, discs: Sequence[Prism], index: int) -> tuple[Prism, Patch]:
     """The disc of a turret's cam that is pressed hardest at a sample point of its duty, and the patch."""
-    points, forces = duty.pressed(index)
-    size = np.sqrt((forces**2).sum(axis=1))
+    points, *rest = duty.pressed(index)
     on = [(points[:, 2] > disc.z0) & (points[:, 2] < disc.z1) for disc in discs]
-    which = int(np.argmax([size[one].sum() for one in on]))
-    disc, mine = discs[which], on[which]
-    x, theta = points[mine], float(duty.theta[index])
+    which = int(np.argmax([rest[1][one].sum() for one in on]))
+    mine = on[which]
+    load = PointLoad(float(duty.theta[index]), points[mine], *(one[mine] for one in rest))
+    return discs[which], disc_patch(discs[which], load)
+
+
+def disc_patch(disc: Prism, load: PointLoad) -> Patch:
+    """The patch of what presses a disc."""
+    x = load.points
     room = float(np.hypot(x[:, 0], x[:, 1]).min()) - (0.5 * disc.bore.diameter if disc.bore is not None else 0.0)
     place, azimuth = (x[:, 2] - disc.z0) / (disc.z1 - disc.z0), np.arctan2(x[:, 1], x[:, 0])
-    return disc, Patch(theta, float(size[mine].sum()), disc.name, place, azimuth, forces[mine], room)
+    return Patch(load.theta, float(load.sizes.sum()), disc.name, place, azimuth, load.forces, room)
 
 
 def nodal_forces(ring: RingMesh, patches: list[Patch]) -> Floats:

@@ -170,14 +170,18 @@ def _volumes(nodes: Floats, cells: Index) -> Floats:
 def _least(x: Floats) -> Floats:
     """Least det J (e,) at the ten nodes of elements (e, 10, 3)."""
     corners = np.eye(4)
-    at = np.concatenate([corners, [0.5 * (corners[i] + corners[j]) for i, j in EDGES]])
-    rate = np.zeros((10, 10, 4))
-    for k in range(4):
-        rate[:, k, k] = 4.0 * at[:, k] - 1.0
-    for k, (i, j) in enumerate(EDGES):
-        rate[:, 4 + k, i], rate[:, 4 + k, j] = 4.0 * at[:, j], 4.0 * at[:, i]
-    slope = rate[:, :, 1:] - rate[:, :, :1]
+    slope = rates(np.concatenate([corners, [0.5 * (corners[i] + corners[j]) for i, j in EDGES]]))
     return np.asarray(np.linalg.det(np.einsum("pna,enk->epak", slope, x, optimize=True)).min(axis=1))
+
+
+def rates(at: Floats) -> Floats:
+    """Derivatives (p, 10, 3) of the shape functions by three natural coordinates, at barycentric ones (p, 4)."""
+    found = np.zeros((len(at), 10, 4))
+    for k in range(4):
+        found[:, k, k] = 4.0 * at[:, k] - 1.0
+    for k, (i, j) in enumerate(EDGES):
+        found[:, 4 + k, i], found[:, 4 + k, j] = 4.0 * at[:, j], 4.0 * at[:, i]
+    return found[:, :, 1:] - found[:, :, :1]
 
 
 def _closest(vertices: Floats, faces: npt.NDArray[np.integer], points: Floats) -> tuple[Index, Floats]:
@@ -192,11 +196,22 @@ def _closest(vertices: Floats, faces: npt.NDArray[np.integer], points: Floats) -
 @final
 @dataclass(frozen=True, eq=False)
 class PointLoad:
-    """Forces (p, 3), N, of rollers on a cam at points (p, 3), mm, at one cam angle, rad."""
+    """What rollers press on a cam at one cam angle, rad.
+
+    points (p, 3), mm; inward: unit normals into the cam (p, 3); sizes (p,) of the forces along them, N; density: force
+    per length of the contact line (p,), N/mm
+    """
 
     theta: float
     points: Floats
-    forces: Floats
+    inward: Floats
+    sizes: Floats
+    density: Floats
+
+    @cached_property
+    def forces(self) -> Floats:
+        """On the cam (p, 3), N."""
+        return np.asarray(self.sizes[:, None] * self.inward)
 
 
 @final

@@ -38,6 +38,8 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
+LIMIT = "material.cam.bending_limit"
+NO_LIMIT = f"give {LIMIT}, MPa, and the body is solved; `solve --only body` shows its stress without"
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -112,6 +114,14 @@ def _rated(model: Model) -> bool:
     return any(roller.dynamic_rating is not None for roller in model.profile.rollers.values())
 
 
+def _root(model: Model) -> bool | str:
+    """Whether the stress at a root is asked for; why it is not judged, where there is a round root or a limit."""
+    if model.profile.material.cam.bending_limit is not None:
+        return model.root_stress is not None or NO_STRESS
+    round_ = model.profile.operation is not None and model.mechanism.root_radius > 0.0
+    return NO_LIMIT if round_ and LIMIT not in model.cam.idle(model.setup) else False
+
+
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "body": lambda model: True,
     "solid": lambda model: True,
@@ -128,9 +138,7 @@ NEEDS: dict[Need, Callable[[Model], bool | str]] = {
     "dynamics": lambda model: _load(model, model.profile.dynamics_spec),
     "impact": lambda model: _load(model, model.profile.impact_spec),
     "cutter": lambda model: model.profile.cutter_spec is not None,
-    "root": lambda model: model.profile.material.cam.bending_limit is not None and (
-        model.root_stress is not None or NO_STRESS
-    ),
+    "root": lambda model: _root(model),
     "tolerance": lambda model: model.profile.tolerance_spec is not None,
     "shaft": lambda model: True,
 }

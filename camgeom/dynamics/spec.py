@@ -106,6 +106,11 @@ class DynamicsSpec(Section):
     exact_contact: bool = Field(False, description="motion taken at the wound-up cam angle (non-linear)")
     fluctuation: Annotated[float, Field(ge=0.0, lt=0.9)] = Field(0.0, description="share by which the speed swings")
     fluctuation_order: Annotated[int, Field(ge=1, le=1000)] = Field(1, description="swings of the speed in a turn")
+    body_compliance: bool = Field(
+        False, description="also what the cam's body gives way below the contact's own depth, from its volume mesh: in "
+        "series with the rollers of a turret, with tappet_contact of a follower, or with its linkage at the cam angle "
+        "where it is softest; all figures are those with it, rigid_body tells those without",
+    )
     settling_band: Annotated[float, Field(gt=0.0, le=90.0)] = Field(
         0.005,
         description="deg (mm of a translating follower), band in which load plate or follower mass count as settled; "
@@ -159,6 +164,10 @@ class DynamicsSpec(Section):
             raise ValueError(f"{'tappet_contact' if self.tappet_contact else 'tappet_stiffness'} needs a tappet_mass")
         if self.shaft_inertia is not None and self.tappet_mass > 0.0 and not self.elastic_tappet:
             raise ValueError("with an elastic cam shaft a tappet_mass needs a tappet_stiffness")
+        if self.body_compliance and self.estimate == "chord":
+            raise ValueError("body_compliance begins below the contact's own depth, and estimate = 'chord' has none")
+        if self.body_compliance and self.tappet_mass > 0.0 and self.tappet_contact is None:
+            raise ValueError("with body_compliance a tappet_mass stands on the body, which needs its tappet_contact")
         if self.sweep is not None and self.sweep[0] >= self.sweep[1]:
             raise ValueError("sweep must rise from its first speed to its second")
         return self
@@ -181,6 +190,7 @@ class DynamicsSpec(Section):
             found["sweep_points"] = "there is no sweep"
         if self.contact_stiffness is not None:
             found["estimate"] = "contact_stiffness is given, nothing is estimated"
+            found["body_compliance"] = "contact_stiffness is given: how much of the body it holds is not known"
         if not self.fluctuation:
             found["fluctuation_order"] = "the speed does not swing without a fluctuation"
         if not self.cam_mass:

@@ -137,13 +137,17 @@ class Slices:
 
         Raises DesignError where a contact is wider than the body that makes it.
         """
+        return np.asarray((self.rates(line_load, estimate) * self.lever * self.width).sum(axis=1))
+
+    def rates(self, line_load: Floats, estimate: Estimate = "half-space") -> Floats:
+        """Change of the line loads, N/mm, with the turret's angle, rad, (n, e); zero of what does not press."""
         pressed = line_load > 0.0
         load, curvature = np.where(pressed, line_load, 1.0), np.where(pressed, self.curvature, 1.0)
         soft = self._chord(load, curvature) if estimate == "chord" else self._half_space(load, curvature)
         if estimate == "half-space":
             # The approach P f(P) has f fall with ln b, half of ln P: d(P f)/dP = f - (compliances)/pi.
             soft = soft - pair_compliance(self.roller, self.cam) / np.pi
-        return np.asarray(np.where(pressed, self.width / soft * np.square(self.lever), 0.0).sum(axis=1))
+        return np.where(pressed, self.lever / soft, 0.0)
 
     def _half_space(self, line_load: Floats, curvature: Floats) -> Floats:
         """Approach over line load, mm²/N, of bodies that yield down to the roller's axis and its diameter."""

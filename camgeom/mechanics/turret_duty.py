@@ -308,25 +308,49 @@ class TurretDuty:
         """Normal force on every roller, N, (n, k)."""
         return np.asarray((self.line_load * self._cover).sum(axis=2))
 
-    def pressed(self, index: int) -> tuple[Floats, Floats]:
-        """Points (p, 3), mm, of the pressed slices on the cam at a sample point, and their forces (p, 3) on it, N."""
+    def pressed(self, index: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """The pressed slices on the cam at a sample point: points (p, 3), mm, normals into the cam (p, 3), forces along
+        them (p,), N, and per length (p,), N/mm."""
         e, way = self.engagement, 0 if self.turret_torque[index] >= 0.0 else 1
         loads = np.zeros(e.cover[:, index].shape)
         if self._by_slices:
             loads[:] = self._on_walls[0][:, index]
         else:
             loads[way] = self.line_load[index]
-        force = (loads * e.cover[:, index])[..., None] * e.normal[:, index]
-        points, forces = [], []
+        each = [one for _, one in self._contacts(e, index, loads)]
+        points, inward, sizes, density = (np.concatenate([one[k] for one in each]) for k in range(4))
+        return points, inward, sizes, density
+
+    def stirred(self, theta: Floats) -> list[list[tuple[float, tuple[Floats, Floats, Floats, Floats]]]]:
+        """Every contact of a roller and a wall that presses at cam angles (n,), rad, in rising order: its stiffness, N
+        mm/rad, and the same of what a turn of 1 rad of the turret would add there.
+
+        Raises DesignError where no roller can bear.
+        """
+        e = Engagement(self.tracks, self.beside.inside, theta)
+        slices = self.slices(e)
+        rate = slices.rates(slices.held(self.torque_at(theta, self.preload > 0.0)).line_load)
+        shape = (2, len(e.places), len(e.stations))
+        return [self._contacts(e, i, one.reshape(shape)) for i, one in enumerate(rate)]
+
+    def _contacts(
+        self, e: Engagement, index: int, loads: Floats
+    ) -> list[tuple[float, tuple[Floats, Floats, Floats, Floats]]]:
+        """Torque, N mm, and `pressed` of every contact with line loads (2, k, m), N/mm, at one cam angle."""
+        found = []
         for place, (number, turn) in enumerate(e.places):
-            track, phi = self.tracks[number], self.theta[index : index + 1] + TURN * turn
+            track, phi = self.tracks[number], e.theta[index : index + 1] + TURN * turn
             for side in track.sides if track.span[0] <= phi[0] <= track.span[1] else ():
                 wall = 0 if float(Flank(track, phi, e.stations, side).lever().mean()) < 0.0 else 1
                 t = track.meridian.parameters(e.place[wall, index, place])
-                some = loads[wall, place] * e.cover[wall, index, place] > 0.0
-                points.append(Flank(track, phi, t, side).x[:, 0].T[some])
-                forces.append(force[wall, place][some])
-        return np.concatenate(points), np.concatenate(forces)
+                line = loads[wall, place]
+                force = line * e.cover[wall, index, place]
+                some = force != 0.0
+                if some.any():
+                    torque = abs(float((force * e.lever[wall, index, place]).sum()))
+                    x = Flank(track, phi, t, side).x[:, 0].T
+                    found.append((torque, (x[some], e.normal[wall, index, place][some], force[some], line[some])))
+        return found
 
     @cached_property
     def _cover(self) -> Floats:

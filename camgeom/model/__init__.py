@@ -33,6 +33,7 @@ from camgeom.track.follower import Setup
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
+    from camgeom.body.compliance import Below
     from camgeom.body.stress import RootStress
     from camgeom.body.volume import Volume
     from camgeom.cams import Cam
@@ -483,6 +484,22 @@ class Model(Sealed):
                          None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
 
     @fact
+    def below(self) -> Below | None:
+        """What the body gives way below its contacts; None without dynamics.body_compliance.
+
+        Raises DesignError where it is pressed by nothing, or cannot be meshed.
+        """
+        spec = self.profile.dynamics_spec
+        if spec is None or not spec.body_compliance:
+            return None
+        from camgeom.body.compliance import below_roller, below_turret
+
+        self.refuse_folded()
+        if self.turret_duty is not None:
+            return below_turret(self.parts, self.turret_duty, lambda: self.solid.mesh)
+        return below_roller(self.parts[0], self.cutters, self.duty, self.drive, lambda: self.solid.mesh)
+
+    @fact
     def turret_duty(self) -> TurretDuty | None:
         """Load sharing, stress and life of a turret; None for other cams, and without an [operation]."""
         from camgeom.model.loads import ratings_of, turret_duty
@@ -508,7 +525,7 @@ class Model(Sealed):
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
-        return elastic_follower_of(self.profile, self.mechanism, self.load)
+        return elastic_follower_of(self.profile, self.mechanism, self.load, self.below)
 
     @fact
     def dynamic_duties(self) -> tuple[Duty, ...]:

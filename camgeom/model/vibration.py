@@ -24,6 +24,7 @@ from camgeom.profile.solvers import refuse
 from camgeom.solid.mechanism import Drive
 
 if TYPE_CHECKING:
+    from camgeom.body.compliance import Below
     from camgeom.dynamics.follower.study import FollowerStudy
     from camgeom.dynamics.follower.train import Closure, FollowerResponse
     from camgeom.dynamics.indexing.study import IndexingStudy
@@ -123,6 +124,8 @@ class Indexer(Protocol):
     def mass(self) -> tuple[Any, ...]: ...
     @property
     def turret(self) -> Solid | None: ...
+    @property
+    def below(self) -> Below | None: ...
 
 
 def indexing_of(model: Indexer) -> IndexingStudy:
@@ -149,15 +152,21 @@ def indexing_of(model: Indexer) -> IndexingStudy:
         sources["contact_stiffness"] = source
     inertias = _inertias(model, model.mechanism.turret.follower.inertia, spec, sources)
     against, program = Resistance(model.load), model.mechanism.program
-    if not against.jumps:
-        return indexing_study(spec, program, speed, table, inertias, sources)
 
     def torque(theta: Floats, side: Side) -> Floats:
         friction, applied = against.friction(theta, side), against.applied(theta, side)
         return np.stack([np.zeros(theta.shape), -friction, -applied], -1)
 
-    motion = Broken(program, against.edges)
-    return indexing_study(spec, motion, speed, table, inertias, sources, torque)
+    motion, acting = (Broken(program, against.edges), torque) if against.jumps else (program, None)
+    rigid = indexing_study(spec, motion, speed, table, inertias, sources, acting)
+    if model.below is None:
+        return rigid
+    # What the contact moves is its share of the whole way, and so is the work of its damper.
+    left = model.below.at(np.linspace(0.0, TURN, len(table), endpoint=False))
+    soft = spec.model_copy(update={"contact_damping": float(np.mean(left)) ** 2 * spec.contact_damping})
+    sources = sources | {"contact_stiffness": f"{sources['contact_stiffness']}, and the body below"}
+    table = tuple((left * np.array(table)).tolist())
+    return replace(indexing_study(soft, motion, speed, table, inertias, sources, acting), rigid=rigid)
 
 
 def _inertias(model: Indexer, own: float, spec: DynamicsSpec, sources: dict[str, str]) -> dict[str, float]:
@@ -210,8 +219,12 @@ def _turret_inertia(model: Indexer) -> float:
     return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
 
 
-def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load) -> FollowerStudy:
+def elastic_follower_of(
+    profile: Profile, mechanism: Mechanism, load: Load, below: Below | None = None
+) -> FollowerStudy:
     """The elastic follower under the load at the operating speed; force-closed where a spring holds it on the cam.
+
+    below  what the cam's body gives way below the contact
 
     Friction, weight and applied forces act on the mass beyond the linkage. The guides lead the cam's end of it: their
     friction is that of a tappet which follows the cam, so it needs a rigid contact and cam shaft. Raises ProfileError
@@ -229,10 +242,42 @@ def elastic_follower_of(profile: Profile, mechanism: Mechanism, load: Load) -> F
     closure: Closure = "force" if mechanism.drive is Drive.ALONE else "form"
     against, motion = Resistance(load), mechanism.program
     acting = against if against.jumps or si.weight else None
-    return follower_study(
-        spec, Broken(motion, against.edges) if against.jumps else motion, profile.operation.speed, load.rotating,
-        closure, si.mass, si.rate, si.preload, acting,
-    )  # fmt: skip
+    speed, wanted = profile.operation.speed, Broken(motion, against.edges) if against.jumps else motion
+
+    def study(spec: DynamicsSpec) -> FollowerStudy:
+        return follower_study(spec, wanted, speed, load.rotating, closure, si.mass, si.rate, si.preload, acting)
+
+    if below is None:
+        return study(spec)
+    soft, angle = softest(below, profile, mechanism, load)
+    return replace(study(_yielding(spec, soft)), rigid=study(spec), body=(soft, angle))
+
+
+def softest(below: Below, profile: Profile, mechanism: Mechanism, load: Load) -> tuple[float, float]:
+    """Largest compliance, mm/N (rad/(N m)), of the body along the follower's motion, and its cam angle, rad."""
+    duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
+    lever = duty.force.panels.at(duty.reference.lever, below.theta)
+    along = below.value / lever**2 / (MILLI if load.rotating else 1.0)
+    worst = int(np.argmax(along))
+    return float(along[worst]), float(below.theta[worst])
+
+
+def _yielding(spec: DynamicsSpec, soft: float) -> DynamicsSpec:
+    """The spec with the body's compliance, mm/N (rad/(N m)), in series with the contact, or the linkage.
+
+    A body that is stiffer than the half-space of the contact's formula stiffens that contact, and no linkage. What a
+    spring moves is its share of the whole way, and so is the work of its damper. Raises DesignError where nothing of
+    the contact is left.
+    """
+    name = "linkage" if spec.tappet_contact is None else "tappet"
+    stiff = spec.linkage_stiffness if spec.tappet_contact is None else spec.tappet_stiffness
+    assert stiff is not None, "kind = 'follower' needs it"
+    left = 1.0 + stiff * (max(soft, 0.0) if spec.tappet_contact is None else soft)
+    if left <= 0.0:
+        raise DesignError("the body below the contact is stiffer than the whole of the contact: the meshes of this "
+                          "body are too coarse for dynamics.body_compliance")  # fmt: skip
+    damping = spec.linkage_damping if spec.tappet_contact is None else spec.tappet_damping
+    return spec.model_copy(update={f"{name}_stiffness": stiff / left, f"{name}_damping": damping / left**2})
 
 
 @final

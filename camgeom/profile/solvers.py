@@ -68,7 +68,22 @@ def _of_drive(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> Ite
             if force.hangs_on_speed:
                 yield Problem(f"operation.force[{index}].expression", "hangs on v or a: in dynamics.sweep it would be "
                               "that of one speed", force.expression, "phi, deg and s", "or leave dynamics.sweep out")
+    if spec.body_compliance and (reason := _not_meshed(mechanism)):
+        yield Problem("dynamics.body_compliance", reason, True, "false")
     yield from (_of_indexing if turret else _of_follower)(profile, spec, mechanism)
+
+
+def _not_meshed(mechanism: Mechanism) -> str:
+    """Why nothing is known of the body below a mechanism's contacts; empty where it is."""
+    if mechanism.roller is None:
+        return "begins below the depth of a roller's contact, and there is no [roller]"
+    if mechanism.bore is None:
+        return "needs the body's volume, and one without a bore is held by nothing: give cam.bore"
+    from camgeom.body.compliance import unmeshed
+
+    with suppress(DesignError):
+        return unmeshed(mechanism.parts, mechanism.cutters)
+    return ""
 
 
 def _of_indexing(profile: Profile, spec: DynamicsSpec, mechanism: Mechanism) -> Iterator[Problem]:

@@ -66,7 +66,10 @@ class Result:
 
 
 def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
-    """Products and checks that a command computes; `only` narrows them. Raises ProfileError for an unknown name."""
+    """Products and checks that a command computes; `only` narrows them. Raises ProfileError for an unknown name.
+
+    A body that is asked for is judged, too.
+    """
     products = COMMANDS[command]
     if only is None:
         return products, None
@@ -83,6 +86,8 @@ def chosen(command: str, only: Iterable[str] | None) -> tuple[tuple[str, ...], t
             raise ProfileError([Problem("--only", "unknown product or check", name, ", ".join(known), hint)])
     wanted = tuple(name for name in names if name in PRODUCTS)
     single = tuple(name for name in names if name not in PRODUCTS)
+    if "body" in wanted and "checks" not in wanted:
+        single = (*single, "root-stress")
     return tuple(dict.fromkeys((*wanted, *(("checks",) if single else ())))), single or None
 
 

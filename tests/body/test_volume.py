@@ -125,7 +125,8 @@ def test_plates_frames_and_end_faces_are_rings(name: str) -> None:
     x, torque = volume.ring.nodes, 0.0
     if model.turret_duty is not None:
         at = np.argmin(np.abs(model.turret_duty.theta - volume.patch.theta))
-        torque = float(np.cross(*model.turret_duty.pressed(int(at))).sum(axis=0)[2])
+        points, inward, sizes, _ = model.turret_duty.pressed(int(at))
+        torque = float(np.cross(points, sizes[:, None] * inward).sum(axis=0)[2])
         assert np.cross(x, volume.forces).sum(axis=0)[2] == pytest.approx(torque, rel=1e-3)
 
 
@@ -161,9 +162,9 @@ def test_the_forces_of_rollers_that_share_are_those_of_the_duty() -> None:
     duty = Model(from_data(changed("tool_changer"))).turret_duty
     assert duty is not None
     at = turret_sample(duty, None)
-    points, forces = duty.pressed(at)
-    size = np.linalg.norm(forces, axis=1).sum()
-    assert size == pytest.approx(duty.roller_load[at].sum())
+    points, inward, sizes, _ = duty.pressed(at)
+    forces = sizes[:, None] * inward
+    assert sizes.sum() == pytest.approx(duty.roller_load[at].sum())
     theta = duty.theta[at : at + 1]
     assert abs(np.cross(points, forces).sum(axis=0)[2]) == pytest.approx(
         abs(float(duty.force.panels.at(duty.torque, theta)[0])), rel=1e-9

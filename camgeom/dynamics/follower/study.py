@@ -24,6 +24,11 @@ from camgeom.motion.program import Program
 RPM = pi / 30.0
 SETTLED = 0.01
 """share of the stroke within which a follower counts as settled where the profile gives no band"""
+BESIDE = (
+    "frequencies_hz", "peak_acceleration_m_s2", "peak_acceleration_rad_s2", "peak_contact_force_n",
+    "peak_contact_force_n_m", "least_contact_force_n", "least_contact_force_n_m",
+)  # fmt: skip
+"""figures of a follower on a rigid body that stand beside those on one that yields"""
 STATIONS = 721
 """cam angles at which the stroke is looked for"""
 
@@ -32,7 +37,9 @@ STATIONS = 721
 class FollowerStudy(Settles):
     """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles).
 
-    band, m (rad): within it of where its load would rest, the follower counts as settled in a dwell.
+    band, m (rad): within it of where its load would rest, the follower counts as settled in a dwell. rigid: the same
+    follower on a cam whose body is rigid below its contact, where this one's is not; body: that body's compliance, mm/N
+    (rad/(N m)), and the cam angle, rad, at which it is that soft.
     """
 
     train: FollowerTrain
@@ -45,6 +52,8 @@ class FollowerStudy(Settles):
     sweep_speeds: Floats | None = None
     polydyne: bool = False
     band: float = 1e-4
+    rigid: FollowerStudy | None = None
+    body: tuple[float, float] = (0.0, 0.0)
 
     @sought
     def steady(self) -> FollowerResponse:
@@ -163,6 +172,13 @@ class FollowerStudy(Settles):
             out |= self._polydyne_figures(length)
         if self.sweep_speeds is not None:
             out["sweep"] = self._sweep_figures(length, force)
+        if self.rigid is not None:
+            soft, angle = self.body
+            # Of a body as stiff as the contact's half-space, or stiffer, nothing is left to yield.
+            out["body_stiffness_n_m_rad" if rotating else "body_stiffness_n_mm"] = 1.0 / soft if soft > 0.0 else None
+            out["body_softest_at_deg"] = degrees(angle)
+            beside = self.rigid.summary(rotating)
+            out["rigid_body"] = {key: beside[key] for key in BESIDE if key in beside}
         return out
 
     def _sweep_figures(self, length: str, force: str) -> dict[str, object]:

@@ -48,7 +48,8 @@ class IndexingStudy(Settles):
     """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
 
     sources: where contact stiffness and inertias that the [dynamics] table does not give come from. torque: what acts
-    on the drive beside its inertias.
+    on the drive beside its inertias. rigid: the same drive whose cam's body is rigid below its contacts, where this
+    one's is not.
     """
 
     drive: IndexingDrive
@@ -61,6 +62,7 @@ class IndexingStudy(Settles):
     sweep_speeds: Floats | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
     torque: Torque | None = None
+    rigid: IndexingStudy | None = None
 
     @cached_property
     def modes(self) -> Modes:
@@ -154,6 +156,17 @@ class IndexingStudy(Settles):
             **self._data_figures(),
             **self._dwell_figures(),
             **self._sweep_figures(),
+            **({} if self.rigid is None else {"rigid_body": self.rigid._beside()}),
+        }
+
+    def _beside(self) -> dict[str, object]:
+        """What stands beside the figures of a drive whose cam's body yields."""
+        return {
+            "first_frequency_hz": self.modes.lowest_hz()[0],
+            "mean_contact_stiffness_n_m_per_rad": self.drive.contact_stiffness,
+            "peak_load_acceleration_rad_s2": float(self.steady.peak("load_acceleration").magnitude[0]),
+            "peak_contact_torque_n_m": float(self.steady.peak("contact_torque").magnitude[0]),
+            **self._dwell_figures(),
         }
 
     def _near_critical(self, speed_rpm: float) -> list[dict[str, object]]:

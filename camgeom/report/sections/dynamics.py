@@ -308,4 +308,12 @@ def figures(study: FollowerStudy, rotating: bool) -> Table:
     if study.shaft is not None:
         rows.append(("Peak windup of the camshaft", degrees(float(steady.peak("windup").magnitude[0])), "°"))
         rows.append(("Peak torque of the camshaft", float(steady.peak("shaft_torque").magnitude[0]), "N m"))
+    if study.rigid is not None:
+        soft, angle = study.body
+        unit = "N m/rad" if rotating else "N/mm"
+        where = f"Stiffness of the cam's body below the contact, at its softest, {degrees(angle):.4g}°"
+        rows.append((where, 1.0 / soft if soft > 0.0 else "no softer than the contact's half-space", unit))
+        first, stiff = study.rigid.train.natural_frequency()[0], study.rigid.steady.peak("acceleration").magnitude[0]
+        rows.append(("Natural frequency 1 on a rigid cam body", float(first) / TURN, "Hz"))
+        rows.append(("Peak acceleration on a rigid cam body", float(stiff), acceleration))
     return quantities("The elastic follower in numbers", rows)

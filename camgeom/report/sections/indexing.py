@@ -240,6 +240,14 @@ def figures(study: IndexingStudy) -> Table:
                 "" if settled is None else "ms",
             ),
         ]
+    if study.rigid is not None:
+        for words, one in (("with the cam's body", study), ("on a rigid cam body", study.rigid)):
+            highest = float(one.steady.peak("load_acceleration").magnitude[0])
+            rows += [
+                (f"First natural frequency, {words}", one.modes.lowest_hz()[0], "Hz"),
+                (f"Mean contact stiffness, {words}", one.drive.contact_stiffness, "N m/rad"),
+                (f"Peak load acceleration, {words}", highest, "rad/s²"),
+            ]
     return quantities(f"The drive at {number(study.speed * RAD)} r/min", rows)
 
 
