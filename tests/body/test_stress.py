@@ -167,14 +167,14 @@ def test_a_section_is_coloured_within_the_body_alone() -> None:
 
 @pytest.mark.slow
 def test_a_thinner_end_wall_bends_more_and_the_pressed_wall_bears_the_stress(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stress, "ANGLES", 24)
+    monkeypatch.setattr(stress, "ANGLES", 12)
     monkeypatch.setattr(stress, "Fineness", lambda: Fineness((2, 2), (2, 2), 1, 1, (2, 2), 1))
     nominal = [pin(length=length).root_stress for length in (110.0, 106.0)]
     thick, thin = (one.nominal for one in nominal if one is not None)
-    at = 20  # 300 deg, on the upper flank, whose wall ends at the drum's length
+    at = 10  # 300 deg, on the upper flank, whose wall ends at the drum's length
     assert thick[at] > 5.0
     assert thin[at] > 1.2 * thick[at]
-    still = np.abs(thick[:9]).max()  # a dwell without load
+    still = np.abs(thick[:5]).max()  # a dwell without load
     assert still < 0.05 * thick.max()
 
 
