@@ -19,9 +19,11 @@ from camgeom.keys import Section
 from camgeom.track.follower import CrownedRoller, CylinderRoller, Setup
 
 if TYPE_CHECKING:
+    from camgeom.motion.program import Program
     from camgeom.solid import Part
     from camgeom.solid.blank import Wall
     from camgeom.solid.mechanism import Mechanism
+    from camgeom.track.carriage import Carriage
 
 
 class Cam(Section, ABC):
@@ -29,6 +31,7 @@ class Cam(Section, ABC):
 
     FOLLOWERS    follower kinds it accepts, the first one the usual
     MOTION_SPAN  deg of cam angle that the profile states; 180 where the other half follows, s(theta + pi) = lift - s
+    SLIDES       whether it goes to and fro where others turn, so that the profile states its motion over the `travel`
     STATIONS     whether several followers have room on one track of it
     TRACKS       keys of it that another track on the same body may have of its own; none: it has room for one
     ROLLERS      tables of rollers that it has, the first one for all that have no table of their own
@@ -36,9 +39,20 @@ class Cam(Section, ABC):
 
     FOLLOWERS: ClassVar[tuple[str, ...]]
     MOTION_SPAN: ClassVar[float] = 360.0
+    SLIDES: ClassVar[bool] = False
     STATIONS: ClassVar[bool] = False
     TRACKS: ClassVar[tuple[str, ...]] = ()
     ROLLERS: ClassVar[tuple[str, ...]] = ("roller",)
+
+    @property
+    def travel(self) -> float | None:
+        """Over which a cam that slides states its motion, mm; None of cams that turn."""
+        return None
+
+    def carriage(self, path: Program) -> Carriage | None:
+        """What slides such a cam along the `path`, the lift over its travel; None of cams that turn."""
+        del path
+        return None
 
     @abstractmethod
     def problems(self, setup: Setup) -> list[Problem]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 TORQUE = "less mass, force or speed, more angle for the motion, a smoother law, or a stronger drive"
+FORCE = "less mass, load or speed, a gentler motion, or a smoother or longer way round of the plate's drive"
 OUTPUT = "less inertia, torque or speed, a smoother law, more damping, or a stronger shaft"
 
 
@@ -51,6 +52,23 @@ def torque(model: Model) -> Iterable[Finding | NotJudged]:
         yield from _torque("torque", model, model.shaft.peak_torque)
     else:
         yield NotJudged("torque", NO_OPERATION)
+
+
+@check("drive-force", "operation")
+def drive_force(model: Model) -> Iterable[Finding | NotJudged]:
+    """Largest force that the drive of a cam that slides gives along its travel, for follower, plate and slide."""
+    limit, drives = model.profile.limits.drive_force_n, [one.slide_drive for one in model.states]
+    drive = max((one for one in drives if one is not None), key=lambda one: one.peak.value, default=None)
+    if drive is None:
+        return
+    if limit is None or drive.mass is None:
+        missing = "limits.drive_force_n" if limit is None else "cam.moving_mass"
+        told = f"the follower takes {drive.peak_groove.value:.4g} N along the travel"
+        if drive.mass is not None:
+            told = f"follower, plate and slide take {drive.peak.value:.4g} N"
+        yield NotJudged("drive-force", f"give {missing}: {told}")
+        return
+    yield judged("drive-force", drive.peak.value, "<=", limit, "N", FORCE, cam_angle=drive.peak.cam_angle)
 
 
 @solved("dynamic-torque", "dynamics", "shaft")

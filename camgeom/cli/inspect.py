@@ -89,7 +89,7 @@ def _written(folder: Path, data: dict[str, Any], found: Inspection) -> list[Path
         stream.write((json.dumps(data, indent=2, allow_nan=False) + "\n").encode())
     feet = found.feet
     table = np.column_stack(
-        [np.degrees(feet.phi), found.stations, found.points.T, feet.x.T, feet.n.T, found.deviation, found.kept]
+        [np.degrees(found.angles), found.stations, found.points.T, feet.x.T, feet.n.T, found.deviation, found.kept]
     )
     with atomic_write(files[1]) as stream:
         stream.write((",".join(COLUMNS) + "\n").encode())

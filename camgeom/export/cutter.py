@@ -94,7 +94,8 @@ def write_apt(path: Path, machining: Machining) -> int:
     cutter = ",".join(f"{value:.6f}" for value in tool.apt(height))
     head = [
         f"PARTNO/{_capitals(machining.title, _IN_APT)[:64]}",
-        "PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN AND Z ON THE CAM AXIS",
+        f"PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN {machining.machine.origin}"
+        if machining.machine.slides else "PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN AND Z ON THE CAM AXIS",
         f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
         f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, ALLOWANCE {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
@@ -180,7 +181,7 @@ def write_gcode(path: Path, machining: Machining) -> int:
         *machine.about,
         f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
         f"ALLOWANCE {spec.allowance:.6g} MM",
-        f"G54 ON THE CAM AXIS; G43 H{spec.tool_number}; G53 {machine.retreat}0 CLEARS THE PART",
+        f"G54 {machine.origin}; G43 H{spec.tool_number}; G53 {machine.retreat}0 CLEARS THE PART",
         *(["THE TOOL PLUNGES STRAIGHT DOWN: IT CUTS TO ITS CENTRE, OR THE START IS OPEN"] if 0.0 in leads else []),
         f"{'G93: F IS 1/MIN' if inverse else 'G94'}; SURFACE SPEED {spec.feed:.6g} MM/MIN AT THE CONTACT",
     ]

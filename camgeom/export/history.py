@@ -76,7 +76,12 @@ def _loads(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
     force, panels = bearing.force, bearing.force.panels
     yield f"follower_{torque}_{unit}", factor * panels.at(force.force, theta)
     yield f"inertia_{torque}_{unit}", factor * panels.at(force.inertia, theta)
-    if model.shaft is not None:
+    if (drive := model.slide_drive) is not None:
+        yield "travel_mm", drive.carriage.travel(theta)
+        yield "travel_force_n", panels.at(drive.groove, theta)
+        if drive.mass is not None:
+            yield "drive_force_n", panels.at(drive.force, theta)
+    elif model.shaft is not None:
         yield "camshaft_torque_n_m", 1e-3 * model.shaft.at(theta)
     if model.turret_duty is not None:
         yield from _turret(model.turret_duty, theta)

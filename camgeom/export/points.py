@@ -56,7 +56,7 @@ def flank_points(model: Model) -> dict[str, Floats]:
         columns = {
             "points": patch.x.T,
             "normals": patch.n.T + 0.0,
-            "cam_angle_deg": np.degrees(phi),
+            "cam_angle_deg": np.degrees(surface.angle(phi)),
             "roller_mm": surface.station(t),
             "pressure_angle_deg": np.degrees(pressure),
             "curvature_1_per_mm": larger,
@@ -99,7 +99,7 @@ def _contact(
     if isinstance(surface, RolledFlank):
         flanks = [survey for one in model.grooves for survey in one.flanks]
         track = next(i for i, survey in enumerate(flanks) if survey.cutter is surface.track)
-        flank = Flank(flanks[track].track, phi, t[:, None], surface.side)
+        flank = Flank(flanks[track].track, surface.angle(phi), t[:, None], surface.side)
         return track, surface.side, flank.pressure_angle()[:, 0], flank.k_rel[:, 0]
     touches = model.mechanism.touches
     touch = next((one for one in touches if one.outline is surface.outline), touches[0])
@@ -201,7 +201,8 @@ def _inspection_rows(surface: FlankSurface, step: float, across: int) -> Floats:
     patch = surface.at(phi, t)
     pitch = surface.pitch(phi, t)
     pitch = np.full((3, len(phi)), np.nan) if pitch is None else pitch
-    columns = [np.degrees(phi), surface.station(t), *patch.x, *patch.n, *_polar(patch.x), *pitch, *_polar(pitch)]
+    angle = np.degrees(surface.angle(phi))
+    columns = [angle, surface.station(t), *patch.x, *patch.n, *_polar(patch.x), *pitch, *_polar(pitch)]
     return np.column_stack(columns) + 0.0  # no negative zeros
 
 

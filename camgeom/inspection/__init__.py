@@ -106,6 +106,7 @@ class Inspection:
     feet: Feet
     deviation: Floats
     stations: Floats
+    angles: Floats
     rounds: int
 
     @property
@@ -126,7 +127,7 @@ class Inspection:
             float(values.min()),
             float(np.sqrt(np.mean(values**2))),
             float(self.deviation[worst]),
-            float(self.feet.phi[worst]),
+            float(self.angles[worst]),
             float(self.stations[worst]),
         )
 
@@ -173,14 +174,15 @@ def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit
     best = registration.solved()
     if best.foreign or (best.rms > SUSPECT and fit != "none"):
         _refuse(registration, best)
-    stations = np.zeros(x.shape[1])
+    stations, angles = np.zeros(x.shape[1]), np.zeros(x.shape[1])
     for number, surface in enumerate(surfaces):
         mine = best.feet.surface == number
         stations[mine] = surface.station(best.feet.t[mine])
+        angles[mine] = surface.angle(best.feet.phi[mine])
     words = ("tilt about X", "tilt about Y", "angle", "shift along X", "shift along Y", "axial shift")
     return Inspection(
         fit, best.turn, best.shift, tuple(words[k] for k in best.weak), names,
-        best.turn @ x + best.shift[:, None], best.kept, best.feet, best.deviation, stations, best.rounds,
+        best.turn @ x + best.shift[:, None], best.kept, best.feet, best.deviation, stations, angles, best.rounds,
     )  # fmt: skip
 
 

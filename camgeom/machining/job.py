@@ -12,6 +12,7 @@ from camgeom.machining.contour import ContourPath
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import CentrePath, FlankPath, SidePath, ToolPath
 from camgeom.machining.plan import LEAST, Machining
+from camgeom.machining.plate import plate_machining
 from camgeom.machining.rows import Rows, rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
@@ -29,6 +30,8 @@ def machining_of(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism]) 
     if found := [problem for one in mechanisms for problem in spec.problems(one)]:
         raise ProfileError(found)
     blank, cutters = mechanisms[0].blank, tuple(track for one in mechanisms for track in one.cutters)
+    if mechanisms[0].carriage is not None:
+        return plate_machining(title, spec, mechanisms[0], mechanisms[0].carriage)
     if blank is None:
         return _planar(title, spec, mechanisms[0])
     safe = max(r for r, _ in blank.outline) + spec.retract

@@ -46,6 +46,7 @@ class Machine:
             swing is about the radial axis (a wheel set to the helix angle)
     swings  True where a swing axis is needed
     sense   +1 where the cam turns counter-clockwise
+    slides  True of a plate that slides: it has no axis
     """
 
     rotary: str
@@ -54,6 +55,12 @@ class Machine:
     sense: float = 1.0
     reverse: bool = False
     pivot: float = 0.0
+    slides: bool = False
+
+    @property
+    def origin(self) -> str:
+        """Where the coordinates count from, in words."""
+        return "AT THE PLATE'S CORNER, UNDERSIDE" if self.slides else "ON THE CAM AXIS"
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -73,6 +80,8 @@ class Machine:
     def about(self) -> list[str]:
         """What the axes are, in words."""
         radial, across, axial, *_ = LETTERS[self.rotary]
+        if self.slides:
+            return [f"{radial} ALONG THE TRAVEL, {across} ACROSS, {axial} UP; ORIGIN {self.origin}"]
         lines = [f"{axial} ALONG THE CAM AXIS, {radial} RADIAL, {across} ACROSS; ORIGIN ON THE CAM AXIS AT CAM Z = 0"]
         if self.way != "plain":
             way = "CLOCKWISE" if self.reverse else "COUNTER-CLOCKWISE"

@@ -67,7 +67,8 @@ class CutterSpec(Section):
     retract: Length = Field(5.0, description="mm, from the blank to where the tool may move freely")
     overrun: Gap = Field(0.0, description="mm, by which the tool passes the lower face of a disc")
     machine: Literal["rotary", "plain"] = Field(
-        "rotary", description="G-code: rotary: a rotary axis turns the cam; plain: planar cams by X and Y alone"
+        "rotary", description="G-code: rotary: a rotary axis turns the cam; plain: planar cams by X and Y "
+        "alone, as linear cams always are"
     )
     rotary: Literal["A", "B", "C"] | None = Field(
         None, description="letter of the axis that turns the cam; default A, on discs C"
@@ -100,6 +101,8 @@ class CutterSpec(Section):
         found = self._own_problems()
         if found:
             return found
+        if mechanism.carriage is not None:
+            return self._planar_problems(True) + self._plate_problems()
         if mechanism.blank is None:
             return self._planar_problems(mechanism.roller is not None)
         tracks = mechanism.cutters
@@ -164,6 +167,15 @@ class CutterSpec(Section):
         if self.pivot:
             found.append(_problem("pivot", self.pivot, "0: no swing axis turns on a disc"))
         return found + self._plain_path("a disc")
+
+    def _plate_problems(self) -> list[Problem]:
+        """A plate is cut by X and Y alone, from its upper face, beginning at an end of its groove."""
+        absent = {"overrun": 0.0, "start_angle": 0.0, "rotary": None, "reversed_rotary": False}
+        return [
+            _problem(key, getattr(self, key), "none on a plate, which lies still under X and Y and has two ends")
+            for key, wanted in absent.items()
+            if getattr(self, key) != wanted
+        ]
 
     def _width_problems(self, tracks: tuple[Track, ...]) -> list[Problem]:
         """A tool must go into the groove; beside a rib it has room."""

@@ -102,6 +102,7 @@ class RollerDuty:
     runs_out  True where the roller leaves the cam on purpose: nothing presses it where it has no wall
     table   of the profile that has the roller
     alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
+    passes  over a place of the cam in one turn of its drive: of several each counts as the hardest of them
     """
 
     track: Track
@@ -117,6 +118,7 @@ class RollerDuty:
     alone: bool = False
     ends: Ends = PLAIN
     table: str = "roller"
+    passes: float = 1.0
 
     @property
     def speed(self) -> float:
@@ -714,12 +716,12 @@ class RollerDuty:
     @cached_property
     def cam_life(self) -> CamLife:
         """Fatigue life of the cam's walls at the quoted station."""
-        return cam_life(self.contact, self.cam, self.speed)
+        return cam_life(self.contact, self.cam, self.speed, self.passes)
 
     @cached_property
     def slice_cam_life(self) -> CamLife:
         """Fatigue life of the cam's walls at every slice, (m,)."""
-        return cam_life(self.slices, self.cam, self.speed)
+        return cam_life(self.slices, self.cam, self.speed, self.passes)
 
     @cached_property
     def bearing(self) -> BearingLife | None:
@@ -809,7 +811,7 @@ class RollerDuty:
         share = np.divide(slip, on_cam, out=np.zeros_like(slip), where=on_cam > 0.0)
         work = self.force.panels.integral(self._slice_load * slip)
         round_it = 2.0 * np.pi * self.radius
-        return {"roller": float(np.max(work) / round_it), "cam": float((self._slice_load * share).max())}
+        return {"roller": float(np.max(work) / round_it), "cam": self.passes * float((self._slice_load * share).max())}
 
     @cached_property
     def lives(self) -> dict[str, float]:

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.life import RollerLife
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.roller_duty import RollerDuty
+    from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
@@ -671,6 +672,8 @@ class Model(Sealed):
     @fact
     def tolerances(self) -> ToleranceStudy:
         """What errors of assembly and manufacture do: each alone, and, where [tolerance] gives them, all together."""
+        if self.mechanism.carriage is not None:
+            raise DesignError("errors of assembly are solved of cams that turn, not of one that slides so far")
         from camgeom.tolerance.causes import default_pivots
         from camgeom.tolerance.sensitivity import Loaded
         from camgeom.tolerance.study import ToleranceStudy
@@ -692,6 +695,15 @@ class Model(Sealed):
         if self.profile.operation is None or shared or self.mechanism.roller is None:
             return ()
         return roller_duties(self.profile.material, self.mechanism, self.load, ratings_of(self.profile))
+
+    @fact
+    def slide_drive(self) -> SlideDrive | None:
+        """What the drive of a cam that slides gives along its travel; None of cams that turn, without an [operation].
+        """
+        from camgeom.mechanics.slide_drive import SlideDrive
+
+        carriage = self.mechanism.carriage
+        return SlideDrive(self.duty, carriage, self.mechanism.moving_mass) if carriage and self.duties else None
 
     @fact
     def duty(self) -> RollerDuty:

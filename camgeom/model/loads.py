@@ -86,7 +86,7 @@ def roller_duties(
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
-                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table)
+                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table, mechanism.passes)
         )  # fmt: skip
     return tuple(duties)
 

@@ -60,29 +60,39 @@ class RolledFlank:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Cam angles it exists over, rad."""
+        """Cam angles it exists over, rad; of a cam that slides a turn is one way, evenly: see `angle`."""
         return self.track.span
+
+    def angle(self, phi: Floats) -> Floats:
+        """The cam angles (n,), rad, at such places: of a cam that slides those of its drive, on the way out."""
+        carriage = self.track.carriage
+        return phi if carriage is None else carriage.out(phi * carriage.stroke / TURN)
+
+    @property
+    def _run(self) -> Track:
+        return self.track.evenly
 
     @property
     def closed(self) -> bool:
         """True where the span's end is its beginning."""
-        return self.track.closed
+        return self._run.closed
 
     def knots(self) -> Floats:
         """Cam angles where second derivatives may jump."""
-        return self.track.knots()
+        return self._run.knots()
 
     def at(self, phi: Floats, t: Floats) -> Patch:
         """The flank at (phi, t), (n,) each. Raises DesignError where there is no contact."""
-        flank = Flank(self.track, phi, t[:, None], self.side)
+        flank = Flank(self._run, phi, t[:, None], self.side)
+        rate = 1.0 if flank.pose.pace is None else flank.pose.pace
         one, two = flank.tangents
         forms = flank.forms
-        second = tuple(-form[:, 0] for form in (forms.L, forms.M, forms.N))
-        return Patch(flank.x[:, :, 0], -flank.n[:, :, 0], one[:, :, 0], two[:, :, 0], second)  # type: ignore[arg-type]
+        second = -forms.L[:, 0] * rate**2, -forms.M[:, 0] * rate, -forms.N[:, 0]
+        return Patch(flank.x[:, :, 0], -flank.n[:, :, 0], one[:, :, 0] * rate, two[:, :, 0], second)
 
     def pitch(self, phi: Floats, t: Floats) -> Floats | None:
         """Points of the roller's axis beside the contact, (3, n)."""
-        pose = self.track.pose(phi, 0)
+        pose = self._run.pose(phi, 0)
         return np.asarray(pose.a[0] + self.track.meridian.jet(t)[0] * pose.u[0])
 
     def station(self, t: Floats) -> Floats:
@@ -109,6 +119,10 @@ class PrismFlank:
     def span(self) -> tuple[float, float]:
         """One turn, rad."""
         return 0.0, TURN
+
+    def angle(self, phi: Floats) -> Floats:
+        """The cam angles themselves."""
+        return phi
 
     @property
     def closed(self) -> bool:

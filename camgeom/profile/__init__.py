@@ -290,12 +290,16 @@ class Profile(Section):
         Raises ProfileError where the motion cannot be made or does not close.
         """
         follower = self.follower
-        problems = motion_problems(self.motion, follower, self.cam.MOTION_SPAN)
+        span, travel = self.cam.MOTION_SPAN, self.cam.travel
+        problems = motion_problems(self.motion, follower, span, travel)
         if problems:
             raise ProfileError(problems, self.source)
-        program = program_of(self.motion, follower, self.cam.MOTION_SPAN, _folder_name(self.source))
+        program = program_of(self.motion, follower, span, _folder_name(self.source), travel)
         corner = self.cutter_spec.corner_radius if self.cutter_spec is not None else 0.0
-        return Setup(follower, self.roller, program, corner, self.return_roller)
+        carriage = self.cam.carriage(program)
+        if carriage is not None:
+            program = carriage.program
+        return Setup(follower, self.roller, program, corner, self.return_roller, carriage)
 
 
 def read(path: str | Path) -> Profile:

@@ -39,6 +39,8 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     found = dict(profile.cam.idle(setup))
     rollers, dynamics, impact = profile.rollers, profile.dynamics_spec, profile.impact_spec
     turret = isinstance(setup.follower, TurretFollower)
+    if not profile.cam.SLIDES:
+        found["limits.drive_force_n"] = "only a linear cam's plate is driven along its travel"
     if not turret:
         found["limits.output_torque_n_m"] = "only a turret has an output shaft"
     elif setup.program.advance:

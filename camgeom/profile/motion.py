@@ -21,6 +21,8 @@ MAX_SEGMENTS = 3_000
 """a whole run of a disc with so many takes some 20 s; a law of a table or a spline holds more points"""
 SLIP = 1e-6
 """deg; digits lost by writing 360 / 7 in decimal"""
+LEAST_SHARE = 1e-9
+"""of the stroke, that a segment over the travel takes at least"""
 RATES = ("velocity", "acceleration", "jerk")
 
 
@@ -73,8 +75,13 @@ def _stray(key: str, value: object, at: str, law: LawEntry | None, sections: Sec
     return Problem(f"{at}.{key}", UNKNOWN, plain(value), "", hint or takes)
 
 
-def motion_problems(motion: Sequence[MotionSegment], follower: AnyFollower, span: float) -> list[Problem]:
-    """What a program cannot know of its segments: half turns, whole turret indexes; span is the stated range, deg."""
+def motion_problems(
+    motion: Sequence[MotionSegment], follower: AnyFollower, span: float, travel: float | None = None
+) -> list[Problem]:
+    """What a program cannot know of its segments: half turns, whole turret indexes, the travel of a cam that slides.
+
+    span: the stated range, deg; travel: mm, in place of it
+    """
     problems = [
         Problem(f"motion[{i}].{key}", "a dwell has none", getattr(segment, key), "", "give it a `to` and a law")
         for i, segment in enumerate(motion)
@@ -83,12 +90,32 @@ def motion_problems(motion: Sequence[MotionSegment], follower: AnyFollower, span
         if getattr(segment, key) is not None
     ]
     last = len(motion) - 1
+    if travel is not None:
+        return problems + _travel_problems(motion, travel)
     if span < 360.0 and abs(motion[last].until - span) > SLIP:
         message = "the last segment must end the stated half turn"
         problems.append(Problem(f"motion[{last}].until", message, motion[last].until, f"{span:g} deg"))
     if isinstance(follower, TurretFollower):
         problems += _index_problems(motion, 360.0 / follower.stops, follower.stops)
     return problems
+
+
+def _travel_problems(motion: Sequence[MotionSegment], travel: float) -> list[Problem]:
+    """Ends of segments, mm of travel, that do not follow on one another up to the stroke."""
+    found, previous, least = list[Problem](), 0.0, travel * LEAST_SHARE
+    for i, segment in enumerate(motion):
+        if segment.until - previous < least:
+            allowed = f"above {previous:g} mm of travel, up to the stroke of {travel:g} mm"
+            found.append(Problem(f"motion[{i}].until", "each segment must end after the one before it", segment.until,
+                                 allowed))  # fmt: skip
+        previous = segment.until
+        if i < len(motion) - 1 and segment.until > travel - least:
+            message = "only the last segment may end the stroke"
+            found.append(Problem(f"motion[{i}].until", message, segment.until, f"below {travel:g} mm, cam.stroke"))
+    if abs(previous - travel) > least:
+        message = "the last segment must end the stroke"
+        found.append(Problem(f"motion[{len(motion) - 1}].until", message, previous, f"{travel:g} mm, cam.stroke"))
+    return found
 
 
 def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -> list[Problem]:
@@ -108,15 +135,18 @@ def _index_problems(motion: Sequence[MotionSegment], index: float, stops: int) -
     return []
 
 
-def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: float, folder: str) -> Program:
-    """The motion program, mm or rad over rad of cam angle.
+def program_of(
+    motion: Sequence[MotionSegment], follower: AnyFollower, span: float, folder: str, travel: float | None = None
+) -> Program:
+    """The motion program, mm or rad over rad of cam angle; of a cam that slides its turn is the travel, mm.
 
     Where the profile states half a turn the other half mirrors it: s(theta + pi) = lift - s(theta). Raises
     ProfileError with every problem of the segments.
     """
     turning = follower.rotating
     unit = radians(1.0) if turning else 1.0
-    segments = [_segment(segment, unit) for segment in motion]
+    one = 360.0 / travel if travel is not None else 1.0
+    segments = [_segment(segment, unit, one, i == len(motion) - 1) for i, segment in enumerate(motion)]
     if span == 180.0:
         lift = next((segment.to for segment in reversed(segments) if segment.to is not None), 0.0)
         segments += [_mirrored(segment, lift) for segment in segments]
@@ -124,7 +154,7 @@ def program_of(motion: Sequence[MotionSegment], follower: AnyFollower, span: flo
     if turret:
         segments = _on_whole_indexes(segments, 2.0 * pi / follower.stops)  # type: ignore[union-attr]
     try:
-        return Program.from_segments(segments, closed=not turret, angular=turning, folder=folder)
+        return Program.from_segments(segments, closed=not turret and travel is None, angular=turning, folder=folder)
     except ProfileError as refused:
         raise ProfileError([_as_written(problem, motion) for problem in refused.problems], refused.file) from None
     except ArithmeticError as error:
@@ -155,14 +185,17 @@ def _extreme(segments: Sequence[Segment]) -> list[str]:
     return found or ["motion"]
 
 
-def _segment(segment: MotionSegment, unit: float) -> Segment:
-    """A segment in radians and inner units of lift; derivatives per degree become derivatives per radian."""
-    degree = radians(1.0)
+def _segment(segment: MotionSegment, unit: float, one: float, last: bool) -> Segment:
+    """A segment in radians and inner units of lift; derivatives per degree become derivatives per radian.
+
+    one: degrees of what `until` counts in, 1 or those of a mm of travel
+    """
+    degree = radians(one)
     rates = [getattr(segment, key) for key in RATES]
     velocity, acceleration, jerk = (
         None if rate is None else rate * unit / degree**order for order, rate in enumerate(rates, 1)
     )
-    until = 2.0 * pi if segment.until == 360.0 else radians(segment.until)
+    until = 2.0 * pi if (last if one != 1.0 else segment.until == 360.0) else radians(segment.until * one)
     to = None if segment.to is None else segment.to * unit
     return Segment(until, to, segment.law, segment.parameters, velocity, acceleration, jerk)
 

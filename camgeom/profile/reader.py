@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import ValidationError
 
-from camgeom.cams import cam_class, kinds
+from camgeom.cams import Cam, cam_class, kinds
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
 from camgeom.profile.errors import (
@@ -103,7 +103,7 @@ class Reader:
         models = self._models()
         parts["units"] = self._one_of("units", get_args(Units), "a unit of length") or "mm"
         if parts["units"] == "inch":
-            self.data, found = in_mm(self.data, self.sections, self.rotating)
+            self.data, found = in_mm(self.data, self.sections, self.rotating, self.slides)
             self.problems += found
         self._refuse_unknown_sections()
         for name, model in models.items():
@@ -114,9 +114,12 @@ class Reader:
         parts["station"] = self._stations()
         parts["name"] = self._name()
         parts["reproduces"] = self._one_of("reproduces", get_args(Reproduced), "a source document")
-        if self.problems and parts.get("motion") and parts.get("follower") and models["cam"]:
-            # The motion as a whole is judged even where another section is wrong.
-            self.problems += _motion_as_a_whole(parts["motion"], parts["follower"], self.span, self.file)
+        known = models["cam"] is not None and (parts.get("cam") is not None or not self.slides)
+        if self.problems and parts.get("motion") and parts.get("follower") and known:
+            # The motion as a whole is judged even where another section is wrong, but for that of a cam that slides,
+            # whose stroke has to be known.
+            whole = _motion_as_a_whole(parts["motion"], parts["follower"], self.span, self.file, parts.get("cam"))
+            self.problems += whole
         if self.problems:
             raise ProfileError(first_of(without_guessed(self.problems)), self.file)
         return {name: part for name, part in parts.items() if part is not None}
@@ -127,6 +130,7 @@ class Reader:
         cam_model = cam_class(cam) if cam else None
         accepted = cam_model.FOLLOWERS if cam_model else tuple(FOLLOWERS)
         self.span = cam_model.MOTION_SPAN if cam_model else 360.0
+        self.slides = cam_model is not None and cam_model.SLIDES
         follower = self._choice("follower", "kind", tuple(FOLLOWERS), "a follower kind", accepted[0])
         self.rotating = follower is not None and FOLLOWERS[follower].rotating
         if cam and follower and follower not in accepted:
@@ -400,10 +404,13 @@ def first_of(problems: list[Problem]) -> list[Problem]:
     return [*problems[:MOST_PROBLEMS], Problem("profile", f"and {more} problems more, of those looked at")]
 
 
-def _motion_as_a_whole(motion: Any, follower: AnyFollower, span: float, file: str) -> list[Problem]:
-    found = motion_problems(motion, follower, span)
+def _motion_as_a_whole(motion: Any, follower: AnyFollower, span: float, file: str, cam: Cam | None) -> list[Problem]:
+    travel = cam.travel if cam is not None else None
+    found = motion_problems(motion, follower, span, travel)
+    if found and travel is not None:
+        return found
     try:
-        program_of(motion, follower, span, str(Path(file).parent) if file else "")
+        program_of(motion, follower, span, str(Path(file).parent) if file else "", travel)
     except ProfileError as error:
         found += error.problems
     return found

@@ -38,13 +38,16 @@ INTERNAL: dict[str, Any] = {"internal": True}
 class MotionSegment(Section):
     """One segment of the motion; every other key of it is a parameter of its law."""
 
-    until: Annotated[float, Field(gt=0.0, le=360.0)] = Field(description="deg, cam angle at the segment's end")
+    until: Annotated[float, Field(gt=0.0, le=1e5)] = Field(
+        description="deg, cam angle at the segment's end, up to 360; of a linear cam mm of travel, up to its stroke"
+    )
     to: Degrees | None = Field(
         None, description="mm (deg of swinging followers and turrets), position at the segment's end; none: dwell"
     )
     law: Annotated[str, Field(max_length=60)] | None = Field(None, description="motion law, see `camgeom laws`")
     velocity: Number | None = Field(
-        None, description="mm (or deg) per degree of cam angle at the segment's end, for laws that join neighbours"
+        None, description="mm (or deg) per degree of cam angle at the segment's end, for laws that join neighbours; of a "
+        "linear cam per mm of travel"
     )
     acceleration: Number | None = Field(None, description="mm (or deg) per square degree at the segment's end")
     jerk: Number | None = Field(None, description="mm (or deg) per cubic degree at the segment's end")
@@ -119,7 +122,7 @@ def _reason(refused: ProfileError) -> str:
 class Operation(Section):
     """How the cam runs and what it drives."""
 
-    speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="r/min, cam speed")
+    speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="r/min, cam speed; of a linear cam that of its drive")
     friction: NonNegative = Field(0.0, description="N, against the motion (N mm for swinging followers and turrets)")
     guide_friction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         0.0, description="1, friction of a slide's guides under its side thrust, times overhang over bearing distance"
@@ -224,6 +227,9 @@ class Limits(Section):
     )
     torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="N m, largest torque of the camshaft: rigid, with vibration, from rest and with impacts"
+    )
+    drive_force_n: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
+        None, description="N, largest force that a linear cam's drive gives along the travel, for follower, plate and slide"
     )
     output_torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="N m, largest torque of a turret's output shaft: with vibration and from rest; rigid, of all "

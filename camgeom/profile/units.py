@@ -34,18 +34,32 @@ def is_length(key: str, meaning: str, rotating: bool) -> bool:
 
 
 def in_mm(
-    data: Mapping[str, Any], sections: Mapping[str, Sequence[type[BaseModel]]], rotating: bool
+    data: Mapping[str, Any], sections: Mapping[str, Sequence[type[BaseModel]]], rotating: bool, slides: bool = False
 ) -> tuple[dict[str, Any], list[Problem]]:
     """The data of a profile in inches with its lengths in mm, and what cannot be converted.
 
-    sections  the model of every section, by its name
+    sections  the model of every section, by its name; slides: the motion stands over a travel and not over an angle
     """
     found: list[Problem] = []
     made = dict(data)
     for name, models in sections.items():
         if name in data and "." not in name and name != "profile":
             made[name] = _converted(data[name], models, (name,), rotating, found)
+    if slides and isinstance(segments := data.get("motion"), tuple):
+        made["motion"] = tuple(map(_over_travel, made["motion"], segments))
     return made, found
+
+
+def _over_travel(made: Any, stated: Any) -> Any:
+    """A segment over a travel in inches: where it ends is a length, and its rates are lengths per length."""
+    if not isinstance(made, dict) or not isinstance(stated, dict):
+        return made
+    powers = {key: power for key, power in TRAVEL_POWERS.items() if key in stated}
+    return {**made, **{key: _scaled(stated[key], INCH**power) for key, power in powers.items()}}
+
+
+TRAVEL_POWERS = {"until": 1, "velocity": 0, "acceleration": -1, "jerk": -2}
+"""powers of a length in the keys of a segment over a travel"""
 
 
 def _converted(
@@ -77,16 +91,16 @@ def _converted(
     return made
 
 
-def _scaled(value: Any) -> Any:
+def _scaled(value: Any, by: float = INCH) -> Any:
     """Every number of a value in mm: of an array, and of a table that scatters about a length."""
     if isinstance(value, dict):
-        return {key: _scaled(one) for key, one in value.items()}
+        return {key: _scaled(one, by) for key, one in value.items()}
     if isinstance(value, tuple):
-        return tuple(map(_scaled, value))
+        return tuple(_scaled(one, by) for one in value)
     if not isinstance(value, int | float) or isinstance(value, bool):
         return value
     # 0.75 in is 19.05 mm, as it is printed, and not the 19.049999999999997 of the product.
-    return float(f"{INCH * value:.15g}")
+    return float(f"{by * value:.15g}")
 
 
 def _lifts(value: Any, parameter: Parameter, path: Path_) -> tuple[Any, list[Problem]]:

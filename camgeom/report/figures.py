@@ -8,6 +8,9 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
     "blank": (
         ("diameter_mm", "largest diameter", "mm"),
         ("length_mm", "length along the axis", "mm"),
+        ("plate_length_mm", "length of the plate", "mm"),
+        ("plate_width_mm", "width of the plate", "mm"),
+        ("plate_thickness_mm", "thickness of the plate", "mm"),
     ),
     "flank": (
         ("max_pressure_angle_deg", "largest pressure angle", "deg"),
@@ -30,6 +33,9 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("least_force_n", "least contact force", "N"),
         ("peak_torque_n_m", "peak camshaft torque", "N m"),
         ("mean_torque_n_m", "mean camshaft torque", "N m"),
+        ("peak_travel_force_n", "peak force along the travel", "N"),
+        ("peak_drive_force_n", "peak force of the drive, plate too", "N"),
+        ("peak_drive_power_w", "peak power of the drive", "W"),
     ),
     "together": (
         ("peak_torque_n_m", "peak camshaft torque, all followers", "N m"),

@@ -154,8 +154,9 @@ def _track_rows(word: str, track: OwnTrack) -> list[tuple[str, str]]:
 def _motion_rows(word: str, profile: Profile) -> list[tuple[str, str]]:
     """The segments of a motion."""
     unit, start, found = "°" if profile.rotating else " mm", 0.0, []
+    over = "°" if profile.cam.travel is None else " mm"
     for segment in profile.motion:
-        span = f"{word}{number(start)} to {number(segment.until)}°"
+        span = f"{word}{number(start)} to {number(segment.until)}{over}"
         found.append((span, "dwell" if segment.to is None else f"to {number(segment.to)}{unit}, {segment.law}"))
         start = segment.until
     return found
@@ -211,6 +212,10 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
     paper.words(SPLIT + 3.0, BLOCK + 14.5, f"{profile.kind} cam, part drawing", size=3.4)
     ratio = f"{number(scale)}:1" if scale >= 1.0 else f"1:{number(1.0 / scale)}"
     direction = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
+    carriage = model.mechanism.carriage
+    way = ("Turns, seen from +Z", direction)
+    if carriage is not None:
+        way = ("Slides", f"along -X, {number(carriage.stroke)} mm")
     block, body = profile.drawing, profile.material.cam
     hard = "" if body.hardness is None else f"{number(body.hardness)} HRC"
     size = "A3, mm, not inch" if profile.units == "inch" else "A3, mm, degrees"
@@ -220,7 +225,7 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
         ("Material", body.name), ("Treatment", block.treatment),
         ("General tolerances", block.general_tolerance), ("Finish of the flanks", block.finish),
         ("Mass", f"{number(mass, 4)} kg"), ("Density", f"{number(body.density)} kg/m³"),
-        ("Scale", ratio), ("Sheet, dimensions", size), ("Turns, seen from +Z", direction),
+        ("Scale", ratio), ("Sheet, dimensions", size), way,
         ("Profile", visible(Path(profile.source).name)), ("Made with", f"camgeom {__version__}"), ("Hardness", hard),
     )  # fmt: skip
     width, top, pitch = (RIGHT - SPLIT) / COLUMNS, BLOCK + 18.0, 8.0

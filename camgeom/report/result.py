@@ -325,7 +325,11 @@ def _quoted(model: Model) -> dict[str, Any]:
 
 
 def blank_data(model: Model) -> dict[str, Any]:
-    """The cylinder about the axis that just holds the finished cam: what it is turned from."""
+    """The cylinder about the axis that just holds the finished cam: what it is turned from; of a plate its sizes."""
+    if model.mechanism.box is not None:
+        length, width, thickness = model.mechanism.box
+        return {"plate_length_mm": length, "plate_width_mm": width, "plate_thickness_mm": thickness,
+                "volume_mm3": length * width * thickness}  # fmt: skip
     diameter, length = model.mechanism.envelope
     whole = {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
     return whole | model.mechanism.named
@@ -368,6 +372,9 @@ def contact_data(model: Model) -> dict[str, Any]:
     data = model.carrier.contact_data() if model.carrier is not None else {}
     if model.shaft is not None and len(model.driven) > 1:
         data |= force_data(model) | torque_data(model.shaft.peak_torque, model.shaft.work)
+    if model.slide_drive is not None:
+        # No shaft turns with a plate.
+        data = {key: value for key, value in data.items() if "torque" not in key} | model.slide_drive.data()
     each = {"rollers": [roller_data(duty) for duty in model.duties]} if len(model.duties) > 1 else {}
     # A roller's own contact (crowning, slices) stands; force and torque are those of all touches together.
     if model.drive is None or model.carrier is None:
@@ -485,7 +492,9 @@ def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
         data["film_ratio"] = model.film.least.value
     if model.friction_power is not None:
         data["friction_power_w"] = model.friction_power
-    if model.shaft is not None:
+    if model.slide_drive is not None:
+        data["peak_travel_force_n"] = model.slide_drive.peak_groove.value
+    elif model.shaft is not None:
         data["peak_torque_n_m"] = model.shaft.peak_torque.value * MILLI
     for body, hours in model.lives.items():
         data[f"{body}_life_h"] = finite(hours)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from camgeom.solid.blank import Blank, Bore, Wall
     from camgeom.solid.turret import StackedTurret, TurretBody
     from camgeom.track.beside import Neighbour
+    from camgeom.track.carriage import Carriage
     from camgeom.track.outline import Outline
     from camgeom.track.section import Level
     from camgeom.track.sliding import Slider
@@ -128,6 +129,7 @@ class Mechanism(ABC):
     outside_diameter   nominal, of a body that has one
     running_clearance  normal gap between roller and each flank
     root_radius        of the root between flanks and floor; 0: sharp, or none
+    carriage           of a cam that slides where others turn; its cam angle is that of its drive
     """
 
     follower: AnyFollower
@@ -142,6 +144,7 @@ class Mechanism(ABC):
     outside_diameter: float | None = None
     running_clearance: float = 0.0
     root_radius: float = 0.0
+    carriage: Carriage | None = None
 
     @property
     @abstractmethod
@@ -152,6 +155,21 @@ class Mechanism(ABC):
     @abstractmethod
     def envelope(self) -> tuple[float, float]:
         """Diameter and length, mm, of the cylinder about the axis that just holds the finished cam."""
+
+    @property
+    def box(self) -> tuple[float, float, float] | None:
+        """Length, width and thickness, mm, of a plate that slides; None of a body about an axis."""
+        return None
+
+    @property
+    def moving_mass(self) -> float | None:
+        """Of what the drive of a cam that slides accelerates, kg; None where it is not known, or turns."""
+        return None
+
+    @property
+    def passes(self) -> float:
+        """How often a roller passes a place of its flank in one turn of the drive."""
+        return 1.0
 
     @property
     def named(self) -> dict[str, float]:

@@ -17,6 +17,7 @@ from camgeom.maths import Floats, distinct
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
 from camgeom.motion.table import Side
+from camgeom.track.carriage import Carriage
 
 Vector = tuple[float, float, float]
 
@@ -170,16 +171,23 @@ class Relief:
 class Pose:
     """Jets of the roller axis in the cam frame: fixed point a and unit direction u, each (order + 1, 3, n).
 
-    turn (n,) is exp(-i sense phi), the rotation that brought them here.
+    turn (n,) is exp(-i sense phi), the rotation that brought them here. pace (n,): the jets are by the way of a cam
+    that slides, mm, which goes so many mm per rad of the cam angle; None: by the cam angle itself.
     """
 
     a: Floats
     u: Floats
     turn: npt.NDArray[np.complex128]
+    pace: Floats | None = None
 
     def at(self, rows: npt.NDArray[np.intp]) -> Pose:
         """The pose at some of its cam angles."""
-        return Pose(self.a.take(rows, axis=-1), self.u.take(rows, axis=-1), self.turn[rows])
+        pace = None if self.pace is None else self.pace[rows]
+        return Pose(self.a.take(rows, axis=-1), self.u.take(rows, axis=-1), self.turn[rows], pace)
+
+    def per_radian(self, values: Floats) -> Floats:
+        """Ways (n, m) along the jets' own coordinate as ways per rad of the cam angle, mm/rad."""
+        return values if self.pace is None else values * self.pace[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +206,8 @@ class Track:
     sides      the flanks it works on: +1 and -1, or one of them (a rib's roller, a disc cam's)
     relief     by which a tool's flanks recede, or None; ease: the side whose relief the poses have, 0 for none
     root       corner radius of a tool's end, mm: of the torus between its side and its flat end
+    carriage   of a cam that slides where others turn; its motion is the program. Jets are then by the cam's travel, so
+               that a flank has the same sides out and back, and its normal where the cam turns round
     """
 
     meridian: Meridian
@@ -216,12 +226,14 @@ class Track:
     relief: Relief | None = None
     ease: float = 0.0
     root: float = 0.0
+    carriage: Carriage | None = None
 
     @property
     def closed(self) -> bool:
         """True where the pose repeats after the span, so that the groove closes on itself."""
         turns = (self.span[1] - self.span[0]) / TURN
-        return abs(turns - 1.0) < 1e-12 and self.program.closed
+        there_and_back = self.carriage is None or self.carriage.drive.closed
+        return abs(turns - 1.0) < 1e-12 and self.program.closed and there_and_back
 
     @property
     def tip_sign(self) -> float:
@@ -258,6 +270,8 @@ class Track:
     def pose(self, phi: Floats, order: int = 2, side: Side = "right") -> Pose:
         """Jets of the roller axis in the cam frame at cam angles phi (n,), up to the given order (<= 3)."""
         phi = np.asarray(phi, dtype=float)
+        if self.carriage is not None:
+            return self._slid(self.carriage, phi, order)
         point, direction = self.joint.carried(self.anchor, self.axis, self.coordinate(phi, order, side))
         turn = np.exp(-1j * self.sense * phi)
         if abs(self.axis[2]) == 1.0 and (isinstance(self.joint, Slide) or abs(self.joint.axis[2]) == 1.0):
@@ -265,8 +279,19 @@ class Track:
             return Pose(seen_from_turning(point, turn, self.sense), direction, turn)
         return Pose(seen_from_turning(point, turn, self.sense), seen_from_turning(direction, turn, self.sense), turn)
 
+    def _slid(self, carriage: Carriage, phi: Floats, order: int) -> Pose:
+        """The same of a cam that slides along -X, by its travel."""
+        travel = carriage.travel(phi)
+        point, direction = self.joint.carried(self.anchor, self.axis, carriage.lift(travel, order))
+        point[0, 0] += travel
+        if order:
+            point[1, 0] += 1.0
+        return Pose(point, direction, np.ones(len(phi), dtype=np.complex128), carriage.pace(phi))
+
     def spin(self, phi: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Turning of what carries the roller relative to the cam, cam frame, rad per rad of the cam, (3, n)."""
+        if self.carriage is not None:
+            return self.joint.spin(self.carriage.lift(self.carriage.travel(phi), 1)[1], turn)
         turning = self.joint.spin(self.coordinate(phi, 1)[1], turn)
         turning[2] -= self.sense
         return turning
@@ -285,6 +310,30 @@ class Track:
         keep = np.concatenate([[True], np.diff(merged) > width])
         keep[-1] = True
         return np.asarray(merged[keep])
+
+    @property
+    def evenly(self) -> Track:
+        """The same path run once and evenly over the turn, of a cam that slides; any other track itself."""
+        if self.carriage is None:
+            return self
+        even = self.carriage.even
+        return replace(self, carriage=even, program=even.path)
+
+    @property
+    def once(self) -> tuple[float, float]:
+        """Cam angles between which it runs over its flank once, rad: its span, or the way out of a cam that slides."""
+        return self.span if self.carriage is None else (0.0, self.carriage.turned)
+
+    def once_knots(self) -> Floats:
+        """The knots of that stretch, with both its ends, rad."""
+        knots, end = self.knots(), self.once[1]
+        return knots if self.carriage is None else np.append(knots[knots < end - 1e-12], end)
+
+    def drive_angle(self, phi: float) -> float:
+        """The cam angle of a place on that path, rad: on the way out of a cam that slides."""
+        if self.carriage is None:
+            return phi
+        return float(self.carriage.out(np.array([phi * self.carriage.stroke / TURN]))[0])
 
     def grown(self, gap: float) -> Track:
         """The same track with a roller (cutter) larger by the normal distance gap, mm."""

@@ -51,14 +51,14 @@ def least_clearance(track: Track, points: Floats, slack: Floats | None = None, g
 
     Points farther from the roller than its radius do not count; where all are, the distance is infinite at angle 0.
     """
-    track = track.grown(grow)
+    track, own = track.grown(grow).evenly, track
     radius = _largest_radius(track)
     for share in NEARNESS:
         found = _least_within(track, points, slack, (1.0 + share) * radius)
         # What lies outside the window is farther away than its excess over the roller.
         if found.value <= share * radius:
             break
-    return replace(found, where=track.name)
+    return replace(found, where=track.name, cam_angle=own.drive_angle(found.cam_angle))
 
 
 def edge_clearance(track: Track, tool: Track, grow: float = 0.0) -> Clearance:
@@ -92,6 +92,7 @@ def least_distances(track: Track, points: Floats) -> Floats:
 
     Infinite for what lies farther away than the roller's radius.
     """
+    track = track.evenly
     radius = _largest_radius(track)
     found = np.full(len(points), np.inf)
     turns = _turns(track)
@@ -282,7 +283,10 @@ def _turns(track: Track) -> range:
 
 @dataclass(frozen=True)
 class _Window:
-    """Where the roller can be in the machine frame: a sector of azimuth, and a radial and an axial stretch."""
+    """Where the roller can be in the machine frame: a sector of azimuth, and a radial and an axial stretch.
+
+    Of a cam that slides `rate` mm a radian the sector is a length along the slide, and across it is what is radial.
+    """
 
     middle: float
     half: float
@@ -291,6 +295,7 @@ class _Window:
     below: float
     above: float
     sense: float
+    rate: float = 0.0
 
     @classmethod
     def of(cls, track: Track, reach: float) -> _Window:
@@ -298,6 +303,13 @@ class _Window:
         pose = track.pose(phi, 0)
         axial = np.linspace(min(track.tip, *track.contact), max(track.tip, *track.contact), 9)
         p = pose.a[0][:, :, None] + axial * pose.u[0][:, :, None]
+        if track.carriage is not None:
+            rate = track.carriage.stroke / TURN
+            along = p[0] - (rate * np.clip(phi, 0.0, TURN))[:, None]
+            (left, right), half = (float(along.min()), float(along.max())), reach / rate
+            sides = (float(p[1].min()), float(p[1].max()), float(p[2].min()), float(p[2].max()))
+            return cls(0.5 * (left + right), half + 0.5 * (right - left) / rate + 1e-6, sides[0] - reach,
+                       sides[1] + reach, sides[2] - reach, sides[3] + reach, track.sense, rate)  # fmt: skip
         z = (p[0] + 1j * p[1]) * np.conj(pose.turn)[:, None]
         radius, angle = np.abs(z), np.angle(z * np.conj(z.mean() / abs(z.mean()))) if abs(z.mean()) > 0 else np.angle(z)
         spread = np.where(radius > reach, np.arcsin(np.minimum(1.0, reach / np.maximum(radius, 1e-300))), np.pi)
@@ -309,11 +321,13 @@ class _Window:
 
     def near(self, points: Floats) -> npt.NDArray[np.bool_]:
         """Points within the radial and the axial stretch."""
-        radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        radius, z = points[:, 1] if self.rate else np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         return np.asarray((radius > self.low) & (radius < self.high) & (z > self.below) & (z < self.above))
 
     def angles(self, points: Floats) -> Floats:
         """Cam angle (v,) at which the middle of the sector faces each point: azimuth = middle - sense phi."""
+        if self.rate:
+            return np.asarray((points[:, 0] - self.middle) / self.rate)
         azimuth = np.arctan2(points[:, 1], points[:, 0])
         return np.asarray((self.sense * (self.middle - azimuth)) % TURN)
 
@@ -413,8 +427,9 @@ def _lipschitz(track: Track) -> float:
     """How much the distance can fall per radian, mm: the roller's largest speed."""
     phi = np.linspace(*track.span, 361)
     pose = track.pose(phi, 1)
+    pace = 1.0 if pose.pace is None else pose.pace
     speeds = [pose.a[1] + d * pose.u[1] for d in (track.tip, *track.contact)]
-    return float(max(np.sqrt((v * v).sum(axis=0)).max() for v in speeds))
+    return float(max((np.sqrt((v * v).sum(axis=0)) * pace).max() for v in speeds))
 
 
 def flank_gap(one: Track, other: Track, level: Level, near: float) -> Extreme:
@@ -475,7 +490,7 @@ def largest_gap(
         better = distance < least
         least[better], when[better] = distance[better], angles[better]
     passes = []
-    for track in tracks:
+    for track in (one.evenly for one in tracks):
         radius = _largest_radius(track)
         longer = replace(
             track, tip=track.tip + track.tip_sign * radius,
@@ -504,7 +519,8 @@ def largest_gap(
             break
     least -= slack
     i = int(np.argmax(least))
-    return Clearance.at(least[i], when[i], points[i])
+    angle = tracks[0].drive_angle(float(when[i])) if tracks else when[i]
+    return Clearance.at(least[i], angle, points[i])
 
 
 MOST_POINTS = 4000

@@ -105,7 +105,7 @@ class Flank:
         the velocity of the axis. About a cam whose axis is parallel to the roller's that is a turn of the roller more
         or less than its middle's path gives, by the side on which the flank lies.
         """
-        return np.abs(self._stations[3] * self.turning)
+        return self.pose.per_radian(np.abs(self._stations[3] * self.turning))
 
     @cached_property
     def turning(self) -> Floats:
@@ -178,7 +178,7 @@ class Flank:
         """Speed of the contact line over the cam's flank, square to itself, mm/rad, (n, m)."""
         across, along = self.tangents
         line = along / np.sqrt(dot(along, along))
-        return np.sqrt(np.maximum(dot(across, across) - dot(across, line) ** 2, 0.0))
+        return self.pose.per_radian(np.sqrt(np.maximum(dot(across, across) - dot(across, line) ** 2, 0.0)))
 
     @cached_property
     def forms(self) -> Forms:
@@ -274,7 +274,8 @@ class Flank:
         ratio = rim / r
         stations = self.t if self.t.ndim == 1 else self.t[0]
         middle = len(stations) // 2 if reference is None else int(np.argmin(np.abs(stations - reference)))
-        return np.asarray(rim - r * ratio[:, middle : middle + 1]), dot(v, u) * np.ones_like(rim)
+        round_it, along = rim - r * ratio[:, middle : middle + 1], dot(v, u) * np.ones_like(rim)
+        return self.pose.per_radian(round_it), self.pose.per_radian(along)
 
 
 def flank(track: Track, phi: Floats, t: Floats, side: float, jet_side: Side = "right") -> Flank:

@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 from camgeom.keys import Degrees, Gap, Length, Section, SignedLength
 from camgeom.motion.program import Program
 from camgeom.track import Arc, Meridian, Straight, cone_slope
+from camgeom.track.carriage import Carriage
 
 Mass = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
 Inertia = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
@@ -387,6 +388,7 @@ class Setup:
 
     corner  corner radius of the tool that cuts it, mm, where the profile names one
     second  the return roller of a pair, where it is another one
+    carriage  of a cam that slides: the program is then the motion over the turn of its drive
     """
 
     follower: AnyFollower
@@ -394,3 +396,4 @@ class Setup:
     program: Program
     corner: float = 0.0
     second: AnyRoller | None = None
+    carriage: Carriage | None = None

@@ -124,7 +124,7 @@ class FlankContact:
 @final
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """One track sampled over its span on both flanks (or the sides it works on).
+    """One track sampled over its span, or one way out of a cam that slides, on both flanks (or the sides it works on).
 
     track   the roller itself: its contact stretch is what pressure angle and relative curvature are asked on
     cutter  the tool that cuts: its wall, from the tip to the end of the contact, is what undercut is asked on
@@ -139,7 +139,7 @@ class Survey:
 
     @cached_property
     def _grid(self) -> Grid:
-        return piece_grid(self.track.knots(), PER_TURN)
+        return piece_grid(self.track.once_knots(), PER_TURN)
 
     @cached_property
     def phi(self) -> Floats:

@@ -18,7 +18,7 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves")
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear")
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -36,7 +36,7 @@ LENGTHS = {
         "base_radius", "width", "center_distance", "diameter", "groove_depth", "running_clearance", "bore",
         "keyway_width", "keyway_depth", "length", "start", "pitch_radius", "rib_thickness", "return_arm",
         "return_radius", "gap", "mark_diameter", "mark_radius", "globoid_radius", "tip_clearance", "preload",
-        "hub_diameter", "hub_length", "inner_diameter", "height", "web",
+        "hub_diameter", "hub_length", "inner_diameter", "height", "web", "stroke", "thickness", "edge",
     ),
     "follower": (
         "offset", "face_radius", "face_width", "clearance", "arm", "pivot_distance", "face_offset", "pitch_radius",
@@ -91,10 +91,12 @@ def design(seed: int) -> dict[str, Any]:
         "cylindrical-index": _barrel,
         "end-face": _end_face,
         "globoidal": _globoid,
+        "linear": _linear,
         "parallel-index": _plates,
     }[kind](dice)
     data["name"] = f"seed {seed}"
-    data["cam"]["direction"] = dice.one("ccw", "cw")
+    if kind != "linear":
+        data["cam"]["direction"] = dice.one("ccw", "cw")
     if dice.chance(0.6):
         _operation(dice, data)
     if "station" in data:
@@ -102,7 +104,8 @@ def design(seed: int) -> dict[str, Any]:
     if dice.chance(0.2):
         _spoil(dice, data)
     cam = data["cam"]
-    size = max(cam.get("diameter", 0.0), 2.0 * cam.get("base_radius", 0.0), cam.get("width", 0.0))
+    sizes = (cam.get(key, 0.0) for key in ("diameter", "width", "stroke"))
+    size = max(2.0 * cam.get("base_radius", 0.0), *sizes)
     fine = 2e-4 if kind in ("globoidal", "cylindrical-index", "parallel-index") else 3e-5
     data["output"] = {"tolerance": size * dice.log(fine, 2e-3)}
     # A tolerance is at most 1 mm, so that a very large turret's cam would need millions of triangles.
@@ -131,13 +134,19 @@ def _scale(data: dict[str, Any], by: float) -> None:
     data.get("output", {"tolerance": 0.0})["tolerance"] *= by
     for track in data.get("track", ()):
         _scale(track, by)
+    plate = data["cam"].get("kind") == "linear"
+    for segment in data["motion"] if plate else ():
+        segment["until"] *= by
+    if plate:
+        # The program ends at the stroke to the last digit.
+        data["motion"][-1]["until"] = data["cam"]["stroke"]
     if data["follower"]["kind"] in ("translating", "frame"):
         for segment in data["motion"]:
             if segment.get("to"):
                 segment["to"] *= by
             for key in ("velocity", "acceleration"):
                 if key in segment:
-                    segment[key] *= by
+                    segment[key] *= (1.0 if key == "velocity" else 1.0 / by) if plate else by
             if segment.get("law") == "spline" and "points" in segment:
                 segment["points"] = tuple((x, y * by) for x, y in segment["points"])
             if segment.get("law") == "b-spline" and "control" in segment:
@@ -421,6 +430,33 @@ def _end_face(dice: Dice) -> dict[str, Any]:
         motion = _round_trip(dice, float(np.degrees(2.0 * half)))
     _bored(dice, cam, inner)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
+
+
+def _linear(dice: Dice) -> dict[str, Any]:
+    """A groove of one to four heights, back at its start or not, in a plate with some room beside it."""
+    stroke = 100.0
+    diameter = stroke * dice.log(0.02, 0.3)
+    depth = diameter * dice.between(0.3, 0.9)
+    rise = stroke * dice.log(1e-3, 0.6)
+    levels = [rise * dice.between(-1.0, 1.0) for _ in range(dice.whole(1, 4))]
+    lean = dice.one(0.0, 0.0, dice.between(-40.0, 40.0))
+    low, high = min(0.0, *levels), max(0.0, *levels)
+    half, aside = 0.5 * diameter, abs(sin(lean * pi / 180.0)) * (high - low)
+    room = [half + dice.log(0.01, 0.5) * stroke for _ in range(4)]
+    start, edge = room[0] + aside, room[1] - low
+    cam: dict[str, Any] = {
+        "kind": "linear", "stroke": stroke, "start": start, "length": start + stroke + aside + room[2], "edge": edge,
+        "width": edge + high + room[3], "groove_depth": depth, "thickness": depth * dice.between(0.98, 3.0),
+        "drive": dice.one("simple-harmonic", "simple-harmonic", "cycloidal", "3-4-5", "4-5-6-7"),
+        "drive_out": dice.one(180.0, dice.between(60.0, 300.0)),
+    }  # fmt: skip
+    if lean:
+        cam["inclination"] = lean
+    if dice.chance(0.5):
+        cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
+    roller = _flat_roller(dice, diameter, depth * dice.between(0.5, 1.02))
+    follower = {"kind": "translating"}
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": _moves(dice, levels, stroke)}
 
 
 def _indexing(dice: Dice, stops: int, rollers: int) -> tuple[dict[str, Any], ...]:

@@ -782,6 +782,7 @@ WITHOUT = {
     "yield-tolerance": "errors of assembly are no part of the designs: tests/tolerance",
     "cycle-rate": "a rate that is asked for, and no more: tests/claims/test_cycle.py",
     "on-time": "the same",
+    "drive-force": "designs state their motion over an angle: tests/oracle/test_linear.py",
     "velocity": "the same",
     "bearing-least-load": "catalogues and lubricants are no part of the designs: tests/claims/test_follower_bearing.py",
     "bearing-lubrication": "the same",

@@ -495,6 +495,44 @@ def _parallel(cam, follower, roller, lift, low, high):
     return [Judge(ring(i), blank(z), count // plates, genus=_genus(cam)) for i, z in enumerate(heights)]
 
 
+DRIVES = {
+    "simple-harmonic": lambda x: 0.5 * (1.0 - np.cos(pi * x)),
+    "cycloidal": lambda x: x - np.sin(TURN * x) / TURN,
+    "3-4-5": lambda x: x**3 * (10.0 - 15.0 * x + 6.0 * x * x),
+    "4-5-6-7": lambda x: x**4 * (35.0 - 84.0 * x + 70.0 * x * x - 20.0 * x**3),
+}
+"""Share of the stroke over the share of the way out, of the laws that the oracle knows."""
+
+
+def travel(cam, phi):
+    """How far a plate is out, mm, at angles of its drive, rad."""
+    law, out = DRIVES[cam.get("drive", "simple-harmonic")], radians(cam.get("drive_out", 180.0))
+    phi = np.mod(phi, TURN)
+    # The way back begins at the far end.
+    return cam["stroke"] * np.where(phi <= out, law(np.minimum(phi / out, 1.0)),
+                                    1.0 - law(np.maximum(phi - out, 0.0) / (TURN - out)))  # fmt: skip
+
+
+def _linear(cam, follower, roller, lift, low, high):
+    """A plate: the roller in a groove, which lies still in X but for the lean of its slide, as the plate goes by."""
+    del follower, low, high
+    radius, lean = 0.5 * roller["diameter"] + cam.get("running_clearance", 0.0), radians(cam.get("inclination", 0.0))
+    length, width, thick = cam["length"], cam["width"], cam["thickness"]
+    floor = thick - cam["groove_depth"]
+
+    def distance(x, phi, k):
+        del k
+        s = lift(phi)
+        along, across = travel(cam, phi) + cam["start"] + s * sin(lean), cam["edge"] + s * np.cos(lean)
+        side, under = np.hypot(x[..., 0] - along, x[..., 1] - across) - radius, floor - x[..., 2]
+        return np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0)) + np.minimum(np.maximum(side, under), 0.0)
+
+    def rim(x):
+        return np.minimum.reduce([np.abs(x[:, 0]), np.abs(x[:, 0] - length), np.abs(x[:, 1]), np.abs(x[:, 1] - width)])
+
+    return [Judge(distance, _planes(cam, 0.0, thick, rim))]
+
+
 JUDGES = {
     "disc": _disc,
     "constant-width": _constant_width,
@@ -503,6 +541,7 @@ JUDGES = {
     "end-face": _end_face,
     "cylindrical-index": _barrel,
     "globoidal": _globoid,
+    "linear": _linear,
     "parallel-index": _parallel,
 }
 """The oracle of every kind of cam."""

@@ -20,6 +20,7 @@ from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.shell import Band, Shell, shell
 from camgeom.maths import Floats
 from camgeom.solid.blank import Bore
+from camgeom.solid.pocket import PocketPlate
 from camgeom.solid.prism import FaceGroove, Prism
 from camgeom.solid.prism import Loop as BodyLoop
 
@@ -227,6 +228,19 @@ def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Brep:
     shells = (outside, far, near, *bore)
     faces = (*(face for found in shells for face in found.faces), *flats)
     return Brep(body.name, faces, deviation=max(found.deviation for found in shells))
+
+
+def pocket_solid(body: PocketPlate, tolerance: float = TOLERANCE) -> Brep:
+    """The plate with a pocket in its upper face; raises as `planar_solid`."""
+    rim, pocket = (closed(loop, body.name) for loop in (body.rim, body.pocket))
+    outside = wall(rim, 0.0, body.top, 1.0, tolerance)
+    inside = wall(pocket, body.floor, body.top, -1.0, tolerance)
+    flats = (
+        flat_end("end", 0.0, False, [outside.first]),
+        flat_end("end", body.top, True, [outside.last, inside.last]),
+        flat_end("floor", body.floor, True, [inside.first]),
+    )
+    return Brep(body.name, (*outside.faces, *inside.faces, *flats), deviation=max(outside.deviation, inside.deviation))
 
 
 def _flank(body: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from camgeom.model import Model
+    from camgeom.solid.mechanism import Mechanism
 
 T = TypeVar("T")
 
@@ -231,7 +232,7 @@ def follower_bodies(model: Model, phi: Floats) -> Iterator[tuple[str, str, Mesh,
     """
     for one in model.bindings:
         own, name = phi - one.angle, f", follower {one.number + 1}" if len(model.bindings) > 1 else ""
-        turn = cam_poses(model.mechanism.sense, np.array([one.angle]))[0, :, :3]
+        turn = cam_poses(model.mechanism, np.array([one.angle]))[0, :, :3]
         for kind, meshes in (("roller", roller_meshes(one)), ("carrier", carrier_meshes(one))):
             for word, mesh, track in meshes:
                 yield kind, word + name, mesh, turn @ poses(track, own)
@@ -239,8 +240,13 @@ def follower_bodies(model: Model, phi: Floats) -> Iterator[tuple[str, str, Mesh,
             yield "face", word + name, mesh, turn @ moved
 
 
-def cam_poses(sense: float, phi: Floats) -> Floats:
-    """Poses (n, 3, 4) of the cam turning about Z."""
+def cam_poses(mechanism: Mechanism, phi: Floats) -> Floats:
+    """Poses (n, 3, 4) of the cam turning about Z, or sliding along -X."""
+    sense, carriage = mechanism.sense, mechanism.carriage
+    if carriage is not None:
+        slid = np.repeat(np.eye(3, 4)[None], len(phi), axis=0)
+        slid[:, 0, 3] = -carriage.travel(np.mod(phi, TURN))
+        return slid
     c, s = np.cos(sense * phi), np.sin(sense * phi)
     out = np.zeros((len(phi), 3, 4))
     out[:, 0, 0] = out[:, 1, 1] = c

@@ -28,7 +28,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, kept, placed, poses, roller_meshes
-from camgeom.track import Swing, Track
+from camgeom.track import TURN, Swing, Track
 from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from camgeom.solid.blank import Bore
     from camgeom.solid.mechanism import Mechanism
 
-AXIAL, ACROSS = ("z", "x"), ("x", "y")
+AXIAL, ACROSS, END = ("z", "x"), ("x", "y"), ("y", "z")
 SPARE = 3.0
 """deg by which a line runs on beyond the turn, so that it ends at the frame"""
 
@@ -59,6 +59,8 @@ def named(model: Model) -> tuple[Table, ...]:
 
 def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     """Both sections, first the one that shows more: a plate shows its shape from above."""
+    if model.mechanism.box is not None:
+        return kept(model, "section drawings", lambda: plate_views(model, meshes, True))
     flat = not model.tracks or abs(model.tracks[0].axis[2]) > 0.99
     shown = kept(model, "section drawings", lambda: (axial(model, meshes), across(model, meshes)))
     return shown[::-1] if flat else shown
@@ -69,6 +71,8 @@ Meshes = tuple[tuple[str, Mesh], ...]
 
 def part_views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     """The cam alone, as its drawing shows it: the section through its axis, and one across every body."""
+    if model.mechanism.box is not None:
+        return plate_views(model, meshes, False)
     several = len(meshes) > 1
     caption = "Section through the cam axis"
     across_each = [_section(model, mesh, name if several else "") for name, mesh in meshes]
@@ -357,6 +361,44 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     caption = f"Section at z = {number(level)} mm, seen from +Z, follower at cam angle 0; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
     return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), regions)
+
+
+def plate_views(model: Model, meshes: Meshes, with_follower: bool) -> tuple[Drawing, ...]:
+    """A plate that slides: from above, cut through the middle of its roller, and cut across the groove where that is at
+    zero travel."""
+    box, carriage = model.mechanism.box, model.mechanism.carriage
+    assert box is not None
+    assert carriage is not None
+    (length, width, thick), (track,) = box, model.tracks
+    x, y, z = (float(v) for v in _stand(track))
+    path = track.evenly.pose(np.linspace(0.0, TURN, 361), 0).a[0][:2].T
+    (far, _), (floor, top) = path[-1].tolist(), sorted((model.cutters[0].tip, thick))
+    flat = [Path(np.ascontiguousarray(path), "axis")]
+    dimensions = [
+        Dimension((0.0, 0.0), (length, 0.0), number(length, 6), "below"),
+        Dimension((0.0, 0.0), (0.0, width), number(width, 6), "left"),
+        Dimension((0.0, width), (x, y), number(x, 6), "above"),
+        Dimension((x, y), (far, y), number(far - x, 6), "above"),
+        Dimension((length, 0.0), (x, y), number(y, 6), "right"),
+    ]
+    leaders = [Leader((float(path[120, 0]), float(path[120, 1])), "pitch curve")]
+    wide = 2.0 * float(model.cutters[0].meridian.jet(np.array([track.meridian.parameter(z)]))[3][0])
+    notes = _roller_notes(model, ACROSS) if with_follower else (Leader((x, y), f"groove {number(wide, 6)} wide"),)
+    leaders += notes
+    flat += _followers(model, 2, z, ACROSS) if with_follower else ()
+    told = f", follower at zero travel; slides along -X by {number(carriage.stroke, 6)} mm" if with_follower else ""
+    regions = _regions(meshes, 2, z + 1e-6 * thick, ACROSS)
+    caption = f"Section at z = {number(z)} mm, seen from +Z{told}"
+    above = Drawing(caption, tuple(flat), (), tuple(dimensions), tuple(leaders), regions)
+    ends = [
+        Dimension((0.0, 0.0), (width, 0.0), number(width, 6), "below"),
+        Dimension((0.0, 0.0), (0.0, thick), number(thick, 6), "left"),
+        Dimension((width, floor), (width, top), number(top - floor, 6), "right"),
+    ]
+    ghosts = _followers(model, 0, x, END) if with_follower else ()
+    across_it = Drawing(f"Section at x = {number(x, 6)} mm, seen from +X", tuple(ghosts), (), tuple(ends), (),
+                        _regions(meshes, 0, x + 1e-6 * length, END))  # fmt: skip
+    return above, across_it
 
 
 def _depth_note(model: Model, z: float) -> list[Leader]:

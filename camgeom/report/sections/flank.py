@@ -135,6 +135,8 @@ def lines(model: Model, survey: Survey, curved: bool = True) -> Chart:
     )
     still = zones(model.setup.program) if _whole(survey) else ()
     caption = "Pressure angle at three places along the roller axis"
+    if survey.track.carriage is not None:
+        caption = "On the way out, which the way back repeats: pressure angle at three places along the roller axis"
     if not curved:
         return Chart(caption, _axis(survey), (pressure,), still)
     middle = len(stations) // 2

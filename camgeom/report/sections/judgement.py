@@ -248,6 +248,10 @@ def _contact(cam: Model) -> Iterator[Figure]:
     force, torque = model.peak_force, model.shaft.peak_torque
     yield Figure("Peak contact force", force.value, "N", f"at {degrees(force.cam_angle):.1f}°")
     yield from _least(duty.kept)
+    if (drive := model.slide_drive) is not None:
+        note = "for the follower" if drive.mass is None else "for follower, plate and slide"
+        yield Figure("Peak drive force", drive.peak.value, "N", f"{_at(drive.peak.cam_angle)}, {note}")
+        return
     yield Figure("Peak drive torque", torque.value * 1e-3, "N m", f"at {degrees(torque.cam_angle):.1f}°")
 
 
@@ -267,6 +271,10 @@ def _life(model: Model) -> Iterator[Figure]:
 
 def _solid(model: Model) -> Iterator[Figure]:
     diameter, length = model.mechanism.envelope
-    yield Figure("Largest diameter", diameter, "mm", f"{number(length)} mm along the axis")
+    if model.mechanism.box is not None:
+        length, width, thick = model.mechanism.box
+        yield Figure("Plate", length, "mm", f"{number(width)} mm wide, {number(thick)} mm thick")
+    else:
+        yield Figure("Largest diameter", diameter, "mm", f"{number(length)} mm along the axis")
     mass = sum(one.mass for one in model.mass)
     yield Figure("Cam mass", mass, "kg", f"{number(sum(one.volume for one in model.mass) / 1e3)} cm³")

@@ -40,8 +40,10 @@ if TYPE_CHECKING:
     from camgeom.mechanics.hertz import Beneath
     from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.roller_duty import RollerDuty
+    from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.model import Model
+    from camgeom.model.together import Shaft
 
 PATCH = (160, 81)
 """places along and across the roller of the map of its hardest contact"""
@@ -71,6 +73,10 @@ _FIGURES = (
     ("peak_turret_torque_n_m", "Peak torque on the turret", "N m", ""),
     ("peak_torque_n_m", "Peak torque of the camshaft", "N m", "peak_torque_at_deg"),
     ("mean_torque_n_m", "Mean torque of the camshaft", "N m", ""),
+    ("peak_travel_force_n", "Peak force along the travel, for the follower", "N", "peak_travel_force_at_deg"),
+    ("peak_drive_force_n", "Peak force of the drive, plate and slide too", "N", "peak_drive_force_at_deg"),
+    ("peak_drive_power_w", "Peak power of the drive", "W", ""),
+    ("mean_drive_power_w", "Mean power of the drive", "W", ""),
     ("stud_stress_mpa", "Equivalent stress in the roller's stud", "MPa", ""),
     ("shaft_stress_mpa", "Equivalent stress in the camshaft", "MPa", ""),
 )
@@ -130,7 +136,7 @@ def lines(model: Model) -> Chart:
               marks=extremes(panels, normal)),
         Panel(Axis("Contact pressure", "MPa", zero=True), tuple(walls), limits=pressure_limit(model, top),
               marks=(mark(degrees(float(peak.theta)), top),)),
-        torque(shaft.panels, shaft.torque),
+        torque(shaft.panels, shaft.torque) if model.slide_drive is None else drive_force(model.slide_drive),
     ]  # fmt: skip
     caption = (
         "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
@@ -145,6 +151,15 @@ def torque(panels: Panels, values: Floats) -> Panel:
     return Panel(
         Axis("Drive torque", "N m", zero=True), (Series("torque", x, y),), marks=extremes(panels, values, 1e-3)
     )
+
+
+def drive_force(drive: SlideDrive) -> Panel:
+    """Force of a plate's drive over the turn, N."""
+    panels = drive.duty.force.panels
+    series = [Series("for the follower", *over_turn(panels, drive.groove))]
+    if drive.mass is not None:
+        series.append(Series("and for the plate", *over_turn(panels, drive.force)))
+    return Panel(Axis("Force along the travel", "N", zero=True), tuple(series), marks=extremes(panels, drive.force))
 
 
 def pressure_map(model: Model) -> tuple[Map, ...]:
@@ -189,13 +204,35 @@ def _hardest_place(peak: Extreme) -> tuple[Mark, ...]:
     return (Mark(degrees(peak.cam_angle), peak.place, f"{number(peak.value)} MPa"),)
 
 
+def _torques(shaft: Shaft) -> list[tuple[Cell, ...]]:
+    torque = shaft.peak_torque
+    return [
+        ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
+        ("Mean drive torque", 1e-3 * _unless_rounding(shaft.work / (2.0 * pi), torque.value), "N m", None),
+    ]
+
+
+def _drive(drive: SlideDrive) -> list[tuple[Cell, ...]]:
+    """What the drive of a plate gives: for the follower, and for plate and slide where their mass is known."""
+    rows: list[tuple[Cell, ...]] = [
+        ("Peak force along the travel, for the follower", drive.peak_groove.value, "N",
+         degrees(drive.peak_groove.cam_angle)),
+    ]  # fmt: skip
+    if drive.mass is not None:
+        rows += [
+            ("Peak force of the drive, plate and slide too", drive.peak.value, "N", degrees(drive.peak.cam_angle)),
+            ("Peak power of the drive", 1e-3 * drive.peak_power.value, "W", degrees(drive.peak_power.cam_angle)),
+        ]
+    return rows
+
+
 def hardest(model: Model) -> Table:
     """The hardest contact and the drive in numbers."""
     duty, shaft = model.duty, model.shaft
     assert shaft is not None
     assert model.peak_force is not None
     beneath = duty.peak_contact
-    force, torque = model.peak_force, shaft.peak_torque
+    force = model.peak_force
     peak, slices, shortest = duty.contact.peak(), duty.least_peak, duty.least_touching
     worst = "Half a millimetre inside the sharp end" if duty.no_stress else "Peak contact pressure, worst slice"
     quoted = ("Peak contact pressure, quoted place", float(peak.pressure), "MPa", degrees(float(peak.theta)))
@@ -206,8 +243,7 @@ def hardest(model: Model) -> Table:
         ("Least length that touches under load", shortest.value, "mm", degrees(shortest.cam_angle)),
         ("Peak contact force", force.value, "N", degrees(force.cam_angle)),
         *_beneath(beneath, duty.deepest_shear),
-        ("Peak drive torque", 1e-3 * torque.value, "N m", degrees(torque.cam_angle)),
-        ("Mean drive torque", 1e-3 * _unless_rounding(shaft.work / (2.0 * pi), torque.value), "N m", None),
+        *(_torques(shaft) if model.slide_drive is None else _drive(model.slide_drive)),
     ]
     if duty.ellipse is not None and not duty.no_stress:
         line = duty.as_line.peak()

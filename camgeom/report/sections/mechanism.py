@@ -58,10 +58,9 @@ def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAM
     """The scene of some meshes of the cam with its follower; `whole`: with their results and the drawing that stands in
     for it."""
     phi = np.linspace(0.0, TURN, frames)
-    sense = model.mechanism.sense
     bodies = []
     for name, mesh in meshes:
-        bodies.append(Actor(name, mesh, cam_poses(sense, phi), "cam", fields(model, mesh) if whole else {}))
+        bodies.append(Actor(name, mesh, cam_poses(model.mechanism, phi), "cam", fields(model, mesh) if whole else {}))
     bodies += [Actor(name, mesh, moved, "follower") for _, name, mesh, moved in follower_bodies(model, phi)]
     shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
     axes, factors = units(model)
@@ -141,7 +140,7 @@ def _largest_radius(track: Track) -> float:
 def _sampled(model: Model) -> _Samples:
     parts: list[tuple[Floats, Floats, dict[str, Floats], int]] = []
     for number, survey in enumerate(model.flanks):
-        low, high = survey.track.span
+        low, high = survey.track.once
         hair = 1e-9 * (high - low)
         phi = np.linspace(low + hair, high - hair, ACROSS)
         t = np.linspace(survey.stations[0], survey.stations[-1], ALONG)
@@ -168,7 +167,9 @@ def _sampled(model: Model) -> _Samples:
 def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
     """Peak pressure (n, m) that a flank bears as the roller passes; zero where the other wall is loaded."""
     duty, wall = model.duty, 1 if float(flank.lever().mean()) < 0.0 else -1
-    return duty.pressure_at(phi % TURN, flank.track.meridian.jet(t)[0], wall)
+    delta, carriage = flank.track.meridian.jet(t)[0], model.mechanism.carriage
+    out = duty.pressure_at(phi % TURN, delta, wall)
+    return out if carriage is None else np.maximum(out, duty.pressure_at(carriage.back(phi), delta, wall))
 
 
 def _clearance(model: Model, points: Floats, samples: _Samples, nearest: npt.NDArray[np.intp]) -> Floats:

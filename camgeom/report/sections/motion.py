@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from camgeom.maths.panels import Panels
     from camgeom.model import Model
     from camgeom.motion.program import Program
+    from camgeom.track.carriage import Carriage
 
 PER_PANEL, HAIR = 25, 1e-9
 NOTHING = 1e-9
@@ -136,6 +137,8 @@ def diagrams(model: Model) -> Chart:
         y = factor * row
         marks = _extremes(program, order, factor, angle, y)
         panels.append(Panel(axis, (Series(axis.label, angle, y),), marks=marks, height=1.0))
+    if (carriage := model.mechanism.carriage) is not None:
+        panels.append(Panel(Axis("Travel of the plate x", "mm"), (Series("travel", angle, carriage.travel(theta)),)))
     speed = model.profile.fastest
     caption = "Motion over one turn" + (f" at {number(speed)} r/min" if speed else ", per radian of cam angle")
     return Chart(caption, CAM_ANGLE, tuple(panels), zones(program))
@@ -161,7 +164,7 @@ def segments(model: Model) -> Table:
     theta, jets = samples(program)
     axes, factors = units(model)
     rows: list[tuple[Cell, ...]] = []
-    stated = len(model.profile.motion)
+    stated, carriage = len(model.profile.motion), model.mechanism.carriage
     for i, span in enumerate(program.spans):
         inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
         strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)
@@ -169,6 +172,8 @@ def segments(model: Model) -> Table:
         law = re.sub(r"(?<=[a-z])-|-(?=[a-z])", " ", span.law)
         ends = (factors[0] * span.before, factors[0] * span.after)
         name = f"motion[{i}]" if i < stated else f"mirror of motion[{i - stated}]"
+        if carriage is not None:
+            name = _over_travel(carriage, stated, 0.5 * (span.start + span.end))
         rows.append((name, degrees(span.start), degrees(span.end), law, *ends, *peaks))
     unit = axes[0].unit
     columns = (
@@ -176,6 +181,13 @@ def segments(model: Model) -> Table:
         Column("To", unit), Column("Peak v", axes[1].unit), Column("Peak a", axes[2].unit),
     )  # fmt: skip
     return Table("Segments of the motion", columns, tuple(rows))
+
+
+def _over_travel(carriage: Carriage, stated: int, theta: float) -> str:
+    """The segment of a plate's travel at an angle of its drive, and which way it is run."""
+    travel = float(carriage.travel(np.array([theta]))[0]) * 2.0 * pi / carriage.stroke
+    number = min(sum(travel > span.end for span in carriage.path.spans), stated - 1)
+    return f"motion[{number}], {'out' if theta < carriage.turned else 'back'}"
 
 
 def best_laws(model: Model) -> Table | None:

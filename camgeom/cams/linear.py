@@ -1,0 +1,261 @@
+"""Linear (plate) cam: a groove in a plate that a drive slides to and fro, and a roller that it moves across."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import cos, hypot, radians, sin
+from typing import Annotated, ClassVar, Literal, final
+
+import numpy as np
+from pydantic import Field
+
+from camgeom.cams import NO_DRUM, NO_ROOT, Cam, idle, problem
+from camgeom.cams._plate import disc_wall, least_distance, lift_range, roller_track, straight_problems
+from camgeom.errors import Problem, ProfileError
+from camgeom.keys import Gap, Length
+from camgeom.maths import Floats
+from camgeom.maths.frozen import cached_property
+from camgeom.motion.law import LAWS
+from camgeom.motion.program import Program, Segment
+from camgeom.solid import Part
+from camgeom.solid.blank import Wall
+from camgeom.solid.mechanism import Drive, Mechanism
+from camgeom.solid.pocket import PocketPlate
+from camgeom.solid.prism import Loop
+from camgeom.track import TURN, Slide, Track
+from camgeom.track.carriage import Carriage
+from camgeom.track.follower import Mass, Setup, TranslatingFollower
+from camgeom.track.outline import Outline, PolygonOutline
+from camgeom.track.pocket import PocketOutline
+
+MADE_OF_DATA = ("file", "points")
+NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
+NO_ERRORS = "errors of assembly of a linear cam are not solved so far"
+
+
+@final
+class Linear(Cam):
+    """A plate 0 <= x <= length, 0 <= y <= width, 0 <= z <= thickness that slides along X; the follower moves across it.
+
+    The motion stands over the plate's travel, mm; the cam angle is that of the plate's drive, a turn for out and back.
+    """
+
+    FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating",)
+    SLIDES: ClassVar[bool] = True
+
+    kind: Literal["linear"]
+    stroke: Length = Field(
+        description="mm, travel of the plate, out and back in a turn of its drive; the motion's last segment ends there"
+    )
+    length: Length = Field(description="mm, of the plate along its travel")
+    width: Length = Field(description="mm, of the plate across it")
+    thickness: Length = Field(description="mm, of the plate")
+    start: Length = Field(description="mm, from the plate's end x = 0 to the roller's axis, the plate not yet out")
+    edge: Length = Field(description="mm, from the plate's edge y = 0 to the roller's axis there at zero lift")
+    inclination: Annotated[float, Field(gt=-80.0, lt=80.0)] = Field(
+        0.0, description="deg, of the follower's slide from square to the travel; positive leans the way the roller "
+        "goes along the plate as that goes out"
+    )
+    groove_depth: Length = Field(description="mm, from the plate's upper face")
+    running_clearance: Gap = Field(0.0, description="mm, normal gap between roller and each flank")
+    drive: Annotated[str, Field(max_length=60)] = Field(
+        "simple-harmonic", description="motion law by which the plate goes out and comes back, see `camgeom laws`; it "
+        "has to begin and end at rest: simple-harmonic is a crank with a long rod"
+    )
+    drive_out: Annotated[float, Field(ge=10.0, le=350.0)] = Field(
+        180.0, description="deg, angle of the drive's turn in which the plate goes out; in the rest of it it comes back"
+    )
+    moving_mass: Mass | None = Field(
+        None, description="kg, of plate and slide, which the drive accelerates; needed for limits.drive_force_n"
+    )
+
+    @property
+    def travel(self) -> float:
+        """The stroke."""
+        return self.stroke
+
+    def carriage(self, path: Program) -> Carriage:
+        """The plate on its slide. Raises ProfileError where no such law drives it."""
+        if self.drive not in LAWS or LAWS[self.drive].joins or LAWS[self.drive].data:
+            names = ", ".join(sorted(name for name, law in LAWS.items() if not law.joins and not law.data))
+            raise ProfileError([Problem("cam.drive", "no law with a shape of its own", self.drive, names)])
+        out = radians(self.drive_out)
+        segments = [Segment(out, TURN, self.drive), Segment(TURN, 0.0, self.drive)]
+        drive = Program.from_segments(segments, key="cam.drive")
+        if drive.continuity.order < 1:
+            limit = "a law that begins and ends at rest: nothing turns a plate round at full speed"
+            raise ProfileError([problem("cam.drive", self.drive, limit)])
+        rates = drive.jet(np.linspace(0.0, TURN, 1441), 1)[1]
+        if np.any(rates[:721][np.linspace(0.0, TURN, 1441)[:721] < out] < -1e-9):
+            raise ProfileError([problem("cam.drive", self.drive, "a law that does not go back on its way out")])
+        return Carriage(path, drive, self.stroke)
+
+    def mechanism(self, setup: Setup) -> LinearMechanism:
+        """The plate with its follower."""
+        assert isinstance(setup.follower, TranslatingFollower)
+        assert setup.carriage is not None
+        return LinearMechanism(
+            follower=setup.follower,
+            roller=setup.roller,
+            program=setup.program,
+            sense=1.0,
+            drive=Drive.OPPOSED,
+            width=self.thickness,
+            running_clearance=self.running_clearance,
+            cam=self,
+            carriage=setup.carriage,
+        )
+
+    def idle(self, setup: Setup) -> dict[str, str]:
+        """Keys of cams that turn, and what is not solved of one that slides."""
+        found = NO_DRUM | NO_ROOT
+        faces = ("face", "face_radius", "face_width", "face_offset")
+        found |= idle("a linear cam's follower carries a roller", *(f"follower.{key}" for key in faces))
+        found |= idle("a linear cam's slide has none; cam.edge says where the roller stands", "follower.offset")
+        found |= idle("a linear cam's follower has none; give cam.running_clearance", "follower.clearance")
+        found |= idle(NO_SOLVER, "dynamics", "impact") | idle(NO_ERRORS, "tolerance")
+        reason = "the shaft of a linear cam's drive moves the plate too, of which nothing is in it: give limits."
+        return found | idle(f"{reason}drive_force_n and cam.moving_mass", "limits.torque_n_m")
+
+    def problems(self, setup: Setup) -> list[Problem]:
+        """What cannot be built, with key, value and allowed range."""
+        roller = setup.roller
+        if roller is None:
+            return [Problem("roller", "a linear cam needs a roller", None, "a [roller] table")]
+        if roller.shape not in ("cylinder", "crowned"):
+            return [problem("roller.shape", roller.shape, "cylinder or crowned on a linear cam")]
+        found = straight_problems(roller)
+        if self.groove_depth >= self.thickness:
+            found.append(problem("cam.groove_depth", self.groove_depth, f"below the thickness {self.thickness:g} mm"))
+        if roller.length is not None and roller.length > self.groove_depth:
+            limit = f"at most the depth of the groove, {self.groove_depth:g} mm"
+            found.append(problem("roller.length", roller.length, limit))
+        assert setup.carriage is not None
+        low, high = lift_range(setup.carriage.path)
+        lean, half = radians(self.inclination), 0.5 * roller.diameter + self.running_clearance
+        across = sorted((low * cos(lean), high * cos(lean)))
+        along = sorted((low * sin(lean), high * sin(lean)))
+        return [
+            *found,
+            *self._room("start", self.start, half - along[0], self.length - half - self.stroke - along[1], "length"),
+            *self._room("edge", self.edge, half - across[0], self.width - half - across[1], "width"),
+        ]
+
+    @staticmethod
+    def _room(key: str, value: float, low: float, high: float, size: str) -> list[Problem]:
+        """A place at which the groove would leave the plate."""
+        if low < value < high:
+            return []
+        limit = f"between {low:g} and {high:g} mm, so that the groove stays within the {size}"
+        return [problem(f"cam.{key}", value, limit)]
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LinearMechanism(Mechanism):
+    """A plate on its slide and its follower."""
+
+    follower: TranslatingFollower
+    cam: Linear
+    carriage: Carriage
+
+    @property
+    def _roller_radius(self) -> float:
+        return 0.5 * self.roller.diameter if self.roller is not None else 0.0
+
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Heights z between which roller and plate touch, mm."""
+        depth, top = self.cam.groove_depth, self.cam.thickness
+        return top - min(depth, (self.roller and self.roller.length) or depth), top
+
+    @property
+    def quoted_radius(self) -> float:
+        """Middle of the contact along the roller axis, mm (a height z)."""
+        return 0.5 * sum(self.contact)
+
+    @property
+    def _floor(self) -> float:
+        return self.cam.thickness - self.cam.groove_depth
+
+    @property
+    def floor_gap(self) -> float:
+        """From the roller's end to the floor of the groove, mm."""
+        return self.contact[0] - self._floor
+
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
+        """The roller in the groove."""
+        assert self.roller is not None
+        cam, lean = self.cam, radians(self.cam.inclination)
+        slide = Slide((sin(lean), cos(lean), 0.0))
+        meridian = self.roller.meridian(self.quoted_radius, 1.0)
+        anchor = (cam.start, cam.edge, 0.0)
+        track = roller_track("groove", self.program, 1.0, anchor, slide, meridian, self.contact, sides=(1.0, -1.0))
+        return (replace(track, carriage=self.carriage),)
+
+    @cached_property
+    def cutters(self) -> tuple[Track, ...]:
+        """The same with the tool: wider by the clearance, down to the floor."""
+        return tuple(replace(track.grown(self.running_clearance), tip=self._floor) for track in self.tracks)
+
+    @cached_property
+    def groove(self) -> PocketOutline:
+        """The edge of the groove."""
+        return PocketOutline(self.tracks[0].straightened(), self._roller_radius + self.running_clearance)
+
+    @cached_property
+    def outlines(self) -> dict[str, Outline]:
+        """The edge of the groove, and the plate's."""
+        return {"groove": self.groove, "plate": self._rim}
+
+    @cached_property
+    def _rim(self) -> PolygonOutline:
+        length, width = self.cam.length, self.cam.width
+        return PolygonOutline(np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]]))
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The plate with its groove."""
+        groove = Loop(self.groove, "flank")
+        return (PocketPlate("cam", Loop(self._rim, "rim"), groove, self._floor, self.cam.thickness),)
+
+    @property
+    def envelope(self) -> tuple[float, float]:
+        """Of a circle round the plate."""
+        return hypot(self.cam.length, self.cam.width), self.cam.thickness
+
+    @property
+    def box(self) -> tuple[float, float, float]:
+        """Length, width and thickness of the plate."""
+        return self.cam.length, self.cam.width, self.cam.thickness
+
+    @property
+    def moving_mass(self) -> float | None:
+        """Of plate and slide, kg."""
+        return self.cam.moving_mass
+
+    @property
+    def passes(self) -> float:
+        """Out and back."""
+        return 2.0
+
+    @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """From the groove to the plate's edges and ends, and below it."""
+        length, width = self.cam.length, self.cam.width
+        places: tuple[tuple[str, Callable[[Floats], Floats], str], ...] = (
+            ("groove to the edge y = 0", lambda x: x[1], "a greater cam.edge"),
+            ("groove to the other edge", lambda x: width - x[1], "a smaller cam.edge or a wider plate"),
+            ("groove to the end x = 0", lambda x: x[0], "a greater cam.start"),
+            ("groove to the other end", lambda x: length - x[0], "a smaller cam.start or a longer plate"),
+        )
+        found = [Wall(name, *self._nearest(distance), advice) for name, distance, advice in places]
+        below = Wall("under the groove floor", self._floor, None, "a thicker plate, a shallower groove")
+        return (*found, below, disc_wall("plate", self.cam.thickness))
+
+    def _nearest(self, distance: Callable[[Floats], Floats]) -> tuple[float, float]:
+        """Least of a distance of the groove's edge, mm, and the angle of the drive at which the roller is there."""
+        least, parameter = least_distance(self.groove, distance)
+        return least, float(self.carriage.out(self.groove.share(np.array([parameter])) * self.cam.stroke)[0])

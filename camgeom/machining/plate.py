@@ -1,0 +1,91 @@
+"""Passes of a tool in the groove of a plate that slides: X and Y alone, the plate clamped flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from camgeom.errors import DesignError
+from camgeom.machining.contour import ContourPath
+from camgeom.machining.machine import Machine
+from camgeom.machining.path import CentrePath, Positions, ToolPath
+from camgeom.machining.plan import LEAST, Machining
+from camgeom.machining.spec import SAME, CutterSpec
+from camgeom.machining.tool import tool_of
+from camgeom.maths import Floats
+from camgeom.solid.mechanism import Mechanism
+from camgeom.solid.pocket import PocketPlate
+from camgeom.track import TURN
+from camgeom.track.carriage import Carriage
+from camgeom.track.pocket import PocketOutline
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PlatePath:
+    """A pass over a plate, told by the angle of its drive at which the roller stands where the tool cuts.
+
+    along  the pass itself, over a parameter of its own; shares: (n,) of the stroke at parameters (n,)
+    """
+
+    along: ContourPath | CentrePath
+    carriage: Carriage
+    groove: PocketOutline | None
+
+    @property
+    def name(self) -> str:
+        """What it makes."""
+        return self.along.name
+
+    @property
+    def closed(self) -> bool:
+        """True where it ends where it starts."""
+        return self.along.closed
+
+    @property
+    def height(self) -> float:
+        """Length of the tool in the cut, mm."""
+        return self.along.height
+
+    @property
+    def room(self) -> float | None:
+        """How far the tool may move off the flank, mm."""
+        return self.along.room
+
+    def knots(self) -> Floats:
+        """Parameters between which it is smooth."""
+        return self.along.knots()
+
+    def at(self, phi: Floats) -> Positions:
+        """Positions at parameters (n,)."""
+        share = phi / TURN if self.groove is None else self.groove.share(phi)
+        return replace(self.along.at(phi), phi=self.carriage.out(share * self.carriage.stroke))
+
+
+def plate_machining(title: str, spec: CutterSpec, mechanism: Mechanism, carriage: Carriage) -> Machining:
+    """Once along the middle of the groove with a tool as wide, else once round its walls.
+
+    Raises DesignError where the tool does not go into the groove or is too short.
+    """
+    (track,), (part,) = mechanism.cutters, mechanism.parts
+    assert isinstance(part, PocketPlate)
+    groove = part.pocket.outline
+    assert isinstance(groove, PocketOutline)
+    tool = tool_of(spec, None, groove.radius)
+    reach, height = tool.radius + spec.allowance, part.top - part.floor
+    room = groove.radius - reach
+    if room < -SAME:
+        raise DesignError(
+            f"cutter.diameter: a tool of {2.0 * tool.radius:.6g} mm does not go into the groove; at most "
+            f"{2.0 * (groove.radius - spec.allowance):.6g} mm"
+        )
+    if spec.length is not None and spec.length < height - SAME:
+        raise DesignError(f"cutter.length {spec.length:g} mm is too short: the cut is {height:.6g} mm deep")
+    path: ToolPath
+    if room <= LEAST:
+        path = PlatePath(CentrePath(track.straightened().evenly), carriage, None)
+    else:
+        round_it = ContourPath("groove", groove, -1.0, reach, part.floor, height, room)
+        round_it.refuse_gouge()
+        path = PlatePath(round_it, carriage, groove)
+    return Machining(title, spec, (path,), (tool,), Machine("C", "plain", False, slides=True), 0.0)

@@ -1,0 +1,30 @@
+"""A plate with a groove that has two ends: a pocket in its upper face, meshed directly, its chord error guaranteed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from camgeom.solid import QuickPart, Solid
+from camgeom.solid.builder import Builder
+from camgeom.solid.prism import Loop, cap, wall
+
+
+@dataclass(frozen=True, eq=False)
+class PocketPlate(QuickPart):
+    """A plate 0 <= z <= top over a rim, with a pocket from its upper face down to `floor`."""
+
+    name: str
+    rim: Loop
+    pocket: Loop
+    floor: float
+    top: float
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where the outlines cross."""
+        builder = Builder()
+        rim = wall(builder, self.rim, 0.0, self.top, tolerance, inside=False)
+        pocket = wall(builder, self.pocket, self.floor, self.top, tolerance, inside=True)
+        cap(builder, [rim.high, pocket.high], [rim.plane, pocket.plane], "end", up=True)
+        cap(builder, [pocket.low[::-1]], [pocket.foot[::-1]], "floor", up=True)
+        cap(builder, [rim.low], [rim.plane], "end", up=False)
+        return Solid(self.name, builder.mesh(), max(rim.error, pocket.error), "direct", 0)

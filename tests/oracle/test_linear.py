@@ -1,0 +1,247 @@
+"""Linear cams against closed forms: the follower over crank and groove, forces, life of two passes, sizes, refusals."""
+
+from __future__ import annotations
+
+from math import atan, cos, degrees, hypot, pi, radians, sin
+
+import numpy as np
+import pytest
+
+from camgeom.checks import findings
+from camgeom.errors import DesignError, ProfileError
+from camgeom.export.step.check import check_solid
+from camgeom.export.step.solids import pocket_solid
+from camgeom.machining.job import machining_of
+from camgeom.machining.spec import CutterSpec
+from camgeom.model import Model
+from camgeom.profile import parse
+
+STROKE, RISE, FIRST, WIDE, RADIUS, GAP = 100.0, 20.0, 15.0, 70.0, 9.0, 0.02
+OMEGA = 4.0 * pi
+BASE = """
+name = "plate"
+{units}
+[cam]
+kind = "linear"
+stroke = 100
+length = 150
+width = 70
+thickness = 20
+start = 25
+edge = 22
+groove_depth = 10
+running_clearance = 0.02
+{cam}
+[follower]
+kind = "translating"
+mass = 3
+{follower}
+[roller]
+diameter = 18
+length = 9
+[[motion]]
+until = {first}
+[[motion]]
+until = 85
+to = 20
+law = "cycloidal"
+[[motion]]
+until = {last}
+[operation]
+speed = 120
+friction = 12
+[limits]
+{limits}
+[output]
+tolerance = 0.01
+{more}
+"""
+
+
+def plate(**keys: object) -> Model:
+    given = {"units": "", "cam": "moving_mass = 5", "follower": "", "first": 15, "last": 100, "limits": "", "more": ""}
+    return Model(parse(BASE.format(**given | keys)))
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return plate()
+
+
+def finding(model: Model, name: str):
+    return next(iter(findings(model, [name])))
+
+
+def groove(x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Lift, its slope and its second derivative over the travel."""
+    u = np.clip((x - FIRST) / WIDE, 0.0, 1.0)
+    s = RISE * (u - np.sin(2.0 * pi * u) / (2.0 * pi))
+    return s, RISE / WIDE * (1.0 - np.cos(2.0 * pi * u)), 2.0 * pi * RISE / WIDE**2 * np.sin(2.0 * pi * u)
+
+
+def crank(theta: np.ndarray, out: float = pi) -> tuple[np.ndarray, ...]:
+    """Travel and two derivatives of a crank that takes `out` for the way out."""
+    there = theta <= out
+    rate = np.where(there, pi / out, pi / (2.0 * pi - out))
+    angle = np.where(there, theta * rate, pi + (theta - out) * rate)
+    half = 0.5 * STROKE
+    return half * (1.0 - np.cos(angle)), half * rate * np.sin(angle), half * rate**2 * np.cos(angle)
+
+
+@pytest.mark.parametrize("out", [180.0, 130.0])
+def test_the_follower_runs_the_groove_out_and_back_at_the_cranks_pace(out: float) -> None:
+    program = plate(cam=f"drive_out = {out}").setup.program
+    theta = np.random.default_rng(1).uniform(0.0, 2.0 * pi, 500)
+    x, dx, ddx = crank(theta, radians(out))
+    s, slope, bend = groove(x)
+    jet = program.jet(theta, 2)
+    for found, wanted in zip(jet, (s, slope * dx, bend * dx * dx + slope * ddx)):
+        assert np.abs(found - wanted).max() < 1e-12 * np.abs(wanted).max()
+    assert program.closed
+    # The crank turns round at rest, so that two derivatives go on there even where its pace changes.
+    assert program.continuity.order == 2
+    assert [round(degrees(jump.angle)) % 360 not in (0, round(out)) for jump in program.continuity.jumps]
+
+
+@pytest.mark.parametrize("lean", [0.0, 20.0, -25.0])
+def test_the_pressure_angle_is_that_of_the_slope_seen_from_the_slide(lean: float) -> None:
+    made = plate(cam=f"inclination = {lean}")
+    worst = finding(made, "pressure-angle")
+    slope = 2.0 * RISE / WIDE
+    way = (1.0 + slope * sin(radians(lean)), slope * cos(radians(lean)))
+    normal = (-way[1] / hypot(*way), way[0] / hypot(*way))
+    cosine = normal[0] * sin(radians(lean)) + normal[1] * cos(radians(lean))
+    # Leaning against the rise the dwells have the larger angle: that of the slide itself.
+    assert cos(radians(worst.value)) == pytest.approx(min(cosine, cos(radians(lean))), abs=1e-9)
+    if not lean:
+        assert worst.value == pytest.approx(degrees(atan(slope)), abs=1e-9)
+    if lean >= 0.0:
+        assert made.pressure_angle.cam_angle == pytest.approx(0.5 * pi, abs=1e-5)  # half way out
+
+
+def test_forces_are_newtons_and_the_plate_asks_most_where_it_turns_round(model: Model) -> None:
+    drive, panels = model.slide_drive, model.duty.force.panels
+    assert drive is not None
+    theta = np.array([0.9, 1.4, 2.0, 4.1])
+    x, dx, ddx = crank(theta)
+    s, slope, bend = groove(x)
+    force = 3e-3 * OMEGA**2 * (bend * dx * dx + slope * ddx) + 12.0 * np.sign(slope * dx)
+    assert panels.at(model.duty.normal, theta) == pytest.approx(force * np.hypot(1.0, slope), rel=1e-9)
+    assert panels.at(drive.groove, theta) == pytest.approx(force * slope, rel=1e-9)
+    assert panels.at(drive.force, theta) == pytest.approx(force * slope + 5e-3 * OMEGA**2 * ddx, rel=1e-9)
+    assert drive.peak.value == pytest.approx(5e-3 * OMEGA**2 * 0.5 * STROKE, rel=1e-9)
+    # All the work is friction's: twice the rise.
+    assert drive.data()["mean_drive_power_w"] == pytest.approx(12.0 * 2.0 * RISE * OMEGA / (2.0 * pi) * 1e-3, rel=1e-9)
+
+
+def test_the_drives_force_has_two_sides_and_no_verdict_without_its_mass(model: Model) -> None:
+    peak = model.slide_drive.peak.value
+    for factor, level in ((1.0 / 0.999, "pass"), (1.0 / 1.002, "fail")):
+        assert finding(plate(limits=f"drive_force_n = {factor * peak}"), "drive-force").level == level
+    for keys in ({"cam": "", "limits": "drive_force_n = 90"}, {}):
+        assert not [one for one in findings(plate(**keys), ["drive-force"]) if one.level != "not judged"]
+
+
+def test_a_place_of_the_groove_is_passed_twice_a_turn_of_the_drive(model: Model) -> None:
+    duty, material = model.duty, model.profile.material.cam
+    top = float(duty.contact.peak().pressure)
+    once = (top / material.contact_limit) ** material.exponent / material.contact_cycles
+    assert duty.cam_life.life_h == pytest.approx(2.0 * pi / (2.0 * once * OMEGA * 3600.0), rel=1e-9)
+    # The roller's path is the pitch curve's and what its slope turns it by, out and back.
+    x = np.linspace(0.0, STROKE, 200_001)
+    _, slope, _ = groove(x)
+    length = np.trapezoid(np.hypot(1.0, slope), x)
+    turned = np.abs(np.diff(np.arctan(slope))).sum()
+    assert abs(float(duty.roller_life.path) - 2.0 * length) < 2.0 * RADIUS * turned
+
+
+def test_the_body_is_the_plate_less_the_band_that_the_tool_sweeps(model: Model) -> None:
+    x = np.linspace(0.0, STROKE, 200_001)
+    length, radius = float(np.trapezoid(np.hypot(1.0, groove(x)[1]), x)), RADIUS + GAP
+    volume = 150.0 * 70.0 * 20.0 - 10.0 * (2.0 * radius * length + pi * radius**2)
+    assert check_solid(pocket_solid(model.parts[0])).volume == pytest.approx(volume, rel=1e-8)
+    assert model.solid.sound
+    assert model.solid.mesh.volume == pytest.approx(volume, rel=1e-4)
+    assert finding(model, "interference").value == pytest.approx(GAP, abs=1e-9)
+    assert finding(model, "backlash").passed
+    walls = {wall.name: wall.thickness for wall in model.walls}
+    assert walls["groove to the edge y = 0"] == pytest.approx(22.0 - radius, abs=1e-9)
+    assert walls["groove to the other edge"] == pytest.approx(70.0 - 22.0 - RISE - radius, abs=1e-9)
+    assert walls["groove to the end x = 0"] == pytest.approx(25.0 - radius, abs=1e-9)
+    assert walls["groove to the other end"] == pytest.approx(25.0 - radius, abs=1e-9)
+    # A wall as thin as the limit has two sides.
+    for factor, level in ((0.999, "pass"), (1.002, "fail")):
+        found = findings(plate(limits=f"min_wall_mm = {factor * (22.0 - radius)}"), ["wall"])
+        (edge,) = (one for one in found if "edge y = 0" in one.where)
+        assert (edge.level == "fail") is (level == "fail")
+
+
+@pytest.mark.parametrize("tool", [{}, {"kind": "flat", "diameter": 12.0}])
+def test_the_tool_keeps_to_the_groove(model: Model, tool: dict[str, object]) -> None:
+    made = machining_of("plate", CutterSpec(**tool), [model.mechanism])
+    assert made.machine.letters == ("X", "Y", "Z")
+    x = np.linspace(0.0, STROKE, 40_001)
+    pitch = np.stack([25.0 + x, 22.0 + groove(x)[0]])
+    (cut,) = made.passes("machine")
+    tips = np.concatenate([move.positions.tip[:, :: max(1, move.positions.tip.shape[1] // 200)]
+                           for move in cut.moves if move.kind == "cut"], axis=1)  # fmt: skip
+    away = np.hypot(*(tips[:2, :, None] - pitch[:, None])).min(axis=1)
+    assert away == pytest.approx(np.full(away.shape, RADIUS + GAP - 6.0 if tool else 0.0), abs=2e-3)
+    assert tips[2] == pytest.approx(np.full(tips.shape[1], 10.0))
+    with pytest.raises(DesignError, match="does not go into the groove"):
+        machining_of("plate", CutterSpec(kind="flat", diameter=18.1), [model.mechanism])
+
+
+def test_lengths_in_inches_are_those_in_mm() -> None:
+    data = plate().profile.stated
+    inches = {**data, "units": "inch", "output": {"tolerance": 0.01 / 25.4}}
+    inches["cam"] = {k: v / 25.4 if isinstance(v, int | float) and k != "moving_mass" else v for k, v in data["cam"].items()}
+    inches["roller"] = {k: v / 25.4 for k, v in data["roller"].items()}
+    inches["motion"] = tuple({k: v if k == "law" else v / 25.4 for k, v in one.items()} for one in data["motion"])
+    theta = np.linspace(0.0, 2.0 * pi, 50)
+    made = plate().with_({}).profile.setup().program.jet(theta, 0)
+    from camgeom.profile import from_data
+
+    assert from_data(inches, "").setup().program.jet(theta, 0) == pytest.approx(made, abs=1e-9)
+
+
+@pytest.mark.parametrize(("keys", "key", "says"), [
+    ({"last": 99}, "motion[2].until", "100 mm, cam.stroke"),
+    ({"first": 90}, "motion[1].until", "above 90 mm of travel"),
+    ({"cam": 'drive = "constant-velocity"'}, "cam.drive", "begins and ends at rest"),
+    ({"cam": 'drive = "spline"'}, "cam.drive", "shape of its own"),
+    ({"limits": "torque_n_m = 3"}, "limits.torque_n_m", "drive_force_n"),
+    ({"follower": "offset = 3"}, "follower.offset", "cam.edge"),
+    ({"more": '[dynamics]\nkind = "follower"\nlinkage_stiffness = 100'}, "dynamics", "not solved so far"),
+    ({"more": "[impact]\nrestitution = 0.5"}, "impact", "not solved so far"),
+    ({"more": "[tolerance]\nroller_diameter = 0.01"}, "tolerance", "not solved so far"),
+    ({"more": '[cutter]\nkind = "flat"\ndiameter = 10\nrotary = "A"'}, "cutter.rotary", "none on a plate"),
+])  # fmt: skip
+def test_what_means_nothing_is_refused_by_name(keys: dict[str, object], key: str, says: str) -> None:
+    with pytest.raises(ProfileError) as refused:
+        plate(**keys)
+    problem = next(one for one in refused.value.problems if one.key == key)
+    assert says in f"{problem.message} {problem.allowed} {problem.hint}"
+
+
+def test_a_groove_that_leaves_the_plate_is_refused_and_one_just_within_is_not() -> None:
+    least = RADIUS + GAP
+    text = BASE.replace("edge = 22", "edge = {edge}").replace("start = 25", "start = {start}")
+    given = {"units": "", "cam": "", "follower": "", "first": 15, "last": 100, "limits": "", "more": ""}
+    for place in ("edge", "start"):
+        for by, good in ((1e-3, True), (-1e-3, False)):
+            keys = given | {"edge": 22, "start": 25} | {place: least + by}
+            if good:
+                parse(text.format(**keys))
+            else:
+                with pytest.raises(ProfileError, match=f"cam.{place}"):
+                    parse(text.format(**keys))
+
+
+def test_a_roller_too_large_for_its_path_is_undercut_and_its_errors_are_not_solved() -> None:
+    made = plate().with_({"motion[1].until": 24.0, "motion[2].until": 100.0})
+    assert finding(made, "undercut").level == "fail"
+    with pytest.raises(DesignError, match="undercut"):
+        _ = made.solid
+    with pytest.raises(DesignError, match="not of one that slides"):
+        _ = made.tolerances
