@@ -272,6 +272,9 @@ def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: floa
         for name, outline in outlines.items()
     ]
     notes = ["cam frame, seen from +Z, origin on the cam axis"]
+    if model.mechanism.carriage is not None:
+        curves.append(_path(model.tracks[0].evenly))
+        notes = ["plate seen from +Z, origin at its corner, x along its travel"]
     hollow = model.planar.radii[1] if cutter_radius and model.planar is not None else None
     if cutter_radius and hollow is not None and cutter_radius >= hollow.value:
         notes.append(
@@ -291,6 +294,16 @@ def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: floa
     if base is not None:
         discs.append(Disc("centre", (0.0, 0.0), base))
     return PlaneView("profile", tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
+
+
+def _path(track: Track) -> PlaneCurve:
+    """The path of a roller in a plate, from end to end."""
+
+    def at(phi: Floats) -> tuple[Floats, Floats]:
+        pose = track.pose(phi, 1)
+        return pose.a[0][:2], pose.a[1][:2] * (1.0 if pose.pace is None else pose.pace)
+
+    return PlaneCurve("pitch curve", "pitch", at, track.knots(), closed=False)
 
 
 def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:

@@ -46,8 +46,8 @@ class MotionSegment(Section):
     )
     law: Annotated[str, Field(max_length=60)] | None = Field(None, description="motion law, see `camgeom laws`")
     velocity: Number | None = Field(
-        None, description="mm (or deg) per degree of cam angle at the segment's end, for laws that join neighbours; of a "
-        "linear cam per mm of travel"
+        None, description="mm (or deg) per degree of cam angle at the segment's end, for laws that join neighbours; of "
+        "a linear cam per mm of travel"
     )
     acceleration: Number | None = Field(None, description="mm (or deg) per square degree at the segment's end")
     jerk: Number | None = Field(None, description="mm (or deg) per cubic degree at the segment's end")
@@ -122,7 +122,9 @@ def _reason(refused: ProfileError) -> str:
 class Operation(Section):
     """How the cam runs and what it drives."""
 
-    speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="r/min, cam speed; of a linear cam that of its drive")
+    speed: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
+        description="r/min, cam speed; of a linear cam that of its drive"
+    )
     friction: NonNegative = Field(0.0, description="N, against the motion (N mm for swinging followers and turrets)")
     guide_friction: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
         0.0, description="1, friction of a slide's guides under its side thrust, times overhang over bearing distance"
@@ -229,7 +231,7 @@ class Limits(Section):
         None, description="N m, largest torque of the camshaft: rigid, with vibration, from rest and with impacts"
     )
     drive_force_n: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
-        None, description="N, largest force that a linear cam's drive gives along the travel, for follower, plate and slide"
+        None, description="N, largest force of a linear cam's drive along the travel: for follower, plate and slide"
     )
     output_torque_n_m: Annotated[float, Field(gt=0.0, le=1e9)] | None = Field(
         None, description="N m, largest torque of a turret's output shaft: with vibration and from rest; rigid, of all "

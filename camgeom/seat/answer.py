@@ -182,12 +182,19 @@ def _moved(asked: Asked) -> Stage:
     page = headed(model, None, ())
     theta = np.linspace(0.0, TURN, 361)
     one, unit = model.profile.lift_unit
+    carriage, span = model.mechanism.carriage, model.profile.cam.MOTION_SPAN
+    lift = model.setup.program.jet(theta, 0)[0]
+    if carriage is not None:
+        # The diagram is that of the profile: over the travel, in its unit of length.
+        span, lift = carriage.stroke / one, carriage.lift(theta * (carriage.stroke / TURN), 0)[0]
     return {
         "title": page.title,
         "kind": page.kind,
         "unit": unit,
-        "span": model.profile.cam.MOTION_SPAN,
-        "lift": np.round(model.setup.program.jet(theta, 0)[0] / one, 6).tolist(),
+        "span": span,
+        "over": "°" if carriage is None else f" {unit}",
+        "per": 1.0 if carriage is None else 360.0 / span,
+        "lift": np.round(lift / one, 6).tolist(),
         **_compared(asked, ("motion",)),
         "plots": _plots(model, asked.other, asked.width, _motion),
     }

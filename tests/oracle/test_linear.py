@@ -124,7 +124,7 @@ def test_forces_are_newtons_and_the_plate_asks_most_where_it_turns_round(model: 
     assert drive is not None
     theta = np.array([0.9, 1.4, 2.0, 4.1])
     x, dx, ddx = crank(theta)
-    s, slope, bend = groove(x)
+    _, slope, bend = groove(x)
     force = 3e-3 * OMEGA**2 * (bend * dx * dx + slope * ddx) + 12.0 * np.sign(slope * dx)
     assert panels.at(model.duty.normal, theta) == pytest.approx(force * np.hypot(1.0, slope), rel=1e-9)
     assert panels.at(drive.groove, theta) == pytest.approx(force * slope, rel=1e-9)
@@ -195,7 +195,8 @@ def test_the_tool_keeps_to_the_groove(model: Model, tool: dict[str, object]) -> 
 def test_lengths_in_inches_are_those_in_mm() -> None:
     data = plate().profile.stated
     inches = {**data, "units": "inch", "output": {"tolerance": 0.01 / 25.4}}
-    inches["cam"] = {k: v / 25.4 if isinstance(v, int | float) and k != "moving_mass" else v for k, v in data["cam"].items()}
+    lengths = {k: v / 25.4 for k, v in data["cam"].items() if k not in ("kind", "moving_mass")}
+    inches["cam"] = {**data["cam"], **lengths}
     inches["roller"] = {k: v / 25.4 for k, v in data["roller"].items()}
     inches["motion"] = tuple({k: v if k == "law" else v / 25.4 for k, v in one.items()} for one in data["motion"])
     theta = np.linspace(0.0, 2.0 * pi, 50)

@@ -66,6 +66,7 @@ def extremes(panels: Panels, values: Floats, factor: float = 1.0) -> tuple[Mark,
 
 def mark(angle: float, value: float, unit: str = "") -> Mark:
     """A point at a cam angle, degrees, with its value and angle in words."""
+    angle = round(angle, 9) + 0.0
     return Mark(angle, value, f"{number(value)}{unit} at {number(angle)}°")
 
 

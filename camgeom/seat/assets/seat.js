@@ -115,7 +115,7 @@
       clearNotice("made");
       find("title").textContent = document.title = stage.title;
       find("kind").textContent = stage.kind;
-      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span });
+      Object.assign(state, { lift: stage.lift, unit: stage.unit, span: stage.span, over: stage.over, per: stage.per });
       segments();
       diagram();
     } else if (stage.html) {
@@ -450,7 +450,7 @@
 
   function scales() {
     if (state.held) return state.held.scales;
-    const shown = state.lift.slice(0, Math.round(state.span) + 1);
+    const shown = state.lift.slice(0, Math.round(state.span * state.per) + 1);
     const low = Math.min(0, ...shown), high = Math.max(...shown, low + 1e-6), room = 0.12 * (high - low);
     return { low: low - room, high: high + room };
   }
@@ -467,20 +467,22 @@
       if (one.to === undefined) svg.append(shape("rect", { class: "zone", x: x(start), y: TOP, width: Math.max(0, x(one.until) - x(start)), height: HIGH - TOP - FOOT }));
       start = one.until;
     }
-    const stride = span > 180 ? (WIDE < 600 ? 90 : 60) : 30;
+    // Over a travel the ticks stand at round lengths.
+    const decade = 10 ** Math.floor(Math.log10(span / 5));
+    const stride = state.over !== "°" ? decade * (span / 5 / decade > 5 ? 5 : span / 5 / decade > 2 ? 2 : 1) : span > 180 ? (WIDE < 600 ? 90 : 60) : 30;
     for (let angle = 0; angle <= span; angle += stride) {
-      svg.append(shape("path", { class: "grid", d: `M${x(angle)} ${TOP}V${HIGH - FOOT}` }), shape("text", { class: "tick", x: x(angle), y: HIGH - FOOT + 16, "text-anchor": "middle" }, `${angle}°`));
+      svg.append(shape("path", { class: "grid", d: `M${x(angle)} ${TOP}V${HIGH - FOOT}` }), shape("text", { class: "tick", x: x(angle), y: HIGH - FOOT + 16, "text-anchor": "middle" }, `${tidy(angle)}${state.over}`));
     }
     const power = 10 ** Math.floor(Math.log10((high - low) / 3)), tick = power * ((high - low) / 3 / power > 5 ? 5 : (high - low) / 3 / power > 2 ? 2 : 1);
     for (let value = Math.ceil(low / tick) * tick; value <= high; value += tick) {
       svg.append(shape("path", { class: "grid", d: `M${LEFT} ${y(value)}H${WIDE - RIGHT}` }), shape("text", { class: "tick", x: LEFT - 6, y: y(value) + 4, "text-anchor": "end" }, String(tidy(value))));
     }
     svg.append(shape("text", { class: "axis", x: 4, y: 12 }, state.unit));
-    const points = state.lift.slice(0, Math.round(span) + 1).map((value, angle) => `${x(angle).toFixed(1)} ${y(value).toFixed(1)}`);
+    const points = state.lift.slice(0, Math.round(span * state.per) + 1).map((value, at) => `${x(at / state.per).toFixed(1)} ${y(value).toFixed(1)}`);
     svg.append(shape("path", { class: "line s0", d: `M${points.join("L")}` }));
     motion.forEach((one, i) => {
       const spot = one.to ?? between(one.until);
-      const words = `motion[${i}]: until ${one.until}°${one.to === undefined ? ", dwell" : `, to ${one.to} ${state.unit}`}`;
+      const words = `motion[${i}]: until ${one.until}${state.over}${one.to === undefined ? ", dwell" : `, to ${one.to} ${state.unit}`}`;
       const end = shape("circle", { class: "end", cx: x(one.until), cy: y(spot), r: 8, tabindex: 0, role: "slider", "aria-label": words, "aria-valuenow": one.until, "data-segment": i });
       end.append(shape("title", {}, words));
       end.addEventListener("pointerdown", (event) => hold(event, i, svg, { low, high }));
@@ -493,8 +495,8 @@
   }
 
   const between = (angle) => {
-    const i = Math.min(Math.floor(angle), state.lift.length - 2);
-    return state.lift[i] + (angle - i) * (state.lift[i + 1] - state.lift[i]);
+    const at = angle * state.per, i = Math.min(Math.floor(at), state.lift.length - 2);
+    return state.lift[i] + (at - i) * (state.lift[i + 1] - state.lift[i]);
   };
 
   const lift = (fine) => (fine ? 0.01 : 0.1) / (state.unit === "in" ? 20 : 1);
