@@ -29,8 +29,8 @@ from camgeom.track.follower import Mass, Setup, TranslatingFollower
 from camgeom.track.outline import Outline, PolygonOutline
 from camgeom.track.pocket import PocketOutline
 
-MADE_OF_DATA = ("file", "points")
 NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
+NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
 NO_ERRORS = "errors of assembly of a linear cam are not solved so far"
 
 
@@ -115,6 +115,9 @@ class Linear(Cam):
         found |= idle("a linear cam's slide has none; cam.edge says where the roller stands", "follower.offset")
         found |= idle("a linear cam's follower has none; give cam.running_clearance", "follower.clearance")
         found |= idle(NO_SOLVER, "dynamics", "impact") | idle(NO_ERRORS, "tolerance")
+        found |= idle(NO_FILM, "lubricant.pressure_viscosity", "limits.film_ratio", "limits.warn_film_ratio")
+        found |= idle(NO_FILM, "material.cam.roughness_um", "material.roller.roughness_um")
+        found |= idle("a linear cam's body is not meshed for a load", "output.load_angle_deg")
         reason = "the shaft of a linear cam's drive moves the plate too, of which nothing is in it: give limits."
         return found | idle(f"{reason}drive_force_n and cam.moving_mass", "limits.torque_n_m")
 

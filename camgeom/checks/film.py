@@ -20,6 +20,9 @@ def film(model: Model) -> Iterable[Finding | NotJudged]:
     """Least ratio lambda of film to roughness over the turn; without a limit a warning at most."""
     if not model.carriers:
         return
+    if model.mechanism.carriage is not None:
+        yield NotJudged("film", "where the plate turns round nothing draws oil in: no film of a linear cam is known")
+        return
     if missing := _missing(model):
         yield NotJudged("film", f"give {', '.join(missing)}: nothing is known of the film between roller and cam"
                         if model.setup.roller is not None else f"give {', '.join(missing)}")  # fmt: skip

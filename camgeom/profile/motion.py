@@ -21,6 +21,7 @@ MAX_SEGMENTS = 3_000
 """a whole run of a disc with so many takes some 20 s; a law of a table or a spline holds more points"""
 SLIP = 1e-6
 """deg; digits lost by writing 360 / 7 in decimal"""
+OUT_OF_RANGE = "out of range"
 LEAST_SHARE = 1e-9
 """of the stroke, that a segment over the travel takes at least"""
 RATES = ("velocity", "acceleration", "jerk")
@@ -92,6 +93,9 @@ def motion_problems(
     last = len(motion) - 1
     if travel is not None:
         return problems + _travel_problems(motion, travel)
+    if beyond := [Problem(f"motion[{i}].until", OUT_OF_RANGE, segment.until, "more than 0 and at most 360 deg")
+                  for i, segment in enumerate(motion) if segment.until > 360.0]:  # fmt: skip
+        return problems + beyond
     if span < 360.0 and abs(motion[last].until - span) > SLIP:
         message = "the last segment must end the stated half turn"
         problems.append(Problem(f"motion[{last}].until", message, motion[last].until, f"{span:g} deg"))

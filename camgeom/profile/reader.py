@@ -407,8 +407,8 @@ def first_of(problems: list[Problem]) -> list[Problem]:
 def _motion_as_a_whole(motion: Any, follower: AnyFollower, span: float, file: str, cam: Cam | None) -> list[Problem]:
     travel = cam.travel if cam is not None else None
     found = motion_problems(motion, follower, span, travel)
-    if found and travel is not None:
-        return found
+    if found and (travel is not None or any(segment.until > 360.0 for segment in motion)):
+        return found  # no program can be asked for more
     try:
         program_of(motion, follower, span, str(Path(file).parent) if file else "", travel)
     except ProfileError as error:

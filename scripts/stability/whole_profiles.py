@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 from whole_keys import FILES, Data, Keys, Path_
 
 KINDS = ("disc", "constant-width", "conjugate", "cylindrical", "globoidal", "cylindrical-index", "parallel-index",
-         "end-face")  # fmt: skip
+         "end-face", "linear")  # fmt: skip
 SYMMETRIC = (
     "cycloidal",
     "modified-sine",
@@ -182,7 +182,8 @@ def drawn(seed: int, pictures: float, draw: int) -> tuple[Data, list[Path_]]:
     if dice.likely(0.06):
         size = dice.choice((0.1, 1.0, 3e3, 1e4))
     data: Data = {"name": f"{kind} {seed}"}
-    makers = {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum, "end-face": _ring}
+    makers = {"disc": _disc, "constant-width": _width, "conjugate": _pair, "cylindrical": _drum, "end-face": _ring,
+              "linear": _plate}  # fmt: skip
     data |= makers.get(kind, _turret)(dice, kind, size)
     data |= _operation(dice, size, data["follower"]["kind"])
     data |= _sections(dice, kind, size, data)
@@ -356,6 +357,25 @@ def _ring(dice: Dice, kind: str, size: float) -> Data:
     _bore(dice, cam, 0.8 * inner)
     roller = _roller(dice, dice.near(0.3 * size), round(0.7 * width, 2))
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _program(dice, stroke)}
+
+
+def _plate(dice: Dice, kind: str, size: float) -> Data:
+    stroke, depth = dice.near(2.0 * size), dice.near(0.15 * size)
+    cam: Data = {"kind": kind, "stroke": stroke, "length": round(1.6 * stroke, 3), "width": dice.near(1.6 * size)}
+    cam |= {"thickness": 2.0 * depth, "start": round(0.3 * stroke, 3), "edge": dice.near(0.6 * size), "groove_depth": depth}
+    if dice.likely(0.7):
+        cam |= {"running_clearance": round(1e-3 * size, 6), "drive": dice.choice(SYMMETRIC)}
+    if dice.likely(0.5):
+        cam |= {"moving_mass": dice.any_of(0.1, 20.0), "drive_out": round(dice.uniform(90.0, 270.0), 1)}
+    if dice.likely(0.3):
+        cam["inclination"] = round(dice.uniform(-30.0, 30.0), 1)
+    follower = {"kind": "translating", "mass": dice.any_of(0.1, 10.0)}
+    roller = _roller(dice, dice.near(0.25 * size), round(0.9 * depth, 3))
+    motion = _program(dice, dice.near(0.4 * size))
+    for segment in motion:
+        segment["until"] = round(segment["until"] / 360.0 * stroke, 6)
+    motion[-1]["until"] = stroke
+    return {"cam": cam, "follower": follower, "roller": roller, "motion": motion}
 
 
 def _turret(dice: Dice, kind: str, size: float) -> Data:

@@ -214,6 +214,8 @@ def test_lengths_in_inches_are_those_in_mm() -> None:
     ({"limits": "torque_n_m = 3"}, "limits.torque_n_m", "drive_force_n"),
     ({"follower": "offset = 3"}, "follower.offset", "cam.edge"),
     ({"more": '[dynamics]\nkind = "follower"\nlinkage_stiffness = 100'}, "dynamics", "not solved so far"),
+    ({"more": "[lubricant]\nviscosity_40 = 100\nviscosity_100 = 11\ntemperature = 50\npressure_viscosity = 20"},
+     "lubricant.pressure_viscosity", "turns round"),
     ({"more": "[impact]\nrestitution = 0.5"}, "impact", "not solved so far"),
     ({"more": "[tolerance]\nroller_diameter = 0.01"}, "tolerance", "not solved so far"),
     ({"more": '[cutter]\nkind = "flat"\ndiameter = 10\nrotary = "A"'}, "cutter.rotary", "none on a plate"),

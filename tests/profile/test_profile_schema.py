@@ -136,7 +136,7 @@ def test_mistakes_do_not_fit(kind: str, section: str, key: str, value: object) -
 @pytest.mark.parametrize(
     "segment",
     [
-        {"until": 361},
+        {"until": 100_001},
         {"until": 0},
         {"until": 10, "to": 5},
         {"until": 10, "law": "cycloidal"},
