@@ -362,7 +362,8 @@ def _ring(dice: Dice, kind: str, size: float) -> Data:
 def _plate(dice: Dice, kind: str, size: float) -> Data:
     stroke, depth = dice.near(2.0 * size), dice.near(0.15 * size)
     cam: Data = {"kind": kind, "stroke": stroke, "length": round(1.6 * stroke, 3), "width": dice.near(1.6 * size)}
-    cam |= {"thickness": 2.0 * depth, "start": round(0.3 * stroke, 3), "edge": dice.near(0.6 * size), "groove_depth": depth}
+    cam |= {"thickness": 2.0 * depth, "groove_depth": depth, "start": round(0.3 * stroke, 3)}
+    cam["edge"] = dice.near(0.6 * size)
     if dice.likely(0.7):
         cam |= {"running_clearance": round(1e-3 * size, 6), "drive": dice.choice(SYMMETRIC)}
     if dice.likely(0.5):
