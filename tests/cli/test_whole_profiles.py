@@ -12,7 +12,7 @@ sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 import whole_keys  # type: ignore[import-not-found]
 import whole_profiles  # type: ignore[import-not-found]
 
-SEEDS = 1800
+SEEDS = 2500
 NEVER_READ = {"material.roller.bending_limit": "the roller's body is not solved: refused by name"}
 """keys that are drawn and that no accepted profile can have"""
 
