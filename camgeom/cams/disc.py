@@ -45,7 +45,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
-from camgeom.solid.mechanism import Drive, Mechanism
+from camgeom.solid.mechanism import Drive, Measure, Mechanism
 from camgeom.solid.prism import FaceGroove, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
@@ -322,6 +322,14 @@ class DiscMechanism(Mechanism):
             replace(inner, name="inner flank"),
             Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
         )
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The depth of a face groove."""
+        cam = self.cam
+        if cam.groove_depth is None or cam.diameter is None:
+            return ()
+        return (Measure((cam.width - cam.groove_depth, 0.5 * cam.diameter), (cam.width, 0.5 * cam.diameter)),)
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:

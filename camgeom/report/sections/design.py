@@ -26,6 +26,7 @@ from camgeom.drawing.content import (
 from camgeom.drawing.sheet import number
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
+from camgeom.maths.hidden import edges_behind
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import cam_meshes, carrier_meshes, face_bodies, kept, placed, poses, roller_meshes
 from camgeom.track import TURN, Swing, Track
@@ -33,8 +34,6 @@ from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
     from camgeom.model import Model
-    from camgeom.solid.blank import Bore
-    from camgeom.solid.mechanism import Mechanism
 
 AXIAL, ACROSS, END = ("z", "x"), ("x", "y"), ("y", "z")
 SPARE = 3.0
@@ -96,7 +95,7 @@ def _alone(model: Model, meshes: Meshes) -> Drawing:
     if size.round or not _plate(model):
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
     dimensions += _inside(model, high)
-    paths += _behind(meshes, model.mechanism)
+    paths += _behind(meshes, 1, 0.0, AXIAL)
     leaders = []
     for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
         z = float(_stand(track)[2])
@@ -132,26 +131,23 @@ def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
     low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
     stand = float(_stand(model.tracks[0])[2]) if model.tracks else low
     level = stand if low < stand < high and not name else 0.5 * (low + high)
-    loops = _flat(outlines(mesh, 2, level + 1e-6 * (high - low)), ACROSS)
+    level += 1e-6 * (high - low)
+    loops = _flat(outlines(mesh, 2, level), ACROSS)
     points = np.concatenate(loops)
     (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     over = 1.08 * float(np.abs(points).max())
     paths = [Path(np.array([[-over, 0.0], [over, 0.0]]), "axis"), Path(np.array([[0.0, -over], [0.0, over]]), "axis")]
     dimensions = []
-    if _plate(model):
+    if _plate(model) and not _Size.of(model, ((name, mesh),)).round:  # else its diameter stands at the other view
         dimensions += [Dimension((left, 0.0), (right, 0.0), number(right - left, 5), "below"),
                        Dimension((0.0, bottom), (0.0, top), number(top - bottom, 5), "left")]  # fmt: skip
+    paths += _behind(((name, mesh),), 2, level, ACROSS)
     circles: list[Circle] = []
     leaders = []
     base = model.mechanism.base_radius
     if base is not None and not name:
         circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
-    bored = model.mechanism.bored
-    if bored is not None and not bored[0] <= level <= bored[1]:
-        hidden, keyway = _hidden_bore(model.mechanism.bore)
-        circles += hidden
-        paths += keyway
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         wall, half = 0.5 * bore.diameter + bore.keyway_depth, 0.5 * bore.keyway_width
         dimensions += [
@@ -253,7 +249,7 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     if size.round:
         dimensions.append(Dimension((low, -reach), (low, reach), f"⌀ {number(2.0 * reach, 5)}", "left"))
     dimensions += _inside(model, high)
-    paths += _behind(meshes, model.mechanism)
+    paths += _behind(meshes, 1, 0.0, AXIAL)
     leaders: list[Leader] = []
     # A follower that stands elsewhere about the cam is not in this section.
     for one in model.grooves:
@@ -277,16 +273,6 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
     return Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), regions)
 
 
-def _hidden_bore(bore: Bore | None) -> tuple[list[Circle], list[Path]]:
-    """A bore that the plane of a section across the axis does not meet."""
-    if bore is None:
-        return [], []
-    radius, half = 0.5 * bore.diameter, 0.5 * bore.keyway_width
-    edge, bottom = float(np.sqrt(radius**2 - half**2)), radius + bore.keyway_depth
-    slot = [Path(np.array([[edge, half], [bottom, half], [bottom, -half], [edge, -half]]), "hidden")] if half else []
-    return [Circle((0.0, 0.0), radius, "hidden")], slot
-
-
 def _inside(model: Model, high: float) -> list[Dimension]:
     """Sizes of the axial section beside length and outside: of the bore, which ends at `high`, and what a kind has."""
     found = []
@@ -299,19 +285,12 @@ def _inside(model: Model, high: float) -> list[Dimension]:
     return found
 
 
-def _behind(meshes: Meshes, mechanism: Mechanism) -> list[Path]:
-    """Edges of the bore behind the plane of the axial section: its ends, and where the keyway leaves its wall."""
-    bore, bored = mechanism.bore, mechanism.bored
-    if bore is None:
-        return []
-    radius, top = 0.5 * bore.diameter, 0.5 * bore.diameter + (bore.keyway_depth if bore.keyway_width else 0.0)
-    edge = float(np.sqrt(radius**2 - 0.25 * bore.keyway_width**2))
-    found = []
-    for _, mesh in meshes:
-        low, high = bored or (float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max()))
-        found += [Path(np.array([[z, -radius], [z, top]])) for z in (low, high)]
-        found += [Path(np.array([[low, edge], [high, edge]]))] if bore.keyway_width else []
-    return found
+def _behind(meshes: Meshes, plane: int, level: float, axes: tuple[str, str]) -> list[Path]:
+    """What is seen of the edges behind a section: along +Y of one through the axis, from +Z down of one across it."""
+    sense, columns = 1.0 if plane == 1 else -1.0, ["xyz".index(axis) for axis in axes]
+    bodies = [mesh for _, mesh in meshes]
+    cut = [loop for mesh in bodies for loop in outlines(mesh, plane, level)]
+    return [Path(np.ascontiguousarray(line[:, columns])) for line in edges_behind(bodies, plane, level, sense, cut)]
 
 
 def across(model: Model, meshes: Meshes) -> Drawing:
@@ -333,11 +312,6 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     if base is not None:
         circles.append(Circle((0.0, 0.0), base, "hidden"))
         leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
-    bored = model.mechanism.bored
-    if bored is not None and not bored[0] <= level <= bored[1]:
-        hidden, keyway = _hidden_bore(model.mechanism.bore)
-        circles += hidden
-        paths += keyway
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         bottom = 0.5 * bore.diameter + bore.keyway_depth
         across_both = number(bore.diameter + bore.keyway_depth, 6)
@@ -356,7 +330,7 @@ def across(model: Model, meshes: Meshes) -> Drawing:
             paths += _cross(x, y, 0.05 * reach)
             dimensions.append(Dimension((0.0, 0.0), (x, y), number(abs(x), 6), "above"))
             leaders.append(Leader((x, y), "pivot"))
-    paths += _followers(model, 2, level, ACROSS)
+    paths += [*_behind(meshes, 2, level, ACROSS), *_followers(model, 2, level, ACROSS)]
     way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     caption = f"Section at z = {number(level)} mm, seen from +Z, follower at cam angle 0; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
