@@ -7,13 +7,26 @@ import numpy.typing as npt
 
 from camgeom.drawing.colours import picture, scale, value_range
 from camgeom.drawing.content import Axis, Map
-from camgeom.drawing.plots import NARROW, WIDE, Frame, axis_title, draw_x_texts, linked, place_label, x_ticks, y_ticks
-from camgeom.drawing.shapes import Dot, Picture, Rectangle, Segments, Window
+from camgeom.drawing.plots import (
+    NARROW,
+    WIDE,
+    Frame,
+    axis_title,
+    covered,
+    draw_x_texts,
+    linked,
+    place_label,
+    x_ticks,
+    y_ticks,
+)
+from camgeom.drawing.shapes import Box, Dot, Picture, Rectangle, Segments, Window
 from camgeom.drawing.sheet import FONT, Sheet, Ticks, outside, text_box, text_width, ticks
 from camgeom.maths import Floats
 
 _SMOOTH = 160
 """pixels along the longer side a coarse picture is refined to before it is shown"""
+MOST_HIDDEN = 24
+"""pieces of other lines that a line's number may cover: about two lines' height of text"""
 
 
 def map_sheet(chart: Map, width: float) -> Sheet:
@@ -31,15 +44,20 @@ def map_sheet(chart: Map, width: float) -> Sheet:
     _draw_bar(sheet, chart, bar, width, narrow)
     sheet.text(0.0, top + 1.1 * FONT, axis_title(chart.y, y), "start", "axis")
     _draw_cells(sheet, chart, frame, low, high)
-    _draw_isolines(sheet, chart, frame, bar)
+    lines = _isolines(chart, frame, bar)
+    for value, _, ends in lines:
+        sheet.add(Segments("iso below" if value < 0.0 else "iso", ends))
     for yv, text in zip(y.at.tolist(), y.texts):
         sheet.text(left - 6.0, frame.one(x.low, yv)[1] + 0.34 * FONT, text, "end", "tick")
     sheet.add(Rectangle("frame", frame.box))
     draw_x_texts(sheet, frame)
     for mark in chart.marks:
         sheet.add(Dot("dot", frame.one(mark.x, mark.y), 3.5))
+    middles = [ends.mean(axis=1) for _, _, ends in lines]
     for mark in chart.marks:
-        place_label(sheet, frame.box, *frame.one(mark.x, mark.y), mark.text, np.empty((0, 2)), "on-map")
+        beside = np.concatenate([np.empty((0, 2)), *middles])
+        place_label(sheet, frame.box, *frame.one(mark.x, mark.y), mark.text, beside, "on-map")
+    _number_lines(sheet, frame, [text for _, text, _ in lines], middles)
     title = axis_title(chart.x, x)
     sheet.text(0.5 * (left + width - 10.0), frame.box[3] + 2.75 * FONT, title, "middle", "axis")
     sheet.add(*linked(chart.x, frame, [(frame.box[1], frame.box[3])]))
@@ -99,29 +117,34 @@ def _refined(values: Floats) -> Floats:
     return values
 
 
-def _draw_isolines(sheet: Sheet, chart: Map, frame: Frame, bar: Ticks) -> None:
-    """Lines at the colour bar's values, dashed below zero, each numbered where there is room."""
+def _isolines(chart: Map, frame: Frame, bar: Ticks) -> list[tuple[float, str, Floats]]:
+    """Value, text and segments (k, 2, 2), px, of the lines at the colour bar's values, up to the edge of the map."""
+    x, y = (np.r_[ends[0], at, ends[1]] for at in (chart.x_at, chart.y_at) for ends in (_ends(at),))
+    values = np.pad(chart.values, 1, mode="edge")
     levels = [(v, t) for v, t in zip(bar.at.tolist(), bar.texts) if bar.low < v < bar.high]
-    found = [(value, text, isolines(chart.x_at, chart.y_at, chart.values, value)) for value, text in levels]
-    for value, _, segments in found:
-        if len(segments):
-            ends = frame.at(segments[..., 0], segments[..., 1])
-            sheet.add(Segments("iso below" if value < 0.0 else "iso", ends))
+    found = [(value, text, isolines(x, y, values, value)) for value, text in levels]
+    return [(value, text, frame.at(ends[..., 0], ends[..., 1])) for value, text, ends in found if len(ends)]
+
+
+def _number_lines(sheet: Sheet, frame: Frame, texts: list[str], middles: list[Floats]) -> None:
+    """Each number once, where it covers no words and least of the other lines; nowhere where it hides several."""
     x0, y0, x1, y1 = frame.box
-    inner = (x0 + 12.0, y0 + 4.0, x1 - 12.0, y1 - 4.0)
-    for _, text, segments in found:
-        if not len(segments):
-            continue
-        spots = frame.at(*segments.mean(axis=1).T)
+    inner, middle = (x0 + 12.0, y0 + 4.0, x1 - 12.0, y1 - 4.0), 0.5 * (x0 + x1)
+    for number, (text, spots) in enumerate(zip(texts, middles)):
+        others = np.concatenate([np.empty((0, 2)), *middles[:number], *middles[number + 1 :]])
         fitting = [spot for spot in spots.tolist() if _fits(sheet, inner, spot, text)]
-        if fitting:
-            middle = 0.5 * (x0 + x1)
-            x, y = min(fitting, key=lambda spot: abs(spot[0] - middle))
+        rated = [(covered(_box(spot, text), others), abs(spot[0] - middle), *spot) for spot in fitting]
+        hidden, _, x, y = min(rated, default=(MOST_HIDDEN, 0.0, 0.0, 0.0))
+        if hidden < MOST_HIDDEN:
             sheet.text(x, y + 0.3 * FONT, text, "middle", "on-map", FONT - 1.0)
 
 
-def _fits(sheet: Sheet, inner: tuple[float, float, float, float], spot: list[float], text: str) -> bool:
-    box = text_box(spot[0], spot[1] + 0.3 * FONT, text, "middle")
+def _box(spot: list[float], text: str) -> Box:
+    return text_box(spot[0], spot[1] + 0.3 * FONT, text, "middle")
+
+
+def _fits(sheet: Sheet, inner: Box, spot: list[float], text: str) -> bool:
+    box = _box(spot, text)
     return sheet.clash(box, 8.0) == 0.0 and outside(box, inner) == 0.0
 
 

@@ -143,7 +143,7 @@ def place_label(sheet: Sheet, frame: Box, x: float, y: float, text: str, lines: 
     def rated(left: float, base: float, reach: float) -> tuple[float, float, float]:
         left = min(max(left, frame[0] + 3.0), frame[2] - width - 3.0)
         box = text_box(left, base, text)
-        cost = 1e3 * sheet.clash(box) + 1e4 * outside(box, frame) + 3.0 * _covered(box, lines) + 0.25 * reach
+        cost = 1e3 * sheet.clash(box) + 1e4 * outside(box, frame) + 3.0 * covered(box, lines) + 0.25 * reach
         return cost + 1e3 * overlap(box, (x - 3, y - 3, x + 3, y + 3)), left, base
 
     best = (np.inf, x, y)
@@ -167,7 +167,8 @@ def place_label(sheet: Sheet, frame: Box, x: float, y: float, text: str, lines: 
     sheet.text(left, base, text, "start", style)
 
 
-def _covered(box: Box, lines: Floats) -> int:
+def covered(box: Box, lines: Floats) -> int:
+    """How many points (k, 2) of lines a box covers."""
     if len(lines) == 0:
         return 0
     inside = (lines[:, 0] > box[0]) & (lines[:, 0] < box[2]) & (lines[:, 1] > box[1]) & (lines[:, 1] < box[3])

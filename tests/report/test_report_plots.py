@@ -28,9 +28,10 @@ from camgeom.drawing.content import (
     Shade,
     Zone,
 )
-from camgeom.drawing.maps import isolines
+from camgeom.drawing.maps import isolines, map_sheet
 from camgeom.drawing.plots import chart_sheet, spread
-from camgeom.drawing.sheet import number, outside, overlap, straightened, thin_line, ticks
+from camgeom.drawing.shapes import Rectangle, Segments, Words
+from camgeom.drawing.sheet import number, outside, overlap, straightened, text_box, thin_line, ticks
 from camgeom.maths.mesh import Mesh
 from camgeom.report.scene import scene_json
 from tests.report import demo as report_demo
@@ -119,6 +120,23 @@ def test_isoline_of_a_paraboloid_is_its_circle() -> None:
     assert np.max(np.abs(radius - 1.0)) < 0.025**2  # chord of the linear edge, h^2 / 8 times the curvature
     length = np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum()
     assert abs(length - 2.0 * np.pi) < 2e-3
+
+
+def test_lines_of_a_map_reach_its_edge_and_their_numbers_cover_no_words_and_no_crowd_of_lines() -> None:
+    x, y = np.linspace(0.5, 359.5, 360), np.linspace(1.0, 19.0, 10)
+    values = 100.0 / (1.0 + np.exp(-(x[None, :] - 180.0 - y[:, None]) / 4.0))  # all lines within a few degrees
+    mark = Mark(185.0, 10.0, "100 MPa")
+    chart = Map("steep", CAM_ANGLE, Axis("Along", "mm"), Axis("Pressure", "MPa"), x, y, values, marks=(mark,))
+    sheet = map_sheet(chart, 820.0)
+    lines = [shape.ends for shape in sheet.shapes if isinstance(shape, Segments) and shape.style == "iso"]
+    heights = np.concatenate(lines)[:, :, 1]
+    frame = next(shape.box for shape in sheet.shapes if isinstance(shape, Rectangle) and shape.style == "frame")
+    assert (heights.min(), heights.max()) == pytest.approx((frame[1], frame[3]))
+    on_map = [shape for shape in sheet.shapes if isinstance(shape, Words) and shape.style == "on-map"]
+    assert "100 MPa" in [shape.text for shape in on_map]
+    found = [(text_box(one.x, one.y, one.text, one.anchor, one.size), one.text) for one in on_map]
+    for k, (box, text) in enumerate(found):
+        assert all(overlap(box, other) == 0.0 for other, _ in found[k + 1 :]), text
 
 
 def test_isolines_stop_at_blank_cells_and_split_saddles() -> None:
