@@ -229,8 +229,12 @@ def _draw_notes(sheet: Sheet, view: _View, drawing: Drawing, rows: _Rows) -> Non
 
 def _draw_list(sheet: Sheet, view: _View, drawing: Drawing, top: float) -> None:
     """Numbers at the points, notes in a list under the view."""
+    taken: list[tuple[float, float]] = []
     for number, leader in enumerate(drawing.leaders, start=1):
         x, y = view.one(leader.to)
+        while any(np.hypot(x - u, y - v) < 17.0 for u, v in taken):  # beside the one that is there
+            x += 4.0
+        taken.append((x, y))
         sheet.add(Dot("balloon", (x, y), 8.0))
         sheet.text(x, y + 0.34 * FONT, str(number), "middle", "on-balloon", FONT - 2.0)
         base = top + _NOTE_GAP * number

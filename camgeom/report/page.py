@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from dataclasses import replace
 from importlib.resources import files
 from itertools import count, groupby
@@ -174,7 +175,7 @@ def _signs(text: str) -> str:
 def _finding(finding: Remark) -> str:
     fact = [_value(finding.value, finding.unit)] if finding.value is not None else []
     fact += [escape(f"limit {finding.limit}")] if finding.limit else []
-    fact += [escape(finding.where)] if finding.where else []
+    fact += [_words(finding.where)] if finding.where else []
     advice = f'<p class="advice">{_signs(finding.advice)}</p>' if finding.advice else ""
     return f'<div class="finding"><h3>{escape(finding.check)}</h3><p class="fact">{", ".join(fact)}</p>{advice}</div>'
 
@@ -281,7 +282,12 @@ def _cell(value: Cell) -> str:
     if isinstance(value, bool):
         return '<span class="pass">✓ passes</span>' if value else '<span class="fail">✗ fails</span>'
     text = value if isinstance(value, str) else number(value)
-    return escape(text.replace(" ", "\N{NO-BREAK SPACE}") if len(text) < SHORT else text)
+    return _words(text.replace(" ", "\N{NO-BREAK SPACE}") if len(text) < SHORT else text)
+
+
+def _words(text: str) -> str:
+    """Text as HTML with the minus of numbers as print sets it, and what stands in backticks as code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text)))
 
 
 def _table(table: Table, n: int) -> str:

@@ -7,10 +7,12 @@ import re
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
-from camgeom.drawing.content import Chapter, Chart, Drawing, Level, Map, Page, Polar
+from camgeom.drawing.content import Chapter, Chart, Column, Drawing, Leader, Level, Map, Page, Path, Polar, Table
 from camgeom.drawing.plots import NARROW, WIDE
+from camgeom.drawing.shapes import Dot
 from camgeom.drawing.sheet import overlap
 from camgeom.report.page import render, sheet
 from tests.places import ROOT
@@ -133,3 +135,21 @@ def test_vendored_viewer_is_built_from_the_sources_here() -> None:
     assert "MIT" in (assets / "viewer.LICENSE.txt").read_text(encoding="utf-8")
     assert "</script" not in bundle.lower()
     assert len(bundle) < 700_000
+
+
+def test_numbers_have_the_minus_of_print_and_backticks_are_code() -> None:
+    row = ("y = -43.3, a range 3-5, 1e-9, law 3-4-5", "-50 %", "at `length` or `a<b>`")
+    table = Table("T", (Column("A"), Column("B"), Column("C")), (row,))
+    text = render(Page("t", "k", None, sections=(Chapter("c", "C", (table,)),)))
+    assert "y = −43.3, a range 3-5, 1e-9, law 3-4-5" in text
+    assert "−50" in text
+    assert "at <code>length</code> or <code>a&lt;b&gt;</code>" in text
+
+
+def test_notes_at_one_place_of_a_narrow_drawing_stand_beside_each_other() -> None:
+    leaders = (Leader((5.0, 5.0), "one"), Leader((5.2, 5.0), "two"), Leader((5.0, 5.2), "three"))
+    box = Path(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]), closed=True)
+    made = sheet(Drawing("d", (box,), leaders=leaders), NARROW)
+    at = [shape.centre for shape in made.shapes if isinstance(shape, Dot) and shape.style == "balloon"][::2]
+    apart = [np.hypot(a[0] - b[0], a[1] - b[1]) for k, a in enumerate(at) for b in at[k + 1 :]]
+    assert min(apart) >= 2.0 * 8.0
