@@ -135,6 +135,7 @@ JUDGED: tuple[tuple[str, str, str, str], ...] = (
     ("life", "fatigue.cam_slice_life_h", "life_h", ">="),
     ("life", "fatigue.bearing_life_h", "life_h", ">="),
     ("torque", "contact.peak_torque_n_m", "torque_n_m", "<="),
+    ("rib-thickness", "flank.rib_thickness_mm", "min_wall_mm", ">="),
 )
 """check, the figure that it reads, the limit's key, and how they compare"""
 WARNED = {"pressure-angle": "warn_pressure_angle_deg", "undercut": "warn_undercut_margin"}
@@ -156,6 +157,10 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
             bad |= values <= 0.0
         failed[check] = failed.get(check, np.zeros(len(bad), dtype=bool)) | bad
         warn = limit_of(profile, columns, f"{WARNED[check]}") if check in WARNED else None
+        if check == "rib-thickness":
+            share = limit_of(profile, columns, "warn_rib_share")
+            thickness, play = (_given(profile, columns, f"cam.{key}") for key in ("rib_thickness", "running_clearance"))
+            warn = (1.0 - share) * (thickness - 2.0 * play)
         if warn is not None:
             warned |= values > warn if way == "<=" else values < warn
     exists = batch.reason == 0
@@ -179,10 +184,17 @@ def limit_of(profile: Profile, columns: Mapping[str, Floats], key: str) -> Any:
     if f"limits.{key}" in columns:
         return columns[f"limits.{key}"]
     value = getattr(profile.limits, key)
+    if key == "min_wall_mm":
+        return np.maximum(value, 2.0 * _given(profile, columns, "output.tolerance"))
     if key != "contact_pressure_mpa" or value is not None:
         return value
     # The weaker material's fatigue line, as `Model.pressure_limit` takes it.
     return np.minimum(*(_rated(profile, columns, body) for body in ("cam", "roller")))
+
+
+def _given(profile: Profile, columns: Mapping[str, Floats], key: str) -> Any:
+    section, name = key.split(".")
+    return columns.get(key, getattr(getattr(profile, section), name))
 
 
 def _rated(profile: Profile, columns: Mapping[str, Floats], body: str) -> Any:

@@ -16,6 +16,7 @@ from camgeom.design.sampling import DRAWN, Plan, sample, tie
 from camgeom.design.study import axis
 from camgeom.errors import ProfileError
 from camgeom.profile import read_data
+from camgeom.profile.text import dump
 
 Captured = pytest.CaptureFixture[str]
 DISC = """
@@ -149,6 +150,23 @@ def test_what_fails_a_limit_fails_by_its_check(disc: Path, tmp_path: Path, capsy
     for one, other in zip(batch["rows"], exact["rows"], strict=True):
         assert set(one["reason"].split("; ")) - {""} == set(other["reason"].split("; ")) & judged
     assert {row["verdict"] for row in batch["rows"]} >= {"fail"}
+
+
+def test_a_thin_rib_is_judged_by_the_batch_as_by_the_model(tmp_path: Path, capsys: Captured) -> None:
+    """Its flanks cross, or it is thin on steep places, or it passes: thicker and thinner than asked."""
+    data = read_data("profiles/milled_drum.toml")
+    data["cam"] |= {"form": "rib", "rib_thickness": 20.0, "length": 160, "start": 65, "diameter": 140}
+    del data["cutter"]
+    path = tmp_path / "rib.toml"
+    path.write_text(dump(data))
+    words = [str(path), "--vary", "cam.rib_thickness=3,8.9,9.3,12,40", "--out", str(tmp_path / "out")]
+    _, batch = run(capsys, *words, "--batch")
+    _, exact = run(capsys, *words, "--exact")
+    for one, other in zip(batch["rows"], exact["rows"], strict=True):
+        assert ("rib-thickness" in one["reason"]) == ("rib-thickness" in other["reason"])
+        assert one["flank.rib_thickness_mm"] == pytest.approx(other["flank.rib_thickness_mm"], rel=1e-5)
+    assert [row["verdict"] for row in batch["rows"]][1:] == [row["verdict"] for row in exact["rows"]][1:]
+    assert len({row["verdict"] for row in batch["rows"]}) == 3
 
 
 def test_few_variants_are_the_models_and_it_says_so(disc: Path, tmp_path: Path, capsys: Captured) -> None:

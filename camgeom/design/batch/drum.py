@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch import Batch
-from camgeom.design.batch.motion import Motion, Points, motion_figures, motion_of, motion_reason, vertex
+from camgeom.design.batch.motion import LEAST, Motion, Points, motion_figures, motion_of, motion_reason, vertex
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 CHUNK = 1024
 TURNS = 4
 """times that flexibilities and slice loads are computed in turn: each leaves about a tenth of the error before"""
+ROUNDS = 5
+"""Newton's steps towards the roller that stands nearest a point of a rib"""
 STEEP = float(np.sqrt(2.0))
 """s' / R from which on the sharpest curvature may stand above the foot of the wall: R / (R² + s'²)^1.5 is largest at
 R = s' / sqrt(2)"""
@@ -58,6 +60,7 @@ GEOMETRY = (
     "checks.run-out",
     "checks.floor-gap",
 )
+RIB = "flank.rib_thickness_mm"
 LOADED = (
     *motion_figures("mm", "s"),
     "contact.peak_pressure_mpa",
@@ -76,7 +79,9 @@ LOADED = (
 
 def offered(profile: Profile) -> tuple[str, ...]:
     """Names of the figures that the batch gives."""
-    return GEOMETRY + (LOADED if profile.operation is not None else ())
+    cam = profile.cam
+    rib = (RIB,) if isinstance(cam, Cylindrical) and cam.form == "rib" else ()
+    return GEOMETRY + rib + (LOADED if profile.operation is not None else ())
 
 
 def supports(profile: Profile, varied: Sequence[str]) -> str | None:
@@ -298,6 +303,32 @@ class Groove:
         """The same as `folding` at a share of a rib's wall from its foot up."""
         foot = self._under(self.floor, self.cutter, points)
         return self.folding(foot + share * (self.radius - foot), points)
+
+    @property
+    def thickness(self) -> Floats:
+        """Least normal thickness of a rib, mm, at its tip and its foot: how far points of either wall are from all
+        places of the other's roller."""
+        places = [(radius, way) for radius in (self.radius, self.floor) for way in (1.0, -1.0)]
+        return np.asarray(np.min([self.motion.smallest(partial(self._thick, *place)) for place in places], axis=0))
+
+    def _thick(self, radius: Floats, way: float, points: Points) -> Floats:
+        """Distance, mm, of the wall of the upper, 1, or lower, -1, roller from the other one where that is nearest."""
+        half = self.half + self.roller
+        place = self._under(radius, self.cutter, points)
+        far = np.hypot(place, points.ds)
+        sine, cosine = points.ds / far, place / far
+        angle = points.theta + np.arctan2(way * self.cutter * sine, place)
+        height = points.s + way * (half - self.cutter * cosine)
+        at = points.theta + np.arctan2(2.0 * way * half * cosine * sine, place)
+        for _ in range(ROUNDS):
+            other = self.motion.whenever(at)
+            lag, up = angle - at, height - other.s + way * half
+            # of half the square of the distance
+            slope = -0.5 * radius**2 * np.sin(2.0 * lag) - up * other.ds
+            bend = radius**2 * np.cos(2.0 * lag) + other.ds**2 - up * other.dds
+            at = at - np.clip(slope / np.maximum(np.abs(bend), LEAST), -0.1, 0.1)
+        other = self.motion.whenever(at)
+        return np.asarray(np.hypot(radius * np.sin(angle - at), height - other.s + way * half) - self.cutter)
 
     @property
     def least_radius(self) -> Floats:
@@ -542,6 +573,7 @@ FIGURES: dict[str, Callable[[Groove], Floats]] = {
     "flank.pitch_radius_mm": lambda g: g.pitch,
     "flank.pitch_pressure_angle_deg": lambda g: g.angle(g.pitch),
     "flank.undercut_margin": lambda g: g.margin,
+    RIB: lambda g: g.thickness,
     "flank.min_relative_radius_mm": lambda g: g.least_radius,
     "checks.relative-curvature": lambda g: g.dullest,
     "checks.run-out": lambda g: g.run_out,

@@ -296,6 +296,17 @@ class Motion:
             np.broadcast_to(side, f[0].shape),
         )
 
+    def whenever(self, theta: Floats) -> Points:
+        """The motion at cam angles (k, n), rad, of any turn."""
+        begin, long, *_ = self._columns
+        at = np.mod(theta, TURN)
+        piece, share = np.zeros(at.shape, dtype=np.intp), np.zeros(at.shape)
+        for i in range(len(self.rows)):
+            x = (at - begin[i]) / long[i]
+            mine = (x >= 0.0) & (x <= 1.0)
+            piece[mine], share[mine] = i, x[mine]
+        return self.at(piece, share * FINE)
+
     def reached(self, lift: Floats) -> Points:
         """The motion at the fine step where it reaches lifts, mm or rad, (k, n), if it never turns back: (k, n)."""
         full = (self.moving, self.size)
