@@ -23,7 +23,7 @@ from time import monotonic
 from typing import Any, Protocol, TypeVar, final
 
 from camgeom.errors import CamgeomError, Problem, ProfileError
-from camgeom.motion.own import begin_worker, load_copies, loaded_copies, loaded_files
+from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
 
 R = TypeVar("R")
 
@@ -293,11 +293,6 @@ class Pace:
             return text
         rate = (self._done - self._before) / took
         return f"{text}, {rate:.3g}/s, {spoken((self._total - self._done) / rate)} left"
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def local(jobs: int | None = None) -> Engine:

@@ -93,7 +93,7 @@ def _machine(spec: CutterSpec, paths: Sequence[ToolPath], sense: float) -> Machi
 def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
     """Contours of discs and of the flanks of a face groove."""
     parts, start = mechanism.parts, radians(spec.start_angle)
-    radii = [0.5 * roller.diameter for roller in mechanism.rollers]
+    radii = [0.5 * roller.diameter + mechanism.running_clearance for roller in mechanism.rollers]
     paths: list[ContourPath] = []
     tools: list[Tool] = []
     safe = 0.0
@@ -105,7 +105,7 @@ def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
             low, reach = part.z0 - spec.overrun, tool.radius + spec.allowance
             cuts = [ContourPath(part.name, part.outer.outline, 1.0, reach, low, part.z1 - low, None, start)]
         elif isinstance(part, FaceGroove):
-            tool = tool_of(spec, None, like and like + mechanism.running_clearance, part.root)
+            tool = tool_of(spec, None, like, part.root)
             cuts = _groove_contours(part, tool.radius + spec.allowance, start, spec)
             rim = part.rim.outline
             safe = rim.radius if isinstance(rim, CircleOutline) else 0.0

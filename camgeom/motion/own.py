@@ -92,6 +92,11 @@ def load_all(files: Iterable[str]) -> None:
         load_laws(file)
 
 
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def begin_worker(files: Iterable[str]) -> None:
     """How a worker process begins: it knows the parent's laws, leaves Ctrl-C to the parent, and ends when that ends."""
     import signal

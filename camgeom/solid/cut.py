@@ -220,16 +220,16 @@ def groove_body(grid: Grid, section: CrossSection, ridge: float, tolerance: floa
         builder.faces(faces[band_cells(grid.counts, b)].reshape(-1, 3), name)
     builder.faces(faces[:, sum(grid.counts) :].reshape(-1, 3), "back")
     if not closed:
-        cap = _cap(ring[0, :-2], ring[0, -2])
+        cap = groove_cap(ring[0, :-2], ring[0, -2])
         builder.faces(cap, "cap")
-        builder.faces(_cap(ring[-1, :-2], ring[-1, -2])[:, ::-1], "cap")
+        builder.faces(groove_cap(ring[-1, :-2], ring[-1, -2])[:, ::-1], "cap")
     mesh = builder.mesh()
     if mesh.volume < 0.0:
         return Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.groups, mesh.group)
     return mesh
 
 
-def _cap(rows: Index, ridge: np.int64) -> Index:
+def groove_cap(rows: Index, ridge: np.int64) -> Index:
     """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
     half = len(rows) // 2
     left, right = rows[: half + 1], rows[::-1][: len(rows) - half]

@@ -10,10 +10,11 @@ Direction 0 holds the walls that can push the turret towards larger angles, dire
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, floor, pi
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -136,6 +137,19 @@ def _changes(state: Callable[[Floats], Bools], phi: Floats, values: Bools) -> Fl
     return np.asarray(high)
 
 
+class _Wall(NamedTuple):
+    """A wall beside a roller: its flank at stations t (n, m), which way it pushes (n,), its levers, and of every slice
+    its ends and whether at least half of it has a wall."""
+
+    flank: Flank
+    way: npt.NDArray[np.intp]
+    lever: Floats
+    t: Floats
+    low: Floats
+    high: Floats
+    on: Bools
+
+
 @dataclass(frozen=True, eq=False)
 class Engagement:
     """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
@@ -188,12 +202,12 @@ class Engagement:
         return on_cam, axial
 
     @cached_property
-    def _walls(self) -> dict[str, Floats]:
+    def _walls(self) -> dict[str, Any]:
         n, k, m = len(self.theta), len(self.places), SLICES
         out = {
             "lever": np.ones((2, n, k, m)),
             "curvature": np.ones((2, n, k, m)),
-            "on": np.zeros((2, n, k, m)),
+            "on": np.zeros((2, n, k, m), dtype=bool),
             "cover": np.zeros((2, n, k, m)),
             "place": np.zeros((2, n, k, m)),
             "normal": np.zeros((2, n, k, m, 3)),
@@ -214,13 +228,26 @@ class Engagement:
                 self._fill(out, track, phi[rows], rows, place)
         return out
 
-    def _fill(self, out: dict[str, Floats], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+    @cached_property
+    def held(self) -> Bools:
+        """Whether a roller has a wall to bear on with any slice, (2, n, k); without what else `on` comes with."""
+        held = np.zeros((2, len(self.theta), len(self.places)), dtype=bool)
+        for place, (index, turn) in enumerate(self.places):
+            track = self.tracks[index]
+            phi = self.theta + TURN * turn
+            rows = np.nonzero((phi >= track.span[0]) & (phi <= track.span[1]))[0]
+            for wall in self._beside(track, phi[rows], 1) if len(rows) else ():
+                held[wall.way, rows, place] = wall.on.any(axis=1)
+        return held
+
+    def _beside(self, track: Track, phi: Floats, order: int) -> Iterator[_Wall]:
+        """The walls beside a roller at its cam angles (n,), from poses to an order of derivatives."""
         first, last = sorted(track.meridian.parameter(d) for d in track.contact)
         edges = np.linspace(first, last, SLICES + 1)
-        shared = track.pose(phi, 2)
+        shared = track.pose(phi, order)
         for side in track.sides:
             eased = track.eased(side)
-            pose = shared if eased is track else eased.pose(phi, 2)
+            pose = shared if eased is track else eased.pose(phi, order)
             begin, stop = touching(track, side, phi, self.inside, FINE, pose)
             low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
             some = high > low
@@ -229,10 +256,15 @@ class Engagement:
             flank = Flank(track, phi, t, side, given_pose=pose)
             lever = flank.lever()
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
+            yield _Wall(flank, way, lever, t, low, high, some & (high - low >= 0.5 * (edges[1] - edges[0])))
+
+    def _fill(self, out: dict[str, Any], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
+        delta = track.meridian.jet
+        for flank, way, lever, t, low, high, on in self._beside(track, phi, 2):
+            some = high > low
             out["lever"][way, rows, place] = np.abs(lever)
             out["curvature"][way, rows, place] = flank.k_rel
-            out["on"][way, rows, place] = some & (high - low >= 0.5 * (edges[1] - edges[0]))
-            delta = track.meridian.jet
+            out["on"][way, rows, place] = on
             out["cover"][way, rows, place] = np.where(some, np.abs(delta(high)[0] - delta(low)[0]), 0.0)
             out["place"][way, rows, place] = delta(t)[0]
             out["normal"][way, rows, place] = flank.normals
@@ -242,32 +274,32 @@ class Engagement:
     @cached_property
     def lever(self) -> Floats:
         """Speed of the contact along its normal per radian of the turret, mm, (2, n, k, m), > 0."""
-        return self._walls["lever"]
+        return np.asarray(self._walls["lever"])
 
     @cached_property
     def curvature(self) -> Floats:
         """Relative curvature, 1/mm, (2, n, k, m)."""
-        return self._walls["curvature"]
+        return np.asarray(self._walls["curvature"])
 
     @cached_property
     def on(self) -> Bools:
         """Whether at least half of a slice has a wall to bear on, (2, n, k, m)."""
-        return self._walls["on"] > 0.5
+        return np.asarray(self._walls["on"])
 
     @cached_property
     def cover(self) -> Floats:
         """Length of every slice that has a wall to bear on, mm, (2, n, k, m)."""
-        return self._walls["cover"]
+        return np.asarray(self._walls["cover"])
 
     @cached_property
     def place(self) -> Floats:
         """Middle of that length along the roller axis (delta), mm, (2, n, k, m)."""
-        return self._walls["place"]
+        return np.asarray(self._walls["place"])
 
     @cached_property
     def normal(self) -> Floats:
         """Unit normals from roller into cam, (2, n, k, m, 3)."""
-        return self._walls["normal"]
+        return np.asarray(self._walls["normal"])
 
     @cached_property
     def drive_angle(self) -> Floats:
@@ -278,7 +310,7 @@ class Engagement:
     @cached_property
     def turning(self) -> Floats:
         """Turning of a roller about its pin that rolls on each slice, rad/rad, (2, n, k, m), see `Flank.turning`."""
-        return self._walls["turning"]
+        return np.asarray(self._walls["turning"])
 
     @cached_property
     def carrying(self) -> Floats:
@@ -326,7 +358,7 @@ def least_held(tracks: tuple[Track, ...], inside: Inside, samples: int = 361) ->
     theta = np.linspace(0.0, TURN, samples)
     best: list[Extreme] = []
     for number in range(HANDS):
-        held = np.asarray(Engagement(tracks, inside, theta).on.any(axis=3))
+        held = Engagement(tracks, inside, theta).held
         for way, count in enumerate(held.sum(axis=2)):
             least = Extreme(float(count.min()), float(theta[count.argmin()]))
             if not number:

@@ -327,12 +327,21 @@ def _parallel(dice: Dice, plates: int) -> Data:
     Where the index begins, three plates hold one direction with a roller half a pitch t beside the line of centres:
     with C the centre distance over the pitch radius its pressure angle a is C sin(t) = cos(a) sqrt(C^2 - 2 C cos(t) +
     1), 41 to 45 deg at the C here, 57 deg with twelve rollers at 1.75.
+
+    The path of a roller has a cusp where it crosses the line of centres as fast as the cam, at a ratio of C - 1. Of
+    four plates one crosses at 3/8 of the lift, about that fast: C keeps 2.5 % of C - 1 away from there.
     """
     stops, count = {2: (4, 8), 3: (5, 15), 4: (4, 16)}[plates]
     pitch = dice.between(70.0, 100.0)
     center = pitch * (dice.between(1.26, 1.29) if plates == 3 else dice.between(1.72, 1.78))
     radius = pitch * (dice.between(0.09, 0.11) if plates == 3 else dice.between(0.105, 0.12))
     segments, _, lift = _index(dice, 360.0 / stops, 200.0, 225.0)
+    if plates == 4:
+        over = segments[1]["until"] - segments[0]["until"]
+        crossing = {"modified-sine": 1.7003, "3-4-5": 1.8073}[segments[1]["law"]] * 360.0 / stops / over
+        away = (center / pitch - 1.0) / crossing - 1.0
+        if abs(away) < 0.025:
+            center = pitch * (1.0 + crossing * (1.025 if away > 0.0 else 0.975))
     width = dice.between(12.0, 18.0)
     cam: Data = {"kind": "parallel-index", "center_distance": center, "width": width}
     cam["diameter"] = (1.68 if plates == 3 else 1.557) * center
@@ -438,7 +447,10 @@ def furnished(seed: int) -> Data:
     data, dice = sound(seed), Dice(seed + 2_000_003)
     kind, most, limits = data["follower"]["kind"], pressing(data), data.setdefault("limits", {})
     if "roller" in data and dice.chance(0.6):
-        data["roller"] |= {"dynamic_rating": 10.0 * most, "static_rating": dice.between(4.0, 10.0) * most}
+        # No more than rolls: a law's mean acceleration is over half its peak, three rollers share, a move takes a third
+        # of the turn and more, so that the equivalent load is above most / 2 / 2 / 3 * (1/3)^0.3 = 0.06 most, and
+        # bearings need 0.0167 of their static rating to roll.
+        data["roller"] |= {"dynamic_rating": 10.0 * most, "static_rating": dice.between(1.5, 3.0) * most}
     if dice.chance(0.6):
         slope = max(LAWS[law][0] * size / angle for angle, size, law in moves(data))
         # Work of the follower over the angle; what presses off its line costs no torque.

@@ -260,6 +260,8 @@ def overlapping(data: Data, dice: Dice) -> None:
     cam, follower, roller = data["cam"], data["follower"], data["roller"]
     rollers = follower.get("rollers", follower["stops"])
     inner = follower["pitch_radius"] - (0.5 * roller["length"] if cam["kind"] == "globoidal" else 0.0)
+    # A globoid's rib ends at its outside, and is the thicker for it.
+    inner = max(inner, cam.get("globoid_radius", 0.0))
     plates = cam.get("plates", 2) if cam["kind"] == "parallel-index" else 1
     for key in ("bore", "keyway_width", "keyway_depth"):
         cam.pop(key, None)

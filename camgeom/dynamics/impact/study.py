@@ -7,7 +7,6 @@ the turns after it can be reproduced at all is measured: `sensitivity` follows a
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.dynamics.impact.solver import ORDINARY
 from camgeom.dynamics.impact.spec import too_long
 from camgeom.errors import NotConverged, Problem, ProfileError
-from camgeom.motion.own import begin_worker, loaded_files
+from camgeom.motion.own import begin_worker, cores, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
 """what a turn is compared by"""
@@ -211,11 +210,6 @@ def study(
             count = 1
     rows |= {i: _row(jobs[i]) for i in order} if count <= 1 else _shared(jobs, order, count - 1)
     return [rows[i] for i in range(len(jobs))]
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _shared(jobs: Sequence[Job], order: Sequence[int], helpers: int) -> dict[int, StudyRow | Unsolved]:

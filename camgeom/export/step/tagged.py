@@ -25,6 +25,7 @@ from camgeom.maths import Floats
 from camgeom.maths.mesh import joined
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import cell_faces
+from camgeom.solid.cut import groove_cap
 from camgeom.solid.engine import checked
 from camgeom.track import Track
 
@@ -152,20 +153,8 @@ def _lid(count: int, wide: int, closed: bool) -> Ints:
     lid = cell_faces(here[:, :-1], after[:, :-1], after[:, 1:], here[:, 1:], rising, False).reshape(-1, 3)
     if closed:
         return lid
-    caps = [_cap(index[0, :-1], index[0, -1]), _cap(index[-1, :-1], index[-1, -1])[:, ::-1]]
+    caps = [groove_cap(index[0, :-1], index[0, -1]), groove_cap(index[-1, :-1], index[-1, -1])[:, ::-1]]
     return np.concatenate([lid, *caps])
-
-
-def _cap(rows: Ints, ridge: np.int64) -> Ints:
-    """Triangles closing the end of a groove body: rungs between the two flanks, and the ridge."""
-    half = len(rows) // 2
-    left, right = rows[: half + 1], rows[::-1][: len(rows) - half]
-    triangles = [[ridge, rows[0], rows[-1]]]
-    for j in range(max(len(left), len(right)) - 1):
-        l0, l1 = left[min(j, len(left) - 1)], left[min(j + 1, len(left) - 1)]
-        r0, r1 = right[min(j, len(right) - 1)], right[min(j + 1, len(right) - 1)]
-        triangles += [[l0, l1, r0], [l1, r1, r0]]
-    return np.array(triangles, dtype=np.int64)
 
 
 def blank_mesh(blank: Blank, patches: Sequence[Patch], first: int, sag: float) -> Tagged:

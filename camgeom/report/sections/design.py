@@ -126,6 +126,14 @@ def _beyond(model: Model, meshes: Meshes) -> list[Path]:
     return found
 
 
+def _draw_base(model: Model, circles: list[Circle], leaders: list[Leader]) -> None:
+    """The base circle and its diameter, of cams that have one."""
+    base = model.mechanism.base_radius
+    if base is not None:
+        circles.append(Circle((0.0, 0.0), base, "hidden"))
+        leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+
+
 def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
     """The section across one body with the sizes of that section and of its keyway."""
     low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
@@ -143,11 +151,9 @@ def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
                        Dimension((0.0, bottom), (0.0, top), number(top - bottom, 5), "left")]  # fmt: skip
     paths += _behind(((name, mesh),), 2, level, ACROSS)
     circles: list[Circle] = []
-    leaders = []
-    base = model.mechanism.base_radius
-    if base is not None and not name:
-        circles.append(Circle((0.0, 0.0), base, "hidden"))
-        leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    leaders: list[Leader] = []
+    if not name:
+        _draw_base(model, circles, leaders)
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         wall, half = 0.5 * bore.diameter + bore.keyway_depth, 0.5 * bore.keyway_width
         dimensions += [
@@ -307,11 +313,8 @@ def across(model: Model, meshes: Meshes) -> Drawing:
         dimensions.append(Dimension((float(low[0]), 0.0), (float(high[0]), 0.0), number(wide), "below"))
         dimensions.append(Dimension((0.0, float(low[1])), (0.0, float(high[1])), number(tall), "left"))
     leaders = list(_roller_notes(model, ACROSS))
-    circles = []
-    base = model.mechanism.base_radius
-    if base is not None:
-        circles.append(Circle((0.0, 0.0), base, "hidden"))
-        leaders.append(Leader((-0.8 * base, -0.6 * base), f"base circle ⌀ {number(2.0 * base, 6)}"))
+    circles: list[Circle] = []
+    _draw_base(model, circles, leaders)
     if (bore := model.mechanism.bore) is not None and bore.keyway_width:
         bottom = 0.5 * bore.diameter + bore.keyway_depth
         across_both = number(bore.diameter + bore.keyway_depth, 6)
