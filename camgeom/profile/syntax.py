@@ -58,9 +58,9 @@ def value_hint(value: str) -> str:
         return f"a comment begins with #: {behind[1]}  # ..."
     if value.lower() in ("true", "yes", "on", "false", "no", "off"):
         return f"write {'true' if value.lower() in ('true', 'yes', 'on') else 'false'}"
-    if ratio := re.fullmatch(r"(\d+(?:\.\d+)?)\s*/\s*(\d+(?:\.\d+)?)(\"?|\s*in)", value):
-        below = float(ratio[2])
-        return f"a value is a number, no formula: {float(ratio[1]) / below:.15g}" if below else ""
+    if ratio := re.fullmatch(r"(?:(\d+)[ -]+)?(\d+(?:\.\d+)?)\s*/\s*(\d+(?:\.\d+)?)(\"?|\s*in)", value):
+        below = float(ratio[3])
+        return f"a value is a number, no formula: {int(ratio[1] or 0) + float(ratio[2]) / below:.15g}" if below else ""
     if re.match(r"[“”„‘’«]", value) or re.fullmatch(r"[A-Za-z][\w .+-]*", value):
         plain = value.strip("“”„‘’«»")
         return f'a text stands in straight quotes: "{plain}"'

@@ -169,7 +169,7 @@ def _joined(reasons: list[str]) -> list[str]:
 
 def _signs(text: str) -> str:
     """Text as HTML with the signs of print for those of a terminal."""
-    return escape(text.replace("<= ", "≤ ").replace(">= ", "≥ "))
+    return _words(text.replace("<= ", "≤ ").replace(">= ", "≥ "))
 
 
 def _finding(finding: Remark) -> str:

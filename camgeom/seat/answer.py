@@ -116,11 +116,12 @@ def answers(
     changes: Mapping[str, Any],
     fresh: Callable[[], bool],
     kept_text: str = "",
-    narrow: bool = False,
+    width: float = WIDE,
 ) -> Iterator[Stage]:
     """The stages of an answer, each as soon as it is known; the last one is named "done" or "problems".
 
     kept_text  the profile that is compared with, whose lines are drawn beside
+    width      px, that the page has for a plot
     Ends without a last stage where the request is no longer fresh.
     """
     began = perf_counter()
@@ -137,7 +138,7 @@ def answers(
             yield stage("problems", text=text, data=_data(text), problems=_problems(error))
             return
         yield stage("profile", text=text, data=data)
-        asked = Asked(model, _kept(memory, kept_text), NARROW if narrow else WIDE)
+        asked = Asked(model, _kept(memory, kept_text), min(max(NARROW, width), WIDE))
         for name, job in STAGES.items():
             if not fresh():
                 return

@@ -17,6 +17,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, final
 
+from camgeom.drawing.plots import WIDE
 from camgeom.errors import CamgeomError, ExportError
 from camgeom.export.files import atomic_write
 from camgeom.profile.text import MAX_BYTES
@@ -200,12 +201,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self) -> None:
         body = self._body()
-        serial, changes = body.get("serial", 0), body.get("changes", {})
-        if not isinstance(serial, int) or not isinstance(changes, dict):
-            raise Refused(HTTPStatus.BAD_REQUEST, "needs a serial number and changes by key")
+        serial, changes, width = body.get("serial", 0), body.get("changes", {}), body.get("width", WIDE)
+        if not isinstance(serial, int) or not isinstance(changes, dict) or not isinstance(width, int | float):
+            raise Refused(HTTPStatus.BAD_REQUEST, "needs a serial number, changes by key and a width")
         memory = self.server.seat.memory
         fresh = memory.arrived(body["tab"], serial)
-        stages = answers(memory, body["text"], changes, fresh, body["kept"], bool(body.get("narrow")))
+        stages = answers(memory, body["text"], changes, fresh, body["kept"], width)
         self._stream(map(line, stages))
 
     def _stream(self, lines: Iterator[bytes]) -> None:

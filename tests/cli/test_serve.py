@@ -125,6 +125,12 @@ def test_a_folded_cam_has_figures_and_a_reason_instead_of_a_body() -> None:
     assert by["verdict"]["level"] == "fail"
 
 
+def test_plots_are_as_wide_as_the_page_has_room_for() -> None:
+    for asked, width in ((100.0, 370), (510.0, 510), (5000.0, 820)):
+        svg = next(one for one in stages(DISC, width=asked) if one["stage"] == "motion")["plots"][0]["svg"]
+        assert f'viewBox="0 0 {width} ' in svg
+
+
 def test_a_kept_variant_is_drawn_and_told_beside() -> None:
     by = {one["stage"]: one for one in stages(DISC, {"cam.base_radius": 40}, kept_text=DISC)}
     labels = [one["label"] for one in by["figures"]["figures"]]

@@ -76,7 +76,7 @@ def figure(page: Any, label: str) -> str:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1040, 800), (390, 844)])
 def test_the_page_fits_its_screen(browser: Any, server: Server, scheme: str, width: int, height: int) -> None:
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
     page = context.new_page()
@@ -87,6 +87,9 @@ def test_the_page_fits_its_screen(browser: Any, server: Server, scheme: str, wid
     assert page.locator("#plots figure").count() == 2
     assert page.locator("#diagram circle").count() == 4
     assert page.locator("figure.scene canvas").count() >= 1
+    plots = "[...document.querySelectorAll('svg.plot')]"
+    share = page.evaluate(f"Math.min(...{plots}.map((one) => one.clientWidth / one.viewBox.baseVal.width))")
+    assert share > 0.75  # letters of 13 px are 10 at least
     context.close()
 
 

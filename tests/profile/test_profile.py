@@ -392,6 +392,8 @@ PIN = (PROFILES / "pin_insertion.toml").read_text(encoding="utf-8")
         ("1 000", "digits stand together, with a decimal point: 1000"),
         ("1.000,5", "digits stand together, with a decimal point: 1000.5"),
         ("360/7", "a value is a number, no formula: 51.4285714285714"),
+        ("1 1/4", "a value is a number, no formula: 1.25"),
+        ("1-1/4 in", "a value is a number, no formula: 1.25"),
         ("12 ; thick", "a comment begins with #: 12  # ..."),
         ("True", "write true"),
         ("disc", 'a text stands in straight quotes: "disc"'),

@@ -61,7 +61,7 @@
     try {
       const answer = await fetch("answer", {
         method: "POST", signal: control.signal,
-        body: JSON.stringify({ tab, serial: ++state.serial, text, changes, kept: state.kept, narrow: innerWidth < 680 }),
+        body: JSON.stringify({ tab, serial: ++state.serial, text, changes, kept: state.kept, width: find("plots").clientWidth }),
       });
       if (!answer.ok) throw new Error((await answer.json()).reason);
       for await (const stage of lines(answer.body)) {
@@ -438,7 +438,7 @@
 
   // ---- the timing diagram -----------------------------------------------------------------------------------------
 
-  const WIDE = innerWidth < 680 ? 420 : 720, HIGH = 250, LEFT = 56, RIGHT = 14, TOP = 14, FOOT = 30;
+  const WIDE = Math.min(720, Math.max(400, find("diagram").clientWidth)), HIGH = 250, LEFT = 56, RIGHT = 14, TOP = 14, FOOT = 30;
   const SVG = "http://www.w3.org/2000/svg";
   const shape = (name, attributes, text) => {
     const made = document.createElementNS(SVG, name);
