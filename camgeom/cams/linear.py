@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from camgeom.cams import NO_DRUM, NO_ROOT, Cam, idle, problem
-from camgeom.cams._plate import disc_wall, least_distance, lift_range, roller_track, straight_problems
+from camgeom.cams._plate import disc_wall, least_distance, roller_track, straight_problems
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
@@ -23,13 +23,14 @@ from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.pocket import PocketPlate
 from camgeom.solid.prism import Loop
-from camgeom.track import TURN, Slide, Track
+from camgeom.track import TURN, Joint, Slide, Swing, Track
 from camgeom.track.carriage import Carriage
-from camgeom.track.follower import Mass, Setup, TranslatingFollower
+from camgeom.track.follower import Mass, Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import Outline, PolygonOutline
 from camgeom.track.pocket import PocketOutline
 
 NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
+REACH_SAMPLES = 721
 NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
 NO_ERRORS = "errors of assembly of a linear cam are not solved so far"
 
@@ -41,7 +42,7 @@ class Linear(Cam):
     The motion stands over the plate's travel, mm; the cam angle is that of the plate's drive, a turn for out and back.
     """
 
-    FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating",)
+    FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     SLIDES: ClassVar[bool] = True
 
     kind: Literal["linear"]
@@ -93,7 +94,7 @@ class Linear(Cam):
 
     def mechanism(self, setup: Setup) -> LinearMechanism:
         """The plate with its follower."""
-        assert isinstance(setup.follower, TranslatingFollower)
+        assert isinstance(setup.follower, TranslatingFollower | SwingingFollower)
         assert setup.carriage is not None
         return LinearMechanism(
             follower=setup.follower,
@@ -110,6 +111,9 @@ class Linear(Cam):
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of cams that turn, and what is not solved of one that slides."""
         found = NO_DRUM | NO_ROOT
+        found |= idle("belongs to a drum's follower", "follower.pivot_distance")
+        leans = "an arm has no slide; follower.start_angle says how it stands"
+        found |= idle(leans, "cam.inclination") if setup.follower.rotating else {}
         faces = ("face", "face_radius", "face_width", "face_offset")
         found |= idle("a linear cam's follower carries a roller", *(f"follower.{key}" for key in faces))
         found |= idle("a linear cam's slide has none; cam.edge says where the roller stands", "follower.offset")
@@ -134,14 +138,11 @@ class Linear(Cam):
         if roller.length is not None and roller.length > self.groove_depth:
             limit = f"at most the depth of the groove, {self.groove_depth:g} mm"
             found.append(problem("roller.length", roller.length, limit))
-        assert setup.carriage is not None
-        low, high = lift_range(setup.carriage.path)
-        lean, half = radians(self.inclination), 0.5 * roller.diameter + self.running_clearance
-        across = sorted((low * cos(lean), high * cos(lean)))
-        along = sorted((low * sin(lean), high * sin(lean)))
+        half = 0.5 * roller.diameter + self.running_clearance
+        along, across = self.mechanism(setup).reach
         return [
             *found,
-            *self._room("start", self.start, half - along[0], self.length - half - self.stroke - along[1], "length"),
+            *self._room("start", self.start, half - along[0], self.length - half - along[1], "length"),
             *self._room("edge", self.edge, half - across[0], self.width - half - across[1], "width"),
         ]
 
@@ -159,7 +160,7 @@ class Linear(Cam):
 class LinearMechanism(Mechanism):
     """A plate on its slide and its follower."""
 
-    follower: TranslatingFollower
+    follower: TranslatingFollower | SwingingFollower
     cam: Linear
     carriage: Carriage
 
@@ -191,12 +192,29 @@ class LinearMechanism(Mechanism):
     def tracks(self) -> tuple[Track, ...]:
         """The roller in the groove."""
         assert self.roller is not None
-        cam, lean = self.cam, radians(self.cam.inclination)
-        slide = Slide((sin(lean), cos(lean), 0.0))
-        meridian = self.roller.meridian(self.quoted_radius, 1.0)
-        anchor = (cam.start, cam.edge, 0.0)
-        track = roller_track("groove", self.program, 1.0, anchor, slide, meridian, self.contact, sides=(1.0, -1.0))
+        anchor, meridian = (self.cam.start, self.cam.edge, 0.0), self.roller.meridian(self.quoted_radius, 1.0)
+        track = roller_track("groove", self.program, 1.0, anchor, self.joint, meridian, self.contact, sides=(1.0, -1.0))
         return (replace(track, carriage=self.carriage),)
+
+    @property
+    def joint(self) -> Joint:
+        """What carries the roller: a slide across the travel, or an arm that turns it towards +Y."""
+        follower = self.follower
+        if isinstance(follower, TranslatingFollower):
+            lean = radians(self.cam.inclination)
+            return Slide((sin(lean), cos(lean), 0.0))
+        start, way, arm = radians(follower.start_angle), follower.way, follower.arm
+        return Swing((0.0, 0.0, way), (self.cam.start - way * arm * cos(start), self.cam.edge - arm * sin(start), 0.0))
+
+    @cached_property
+    def reach(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """How far the roller's middle goes along the plate and across it from where it starts, mm: least and most."""
+        travel = np.unique(np.concatenate([np.linspace(0.0, self.cam.stroke, REACH_SAMPLES),
+                                           self.carriage.path.knots * (self.cam.stroke / TURN)]))  # fmt: skip
+        lift, anchor = self.carriage.lift(travel, 0), (self.cam.start, self.cam.edge, 0.0)
+        point, _ = self.joint.carried(anchor, (0.0, 0.0, 1.0), lift)
+        x, y = point[0, 0] + travel - self.cam.start, point[0, 1] - self.cam.edge
+        return (float(x.min()), float(x.max())), (float(y.min()), float(y.max()))
 
     @cached_property
     def cutters(self) -> tuple[Track, ...]:

@@ -23,7 +23,7 @@ from camgeom.motion.table import JUMP_TOLERANCE, LEAST_JUMP, Piece
 DEGREE = 17
 """of the series"""
 LEFT_OUT = 1e-15
-"""share of the largest lift, and of the largest of its first three derivatives, that the last terms may hold"""
+"""share of the largest lift, tenfold of each of its first three derivatives, that the last terms may hold"""
 FACTORIALS = np.array([math.factorial(k) for k in range(DEGREE + 1)], dtype=float)
 MOST_HALVINGS = 12
 BESIDE = 1e-9
@@ -40,7 +40,9 @@ def composed(path: Program, drive: Program) -> Program:
     """
     edges = _edges(path, drive)
     spans = _spans(path, drive, edges)
-    series = [piece for low, high in pairwise(edges) for piece in _stretches(path, drive, low, high)]
+    # Against it what is left out counts, too, where a motion comes to rest.
+    size = max(abs(lift) for span in path.spans for lift in (span.before, span.after))
+    series = [piece for low, high in pairwise(edges) for piece in _stretches(path, drive, low, high, size)]
     kept = dict(zip(edges[:-1], _kept(path, drive, edges)))
     pieces: list[tuple[Piece, ...]] = []
     for span in spans:
@@ -131,27 +133,28 @@ def _series(path: Program, drive: Program, at: float, beside: float, degree: int
 
 
 def _stretches(
-    path: Program, drive: Program, low: float, high: float, depth: int = 0
+    path: Program, drive: Program, low: float, high: float, size: float, depth: int = 0
 ) -> list[tuple[float, float, Floats]]:
     """Series about the middles of parts of a stretch, short enough that what they leave out is below rounding."""
     middle = 0.5 * (low + high)
     power = _series(path, drive, middle, middle)
-    if _settled(power, 0.5 * (high - low)):
+    if _settled(power, 0.5 * (high - low), size):
         return [(low, high, power)]
     if depth == MOST_HALVINGS:
         at = math.degrees(middle)
         raise NotConverged(f"the motion over the drive has no series at {at:.6g} deg; take a gentler law or drive")
-    parts = _stretches(path, drive, low, middle, depth + 1)
-    return parts + _stretches(path, drive, middle, high, depth + 1)
+    parts = _stretches(path, drive, low, middle, size, depth + 1)
+    return parts + _stretches(path, drive, middle, high, size, depth + 1)
 
 
-def _settled(power: Floats, half: float) -> bool:
-    """Whether the last two terms of a series, and of its first three derivatives, are below rounding."""
+def _settled(power: Floats, half: float, size: float) -> bool:
+    """Whether the last two terms of a series, and of its first three derivatives, are below rounding of what they are
+    on the stretch, or of the lift's `size` (per rad^order)."""
     k = np.arange(DEGREE + 1)
     for order in range(4):
         perms = FACTORIALS[order:] / FACTORIALS[: DEGREE + 1 - order]
         terms = np.abs(power[order:]) * perms * half ** k[: len(k) - order]
-        if terms[-2:].sum() > LEFT_OUT * 10.0**order * terms.max():
+        if terms[-2:].sum() > LEFT_OUT * 10.0**order * max(float(terms.max()), size):
             return False
     return True
 

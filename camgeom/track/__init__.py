@@ -172,18 +172,20 @@ class Pose:
     """Jets of the roller axis in the cam frame: fixed point a and unit direction u, each (order + 1, 3, n).
 
     turn (n,) is exp(-i sense phi), the rotation that brought them here. pace (n,): the jets are by the way of a cam
-    that slides, mm, which goes so many mm per rad of the cam angle; None: by the cam angle itself.
+    that slides, mm, which goes so many mm per rad of the cam angle; None: by the cam angle itself. slid (n,): how far
+    it is out, mm, along -X.
     """
 
     a: Floats
     u: Floats
     turn: npt.NDArray[np.complex128]
     pace: Floats | None = None
+    slid: Floats | None = None
 
     def at(self, rows: npt.NDArray[np.intp]) -> Pose:
         """The pose at some of its cam angles."""
-        pace = None if self.pace is None else self.pace[rows]
-        return Pose(self.a.take(rows, axis=-1), self.u.take(rows, axis=-1), self.turn[rows], pace)
+        pace, slid = (None if values is None else values[rows] for values in (self.pace, self.slid))
+        return Pose(self.a.take(rows, axis=-1), self.u.take(rows, axis=-1), self.turn[rows], pace, slid)
 
     def per_radian(self, values: Floats) -> Floats:
         """Ways (n, m) along the jets' own coordinate as ways per rad of the cam angle, mm/rad."""
@@ -286,7 +288,7 @@ class Track:
         point[0, 0] += travel
         if order:
             point[1, 0] += 1.0
-        return Pose(point, direction, np.ones(len(phi), dtype=np.complex128), carriage.pace(phi))
+        return Pose(point, direction, np.ones(len(phi), dtype=np.complex128), carriage.pace(phi), travel)
 
     def spin(self, phi: Floats, turn: npt.NDArray[np.complex128]) -> Floats:
         """Turning of what carries the roller relative to the cam, cam frame, rad per rad of the cam, (3, n)."""

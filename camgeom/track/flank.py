@@ -248,18 +248,28 @@ class Flank:
         """Angle between the contact normal and the velocity of the follower point, rad, (n, m).
 
         at="surface" takes the velocity of the contact point, at="axis" that of the axis point beside it (the
-        classical figure of globoidal cams).
+        classical figure of globoidal cams). In a plate that slides it is always that one: as of all planar cams, whose
+        roller turns on its pin, so that its force passes through its middle.
         """
         u, _, _ = self._vectors
-        point = self.x if at == "surface" else self.pose.a[0][:, :, None] + self._stations[0][None] * u
-        e = self.track.joint.velocity(point, self.pose.turn)
+        middle = at == "axis" or self.track.carriage is not None
+        point = self.pose.a[0][:, :, None] + self._stations[0][None] * u if middle else self.x
+        e = self._carried(point)
         normal = self.n
         sine = cross(normal, e)
         return np.asarray(np.arctan2(np.sqrt(dot(sine, sine)), np.abs(dot(normal, e))))
 
     def lever(self) -> Floats:
         """Signed velocity of the contact point along n per unit of the joint coordinate, (n, m): 1 or mm/rad."""
-        return dot(self.n, self.track.joint.velocity(self.x, self.pose.turn))
+        return dot(self.n, self._carried(self.x))
+
+    def _carried(self, x: Floats) -> Floats:
+        """Velocity of follower points (3, n, m), cam frame, per unit of the joint coordinate."""
+        pose = self.pose
+        if pose.slid is not None:
+            # The joint stands still beside a cam that slides.
+            x = x - np.array([1.0, 0.0, 0.0])[:, None, None] * pose.slid[None, :, None]
+        return self.track.joint.velocity(x, pose.turn)
 
     def sliding(self, reference: float | None = None) -> tuple[Floats, Floats]:
         """Sliding of the cam over a roller that rolls without slip at one station: mm per rad of cam angle.

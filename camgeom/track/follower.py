@@ -299,10 +299,13 @@ class SwingingFollower(Follower):
     pivot_distance: Length | None = Field(
         None, description="mm, cylindrical cams: distance of the pivot axis from the cam axis; default centres the arc"
     )
-    start_angle: Degrees = Field(0.0, description="deg, cylindrical cams: arm angle from the tangent at zero lift")
+    start_angle: Degrees = Field(
+        0.0, description="deg, arm angle at zero lift: cylindrical cams from the tangent, linear cams from the travel"
+    )
     clearance: Gap = Field(0.0, description="mm, conjugate cams: play of the roller between the two cams")
     side: Literal["left", "right"] = Field(
-        "left", description="disc cams: the arm's contact on the +Y side (left, seen from the cam) or the -Y side"
+        "left", description="disc cams: the arm's contact on the +Y side (left, seen from the cam) or the -Y side; "
+        "linear cams: the pivot towards -X (left) or +X of the roller"
     )
     face: Face = Field("roller", description="disc cams: what touches the cam")
     face_radius: Length | None = Field(None, description="mm, face = curved: radius of the face")

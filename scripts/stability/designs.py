@@ -140,6 +140,10 @@ def _scale(data: dict[str, Any], by: float) -> None:
     if plate:
         # The program ends at the stroke to the last digit.
         data["motion"][-1]["until"] = data["cam"]["stroke"]
+        for segment in data["motion"] if data["follower"]["kind"] == "swinging" else ():
+            for order, key in enumerate(("velocity", "acceleration"), 1):
+                if key in segment:
+                    segment[key] /= by**order
     if data["follower"]["kind"] in ("translating", "frame"):
         for segment in data["motion"]:
             if segment.get("to"):
@@ -455,7 +459,15 @@ def _linear(dice: Dice) -> dict[str, Any]:
     if dice.chance(0.5):
         cam["running_clearance"] = diameter * dice.log(1e-4, 0.02)
     roller = _flat_roller(dice, diameter, depth * dice.between(0.5, 1.02))
-    follower = {"kind": "translating"}
+    follower: dict[str, Any] = {"kind": "translating"}
+    if not lean and dice.chance(0.5):
+        # An arm so long that its swing stays below some 50 degrees; its arc leaves the line by less than the rise.
+        arm = (high - low) * dice.between(1.2, 4.0)
+        levels = [float(np.degrees(level / arm)) for level in levels]
+        follower = {"kind": "swinging", "arm": arm, "start_angle": dice.between(-30.0, 15.0)}
+        follower["side"] = dice.one("left", "right")
+        cam["start"] += high - low
+        cam["length"] += 2.0 * (high - low)
     return {"cam": cam, "follower": follower, "roller": roller, "motion": _moves(dice, levels, stroke)}
 
 

@@ -515,7 +515,10 @@ def travel(cam, phi):
 
 def _linear(cam, follower, roller, lift, low, high):
     """A plate: the roller in a groove, which lies still in X but for the lean of its slide, as the plate goes by."""
-    del follower, low, high
+    del low, high
+    if follower["kind"] == "swinging":
+        arm, rest = follower["arm"], radians(follower.get("start_angle", 0.0))
+        way = -1.0 if follower.get("side") == "right" else 1.0
     radius, lean = 0.5 * roller["diameter"] + cam.get("running_clearance", 0.0), radians(cam.get("inclination", 0.0))
     length, width, thick = cam["length"], cam["width"], cam["thickness"]
     floor = thick - cam["groove_depth"]
@@ -523,7 +526,12 @@ def _linear(cam, follower, roller, lift, low, high):
     def distance(x, phi, k):
         del k
         s = lift(phi)
-        along, across = travel(cam, phi) + cam["start"] + s * sin(lean), cam["edge"] + s * np.cos(lean)
+        along, across = s * sin(lean), s * np.cos(lean)
+        if follower["kind"] == "swinging":
+            # The pivot stands arm away from the roller at zero lift; a greater angle lifts the roller towards +Y.
+            along = way * arm * (np.cos(rest + s) - np.cos(rest))
+            across = arm * (np.sin(rest + s) - sin(rest))
+        along, across = travel(cam, phi) + cam["start"] + along, cam["edge"] + across
         side, under = np.hypot(x[..., 0] - along, x[..., 1] - across) - radius, floor - x[..., 2]
         return np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0)) + np.minimum(np.maximum(side, under), 0.0)
 

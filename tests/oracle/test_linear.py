@@ -33,8 +33,7 @@ groove_depth = 10
 running_clearance = 0.02
 {cam}
 [follower]
-kind = "translating"
-mass = 3
+{swing}
 {follower}
 [roller]
 diameter = 18
@@ -43,7 +42,7 @@ length = 9
 until = {first}
 [[motion]]
 until = 85
-to = 20
+to = {rise}
 law = "cycloidal"
 [[motion]]
 until = {last}
@@ -58,8 +57,12 @@ tolerance = 0.01
 """
 
 
+GIVEN = {"units": "", "cam": "", "swing": 'kind = "translating"\nmass = 3', "follower": "", "first": 15, "rise": 20,
+         "last": 100, "limits": "", "more": ""}  # fmt: skip
+
+
 def plate(**keys: object) -> Model:
-    given = {"units": "", "cam": "moving_mass = 5", "follower": "", "first": 15, "last": 100, "limits": "", "more": ""}
+    given = GIVEN | {"cam": "moving_mass = 5"}
     return Model(parse(BASE.format(**given | keys)))
 
 
@@ -132,6 +135,31 @@ def test_forces_are_newtons_and_the_plate_asks_most_where_it_turns_round(model: 
     assert drive.peak.value == pytest.approx(5e-3 * OMEGA**2 * 0.5 * STROKE, rel=1e-9)
     # All the work is friction's: twice the rise.
     assert drive.data()["mean_drive_power_w"] == pytest.approx(12.0 * 2.0 * RISE * OMEGA / (2.0 * pi) * 1e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_an_arm_is_driven_by_the_torque_of_its_pressure_angle(side: str) -> None:
+    arm, rest, way = 60.0, radians(-6.0), 1.0 if side == "left" else -1.0
+    made = plate(swing=f'kind = "swinging"\narm = 60\nstart_angle = -6\nside = "{side}"\ninertia = 0.01', rise=16)
+    theta = np.array([0.9, 1.4, 2.0, 4.1])
+    x, dx, ddx = crank(theta)
+    s, slope, bend = (radians(16.0) / RISE * one for one in groove(x))
+    # Seen from the plate the roller goes on by dx along it and by the arm's arc; it pushes square to that.
+    along = 1.0 - way * arm * np.sin(rest + s) * slope
+    across = arm * np.cos(rest + s) * slope
+    swing = np.stack([-way * np.sin(rest + s), np.cos(rest + s)])
+    cosine = np.abs(-across * swing[0] + along * swing[1]) / np.hypot(along, across)
+    torque = 10.0 * OMEGA**2 * (bend * dx * dx + slope * ddx) + 12.0 * np.sign(slope * dx)
+    assert made.duty.force.panels.at(made.duty.normal, theta) == pytest.approx(torque / (arm * cosine), rel=1e-9)
+    drive = made.slide_drive
+    assert drive.duty.force.panels.at(drive.groove, theta) == pytest.approx(torque * slope, rel=1e-9)
+    x, _, _ = crank(made.flanks[0].phi)
+    s, slope, _ = (radians(16.0) / RISE * one for one in groove(x))
+    ahead, up = 1.0 - way * arm * np.sin(rest + s) * slope, arm * np.cos(rest + s) * slope
+    cosine = (up * way * np.sin(rest + s) + ahead * np.cos(rest + s)) / np.hypot(ahead, up)
+    found = made.flanks[0].flank(1.0).pressure_angle()[:, 4]
+    assert found == pytest.approx(np.arccos(np.minimum(cosine, 1.0)), abs=1e-7)
+    assert made.solid.sound
 
 
 def test_the_drives_force_has_two_sides_and_no_verdict_without_its_mass(model: Model) -> None:
@@ -230,10 +258,9 @@ def test_what_means_nothing_is_refused_by_name(keys: dict[str, object], key: str
 def test_a_groove_that_leaves_the_plate_is_refused_and_one_just_within_is_not() -> None:
     least = RADIUS + GAP
     text = BASE.replace("edge = 22", "edge = {edge}").replace("start = 25", "start = {start}")
-    given = {"units": "", "cam": "", "follower": "", "first": 15, "last": 100, "limits": "", "more": ""}
     for place in ("edge", "start"):
         for by, good in ((1e-3, True), (-1e-3, False)):
-            keys = given | {"edge": 22, "start": 25} | {place: least + by}
+            keys = GIVEN | {"edge": 22, "start": 25} | {place: least + by}
             if good:
                 parse(text.format(**keys))
             else:

@@ -360,6 +360,11 @@ def plate_views(model: Model, meshes: Meshes, with_follower: bool) -> tuple[Draw
     ]
     leaders = [Leader((float(path[120, 0]), float(path[120, 1])), "pitch curve")]
     wide = 2.0 * float(model.cutters[0].meridian.jet(np.array([track.meridian.parameter(z)]))[3][0])
+    if with_follower and isinstance(track.joint, Swing):
+        pivot = track.joint.centre[:2]
+        flat += _cross(*pivot, 0.03 * length)
+        dimensions.append(Dimension(pivot, (x, y), number(float(np.hypot(x - pivot[0], y - pivot[1])), 6), "above"))
+        leaders.append(Leader(pivot, "pivot"))
     notes = _roller_notes(model, ACROSS) if with_follower else (Leader((x, y), f"groove {number(wide, 6)} wide"),)
     leaders += notes
     flat += _followers(model, 2, z, ACROSS) if with_follower else ()
