@@ -24,6 +24,7 @@ class Cut:
 
     azimuth  of the plane, rad
     z, r     (p,) places, mm; stress (p,), MPa; outline (k, 2) of the body there, z and r
+    depth    of the groove, mm
     """
 
     azimuth: float
@@ -31,6 +32,7 @@ class Cut:
     r: Floats
     stress: Floats
     outline: Floats
+    depth: float
 
     def window(self, z: float, r: float, size: float, count: int) -> tuple[Floats, Floats, Floats]:
         """Stress (count, count) on an even grid r (count,) by z (count,) within `size` mm of a place, NaN outside."""
@@ -55,7 +57,7 @@ def cut_of(ring: RingMesh, moved: Floats, material: Floats, section: GroovedSect
     found = largest_principal(stresses(ring.nodes[nodes], moved[nodes], at, material))
     r = np.hypot(x[..., 0], x[..., 1])
     psi = float(ring.planes[plane])
-    return Cut(psi, x[..., 2].ravel(), r.ravel(), found.ravel(), section.outline(psi))
+    return Cut(psi, x[..., 2].ravel(), r.ravel(), found.ravel(), section.outline(psi), section.groove.shape.depth)
 
 
 def _inside(outline: Floats, points: Floats) -> npt.NDArray[np.bool_]:

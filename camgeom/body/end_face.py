@@ -44,6 +44,12 @@ class EndFaceSection:
         return np.linspace(0.0, 1.0, 2 * self.cells[0] + 1)
 
     @property
+    def foot_cells(self) -> Index:
+        """Quadrilaterals just above the web, from the outer edge to the inner one."""
+        across, deep, core, _, _ = self.cells
+        return (deep + core - 1) * across + np.arange(across)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """The keyway is left out."""
         return left_out(self.body.blank.bore)

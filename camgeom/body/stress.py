@@ -1,7 +1,8 @@
-"""Stress at a groove's root under its duty: nominal over the turn, and the peak where the root is round.
+"""Stress at a wall's root under its duty: nominal over the turn, and the peak where the root is round.
 
-The nominal stress is that of a beam: the stress out of the groove, of a drum the radial one, linearised over the wall's
-thickness at the flank's foot, which hardly hangs on the mesh and exists for a sharp root too. The peak is the largest
+The nominal stress is that of a beam: the stress out of the groove, of a drum the radial one, of an end face's ring the
+axial one, linearised over the wall's thickness at the flank's foot (the web), which hardly hangs on the mesh and exists
+for a sharp root too. The peak is the largest
 principal stress on the root's face under one load, by default that of the largest force over squared wall thickness; it
 is given where two meshes, refined along the root and normal to it, agree.
 The whole ring is solved: a block cut out of it would be too soft.
@@ -11,16 +12,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees
-from typing import Any, final
+from typing import Any, Protocol, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.cut import Cut, cut_of
 from camgeom.body.element import NATURAL, largest_principal, shapes, stresses, tensors
-from camgeom.body.groove import Groove
+from camgeom.body.end_face import EndFaceSection
+from camgeom.body.groove import Groove, Walled, groove_of
 from camgeom.body.load import Patch, RollerLoad, nodal_forces
-from camgeom.body.ring import RingMesh, even_planes, ring_about, ring_of
+from camgeom.body.ring import RingMesh, Section, even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import Elastic
 from camgeom.maths import Floats
@@ -28,7 +30,9 @@ from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
-from camgeom.track import TURN
+from camgeom.solid import Part
+from camgeom.solid.drum import EndFaceRing
+from camgeom.track import TURN, Track
 
 Index = npt.NDArray[np.int64]
 ANGLES = 72
@@ -52,15 +56,37 @@ class Peak:
     cut: Cut | None = None
 
 
+class Bending(Protocol):
+    """A ring body with a wall that bends on its root."""
+
+    @property
+    def section(self) -> Section:
+        """The coarse section that is swept for the nominal stress."""
+
+    @property
+    def walled(self) -> Walled:
+        """What a roller presses."""
+
+    @property
+    def sharp(self) -> str:
+        """Why its root has no peak stress; empty of a round one."""
+
+    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+        """Nominal stress (n,), MPa, of the pressed wall in every plane of a ring with displacements (v, 3)."""
+
+    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+        """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class RootStress:
-    """Stress at the root of a body with one closed groove, from its duty.
+    """Stress at the root of a body's pressed wall, from its duty.
 
     angle  rad, asked of the peak; None: where force over squared thickness of the wall is largest
     """
 
-    groove: Groove
+    body: Bending
     duty: RollerDuty
     material: Material
     angle: float | None = None
@@ -71,13 +97,9 @@ class RootStress:
         return np.linspace(0.0, TURN, ANGLES, endpoint=False)
 
     @cached_property
-    def _coarse(self) -> GroovedSection:
-        return GroovedSection.of(self.groove, Fineness())
-
-    @cached_property
     def load(self) -> RollerLoad:
         """What presses its walls."""
-        return RollerLoad(self._coarse.groove, self.duty)
+        return RollerLoad(self.body.walled, self.duty)
 
     @cached_property
     def patches(self) -> dict[int, Patch]:
@@ -93,11 +115,11 @@ class RootStress:
         """
         found = np.zeros(len(self.theta))
         if self.patches:
-            ring = ring_of(self._coarse, even_planes(ANGLES))
-            patches = list(self.patches.values())
-            moved = self._elastic(ring).solve(nodal_forces(ring, patches))
+            ring = ring_of(self.body.section, even_planes(ANGLES))
+            solver = elastic(ring, self.material)
+            moved = solver.solve(nodal_forces(ring, list(self.patches.values())))
             for k, (i, patch) in enumerate(self.patches.items()):
-                found[i] = self._linearised(ring, moved[:, :, k], patch.second).max()
+                found[i] = self.body.nominal(ring, moved[:, :, k], patch, solver.material).max()
         return found
 
     @cached_property
@@ -114,9 +136,7 @@ class RootStress:
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
         """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
-        if not self.groove.shape.root:
-            return ()
-        return tuple(self._peak(times, step) for times, step in enumerate(STEPS, start=1))
+        return self.body.peaks(self.patch, self.material)
 
     @property
     def disagreement(self) -> float | None:
@@ -141,8 +161,8 @@ class RootStress:
     @property
     def why_no_peak(self) -> str:
         """Why there is no peak; empty where there is one."""
-        if not self.groove.shape.root:
-            return "a sharp root has no stress that a mesh could find: give cutter.corner_radius or cam.root_radius"
+        if self.body.sharp:
+            return self.body.sharp
         if self.peak is None:
             coarse, fine = (peak.value for peak in self.peaks)
             return f"two meshes differ by more than {AGREE:.0%}: {coarse:.4g} and {fine:.4g} MPa"
@@ -171,12 +191,46 @@ class RootStress:
             data["fatigue_factor"] = limit / self.peak
         return data
 
-    def _elastic(self, ring: RingMesh) -> Elastic:
-        return Elastic(ring, self.material.elastic_modulus, self.material.poisson)
 
-    def _linearised(self, ring: RingMesh, moved: Floats, second: bool) -> Floats:
-        """Nominal stress (n,), MPa, of one wall in every plane: membrane and bending of that out of the groove."""
-        layer, wall = self._coarse.wall_cells(second)
+def elastic(ring: RingMesh, material: Material) -> Elastic:
+    """A ring of a material, held in its bore."""
+    return Elastic(ring, material.elastic_modulus, material.poisson)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class GrooveBending:
+    """The walls beside a closed groove; see `Bending`."""
+
+    groove: Groove
+
+    @cached_property
+    def section(self) -> GroovedSection:
+        """Coarse."""
+        return GroovedSection.of(self.groove, Fineness())
+
+    @property
+    def walled(self) -> Walled:
+        """The groove, rounded where it is sharp."""
+        return self.section.groove
+
+    @property
+    def sharp(self) -> str:
+        """Why there is no peak."""
+        return "" if self.groove.shape.root else (
+            "a sharp root has no stress that a mesh could find: give cutter.corner_radius or cam.root_radius"
+        )
+
+    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+        """On two meshes."""
+        if self.sharp:
+            return ()
+        return tuple(self.peak(patch, material, times, step) for times, step in enumerate(STEPS, start=1))
+
+    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+        """Membrane and bending of the stress out of the groove, at the flank's foot."""
+        second = patch.second
+        layer, wall = self.section.wall_cells(second)
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)
         at = np.array([[s, -1.0 if second else 1.0, -1.0] for s in (-1.0, 0.0, 1.0)])
         below = np.array([[s, -1.0, -1.0] for s in ((-1.0, 0.0, 1.0) if second else (1.0, 0.0, -1.0))])
@@ -184,24 +238,18 @@ class RootStress:
         places: list[Floats] = []
         for cells, points in ((layer, at), (wall, below)):
             for cell in cells:
-                stress, x = _sampled(ring, moved, nodes[:, cell], points, self._elastic(ring).material)
+                stress, x = _sampled(ring, moved, nodes[:, cell], points, material)
                 away = self.groove.outward(x)
                 across.append(np.einsum("npi,npij,npj->np", away, tensors(stress), away))
                 places.append(self.groove.uv(x[..., 2], np.hypot(x[..., 0], x[..., 1]))[0])
-        force = np.zeros(len(ring.planes))
-        moment = np.zeros(len(ring.planes))
-        start, total = places[0][:, 0], np.abs(places[-1][:, -1] - places[0][:, 0])
-        for sigma, z in zip(across, places):
-            width = np.abs(z[:, -1] - z[:, 0])[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0
-            force += (width * sigma).sum(axis=1)
-            moment += (width * sigma * (0.5 * total[:, None] - np.abs(z - start[:, None]))).sum(axis=1)
-        return np.asarray(force / total + 6.0 * moment / total**2)
+        membrane, bending = linearised(np.array(places), np.array(across))
+        return membrane + bending
 
-    def _peak(self, times: int, step: float) -> Peak:
-        patch = self.patch
+    def peak(self, patch: Patch, material: Material, times: int, step: float) -> Peak:
+        """Largest principal stress on the root's face under a patch, on a mesh so many times refined."""
         section = GroovedSection.of(self.groove, Fineness.fine_at(patch.second, times))
         ring = ring_about(section, patch.middle, step)
-        problem = self._elastic(ring)
+        problem = elastic(ring, material)
         moved = problem.solve(nodal_forces(ring, [patch]))[:, :, 0]
         cells = ring.contour[section.root_cells(patch.second)]
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)[:, cells].reshape(-1, 20)
@@ -216,6 +264,58 @@ class RootStress:
         point = x[element, FACE[corner]]
         cut = cut_of(ring, moved, problem.material, section, float(np.arctan2(point[1], point[0])))
         return Peak(float(found[element, corner]), point, problem.cost.unknowns, cut)
+
+
+def linearised(places: Floats, stress: Floats) -> tuple[Floats, Floats]:
+    """Membrane and bending stress (n,), MPa, that is positive at the first place, of stresses (c, n, 3) at the ends and
+    middles, in mm (c, n, 3), of cells across a wall."""
+    depth = np.abs(places - places[:1, :, :1])
+    total = depth[-1, :, -1]
+    width = np.abs(places[:, :, -1] - places[:, :, 0])[:, :, None] * np.array([1.0, 4.0, 1.0]) / 6.0
+    force = (width * stress).sum(axis=(0, 2))
+    moment = (width * stress * (0.5 * total[:, None] - depth)).sum(axis=(0, 2))
+    return force / total, 6.0 * moment / total**2
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FaceBending:
+    """The ring of an end-face cam on its web; see `Bending`."""
+
+    section: EndFaceSection
+
+    @property
+    def walled(self) -> Walled:
+        """The ring."""
+        return self.section
+
+    @property
+    def sharp(self) -> str:
+        """Why there is no peak."""
+        return "the ring of an end-face cam stands on its web in a sharp corner, whose stress no mesh finds"
+
+    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+        """Membrane and bending of the axial stress above the web, on the side that is pulled more."""
+        del patch
+        nodes = ring.elements.reshape(len(ring.planes), -1, 20)
+        at = np.array([[1.0, s, -1.0] for s in (-1.0, 0.0, 1.0)])
+        found = [_sampled(ring, moved, nodes[:, cell], at, material) for cell in self.section.foot_cells]
+        membrane, bending = linearised(np.array([np.hypot(x[..., 0], x[..., 1]) for _, x in found]),
+                                       np.array([stress[..., 2] for stress, _ in found]))  # fmt: skip
+        return np.asarray(np.maximum(membrane + np.abs(bending), 0.0))
+
+    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+        """None."""
+        del patch, material
+        return ()
+
+
+def bending_of(part: Part, cutters: tuple[Track, ...]) -> Bending | None:
+    """The walls of a body that a roller bends; None of one without any that are known."""
+    if isinstance(part, EndFaceRing):
+        return FaceBending(EndFaceSection(part))
+    groove = groove_of(part, cutters)
+    return None if groove is None else GrooveBending(groove)
 
 
 FACE = (0, 3, 4, 7, 11, 15, 16, 19)

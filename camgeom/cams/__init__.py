@@ -128,12 +128,14 @@ def root_problems(setup: Setup, own: float, depth: float) -> list[Problem]:
 
 
 NO_STRESS = idle(
-    "stress in the body is found at the roots of grooves in drums and discs so far", "material.cam.bending_limit"
+    "stress in the body is found at the roots of grooves in drums and discs, and of end faces' rings, so far",
+    "material.cam.bending_limit",
 )
-NO_ROOT = NO_STRESS | idle(
+SHARP = idle(
     "flanks that end at a face have no root, and grooves of barrels are made with a sharp one so far",
     "cutter.corner_radius",
 )
+NO_ROOT = NO_STRESS | SHARP
 NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
 NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
 NO_GAPS = idle(

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_DRUM, NO_GAPS, NO_ROOT, ONE_WAY, Cam, idle, keyway_idle, problem, sense_of
+from camgeom.cams import NO_DRUM, NO_GAPS, ONE_WAY, SHARP, Cam, idle, keyway_idle, problem, sense_of
 from camgeom.cams._axial import arc_problems, axial_idle, beside, heights, mount
 from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
@@ -88,7 +88,7 @@ class EndFace(Cam):
         """Keys of grooves, and of followers of planar cams."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
-        found = NO_DRUM | NO_ROOT | NO_GAPS | ONE_WAY | keyway_idle(self.bore) | axial_idle(follower, "ring")
+        found = NO_DRUM | SHARP | NO_GAPS | ONE_WAY | keyway_idle(self.bore) | axial_idle(follower, "ring")
         return found | idle(
             "what a spring or weight holds on its cam has no play", "follower.clearance", "limits.play_mm"
         )

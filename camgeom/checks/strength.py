@@ -91,20 +91,28 @@ def less_tilt(duty: RollerDuty) -> str:
     return f"a smaller {square[0]}, "
 
 
-@check("free-ends", "roller load", "crowned load")
+@check("free-ends", "crowned load")
 def free_ends(model: Model) -> Iterable[Finding]:
-    """Whether an end bears at all where roller.free_ends says how it does: no ellipse within its room asks for it."""
-    from camgeom.mechanics.roller_duty import RollerDuty
-
+    """Whether an end bears at all where roller.free_ends says how: no contact that ends within its room asks for it."""
     if model.profile.dynamics_spec is not None or model.profile.impact_spec is not None:
         return  # ends may bear under the forces solved there
-    crowned = [duty for duty in model.duties if isinstance(duty, RollerDuty) and duty.ellipse is not None]
-    crowned = [duty for duty in crowned if duty.ends.mirrored]
-    if not crowned or any(duty.level == "finite" for duty in crowned):
-        return
-    filled = max(float((duty.ellipse.along / duty.crown_room).max()) for duty in crowned if duty.ellipse is not None)
-    yield judged("free-ends", filled, ">", 1.0, "1", "leave roller.free_ends out: no end bears, and it says nothing",
-                 where="half-length of the contact ellipse over its room", worst="warn")  # fmt: skip
+    shares = [share for share in (_to_the_end(duty) for duty in model.duties) if share is not None]
+    if model.turret_duty is not None and model.turret_duty.ends.mirrored and model.turret_duty.finite is not None:
+        shares.append(model.turret_duty.finite.hardest[1].to_the_end)
+    if shares and max(shares) < 1.0:
+        advice = "leave roller.free_ends out: no end bears, and it says nothing"
+        where = "share of the way to its end or room that a contact fills"
+        yield judged("free-ends", max(shares), ">=", 1.0, "1", advice, where=where, worst="warn")
+
+
+def _to_the_end(duty: RollerDuty) -> float | None:
+    """Share of the way to the end that a contact fills at its hardest; None where its free ends are those of a
+    half-space."""
+    if not duty.ends.mirrored:
+        return None
+    if duty.finite is not None:
+        return duty.finite.hardest[1].to_the_end
+    return None if duty.ellipse is None else float((duty.ellipse.along / duty.crown_room).max())
 
 
 @solved("dynamic-crown-length", "dynamics", "crowned load")

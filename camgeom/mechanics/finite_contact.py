@@ -197,6 +197,19 @@ class Patch:
         return self.span[0] <= low + edge, self.span[1] >= high - edge
 
     @property
+    def to_the_end(self) -> float:
+        """Share of the way from the roller's middle to its end that touches, of the nearer end: 1 where it bears."""
+        if any(self.bearing_ends):
+            return 1.0
+        return max(self.span[0] / self.bodies.profile.low, self.span[1] / self.bodies.profile.high)
+
+    @property
+    def near_ends(self) -> tuple[bool, bool]:
+        """Whether the contact comes within a cell of the roller's low and high end, so that the end may bear."""
+        low, high = self.bodies.profile.low, self.bodies.profile.high
+        return self.span[0] <= low + self.along[0], self.span[1] >= high - self.along[-1]
+
+    @property
     def unbounded(self) -> bool:
         """Whether a sharp end bears, where no pressure is the largest."""
         return any(sharp and bears for sharp, bears in zip(self.bodies.profile.sharp, self.bearing_ends))
@@ -327,13 +340,14 @@ def press(
 ) -> Patch:
     """The contact of two bodies under a load, N, above 0: found on a coarse grid, solved on one fitted to it.
 
-    Even cells where it ends before the roller does, `strips` that grow from the ends where they bear. checked: once
-    with half as many cells before, from which the error is told. Raises NotConverged where the contact is not found.
+    Even cells where it ends a cell before the roller does, `strips` that grow from the ends where they bear.
+    checked: once with half as many cells before, from which the error is told. Raises NotConverged where the contact is
+    not found.
     """
     rough = _found(bodies, load)
     patches: list[Patch] = []
     for part in (2, 1) if checked else (1,):
-        if any(rough.bearing_ends):
+        if any(rough.near_ends):
             rough = _on_strips(bodies, load, patches[-1] if patches else rough, across // part, strips // part)
         else:
             rough = _on_cells(bodies, load, rough, across // part, along // part)
@@ -424,7 +438,7 @@ def _on_cells(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Pa
 
 def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> Patch:
     """The contact on strips that grow away from the ends that bear."""
-    wide, profile, bears = _widest(rough), bodies.profile, rough.bearing_ends
+    wide, profile, bears = _widest(rough), bodies.profile, rough.near_ends
     mirrors = profile.reach if bodies.mirror > 0.0 else ()
     over = min(2.0 * float(rough.half_widths.max()) * sqrt(profile.end_radius * bodies.curvature), profile.end_radius)
     room = 0.5 * (WINDOW - 1.0) * rough.length

@@ -28,6 +28,8 @@ BEND = 0.25
 """step of the logarithm of the curvature"""
 COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
+SAME = 0.02
+"""share by which the tilts that a load gives, over it, differ at most where one is tabled"""
 TABLED = (32, 48, 64)
 """cells across and along, and strips, of a tabled contact"""
 FINE, FINER = 128, 256
@@ -193,22 +195,27 @@ def without_peak(patch: Patch, table: str = "roller") -> str:
 
 @final
 class Table:
-    """Pressure of every bin over loads and curvatures, (c, l, m), of one wall."""
+    """Pressure of every bin over tilts, curvatures and loads, (t, c, l, m), of one wall."""
 
-    def __init__(self, bodies: Bodies, load: Floats, curvature: Floats, edges: Floats) -> None:
-        most = float(load.max(initial=0.0))
-        counted = curvature[load >= COUNTED * most]
-        low, high = float(counted.min()), float(counted.max())
-        steps = ceil(log(high / low) / BEND)
+    def __init__(
+        self, bodies: Bodies, load: Floats, curvature: Floats, edges: Floats, lean: Floats | None = None,
+        cells: tuple[int, int, int] = TABLED,
+    ) -> None:
+        """bodies: of the wall, without what the load tilts; lean: tilt that the load gives, over it, 1/N; cells
+        across, along, and strips."""
+        most, self.cells = float(load.max(initial=0.0)), cells
+        counted = load >= COUNTED * most
         self.loads = most * np.array(LOADS)
+        low, high = float(curvature[counted].min()), float(curvature[counted].max())
+        steps = ceil(log(high / low) / BEND)
         self.bends = np.geomspace(low, high, steps + 1) if steps else np.array([low])
-        each = [[self._solved(replace(bodies, curvature=float(k)), float(f), edges) for f in self.loads]
-                for k in self.bends]  # fmt: skip
+        self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1))
+        each = [[[self._solved(replace(bodies, curvature=float(k), tilt=bodies.tilt + float(t * f)), float(f), edges)
+                  for f in self.loads] for k in self.bends] for t in self.leans]  # fmt: skip
         self.values = np.array(each)
 
-    @staticmethod
-    def _solved(bodies: Bodies, load: float, edges: Floats) -> Floats:
-        patch = press(bodies, load, *TABLED, checked=False)
+    def _solved(self, bodies: Bodies, load: float, edges: Floats) -> Floats:
+        patch = press(bodies, load, *self.cells, checked=False)
         fine = np.concatenate([np.linspace(a, b, 9) for a, b in zip(edges[:-1], edges[1:])])
         square = np.interp(fine, patch.y, np.square(patch.ridge), 0.0, 0.0).reshape(-1, 9).max(axis=1)
         # What lies in a narrow ridge between those places counts too.
@@ -218,20 +225,30 @@ class Table:
             square[[0, -1]] = np.where(patch.bearing_ends, 0.0, square[[0, -1]])
         return np.asarray(np.sqrt(square))
 
-    def pressures(self, load: Floats, curvature: Floats) -> Floats:
-        """Pressure of every bin, MPa, (m, ...), under loads and curvatures (...)."""
+    def pressures(self, load: Floats, curvature: Floats, lean: Floats | None = None) -> Floats:
+        """Pressure of every bin, MPa, (m, ...), under loads, of curvatures and with tilts over load (...)."""
         root = np.sqrt(np.concatenate([[0.0], self.loads]))
-        values = np.concatenate([np.zeros_like(self.values[:, :1]), self.values], axis=1)
-        i, share = _between(root, np.sqrt(load))
-        if len(self.bends) == 1:
-            rows = values[0]
-            return np.moveaxis(rows[i] + share[..., None] * (rows[i + 1] - rows[i]), -1, 0)
-        j, other = _between(np.log(self.bends), np.log(np.clip(curvature, self.bends[0], self.bends[-1])))
-        one, two = (values[k, i] + share[..., None] * (values[k, i + 1] - values[k, i]) for k in (j, j + 1))
-        return np.moveaxis(one + other[..., None] * (two - one), -1, 0)
+        values = np.concatenate([np.zeros_like(self.values[:, :, :1]), self.values], axis=2)
+        bends = np.log(np.clip(curvature, self.bends[0], self.bends[-1]))
+        leans = np.zeros(1) if lean is None else np.clip(lean, self.leans[0], self.leans[-1])
+        axes = (_between(self.leans, leans), _between(np.log(self.bends), bends), _between(root, np.sqrt(load)))
+        found = np.zeros((*np.shape(load), values.shape[-1]))
+        for corner in np.ndindex(*(2 if len(one) > 1 else 1 for one in (self.leans, self.bends, root))):
+            shares = [part if way else 1.0 - part for way, (_, part) in zip(corner, axes)]
+            at = tuple(i + way for way, (i, _) in zip(corner, axes))
+            found += np.prod(np.broadcast_arrays(*shares), axis=0)[..., None] * values[at]
+        return np.moveaxis(found, -1, 0)
+
+
+def _nodes(lean: Floats) -> Floats:
+    """The least and the largest of what is interpolated, or one where they hardly differ."""
+    low, high = float(lean.min()), float(lean.max())
+    return np.array([low, high]) if high - low > SAME * max(abs(low), abs(high)) else np.array([high])
 
 
 def _between(known: Floats, x: Floats) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.intp]], Floats]:
     """Interval of every x among known values, and the share of the way through it."""
+    if len(known) == 1:
+        return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
     i = np.clip(np.searchsorted(known, x, "right") - 1, 0, len(known) - 2)
     return i, np.clip((x - known[i]) / (known[i + 1] - known[i]), 0.0, 1.0)

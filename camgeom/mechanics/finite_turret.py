@@ -3,9 +3,9 @@
 All rollers are alike. What each bears, and how far its approach differs along it, is told by the sharing of the slices
 (`stiffness`), whose gaps are those of crown, run-out and tilt: the turret turns about its own axis, so that the outer
 end of a roller is pressed in further. Under that load and slope the contact is solved on a half-space where it is
-hardest, and tabled over load and curvature for the rest. Slope, twist and the growth of the curvature along the roller
-are those where its wall is pressed hardest; a roller that is beside the cam in part counts in the table with the load
-per length that it has.
+hardest, and tabled over load, curvature and the slope that the load gives for the rest, within 5 % down to a fifth of
+the load. Twist and the growth of the curvature along the roller are those where its wall is pressed hardest; a roller
+that is beside the cam in part counts in the table with the load per length that it has, and its slope over that length.
 
 Arrays: n cam angles, k rollers, m slices; wall 0 pushes the turret on (1 of `Ends.tilt`), wall 1 holds it back (-1).
 Units N, mm, MPa, rad.
@@ -28,6 +28,8 @@ from camgeom.mechanics.finite_contact import Bodies, Patch, Profile
 from camgeom.mechanics.finite_turn import Table, bins, middles_of, refined, stiffness_of, surely, without_peak
 from camgeom.mechanics.load import QUIET
 
+CELLS = (32, 48, 80)
+"""cells across and along, and strips, of a tabled contact: the rounding of a leaning roller's end asks for more"""
 LEAST = 0.1
 """share of the mean curvature below which a fitted one does not fall within the roller"""
 
@@ -53,13 +55,15 @@ class Wall:
         return np.asarray((self.line_load * self.cover).sum(axis=2))
 
     @cached_property
+    def share(self) -> Floats:
+        """Of a whole roller's length that has the wall, (n, k)."""
+        length = self.cover.sum(axis=2)
+        return np.asarray(np.maximum(length / length.max(), 1e-9))
+
+    @cached_property
     def even(self) -> Floats:
         """The force that a whole roller of this line load has, N, (n, k)."""
-        return np.asarray(self.load * self._whole / np.maximum(self.cover.sum(axis=2), 1e-9 * self._whole))
-
-    @property
-    def _whole(self) -> float:
-        return float(self.cover.sum(axis=2).max())
+        return np.asarray(self.load / self.share)
 
     def _fitted(self, values: Floats, weight: Floats) -> tuple[Floats, Floats]:
         """Straight line through values along the roller: at its middle and its slope, (n, k), by least squares."""
@@ -114,6 +118,10 @@ class FiniteTurret:
         most = max(float(wall.load.max(initial=0.0)) for wall in self.walls)
         return [w for w, wall in enumerate(self.walls) if wall.load.max(initial=0.0) > QUIET * most]
 
+    def _own_tilt(self, w: int) -> float:
+        """Of a roller against a wall without load."""
+        return -self.tilt if w == 0 else self.tilt
+
     def bodies(self, w: int, at: tuple[int, int]) -> Bodies:
         """Of a roller at a sample point, as far as it is beside the cam."""
         wall = self.walls[w]
@@ -121,7 +129,7 @@ class FiniteTurret:
         k, growth = (float(each[at]) for each in wall.bend)
         reach = max(abs(low - self.profile.end_radius), abs(high + self.profile.end_radius))
         steepest = (1.0 - LEAST) * k / reach
-        gap = (-self.tilt if w == 0 else self.tilt) - float(wall.slope[at])
+        gap = self._own_tilt(w) - float(wall.slope[at])
         profile = replace(self.profile, low=low, high=high)
         return Bodies(k, profile, self.pair, gap, self.twist(w, at), self.own, self.mirror,
                       float(np.clip(growth, -steepest, steepest)))  # fmt: skip
@@ -145,10 +153,14 @@ class FiniteTurret:
             if w not in self._pressed:
                 found.append(np.zeros((len(self.edges) - 1, *wall.load.shape)))
                 continue
-            bodies = replace(self.bodies(w, self._harshest(w)), profile=self.profile)
+            own = self._own_tilt(w)
+            bodies = replace(self.bodies(w, self._harshest(w)), profile=self.profile, tilt=own)
             load = np.where(wall.load > 0.0, wall.even, 0.0)
             k = np.where(wall.bend[0] > 0.0, wall.bend[0], bodies.curvature)
-            pressure = Table(bodies, load, k, self.edges).pressures(load, k)
+            # A shorter roller under the same load per length differs as much from one end to the other.
+            tilt = (own - wall.slope) * wall.share
+            lean = np.divide(tilt - own, load, out=np.zeros_like(tilt), where=load > 0.0)
+            pressure = Table(bodies, load, k, self.edges, lean, CELLS).pressures(load, k, lean)
             low, high = (wall.place + way * 0.5 * wall.cover for way in (-1.0, 1.0))
             on = wall.cover > 0.0
             first, last = np.where(on, low, inf).min(axis=2), np.where(on, high, -inf).max(axis=2)

@@ -24,6 +24,8 @@ from camgeom.maths import Floats
 TOLERANCE = 1e-7
 """change of the pressure in a step, share of the load, at which it has settled"""
 STEPS = 2000
+SMOOTHED = 60
+"""steps after which contacts whose cells keep coming and going are solved without the surface's spectrum"""
 NOWHERE = 1e6
 """mm, the gap where there is no body"""
 
@@ -163,7 +165,8 @@ def pressed(
         g = u + gap
         level = _sum(share, g) / whole
         g -= level
-        lead = influence.nearly(g * on)
+        plain = step > SMOOTHED
+        lead = g * on if plain else influence.nearly(g * on)
         lead = (lead - _sum(share, lead) / whole) * on
         new = _sum(share, g * lead)
         way *= new / old if old > 0.0 else 0.0
@@ -180,7 +183,7 @@ def pressed(
         old = 0.0 if late.any() else new
         changed = old == 0.0 or bool(cut.any())
         fresh[cut] = 0.0
-        fresh[late] = -influence.stiff * pace * g[late]
+        fresh[late] = -(1.0 if plain else influence.stiff) * pace * g[late]
         scale = load / _sum(weight, fresh)
         fresh *= scale
         moved = _sum(weight, np.abs(fresh - p))

@@ -447,21 +447,19 @@ class Model(Sealed):
 
     @fact
     def root_stress(self) -> RootStress | None:
-        """Stress at a groove's root under its duty; None of cams without such a root, and without an [operation]."""
+        """Stress at a wall's root under its duty; None of cams without such a wall, and without an [operation]."""
         if self.profile.duty:
             return self.hardest_state.root_stress
         if not self.duties or self.mechanism.bore is None:
             return None
-        from camgeom.body.groove import groove_of
+        from camgeom.body.stress import RootStress, bending_of
 
-        groove = groove_of(self.parts[0], self.cutters)
-        if groove is None:
+        body = bending_of(self.parts[0], self.cutters)
+        if body is None:
             return None
-        from camgeom.body.stress import RootStress
-
         self.refuse_folded()
         angle = self.profile.output.load_angle_deg
-        return RootStress(groove, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
+        return RootStress(body, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
 
     @fact
     def volume(self) -> Volume:

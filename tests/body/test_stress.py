@@ -136,6 +136,31 @@ def test_a_limit_that_nothing_reads_is_refused(name: str, key: str) -> None:
         from_data({**data, "material": material})
 
 
+def test_the_ring_of_an_end_face_is_judged_by_its_nominal_stress_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    data = read_data(PROFILES / "end_face_lifter.toml")
+    steel = {**data.get("material", {}).get("cam", {}), "bending_limit": 100.0}
+    model = Model(from_data({**data, "material": {**data.get("material", {}), "cam": steel}}))
+    found = model.root_stress
+    assert found is not None
+    assert found.nominal.max() > 0.0
+    section, patch = found.body.section, found.patches[min(found.patches)]
+    ring = ring_of(section, even_planes(72))
+    radius = np.hypot(ring.nodes[:, 0], ring.nodes[:, 1])
+    inner, outer = (float(r) for r in (model.parts[0].inner, model.parts[0].outer))  # type: ignore[attr-defined]
+    moved = np.zeros_like(ring.nodes)
+    # Pulled by 100 MPa and bent by 60 MPa, which the linearised stress is made of.
+    moved[:, 2] = ring.nodes[:, 2] * (100.0 + 120.0 * (radius - 0.5 * (inner + outer)) / (outer - inner)) / 200000.0
+    shown = found.body.nominal(ring, moved, patch, elasticity(200000.0, 0.0))
+    assert shown == pytest.approx(160.0, rel=0.01)
+    for limit, level in ((0.999, "fail"), (1.002, "")):
+        vars(found).pop("worst", None)
+        vars(found)["nominal"] = np.full(24, 100.0 / limit)
+        verdict = judge(model, ["root-stress"])
+        assert [finding.level for finding in verdict.findings] == ([level] if level else [])
+        assert level or "sharp corner" in verdict.not_judged[0].reason
+
+
 def test_a_section_is_coloured_within_the_body_alone() -> None:
     model = pin()
     groove = groove_of(model.parts[0], model.cutters)
@@ -188,7 +213,9 @@ def test_the_worst_wall_of_the_pin_cam_has_converged() -> None:
     assert found is not None
     assert found.patch.normal == pytest.approx(1873.8, rel=1e-3)
     assert [one.value for one in found.peaks] == pytest.approx([120.0, 117.7], rel=5e-3)
-    assert found._peak(2, 0.028).value == pytest.approx(found.peaks[-1].value, rel=0.01)
+    assert isinstance(found.body, stress.GrooveBending)
+    third = found.body.peak(found.patch, found.material, 2, 0.028)
+    assert third.value == pytest.approx(found.peaks[-1].value, rel=0.01)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Stress in the body: figures at a groove's root, and the nominal stress over the turn."""
+"""Stress in the body: figures at a wall's root, and the nominal stress over the turn."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from camgeom.drawing.content import (
 
 if TYPE_CHECKING:
     from camgeom.body.cut import Cut
-    from camgeom.body.groove import Shape
     from camgeom.body.stress import Peak
     from camgeom.model import Model
 
@@ -58,16 +57,16 @@ def body(model: Model) -> tuple[Block, ...]:
         Chart("Nominal stress at the root of the pressed wall over one turn", CAM_ANGLE, (panel,)),
     ]
     if found.peaks and found.peaks[-1].cut is not None:
-        blocks.append(_coloured(found.peaks[-1].cut, found.peaks[-1], found.groove.shape))
+        blocks.append(_coloured(found.peaks[-1].cut, found.peaks[-1]))
     if found.why_no_peak:
         blocks.append(Text((f"No peak stress is given: {found.why_no_peak}.",)))
     return tuple(blocks)
 
 
-def _coloured(cut: Cut, peak: Peak, shape: Shape) -> Map:
+def _coloured(cut: Cut, peak: Peak) -> Map:
     """Stress over the section beside the peak, as far round it as the groove is deep."""
     z, r = float(peak.point[2]), float(np.hypot(peak.point[0], peak.point[1]))
-    along, out, values = cut.window(z, r, shape.depth, CELLS)
+    along, out, values = cut.window(z, r, cut.depth, CELLS)
     caption = (
         f"Largest principal stress in the plane at azimuth {np.degrees(cut.azimuth):.4g}°, through the root's peak; "
         "compression alone counts as 0, and beside the line that presses the colours end at the peak"
