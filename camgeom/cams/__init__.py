@@ -138,6 +138,10 @@ SHARP = idle(
 NO_ROOT = NO_STRESS | SHARP
 NO_RIB = idle("only a drum's rib is asked for by its thickness", "limits.warn_rib_share")
 NO_DRUM = NO_RIB | idle("only a drum's groove is made although it is undercut", "output.undercut_solid")
+REGULAR = idle(
+    "only drums, whose grooves stay within both ends, and end faces are meshed with fewer triangles so far",
+    "output.fewest_triangles",
+)  # fmt: skip
 NO_GAPS = idle(
     "a follower touches its own cam; what may not touch are floors of grooves, other discs, pivots and turrets' blanks",
     "limits.clearance_mm",

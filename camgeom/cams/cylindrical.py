@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, final
 import numpy as np
 from pydantic import Field
 
-from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, Cam, idle, keyway_idle, problem, root_problems, sense_of
+from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, REGULAR, Cam, idle, keyway_idle, problem, root_problems, sense_of
 from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
 from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
@@ -131,6 +131,8 @@ class Cylindrical(Cam):
             found |= idle("stress in the body is found at a groove's root, not yet at a rib's",
                           "material.cam.bending_limit")  # fmt: skip
         found |= idle("a drum's follower has none; give cam.running_clearance", "follower.clearance")
+        if self.run_out:
+            found |= REGULAR
         return found | axial_idle(follower, "drum")
 
     def problems(self, setup: Setup) -> list[Problem]:

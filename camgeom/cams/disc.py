@@ -14,6 +14,7 @@ from camgeom.cams import (
     NO_GAPS,
     NO_ROOT,
     ONE_WAY,
+    REGULAR,
     Cam,
     idle,
     keyway_idle,
@@ -103,7 +104,7 @@ class Disc(Cam):
         """Keys of the other form, of other faces and of other followers."""
         follower = setup.follower
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
-        found = NO_DRUM | keyway_idle(self.bore) | face_idle(follower.face)
+        found = NO_DRUM | REGULAR | keyway_idle(self.bore) | face_idle(follower.face)
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
             keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance", "cam.root_radius")

@@ -280,7 +280,7 @@ def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Coun
     most   upper bound of the cells across each band (1 for bands that are straight across)
     Raises NotConverged where the tolerance would need more than MAX_CELLS cells.
     """
-    phi = _subdivided(knots, PROBE)
+    phi = subdivided_knots(knots, PROBE)
     coarse = tuple(min(6, m) for m in most)
     bands = _measured(surface, knots, phi, coarse, True).bands
     counts = _choose_counts(bands, coarse, tolerance, most)
@@ -288,7 +288,7 @@ def sample_surface(surface: Surface, knots: Floats, tolerance: float, most: Coun
     aim = FILL * tolerance
     for attempt in range(PASSES):
         k = np.repeat(widths, [band.a.shape[1] for band in bands])
-        phi = _placed(knots, phi, _steps(Cells.joined(bands), k, aim))
+        phi = placed(knots, phi, _steps(Cells.joined(bands), k, aim))
         if (len(phi) - 1) * sum(counts) > MAX_CELLS:
             raise NotConverged(
                 f"a tolerance of {tolerance:g} mm needs more than {MAX_CELLS} cells; ask for a coarser one"
@@ -329,7 +329,7 @@ def _probed(knots: Floats, phi: Floats, across: int) -> Index:
     return np.unique(np.clip(np.concatenate([np.arange(0, n, stride), at, at - 1]), 0, n - 1))
 
 
-def _subdivided(knots: Floats, parts: int) -> Floats:
+def subdivided_knots(knots: Floats, parts: int) -> Floats:
     """Every knot interval cut into parts that are finer towards its ends, where motion laws change fastest."""
     share = 0.5 * (1.0 - np.cos(np.pi * np.arange(parts) / parts))
     inner = (knots[:-1, None] + np.diff(knots)[:, None] * share).ravel()
@@ -353,7 +353,7 @@ def _bound(cells: Cells, k: Floats, tolerance: float) -> Floats:
     return np.asarray(room / (b + np.sqrt(b * b + a * room) + 1e-300))
 
 
-def _placed(knots: Floats, phi: Floats, factors: Floats) -> Floats:
+def placed(knots: Floats, phi: Floats, factors: Floats) -> Floats:
     """New parameters: each knot interval cut into equal shares of the density 1 / (step * factor).
 
     The density at a parameter is the larger one of the cells on its two sides (none beyond a knot), linear in between,

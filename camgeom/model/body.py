@@ -84,10 +84,17 @@ class Body(Sealed):
             return (solid,)
         from camgeom.solid.overlap import refuse_overlap
 
-        solids = tuple(part.solid(self.tolerance) for part in self.parts)
+        solids = tuple(self._made(part) for part in self.parts)
         for part, solid in zip(self.parts, solids):
             refuse_overlap(part, solid)
         return solids
+
+    def _made(self, part: Part) -> Solid:
+        if not self.profile.output.fewest_triangles:
+            return part.solid(self.tolerance)
+        from camgeom.solid.fewest import fewest
+
+        return fewest(part, self.tolerance)
 
     def _undercut_solid(self) -> Solid | None:
         """What the tools really leave of an undercut drum; None for other cams."""

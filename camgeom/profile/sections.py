@@ -175,6 +175,9 @@ class Output(Section):
         None, description="deg, cam angle of the load in volume files and of the body's stress; default: where the "
         "contact force over the squared thickness of the wall behind it is largest"
     )
+    fewest_triangles: bool = Field(
+        False, description="mesh a drum or an end face with about half the triangles, in about three times the time"
+    )
     undercut_solid: bool = Field(
         False, description="make the body of an undercut drum all the same, from many roller positions; slow, rough"
     )

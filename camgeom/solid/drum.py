@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,14 +71,15 @@ class GroovedCylinder(QuickPart):
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where the topology is not that of a closed groove inside the cylinder."""
         grid, names = self.grid(tolerance)
-        self._check(grid.points)
+        self.check((grid.points[:, :, 1], grid.points[:, :, -2]))
         return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.length), self.blank, tolerance)
 
-    def _check(self, points: Floats) -> None:
-        low, high = points[2, :, 1], points[2, :, -2]
-        if low.min() <= 0.0 or high.max() >= self.length:
+    def check(self, edges: tuple[Floats, Floats]) -> None:
+        """DesignError where the lower or the upper edge (3, n) leaves the drum or turns back."""
+        low, high = edges
+        if low[2].min() <= 0.0 or high[2].max() >= self.length:
             raise DesignError("the groove runs out of an end face, so the body is not one closed grid")
-        refuse_turned(points[:, :, [1, -2]], "groove's")
+        refuse_turned(edges, "groove's")
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,28 +96,37 @@ class RibbedCylinder(QuickPart):
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where the rib leaves the drum or its edges turn back or cross."""
-        low_side, high_side = self._facing(self.lower, 1.0), self._facing(self.upper, -1.0)
+        low_side, high_side = self.sides
         most = (1, 4000, 4000, 4000, 1)
         names = ("base", "flank", "land", "flank", "base")
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             low, high = Column(self.lower, phi), Column(self.upper, phi)
-            up = self._wall(low, low_side, counts[1])
-            down = self._wall(high, high_side, counts[3])[:, :, ::-1]
-            top = on_cylinder(up[:, :, -1], down[:, :, 0], self.radius, counts[2])
+            up, down = (
+                self.wall(column, side, np.arange(count + 1) / count)
+                for column, side, count in ((low, low_side, counts[1]), (high, high_side, counts[3]))
+            )
+            down = down[:, :, ::-1]
+            top = on_cylinder(up[:, :, -1], down[:, :, 0], self.radius, np.arange(1, counts[2]) / counts[2])
             start = GroovedCylinder.land(up[:, :, 0], 0.0, counts[0])
             stop = GroovedCylinder.land(down[:, :, -1], self.length, counts[4])[:, :, ::-1]
             return np.concatenate([start, up, top, down, stop], axis=2)
 
         grid = sample(rows, self.lower.knots(), tolerance, most)
         ends = np.cumsum(grid.counts)
-        self._check(grid.points[:, :, [1, ends[0] + grid.counts[1], ends[2], ends[3]]])
+        self.check([grid.points[:, :, k] for k in (1, ends[0] + grid.counts[1], ends[2], ends[3])])
         return closed_body(self.name, grid, names, self.lower.sense > 0, (0.0, self.length), self.blank, tolerance)
 
-    def _wall(self, column: Column, side: float, count: int) -> Floats:
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Sides (+1 or -1) of the lower and the upper roller that cut the rib."""
+        return self._facing(self.lower, 1.0), self._facing(self.upper, -1.0)
+
+    def wall(self, column: Column, side: float, share: Floats) -> Floats:
+        """Points (3, n, k) of a flank at shares (k,) or (n, k) of the way from its foot to the rib's top."""
         foot = column.reach(side, cylinder_level(self.base), self.base)
         top = column.reach(side, cylinder_level(self.radius), self.radius)
-        return column.wall(side, foot + (top - foot) * np.arange(count + 1) / count)
+        return column.wall(side, foot + (top - foot) * share)
 
     @staticmethod
     def _facing(track: Track, sign: float) -> float:
@@ -124,15 +135,15 @@ class RibbedCylinder(QuickPart):
         t = np.array([track.meridian.parameter(track.contact[1])])
         return 1.0 if sign * (column.wall(1.0, t)[2, 0, 0] - column.wall(-1.0, t)[2, 0, 0]) > 0.0 else -1.0
 
-    def _check(self, edges: Floats) -> None:
-        z = edges[2]
-        if z.min() <= 0.0 or z.max() >= self.length:
+    def check(self, edges: Sequence[Floats]) -> None:
+        """DesignError where the edges (3, n), from the lower foot up, leave the drum, turn back, or cross."""
+        if min(edge[2].min() for edge in edges) <= 0.0 or max(edge[2].max() for edge in edges) >= self.length:
             raise DesignError("the rib runs out of an end face; lengthen the drum or move `start`")
         refuse_turned(edges, "rib's")
         for lower, upper, where in ((0, 3, "foot"), (1, 2, "tip")):
-            above = height_above(edges[:, :, lower], edges[:, :, upper])
+            above = height_above(edges[lower], edges[upper])
             if above.min() <= 0.0:
-                worst = np.degrees(np.arctan2(*edges[[1, 0], int(np.argmin(above)), lower]))
+                worst = np.degrees(np.arctan2(*edges[lower][[1, 0], int(np.argmin(above))]))
                 raise DesignError(
                     f"the rib's flanks cross at its {where} (azimuth {worst:.6g} deg of the drum), so they bound no "
                     "body: see rib-thickness; a thicker rib, a larger drum, or more cam angle for the motion"
@@ -152,31 +163,35 @@ class EndFaceRing(QuickPart):
 
     def solid(self, tolerance: float) -> Solid:
         """Mesh directly. Raises DesignError where an edge of the end face turns back, or cuts into the web."""
-        (side,) = self.track.sides
         names = ("land", "flank", "inside")
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
-            column = Column(self.track, phi)
-            out, into = (column.reach(side, cylinder_level(radius), radius) for radius in (self.outer, self.inner))
-            face = column.wall(side, out + (into - out) * np.arange(counts[1] + 1) / counts[1])
+            face = self.face(Column(self.track, phi), np.arange(counts[1] + 1) / counts[1])
             start = GroovedCylinder.land(face[:, :, 0], 0.0, counts[0])
             stop = GroovedCylinder.land(face[:, :, -1], self.web, counts[2])[:, :, ::-1]
             return np.concatenate([start, face, stop], axis=2)
 
         grid = sample(rows, self.track.knots(), tolerance, (1, 4000, 1))
-        self._check(grid.points[:, :, [1, -2]])
+        self.check((grid.points[:, :, 1], grid.points[:, :, -2]))
         return closed_body(self.name, grid, names, self.track.sense > 0, (0.0, self.web), self.blank, tolerance)
 
-    def _check(self, edges: Floats) -> None:
-        if edges[2].min() <= self.web:
+    def face(self, column: Column, share: Floats) -> Floats:
+        """Points (3, n, k) of the end face at shares (k,) or (n, k) of the way from its outer edge inwards."""
+        (side,) = self.track.sides
+        out, into = (column.reach(side, cylinder_level(radius), radius) for radius in (self.outer, self.inner))
+        return column.wall(side, out + (into - out) * share)
+
+    def check(self, edges: tuple[Floats, Floats]) -> None:
+        """DesignError where the outer or the inner edge (3, n) turns back, or cuts into the web."""
+        if min(edge[2].min() for edge in edges) <= self.web:
             raise DesignError("the end face cuts into the web; a greater `height` or a thinner `web`")
         refuse_turned(edges, "end face's")
 
 
-def refuse_turned(edges: Floats, whose: str) -> None:
-    """DesignError where one of the edges (3, n, k) round the axis turns back on itself."""
-    for k in range(edges.shape[2]):
-        angle = np.unwrap(np.arctan2(edges[1, :, k], edges[0, :, k]))
+def refuse_turned(edges: Sequence[Floats], whose: str) -> None:
+    """DesignError where one of the edges (3, n) round the axis turns back on itself."""
+    for edge in edges:
+        angle = np.unwrap(np.arctan2(edge[1], edge[0]))
         if not (np.all(np.diff(angle) < 0.0) or np.all(np.diff(angle) > 0.0)):
             raise DesignError(f"the {whose} edge turns back on itself: the flank is undercut")
 
@@ -187,9 +202,9 @@ def height_above(lower: Floats, upper: Floats) -> Floats:
     return np.asarray(np.interp(at, angle, upper[2], period=TURN) - lower[2])
 
 
-def on_cylinder(start: Floats, stop: Floats, radius: float, count: int) -> Floats:
-    """Rows (3, n, count - 1) strictly between two edges on a cylinder, straight in angle and z."""
-    share = np.arange(1, count) / count
+def on_cylinder(start: Floats, stop: Floats, radius: float, share: Floats) -> Floats:
+    """Points (3, n, k) at shares (k,) or (n, k) of the way between two edges (3, n) on a cylinder, straight in angle
+    and z."""
     a0 = np.arctan2(start[1], start[0])
     sweep = (np.arctan2(stop[1], stop[0]) - a0 + np.pi) % (2.0 * np.pi) - np.pi
     angle = a0[:, None] + sweep[:, None] * share

@@ -71,13 +71,22 @@ class GroovedDrum(QuickPart):
             found.append(Wall(name, thickness, at, advice))
         return tuple(found)
 
-    def solid(self, tolerance: float) -> Solid:
-        """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
+    def knots(self) -> Floats:
+        """Cam angles at which a derivative of any groove's motion may jump, with both ends of the turn, rad."""
+        every = np.unique(np.concatenate([ring.track.knots() for ring in self.rings]))
+        return np.asarray(every[np.concatenate([[True], np.diff(every) > 1e-9])])
+
+    def refuse_overlap(self) -> None:
+        """DesignError where a groove runs out of an end face or into the next one."""
         if not all(ring.fits() for ring in self.rings):
             raise DesignError("a groove runs out of an end face, so the body is not one closed grid")
         for land in self.lands:
             if land.thickness <= 0.0:
                 raise DesignError(f"{land.name}: the grooves run into each other, so they bound no body; {land.advice}")
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh directly. Raises DesignError where a groove runs out of an end face or into the next one."""
+        self.refuse_overlap()
         rings = self.ordered
         sections = [ring.section() for ring in rings]
         most: tuple[int, ...] = (1,)
@@ -94,17 +103,16 @@ class GroovedDrum(QuickPart):
                 if not parts:
                     parts.append(GroovedCylinder.land(groove[:, :, 0], 0.0, counts[0]))
                 else:
-                    parts.append(on_cylinder(edge, groove[:, :, 0], self.radius, counts[place - 1]))
+                    between = counts[place - 1]
+                    parts.append(on_cylinder(edge, groove[:, :, 0], self.radius, np.arange(1, between) / between))
                 parts.append(groove)
                 edge, place = groove[:, :, -1], place + width + 1
             parts.append(GroovedCylinder.land(edge, self.length, counts[-1])[:, :, ::-1])
             return np.concatenate(parts, axis=2)
 
-        knots = np.unique(np.concatenate([ring.track.knots() for ring in rings]))
-        keep = np.concatenate([[True], np.diff(knots) > 1e-9])
-        grid = sample(rows, knots[keep], tolerance, (*most[:-1], 1))
+        grid = sample(rows, self.knots(), tolerance, (*most[:-1], 1))
         ends = np.cumsum(grid.counts)[:-1]
-        refuse_turned(grid.points[:, :, ends], "groove's")
+        refuse_turned([grid.points[:, :, k] for k in ends], "groove's")
         sense = rings[0].track.sense
         return closed_body(self.name, grid, names, sense > 0, (0.0, self.length), self.blank, tolerance)
 

@@ -182,6 +182,10 @@ class Pose:
     pace: Floats | None = None
     slid: Floats | None = None
 
+    def between(self, start: int, stop: int) -> Pose:
+        """The pose from one of its cam angles to before another one."""
+        return Pose(self.a[..., start:stop], self.u[..., start:stop], self.turn[start:stop])
+
     def at(self, rows: npt.NDArray[np.intp]) -> Pose:
         """The pose at some of its cam angles."""
         pace, slid = (None if values is None else values[rows] for values in (self.pace, self.slid))

@@ -314,7 +314,7 @@ class CrossSection(Protocol):
 
 
 Band = Callable[[Column, Floats], Floats]
-"""Points (3, n) of a band at columns (n,) and shares (n,) of the way across it."""
+"""Points (3, n, m) of a band at columns (n,) and shares (n, m) of the way across it."""
 
 
 def _banded(track: Track, phi: Floats, row: Floats, counts: tuple[int, ...], bands: list[Band]) -> Floats:
@@ -324,7 +324,8 @@ def _banded(track: Track, phi: Floats, row: Floats, counts: tuple[int, ...], ban
     for k, band in enumerate(bands):
         own = np.flatnonzero((row >= ends[k]) & ((row < ends[k + 1]) | (k + 1 == len(bands))))
         if len(own):
-            x[:, own] = band(Column(track, phi[own]), np.clip((row[own] - ends[k]) / counts[k], 0.0, 1.0))
+            share = np.clip((row[own] - ends[k]) / counts[k], 0.0, 1.0)
+            x[:, own] = band(Column(track, phi[own]), share[:, None])[:, :, 0]
     return x
 
 
@@ -376,39 +377,47 @@ class GrooveSection:
 
     def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
+        return _banded(self.track, phi, row, counts, self.bands)
+
+    @property
+    def bands(self) -> list[Band]:
+        """Each band as a surface."""
         first, last = self.first, -self.first
 
         def wall(side: float, column: Column, share: Floats) -> Floats:
-            top, pole = column.reach(side, self.level, self.guess), self._ball & (share == 1.0)
-            part = np.where(pole, 0.0, share)
-            x = column.wall(side, top + (column.bottom_t() - top) * part[:, None])[:, :, 0]
+            top, pole = self._top(column, side), self._ball & (share == 1.0)
+            x = column.wall(side, top + (column.bottom_t() - top) * np.where(pole, 0.0, share))
             # Both flanks of a ball end where they meet.
-            return np.where(pole, column.ball_bottom(), x) if pole.any() else x
+            return np.where(pole, column.ball_bottom()[:, :, None], x) if pole.any() else x
 
         def edge(side: float, column: Column, share: Floats) -> Floats:
-            return column.edge(side, self._spread(share)[:, None])[:, :, 0]
+            return column.edge(side, self._spread(share))
 
         def floor(column: Column, share: Floats) -> Floats:
-            start, stop = column.chord_end(first), column.chord_end(last)
+            start, stop = column.chord_end(first)[:, :, None], column.chord_end(last)[:, :, None]
             return start + (stop - start) * share
 
         bands: list[Band] = [partial(wall, first), lambda column, share: wall(last, column, 1.0 - share)]
         if not self._ball:
             bands[1:1] = [partial(edge, first), floor, lambda column, share: edge(last, column, 1.0 - share)]
-        return _banded(self.track, phi, row, counts, bands)
+        return bands
 
     def _spread(self, share: Floats) -> Floats:
         """Shares of rows between flank and floor: an edge sweep bends sharply beside the flank's foot alone."""
         return share if self.track.root else share**2
 
-    def _wall(self, column: Column, side: float, count: int) -> Floats:
+    def _top(self, column: Column, side: float) -> Floats:
+        """Meridian parameter (n, 1) at the groove's outer edge."""
         top = column.reach(side, self.level, self.guess)
         if self.track.root and float((self.track.tip_sign * (column.bottom_t() - top)).min()) <= 0.0:
             raise DesignError(
                 f"track {self.track.name!r}: the root, {self.track.root:g} mm in radius, reaches the groove's outer "
                 "edge and leaves no flank: a smaller corner radius or a deeper groove"
             )
-        share = np.arange(count + 1) / count
+        return top
+
+    def _wall(self, column: Column, side: float, count: int) -> Floats:
+        top, share = self._top(column, side), np.arange(count + 1) / count
         if not self._ball:
             return column.wall(side, top + (column.bottom_t() - top) * share)
         upper = column.wall(side, top + (column.bottom_t() - top) * share[:-1])
@@ -445,10 +454,10 @@ class FlooredSection:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
 
         def wall(side: float, column: Column, share: Floats) -> Floats:
-            return self._at_shares(column, side, share[:, None])[:, :, 0]
+            return self._at_shares(column, side, share)
 
         def floor(column: Column, share: Floats) -> Floats:
-            one = np.ones(len(share))
+            one = np.ones((len(share), 1))
             foot = wall(1.0, column, one)
             return foot + (wall(-1.0, column, one) - foot) * share
 
@@ -490,10 +499,7 @@ class RootedSection:
 
     def at(self, phi: Floats, row: Floats, counts: tuple[int, ...]) -> Floats:
         """Points (3, n) at cam angles (n,) and rows (n,) that need not be whole numbers."""
-        def one(band: Band) -> Band:
-            return lambda column, share: band(column, share[:, None])[:, :, 0]
-
-        return _banded(self.track, phi, row, counts, [one(band) for band in self._bands()])
+        return _banded(self.track, phi, row, counts, self._bands())
 
     def _bands(self) -> list[Band]:
         """Points (3, n, k) of the bands at shares (1, k) or (n, k)."""

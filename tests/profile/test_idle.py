@@ -72,6 +72,8 @@ def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
         ("pair, slide", "cam.rocker_angle", 90.0, "rocker"),
         ("pair, rocker", "cam.return_radius", 60.0, "slide"),
         ("pair, rocker", "output.undercut_solid", True, "only a drum's groove"),
+        ("pair, rocker", "output.fewest_triangles", True, "only drums"),
+        ("drum, arm", "output.fewest_triangles", True, ""),
         ("yoke", "follower.face_width", 80.0, "rollers touch"),
         ("frame", "follower.face_width", 95.0, ""),
         ("globoid", "cam.relief_angle", 4.0, "relief"),

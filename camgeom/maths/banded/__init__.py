@@ -1,0 +1,33 @@
+"""Bands side by side round an axis, meshed with a guaranteed chord error: columns and rows of each band its own.
+
+A band is a surface x(phi, u), phi the angle round and u = 0 .. 1 the way across, whose edge u = 1 is the next band's
+edge u = 0. With the second form L, M, N in (phi, u) a cell of h by g has sags |L| h² / 8 and |N| g² / 8 along its sides
+and |L h² +- 2 M h g + N g²| / 8 along a diagonal, the better of which is taken. From that follows, for any number of
+rows, the longest step of the columns, and so the number that makes the fewest triangles, block by block of the turn.
+Between two bands stands an edge with steps of its own; what lies between it and the first row of a band is joined
+vertex by vertex, as is the one column in which the number of rows changes. Where a band has no width to speak of its
+edges and columns have the same steps.
+
+What is stated is measured: the true surface in the middle of every cell and of every edge. Edges that are off by more
+than the tolerance are split there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camgeom.maths import Floats
+from camgeom.maths.banded.facets import Band, Banded, within
+from camgeom.maths.banded.plan import forms_of, planned
+from camgeom.maths.banded.rows import meshed
+
+__all__ = ["Band", "Banded", "banded", "forms_of"]
+
+
+def banded(bands: Sequence[Band], knots: Floats) -> Banded:
+    """Mesh bands that close on themselves after the turn from the first of the knots to the last.
+
+    knots  (k,) angles at which a derivative may jump, with both ends. NotConverged where it takes too many triangles.
+    """
+    plan = planned(bands, knots)
+    return within(bands, meshed(bands, plan))

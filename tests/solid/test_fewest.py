@@ -1,0 +1,133 @@
+"""Bodies of drums with the fewest triangles: as exact as the structured grid, with half the triangles."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camgeom.errors import NotConverged, ProfileError
+from camgeom.maths.banded import Band, banded
+from camgeom.model import Model, read
+from camgeom.profile import parse
+from camgeom.solid.fewest import drum_bands, fewest
+from tests.oracle.cams import judges_of
+from tests.reference.machines import pin_cam, pin_setup
+
+PROFILES = Path(__file__).parents[2] / "profiles"
+SHARES = {"pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6}
+"""most triangles as a share of the structured grid's"""
+
+
+def directed(faces, count):
+    """Numbers of the directed edges of faces, and of the same edges the other way."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    return edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+
+
+@pytest.mark.parametrize("name", SHARES)
+def test_the_same_body_with_fewer_triangles(name):
+    model = read(str(PROFILES / f"{name}.toml"))
+    (part,) = model.parts
+    many, few = part.solid(model.tolerance), fewest(part, model.tolerance)
+    assert len(few.mesh.faces) < SHARES[name] * len(many.mesh.faces)
+    assert few.sound
+    assert few.chord_error <= model.tolerance
+    assert set(few.mesh.groups) == set(many.mesh.groups)
+    key, back = directed(few.mesh.faces, len(few.mesh.vertices))
+    assert len(np.unique(key)) == len(key)
+    assert np.array_equal(np.sort(key), np.sort(back))
+    assert few.mesh.volume == pytest.approx(many.mesh.volume, rel=1e-4)
+    again = fewest(part, model.tolerance)
+    assert np.array_equal(again.mesh.vertices, few.mesh.vertices)
+    assert np.array_equal(again.mesh.faces, few.mesh.faces)
+
+
+@pytest.mark.parametrize("tolerance", [2e-2, 1e-3])
+def test_the_oracle_finds_no_facet_beyond_the_tolerance(tolerance):
+    """By the follower placed from the keys, at random points of random facets; near the tolerance somewhere."""
+    path = PROFILES / "pin_insertion.toml"
+    model = read(str(path))
+    program = model.setup.program
+    ends = np.array([span.end for span in program.spans])
+    low, high = (float(end.value) for end in program.extremes(0))
+    (oracle,) = judges_of(tomllib.loads(path.read_text()), lambda phi: program.jet(phi, 0)[0], low, high, ends)
+    mesh = fewest(model.parts[0], tolerance).mesh
+    rng = np.random.default_rng(2)
+    names = np.array(mesh.groups)[mesh.group]
+    faces = rng.choice(np.flatnonzero(np.isin(names, ("flank", "edge"))), 400)
+    x = np.einsum("fk,fkx->fx", rng.dirichlet(np.ones(3), 400), mesh.vertices[mesh.faces[faces]])
+    off = np.minimum(np.abs(oracle.least(x)), oracle.blank(x))
+    assert 0.6 * tolerance < off.max() <= tolerance
+
+
+def asked(name):
+    """The text of a profile with the key."""
+    return (PROFILES / f"{name}.toml").read_text().replace("[output]\n", "[output]\nfewest_triangles = true\n")
+
+
+def test_the_key_makes_the_body_of_the_model():
+    plain, model = read(str(PROFILES / "end_face_lifter.toml")), Model(parse(asked("end_face_lifter")))
+    assert len(model.solid.mesh.faces) < 0.8 * len(plain.solid.mesh.faces)
+    assert model.solid.chord_error <= model.tolerance
+
+
+def test_a_drum_whose_groove_runs_out_refuses_the_key():
+    with pytest.raises(ProfileError, match="fewest_triangles"):
+        parse(asked("feeder_runout"))
+
+
+def bowl(sense):
+    """A band of a cylinder of radius 10 that swells by the square of the way across, and the one behind it."""
+
+    def at(phi, u):
+        radius = 10.0 + sense * u * (1.0 - u) + 0.3 * np.cos(3.0 * phi)[:, None]
+        return np.stack([radius * np.cos(phi)[:, None], radius * np.sin(phi)[:, None], 0.0 * phi[:, None] + 4.0 * u])
+
+    return at
+
+
+def shifted(band, phi, u):
+    x = band.at(phi, u).copy()
+    x[2] += 4.0
+    return x
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0, 0.0])
+def test_facets_of_bands_against_their_surface_everywhere(sense):
+    tolerance, knots = 2e-3, np.array([0.0, 2.0, 2.0 * np.pi])
+    lower = Band("lower", bowl(sense), tolerance)
+    upper = replace(lower, name="upper", at=partial(shifted, lower))
+    surface = banded([lower, replace(upper, even=True)], knots)
+    key, back = directed(surface.faces, surface.points.shape[1])
+    assert len(np.unique(key)) == len(key)
+    assert len(np.setdiff1d(key, back)) == len(surface.edges[0]) + len(surface.edges[-1])
+    rng = np.random.default_rng(1)
+    x = np.einsum("fk,xfk->xf", rng.dirichlet(np.ones(3), len(surface.faces)), surface.points[:, surface.faces])
+    phi = np.arctan2(x[1], x[0]) % (2.0 * np.pi)
+    u = np.where(surface.band == 0, x[2] / 4.0, x[2] / 4.0 - 1.0)
+    radius = 10.0 + sense * u * (1.0 - u) + 0.3 * np.cos(3.0 * phi)
+    # Square to the axis the distance is no less than square to the surface.
+    assert np.abs(np.hypot(x[0], x[1]) - radius).max() <= 1.05 * tolerance
+    assert 0.5 * tolerance < surface.chord_error <= tolerance
+
+
+def test_a_tolerance_that_takes_too_many_rows_is_refused():
+    with pytest.raises(NotConverged, match=r"rows|vertices"):
+        banded([Band("lower", bowl(1.0), 1e-9)], np.array([0.0, 2.0 * np.pi]))
+
+
+def test_a_foot_without_width_is_one_line_of_vertices():
+    """In the dwells of the pin cam the edge of the roller's end sweeps nothing."""
+    (part,) = pin_cam().mechanism(pin_setup()).parts
+    bands = drum_bands((part,), 5e-3)
+    assert [band.name for band in bands] == [
+        "land", "flank", "edge", "edge", "floor", "edge", "edge", "flank", "land",
+    ]  # fmt: skip
+    surface = banded(bands, part.track.knots())
+    assert len(surface.points.T) == len(np.unique(surface.points.T, axis=0))
+    assert set(surface.edges[2].tolist()) & set(surface.edges[3].tolist())
