@@ -5,7 +5,7 @@ One judgement a question; its name and advice are those of the carrier: a roller
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -179,30 +179,34 @@ def hardness(model: Model) -> Iterable[Finding | NotJudged]:
 
 
 def _cased(
-    name: str, model: Model, duties: Iterable[Duty], rigid: bool = False
+    name: str, model: Model, duties: Sequence[Duty], rigid: bool = False
 ) -> Iterable[Finding | NotJudged]:
     """The largest shear, where over the turn it lies deepest, against every case; silent of a material without one.
 
     rigid: whether the depth under the rigid load is told beside
     """
     cases = [(body, material) for body, material in _bodies(model) if material.case_depth_mm is not None]
-    each = [(duty, duty.deepest_shear) for duty in duties] if cases else []
-    known = [(duty, deepest) for duty, deepest in each if deepest is not None]
-    if len(known) < len(each):
-        yield NotJudged(name, "no stress can be given below this contact: see the checks of its pressure")
-    if not known or len(known) < len(each):
-        return
-    duty, deepest = max(known, key=lambda pair: pair[1].value)
-    beside = [one.value for one in (duty.deepest_shear for duty in model.carriers) if one is not None] if rigid else []
-    for body, material in cases:
+    known = [(duty, depth) for duty in duties if (depth := duty.least_shear) is not None] if cases else []
+    # Of a sharp end that bears the depth inside of it is known: it may be too deep, and is never shallow enough.
+    lost = bool(cases) and any(duty.deepest_shear is None for duty in duties)
+    untold = lost and not known
+    for body, material in cases if known else ():
         assert material.case_depth_mm is not None
+        duty, deepest = max(known, key=lambda pair: pair[1].value)
         limit = CASE_SHARE * material.case_depth_mm
+        if lost and deepest.value <= limit:
+            untold = True
+            continue
+        rigidly = [one.deepest_shear for one in model.carriers] if rigid else []
         advice = (
             "the largest shear lies deeper than half the case (camgeom's own rule, not a standard's): harden deeper "
             f"or lower the load on the {body}"
         )
         yield judged(name, deepest.value, "<=", limit, "mm", advice, cam_angle=deepest.cam_angle,
-                     where=f"{body}, {duty.spot(deepest)}", rigid=max(beside, default=None))  # fmt: skip
+                     where=f"{body}, {duty.spot(deepest)}",
+                     rigid=max((one.value for one in rigidly if one is not None), default=None))  # fmt: skip
+    if untold:
+        yield NotJudged(name, "no stress can be given below this contact: see the checks of its pressure")
 
 
 @check("case-depth", "operation")

@@ -82,6 +82,10 @@ class Duty(Protocol):
         """Largest depth, mm, over the turn and along the contact, of the largest shear below it; None likewise."""
 
     @property
+    def least_shear(self) -> Extreme | None:
+        """A depth, mm, that the largest shear surely reaches where none is the deepest; None where nothing is known."""
+
+    @property
     def unheld(self) -> Extreme | None:
         """Largest force, N (N mm), that presses where no wall is; None where a wall is all round."""
 

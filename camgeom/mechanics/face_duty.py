@@ -202,6 +202,11 @@ class FaceDuty:
             found.append(replace(peak_of(self.force.panels, depths), where=name))
         return hardest(found)
 
+    @property
+    def least_shear(self) -> Extreme | None:
+        """That: what is known of faces is the deepest."""
+        return self.deepest_shear
+
     def spot(self, at: Extreme) -> str:
         """The touch, and its length."""
         length = next((touch.length for touch in self.touches if touch.name == at.where), self.touches[0].length)

@@ -697,6 +697,15 @@ class RollerDuty:
         m = int(np.argmax(value))
         return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m]), depths[m]))
 
+    @property
+    def least_shear(self) -> Extreme | None:
+        """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
+        if self.deepest_shear is not None or self.finite is None:
+            return self.deepest_shear
+        bodies = self.finite.hardest[1].bodies
+        depth = float(line_depth(self.least_peak.value, bodies.curvature, bodies.compliance))
+        return replace(self.least_peak, value=depth)
+
     def spot(self, at: Extreme) -> str:
         """A place on the roller in words, and how much of it touches there where that is not all."""
         touching = self._at(self.touching, at.cam_angle)

@@ -667,6 +667,15 @@ class TurretDuty:
         place = float(self._walls(self.engagement.place)[(n, *at)])
         return Extreme(float(depth.max(initial=0.0)), float(self.theta[n]), place)
 
+    @property
+    def least_shear(self) -> Extreme | None:
+        """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
+        if self.deepest_shear is not None or self.finite is None:
+            return self.deepest_shear
+        bodies = self.finite.hardest[1].bodies
+        depth = float(line_depth(self.least_peak.value, bodies.curvature, bodies.compliance))
+        return replace(self.least_peak, value=depth)
+
     def spot(self, at: Extreme) -> str:
         """A place on the rollers, in words, and how much of the hardest pressed one touches."""
         n = int(np.argmin(np.abs(self.theta - at.cam_angle)))

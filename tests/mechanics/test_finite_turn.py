@@ -110,6 +110,21 @@ def test_it_fails_where_already_half_a_millimetre_inside_is_too_much(factor: flo
     assert bool(reasons) == (not level)
 
 
+def test_a_case_is_too_thin_where_already_the_shear_inside_a_sharp_end_lies_deeper() -> None:
+    """Of a line under the pressure half a millimetre inside; what lies at the end itself nobody knows."""
+    found = data("disc_offset_roller", **CYLINDER, misalignment_deg=0.02)
+    duty = Model(from_data(found, "")).duty
+    assert duty.deepest_shear is None
+    bodies = duty.finite.hardest[1].bodies
+    half = 2.0 * duty.least_peak.value * bodies.compliance / bodies.curvature
+    assert duty.least_shear.value == pytest.approx(0.786 * half, rel=1e-3)
+    for body, share in (("cam", 0.999), ("roller", 1.002)):
+        found["material"].setdefault(body, {})["case_depth_mm"] = 2.0 * share * duty.least_shear.value
+    verdict = judge(Model(from_data(found, "")), ["case-depth"])
+    assert [(one.level, one.where[:4]) for one in verdict.findings] == [("fail", "cam,")]
+    assert len(verdict.not_judged) == 1
+
+
 RETURN = """
 [return_roller]
 shape = "crowned"
