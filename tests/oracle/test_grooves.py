@@ -15,10 +15,11 @@ from camgeom.checks import findings
 from camgeom.checks import judge as judged
 from camgeom.errors import DesignError, ProfileError
 from camgeom.export.points import flank_points
-from camgeom.model import Model
+from camgeom.model import Model, read
 from camgeom.profile import from_data, parse
 from camgeom.report.result import compute
 from camgeom.report.sections import report
+from camgeom.solid.drum import WALL_SAMPLES
 from camgeom.track.flank import Flank
 from tests.places import ROOT
 from tests.profile.cases import frozen, put
@@ -191,6 +192,23 @@ def test_passes_of_one_groove_are_nearest_at_its_floor() -> None:
     assert shallow == pytest.approx(51.0, abs=0.5)
     # The middles of both passes keep their angle, and the roller its size: across steep passes, whose lean grows.
     assert 0.75 * (arc * 54.0 / 67.0 - 22.0) < deep < arc * 54.0 / 67.0 - 22.0
+
+
+@pytest.mark.parametrize(("name", "wall"), [("pin_insertion", "between passes"), ("two_groove_drum", "groove 1 to")])
+def test_what_walls_leave_out_of_their_search_is_not_the_thinnest(
+    name: str, wall: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pairs of points that cannot face each other, and stretches of a land too far from a near point."""
+
+    def told() -> list[tuple[str, float, float | None]]:
+        walls = read(ROOT / "profiles" / f"{name}.toml").walls
+        return [(one.name, one.thickness, one.cam_angle) for one in walls]
+
+    quick, every = told(), np.arange(WALL_SAMPLES)
+    assert any(wall in name for name, _, _ in quick)
+    monkeypatch.setattr("camgeom.solid.drum._opposed", lambda normal: (every, every))
+    monkeypatch.setattr("camgeom.solid.grooves.STRIDE", 1)
+    assert told() == quick
 
 
 def test_a_follower_without_a_rating_beside_one_that_has_is_told() -> None:
