@@ -18,9 +18,10 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Bore
 from camgeom.solid.drum import GroovedCylinder
-from camgeom.solid.prism import FaceGroove
+from camgeom.solid.prism import FaceGroove, GroovedPlate
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
+from camgeom.track.outline import CircleOutline
 from camgeom.track.section import Column, GrooveSection
 
 STEPS = 40
@@ -211,21 +212,26 @@ class DrumGroove:
 class PlateGroove:
     """A plate with a groove in its upper face, cut by the tool of a track: the outer flank is the first."""
 
-    body: FaceGroove
+    plate: GroovedPlate
     track: Track
+
+    @property
+    def body(self) -> FaceGroove:
+        """Its one groove."""
+        return self.plate.grooves[0]
 
     @cached_property
     def shape(self) -> Shape:
         """Its numbers. Raises DesignError without a bore."""
-        body, bore = self.body, self.body.bore
-        rim = float(np.hypot(*body.rim.outline.curve(np.zeros(1)).points[:, 0]))
-        return Shape(self.track.sense, body.root, body.z1 - body.floor, radius_at(self.track, body.foot), body.foot,
-                     (-rim, -bore_radius(bore)), body.z0, ("rim", "bore", "end_lower"), ("outer", "inner"),
+        body, plate, bore = self.body, self.plate, self.plate.bore
+        rim = float(np.hypot(*plate.rim.outline.curve(np.zeros(1)).points[:, 0]))
+        return Shape(self.track.sense, body.root, body.top - body.floor, radius_at(self.track, body.foot), body.foot,
+                     (-rim, -bore_radius(bore)), plate.z0, ("rim", "bore", "end_lower"), ("outer", "inner"),
                      left_out(bore))  # fmt: skip
 
     def rounded(self, root: float) -> PlateGroove:
         """The same body with another root, mm."""
-        return replace(self, body=replace(self.body, root=root))
+        return replace(self, plate=replace(self.plate, grooves=(replace(self.body, root=root),)))
 
     def at(self, phi: Floats, row: Floats) -> Floats:
         """Points (3, n) of the contour."""
@@ -235,7 +241,7 @@ class PlateGroove:
         aside = body.root * (1.0 - np.cos(angle))
         far, near = outer.points - outer.normals * aside, inner.points + inner.normals * aside
         flat = far + (near - far) * np.clip(row - 2.0, 0.0, 1.0)
-        z = body.z1 + (body.foot - body.z1) * np.minimum(half, 1.0) - body.root * np.sin(angle)
+        z = body.top + (body.foot - body.top) * np.minimum(half, 1.0) - body.root * np.sin(angle)
         return np.concatenate([flat, z[None]])
 
     def uv(self, z: Floats, r: Floats) -> tuple[Floats, Floats]:
@@ -270,7 +276,7 @@ class PlateGroove:
         """Place, azimuth and normals of what touches."""
         flank = Flank(self.track, np.array([theta]), t, side)
         x, body = flank.x[:, 0], self.body
-        share = np.clip((body.z1 - x[2]) / (body.z1 - body.foot), 0.0, 1.0)
+        share = np.clip((body.top - x[2]) / (body.top - body.foot), 0.0, 1.0)
         return 5.0 - share if self.second(side) else share, np.arctan2(x[1], x[0]), flank.n[:, 0]
 
     def thickness(self, theta: Floats, side: float, t: float) -> Floats:
@@ -291,4 +297,6 @@ def groove_of(part: Part, cutters: tuple[Track, ...]) -> Groove | None:
     """The groove of a drum or a plate, cut by the track given, where it is one closed ring; None of other bodies."""
     if isinstance(part, GroovedCylinder) and part.fits():
         return DrumGroove(part)
-    return PlateGroove(part, cutters[0]) if isinstance(part, FaceGroove) else None
+    if isinstance(part, GroovedPlate) and len(part.grooves) == 1 and isinstance(part.rim.outline, CircleOutline):
+        return PlateGroove(part, cutters[0])
+    return None

@@ -35,7 +35,8 @@ Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
 NO_RING = (
-    "ribs of drums, plates that slide and undercut bodies are not meshed: give an FE program the STEP file of this body"
+    "ribs of drums, plates that slide, bodies with several tracks and undercut ones are not meshed: give an FE program "
+    "the STEP file of this body"
 )
 NO_LOAD = "nothing presses this body: there is no load"
 

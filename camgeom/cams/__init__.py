@@ -66,8 +66,13 @@ class Cam(Section, ABC):
     def mechanism(self, setup: Setup) -> Mechanism:
         """The cam bound to its follower, roller and program, which `problems` has nothing against."""
 
+    def together(self, others: Sequence[Cam]) -> list[Problem]:
+        """What contradicts itself on one body with further tracks' tables; without any, of a track that is alone."""
+        del others
+        return []
+
     def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
-        """The bodies that several tracks make, and the walls between these. DesignError where no body holds them."""
+        """The bodies that several tracks make, and all of their walls. DesignError where no body holds them."""
         raise DesignError(f"{len(mechanisms)} tracks: this kind of cam has room for one")
 
 

@@ -111,7 +111,8 @@ class Cylindrical(Cam):
             raise DesignError("several tracks on one drum are closed grooves inside both of its ends")
         named = tuple(replace(ring, track=replace(ring.track, name=f"groove {k}")) for k, ring in enumerate(rings, 1))
         drum = GroovedDrum("cam", named, rings[0].blank, self.radius, self.length)
-        return (drum,), drum.lands
+        walls = dict.fromkeys([*(wall for one in mechanisms for wall in one.walls), *drum.lands])
+        return (drum,), tuple(walls)
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, and of followers of planar cams."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
@@ -40,14 +41,14 @@ from camgeom.cams._plate import (
     swing_problem,
     triangle_problem,
 )
-from camgeom.errors import Problem
+from camgeom.errors import DesignError, Problem
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
 from camgeom.solid.mechanism import Drive, Measure, Mechanism
-from camgeom.solid.prism import FaceGroove, Loop, Prism
+from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Joint, Meridian, Straight, Track, Vector
 from camgeom.track.follower import Setup, SwingingFollower, TranslatingFollower
 from camgeom.track.outline import CircleOutline, FaceOutline, FlatFace, Outline, RollerOutline
@@ -61,6 +62,9 @@ class Disc(Cam):
 
     FOLLOWERS: ClassVar[tuple[str, ...]] = ("translating", "swinging")
     STATIONS: ClassVar[bool] = True
+    TRACKS: ClassVar[tuple[str, ...]] = (
+        "form", "face", "rim", "base_radius", "center_distance", "groove_depth", "running_clearance", "root_radius",
+    )  # fmt: skip
 
     kind: Literal["disc"]
     form: Literal["external", "groove"] = Field("external", description="external profile, or a face groove in a plate")
@@ -68,7 +72,15 @@ class Disc(Cam):
     width: Length = Field(description="mm, thickness of the disc or plate")
     center_distance: Length | None = Field(None, description="mm, swinging followers: cam axis to pivot")
     diameter: Length | None = Field(None, description="mm, groove form: outside diameter of the plate")
-    groove_depth: Length | None = Field(None, description="mm, groove form: depth from the plate's upper face")
+    rim: Literal["circle", "profile"] = Field(
+        "circle", description="groove form: the plate's rim is a circle of `diameter`, or the profile of the [[track]] "
+        "(or first track) of form = 'external' on the same disc"
+    )
+    face: Literal["upper", "lower"] = Field(
+        "upper", description="groove form: the face of the plate that it is cut in, z = width or z = 0; of several "
+        "tracks on one disc each groove has a face of its own"
+    )
+    groove_depth: Length | None = Field(None, description="mm, groove form: depth from that face of the plate")
     running_clearance: Gap = Field(0.0, description="mm, groove form: normal gap between roller and each flank")
     root_radius: Gap = Field(
         0.0, description="mm, groove form: of the root between flanks and floor, that of the tool's corner where there "
@@ -100,6 +112,23 @@ class Disc(Cam):
             cam=self,
         )
 
+    def together(self, others: Sequence[Cam]) -> list[Problem]:
+        """A groove a face, and one profile as the rim; a plate with one track has it in its upper face."""
+        from camgeom.cams._faces import contradictions
+
+        return contradictions([(cam.form, cam.face, cam.rim) for cam in (self, *others) if isinstance(cam, Disc)])
+
+    def joined(self, mechanisms: Sequence[Mechanism]) -> tuple[tuple[Part, ...], tuple[Wall, ...]]:
+        """The disc with all of its tracks and what is left between them."""
+        from camgeom.cams._faces import plate_of
+
+        discs = [one for one in mechanisms if isinstance(one, DiscMechanism)]
+        grooves = {f"groove {k}": one.face_groove for k, one in enumerate(discs, 1) if one.face_groove is not None}
+        profile = next((one.profile for one in discs if one.face_groove is None), None)
+        rim = Loop(CircleOutline(0.5 * (self.diameter or 0.0)), "rim") if profile is None else Loop(profile, "flank")
+        plate = plate_of(grooves, rim, self.width, discs[0].bore)
+        return (plate,), plate.walls
+
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other form, of other faces and of other followers."""
         follower = setup.follower
@@ -107,9 +136,12 @@ class Disc(Cam):
         found = NO_DRUM | REGULAR | keyway_idle(self.bore) | face_idle(follower.face)
         found |= idle("a disc's follower has none; discs of a pair and frames have", "follower.clearance")
         if self.form == "external":
-            keys = ("cam.diameter", "cam.groove_depth", "cam.running_clearance", "cam.root_radius")
+            grooved = ("diameter", "rim", "face", "groove_depth", "running_clearance", "root_radius")
+            keys = tuple(f"cam.{key}" for key in grooved)
             found |= idle("only form = 'groove' has one", *keys) | ONE_WAY | NO_ROOT
             found |= idle("what a spring or weight holds on its cam has no play", "limits.play_mm")
+        elif self.rim == "profile":
+            found |= idle("the rim is the profile of another track", "cam.diameter")
         if not follower.rotating:
             found |= NO_GAPS if self.form == "external" else {}
             found |= SQUARE if follower.face == "flat" else {}
@@ -140,19 +172,21 @@ class Disc(Cam):
     def _groove_problems(self, mechanism: DiscMechanism, setup: Setup) -> list[Problem]:
         if mechanism.follower.face != "roller":
             return [problem("follower.face", mechanism.follower.face, "roller, for form = 'groove'")]
-        if self.diameter is None or self.groove_depth is None:
-            missing = "cam.diameter" if self.diameter is None else "cam.groove_depth"
-            return [Problem(missing, "is missing", None, "a length in mm, for form = 'groove'")]
+        if self.groove_depth is None:
+            return [Problem("cam.groove_depth", "is missing", None, "a length in mm, for form = 'groove'")]
+        if self.diameter is None and self.rim == "circle":
+            limit = "a length in mm, for form = 'groove', or rim = 'profile' where a track of form = 'external' is it"
+            return [Problem("cam.diameter", "is missing", None, limit)]
         found = root_problems(setup, self.root_radius, self.groove_depth)
         if self.groove_depth >= self.width:
             found.append(problem("cam.groove_depth", self.groove_depth, f"below the width {self.width:g} mm"))
-        reach = self._groove_reach(mechanism)
-        if 0.5 * self.diameter <= reach:
+        reach = self.groove_reach(mechanism)
+        if self.diameter is not None and 0.5 * self.diameter <= reach:
             limit = f"above {2.0 * reach:g} mm, so that the groove is inside"
             found.append(problem("cam.diameter", self.diameter, limit))
         return found
 
-    def _groove_reach(self, mechanism: DiscMechanism) -> float:
+    def groove_reach(self, mechanism: DiscMechanism) -> float:
         """Largest radius of the groove's outer flank, mm; 0 where the mechanism itself cannot be built."""
         follower, prime, top = mechanism.follower, mechanism.prime_radius, lift_range(mechanism.program)[1]
         own = mechanism.touch_radius + self.running_clearance
@@ -214,15 +248,30 @@ class DiscMechanism(Mechanism):
         depth = cam.groove_depth if cam.form == "groove" and cam.groove_depth else cam.width
         length = min(depth, roller.length or depth) if roller else depth
         if cam.form == "groove":
-            return cam.width - length, cam.width
+            return (0.0, length) if cam.face == "lower" else (cam.width - length, cam.width)
         return 0.5 * (cam.width - length), 0.5 * (cam.width + length)
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The depth of a face groove."""
+        if self.face_groove is None:
+            return ()
+        reach = 0.5 * self.cam.diameter if self.cam.diameter is not None else self.cam.groove_reach(self)
+        return (Measure((self.face_groove.floor, reach), (self.face_groove.top, reach)),)
 
     @property
     def floor_gap(self) -> float | None:
         """From the roller's end to the floor of a face groove, mm; a longer roller stands out of the plate."""
         if self.cam.form == "external" or self.cam.groove_depth is None:
             return None
-        return self.contact[0] - (self.cam.width - self.cam.groove_depth)
+        low, high = self.contact
+        return self.cam.groove_depth - (high - low)
+
+    @property
+    def _floor(self) -> float:
+        """Height of a groove's floor, mm."""
+        depth = self.cam.groove_depth or 0.0
+        return depth if self.cam.face == "lower" else self.cam.width - depth
 
     @cached_property
     def pitch(self) -> Track:
@@ -230,8 +279,10 @@ class DiscMechanism(Mechanism):
         anchor, joint = self._mount
         groove = self.cam.form == "groove"
         sides = (1.0, -1.0) if groove else (-self.sense,)
-        name = "groove" if groove else "profile"
-        return roller_track(name, self.program, self.sense, anchor, joint, self._meridian, self.contact, sides=sides)
+        name, below = "groove" if groove else "profile", groove and self.cam.face == "lower"
+        return roller_track(
+            name, self.program, self.sense, anchor, joint, self._meridian, self.contact, tip_high=below, sides=sides
+        )
 
     @property
     def _meridian(self) -> Meridian:
@@ -250,9 +301,8 @@ class DiscMechanism(Mechanism):
         """The roller's track; of a face groove with the tool that cuts it: wider by the clearance, to the floor."""
         if self.cam.form == "external":
             return self.tracks
-        floor = self.cam.width - (self.cam.groove_depth or 0.0)
         grown = (track.grown(self.running_clearance) for track in self.tracks)
-        return tuple(replace(track, tip=floor, root=self.root_radius) for track in grown)
+        return tuple(replace(track, tip=self._floor, root=self.root_radius) for track in grown)
 
     @property
     def sliders(self) -> tuple[Slider, ...]:
@@ -324,22 +374,14 @@ class DiscMechanism(Mechanism):
             Touch("outer flank", outer, joint, self.sense, -1.0, radius, high - low, material=-1.0),
         )
 
-    @property
-    def measures(self) -> tuple[Measure, ...]:
-        """The depth of a face groove."""
-        cam = self.cam
-        if cam.groove_depth is None or cam.diameter is None:
-            return ()
-        return (Measure((cam.width - cam.groove_depth, 0.5 * cam.diameter), (cam.width, 0.5 * cam.diameter)),)
-
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
         """The disc and its profile to the bore; of a face groove the outer flank to the rim, the web below."""
         cam = self.cam
         if cam.form == "external":
             return (disc_wall("cam", cam.width), *bore_walls("profile", self.profile, self.bore))
-        assert cam.diameter is not None
-        assert cam.groove_depth is not None
+        if self.face_groove is None or cam.diameter is None or cam.groove_depth is None:
+            return ()
         rim = 0.5 * cam.diameter
 
         def to_rim(x: Floats) -> Floats:
@@ -353,12 +395,24 @@ class DiscMechanism(Mechanism):
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """The disc, or the plate with its face groove."""
-        cam, inside = self.cam, Loop(self.profile, "flank")
+        cam = self.cam
         if cam.form == "external":
-            return (Prism("cam", inside, 0.0, cam.width, (), self.bore),)
-        assert cam.diameter is not None
-        assert cam.groove_depth is not None
-        outside = Loop(self.outlines["outer flank"], "flank")
+            return (Prism("cam", Loop(self.profile, "flank"), 0.0, cam.width, (), self.bore),)
+        if self.face_groove is None or cam.diameter is None:
+            raise DesignError("rim = 'profile' needs the track of form = 'external' that makes it")
         rim = Loop(CircleOutline(0.5 * cam.diameter), "rim")
-        floor = cam.width - cam.groove_depth
-        return (FaceGroove("cam", rim, inside, outside, 0.0, floor, cam.width, self.bore, self.root_radius),)
+        return (GroovedPlate("cam", rim, (self.face_groove,), 0.0, cam.width, self.bore),)
+
+    @property
+    def wall(self) -> tuple[float, float]:
+        """Heights z between which the flanks stand, mm."""
+        ends = (0.0, self.width) if self.face_groove is None else (self.face_groove.foot, self.face_groove.top)
+        return min(ends), max(ends)
+
+    @cached_property
+    def face_groove(self) -> FaceGroove | None:
+        """The groove in a face; None of an external profile."""
+        if self.cam.form == "external":
+            return None
+        flanks = Loop(self.profile, "flank"), Loop(self.outlines["outer flank"], "flank")
+        return FaceGroove(*flanks, self._floor, 0.0 if self.cam.face == "lower" else self.cam.width, self.root_radius)

@@ -72,8 +72,8 @@ def _thinnest(model: Model) -> float:
 
 @check("followers-apart", "body")
 def followers_apart(model: Model) -> Iterable[Finding | NotJudged]:
-    """Least distance between the rollers of two followers on one track, which move at different times."""
-    if len(model.bindings) > 1 and model.apart is None:
+    """Least distance between the rollers of two followers on one body, which move at different times."""
+    if len(model.bindings) > 1 and not all(one.tracks for one in model.bindings):
         yield NotJudged("followers-apart", "nothing measures how near faces and edges of two followers come")
     if model.apart is not None:
         least = model.apart

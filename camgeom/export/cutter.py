@@ -89,28 +89,37 @@ def write_apt(path: Path, machining: Machining) -> int:
     vector from there to the spindle. FEDRAT, mm/min of the tool's end, follows the surface speed at the contact to one
     per cent. Raises ExportError where the file cannot be written.
     """
-    spec, tool = machining.spec, machining.tool
+    spec = machining.spec
     height = spec.length or max(path.height for path in machining.paths)
-    cutter = ",".join(f"{value:.6f}" for value in tool.apt(height))
     head = [
         f"PARTNO/{_capitals(machining.title, _IN_APT)[:64]}",
         f"PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN {machining.machine.origin}"
         if machining.machine.slides else "PPRINT/CAMGEOM, LENGTHS MM, CAM FRAME: ORIGIN AND Z ON THE CAM AXIS",
-        f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
         f"PPRINT/CHORD ERROR AT MOST {spec.tolerance:.6g} MM, ALLOWANCE {spec.allowance:.6g} MM",
         f"PPRINT/FEDRAT KEEPS {spec.feed:.6g} MMPM AT THE CONTACT",
         *(["PPRINT/NO CUTTER TABLE: TOOL, SPINDLE AND FEED ARE ASSUMED"] if machining.assumed else []),
         "UNITS/MM",
         "MULTAX/ON",
-        f"CUTTER/{cutter}",
-        f"LOADTL/{spec.tool_number},LENGTH,{height:.6f}",
-        f"SPINDL/{spec.spindle:.6g},RPM,CLW",
-        "COOLNT/ON",
     ]
+    turned = False
     with atomic_write(path) as stream:
         stream.write(("\n".join(head) + "\n").encode("ascii"))
         for tool_pass in machining.passes("cam"):
-            stream.write(f"PPRINT/PASS {_capitals(tool_pass.name, _IN_APT)}\n".encode("ascii"))
+            lines = []
+            if tool_pass.below and not turned:
+                turned = True
+                lines += ["COOLNT/OFF", "SPINDL/OFF", "PPRINT/TURN THE PART OVER: THE SPINDLE COMES FROM -Z", "STOP"]
+            if tool_pass.begins:
+                tool = machining.different[tool_pass.tool]
+                lines += [
+                    f"PPRINT/TOOL {_capitals(tool.about, _IN_APT)}",
+                    "CUTTER/" + ",".join(f"{value:.6f}" for value in tool.apt(height)),
+                    f"LOADTL/{spec.tool_number + tool_pass.tool},LENGTH,{height:.6f}",
+                    f"SPINDL/{spec.spindle:.6g},RPM,CLW",
+                    "COOLNT/ON",
+                ]
+            lines.append(f"PPRINT/PASS {_capitals(tool_pass.name, _IN_APT)}")
+            stream.write(("\n".join(lines) + "\n").encode("ascii"))
             for text in _apt_moves(machining, tool_pass):
                 stream.write(text.encode("ascii"))
         stream.write(b"COOLNT/OFF\nSPINDL/OFF\nFINI\n")
@@ -173,12 +182,14 @@ def write_gcode(path: Path, machining: Machining) -> int:
     spec, machine = machining.spec, machining.machine
     rounding = _rounding(machining)
     leads = [lead_radius(spec.lead, path.room, machining.tool.radius) for path in machining.paths if path.closed]
+    tools = [f"T{spec.tool_number + k}: {tool.about}" for k, tool in enumerate(machining.different)]
     inverse = spec.feed_mode == "inverse-time"
     where = "TOOL END" if machine.pivot == 0.0 else "SWING AXIS"
     notes = [
         f"CAMGEOM: {machining.title}",
-        f"TOOL T{spec.tool_number}: {machining.tool.about}; COORDINATES OF THE {where}",
+        f"TOOL {'; '.join(tools)}; COORDINATES OF THE {where}",
         *machine.about,
+        *(machine.about_over if any(path.below for path in machining.paths) else []),
         f"PATH WITHIN {spec.tolerance + rounding:.3g} MM: CHORDS {spec.tolerance:.6g}, DECIMALS {rounding:.2g}; "
         f"ALLOWANCE {spec.allowance:.6g} MM",
         f"G54 {machine.origin}; G43 H{spec.tool_number}; G53 {machine.retreat}0 CLEARS THE PART",
@@ -186,13 +197,22 @@ def write_gcode(path: Path, machining: Machining) -> int:
         f"{'G93: F IS 1/MIN' if inverse else 'G94'}; SURFACE SPEED {spec.feed:.6g} MM/MIN AT THE CONTACT",
     ]
     head = ["%", *(f"({_capitals(note, _IN_GCODE)})" for note in notes), "G21 G90 G17 G40 G49 G80 G94"]
-    clear = f"G53 G0 {machine.retreat}0."
-    head += ["G54", clear, f"T{spec.tool_number} M6", f"S{spec.spindle:.0f} M3", "M8"]
+    clear, begun, turned = f"G53 G0 {machine.retreat}0.", False, False
     with atomic_write(path) as stream:
         stream.write(("\n".join(head) + "\n").encode("ascii"))
-        for number, tool_pass in enumerate(machining.passes("machine")):
-            stream.write(f"({_capitals('PASS ' + tool_pass.name, _IN_GCODE)})\n".encode("ascii"))
-            for text in _gcode_moves(path, machining, tool_pass, inverse, number == 0):
+        for tool_pass in machining.passes("machine"):
+            lines = []
+            if tool_pass.begins:
+                lines += ["G94", clear, "G49", "M9", "M5"] if begun else []
+                over = tool_pass.below and not turned
+                lines += ["(TURN THE PART OVER)", "M0"] if over and begun else []
+                lines += ["G55" if over else "G54"] if over or not begun else []
+                lines += [] if begun else [clear]
+                lines += [f"T{spec.tool_number + tool_pass.tool} M6", f"S{spec.spindle:.0f} M3", "M8"]
+                begun, turned = True, tool_pass.below
+            lines.append(f"({_capitals('PASS ' + tool_pass.name, _IN_GCODE)})")
+            stream.write(("\n".join(lines) + "\n").encode("ascii"))
+            for text in _gcode_moves(path, machining, tool_pass, inverse, tool_pass.begins):
                 stream.write(text.encode("ascii"))
         stream.write(f"G94\n{clear}\nG49\nM9\nM5\nM30\n%\n".encode("ascii"))
         return stream.tell()
@@ -240,7 +260,7 @@ def _gcode_moves(path: Path, machining: Machining, tool_pass: Pass, inverse: boo
             mode = "G94"
             stops = table.T.tolist()
             if begins and last is None:
-                yield _approach(machine, machining.spec.tool_number, stops.pop(0))
+                yield _approach(machine, machining.spec.tool_number + tool_pass.tool, stops.pop(0))
             yield "".join("G0" + block % tuple(row) + "\n" for row in stops)
         else:
             before = table[:, :1] if last is None else last

@@ -29,7 +29,7 @@ from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
 from camgeom.solid.mechanism import Drum
-from camgeom.solid.prism import FaceGroove, Loop, Prism
+from camgeom.solid.prism import GroovedPlate, Loop, Prism
 from camgeom.track import TURN, Arc, Swing, Track
 from camgeom.track.developed import developed, drum_radii
 from camgeom.track.follower import TurretFollower
@@ -244,7 +244,7 @@ def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[Plane
     """The flat views of a cam of any kind; cutter_radius (mm) asks for the paths of a round tool's centre."""
     views: list[PlaneView] = []
     if model.planar is not None:
-        views.append(_outlines(model, model.planar.outlines, cutter_radius))
+        views += [_outlines(one, one.mechanism.outlines, cutter_radius) for one in model.grooves]
     elif model.mechanism.outlines:
         # Plates have corners, where a tool's path is not the parallel curve.
         views.append(_outlines(model, model.mechanism.outlines, None))
@@ -293,7 +293,17 @@ def _outlines(model: Model, outlines: Mapping[str, Outline], cutter_radius: floa
     base = model.mechanism.base_radius
     if base is not None:
         discs.append(Disc("centre", (0.0, 0.0), base))
-    return PlaneView("profile", tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
+    name = "profile"
+    if len(model.grooves) > 1:
+        name = f"track {model.groove + 1}"
+        notes.append(f"track {model.groove + 1}, between z = {_heights(model)} mm of the cam frame")
+    return PlaneView(name, tuple(curves), tuple(discs), tuple(strokes), (), tuple(notes))
+
+
+def _heights(model: Model) -> str:
+    """Between which heights the tool cuts this track of a disc, mm."""
+    groove, width = model.mechanism.face_groove, model.mechanism.width
+    return "{:.9g} and {:.9g}".format(*(0.0, width) if groove is None else sorted((groove.floor, groove.top)))
 
 
 def _path(track: Track) -> PlaneCurve:
@@ -312,14 +322,14 @@ def _openings(model: Model) -> tuple[list[Disc], list[Stroke]]:
     strokes: dict[Stroke, None] = {}
     for part in model.parts:
         circles: list[tuple[Layer, Loop]] = []
-        if isinstance(part, FaceGroove):
+        if isinstance(part, GroovedPlate):
             circles.append(("blank", part.rim))
         elif isinstance(part, Prism):
             circles += [("mark", hole) for hole in part.holes]
         for layer, loop in circles:
             if isinstance(loop.outline, CircleOutline):
                 discs[Disc(layer, loop.outline.centre, loop.outline.radius)] = None
-        if isinstance(part, FaceGroove | Prism) and part.bore is not None:
+        if isinstance(part, GroovedPlate | Prism) and part.bore is not None:
             strokes[_bore_stroke(part.bore)] = None
     return list(discs), list(strokes)
 

@@ -101,10 +101,10 @@ def _contact(
         track = next(i for i, survey in enumerate(flanks) if survey.cutter is surface.track)
         flank = Flank(flanks[track].track, surface.angle(phi), t[:, None], surface.side)
         return track, surface.side, flank.pressure_angle()[:, 0], flank.k_rel[:, 0]
-    touches = model.mechanism.touches
-    touch = next((one for one in touches if one.outline is surface.outline), touches[0])
+    touches = [(one.groove, touch) for one in model.grooves for touch in one.mechanism.touches]
+    track, touch = next((one for one in touches if one[1].outline is surface.outline), touches[0])
     at = touch.at(phi)
-    disc = number if len(model.parts) > 1 else 0
+    disc = number if len(model.parts) > 1 else track
     return disc, -model.mechanism.sense * surface.material, at.pressure_angle, at.relative
 
 
@@ -234,5 +234,9 @@ def write_outline_csv(path: Path, model: Model) -> int:
         curve = outline.curve(phi)
         return np.stack([np.degrees(phi), *curve.points, *curve.normals, curve.curvature], axis=1)
 
-    outlines = model.planar.outlines
+    several = len(model.grooves) > 1
+    outlines = {
+        f"track {one.groove + 1} {name}" if several else name: outline
+        for one in model.grooves for name, outline in one.mechanism.outlines.items()
+    }  # fmt: skip
     return write_csv(path, OUTLINE_COLUMNS, ((f"{name},", table(outline)) for name, outline in outlines.items()))

@@ -14,7 +14,7 @@ from camgeom.machining.plan import LEAST, SHARE
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
-from camgeom.track import TURN
+from camgeom.track import TURN, Track
 from camgeom.track.outline import Curve, Outline, ParallelOutline, crossing
 
 PER_TURN = 1440
@@ -98,6 +98,7 @@ class ContourPath:
     height    mm, of the tool in the cut
     room      mm, how far the tool may move off the outline; None: as far as one likes
     other     a second outline that the tool touches at the same time, on its other side
+    up        +1 where the spindle is above, -1 below: then `low` is the height of the tool's end all the same
 
     Its parameter is the cam angle, and goes on at corners of the outline while the tool rolls round them.
     """
@@ -111,11 +112,22 @@ class ContourPath:
     room: float | None = None
     start: float = 0.0
     other: Outline | None = None
+    up: float = 1.0
 
     @property
     def closed(self) -> bool:
         """A profile always is."""
         return True
+
+    @property
+    def below(self) -> bool:
+        """Whether it is in the lower face."""
+        return self.up < 0.0
+
+    def follows(self, track: Track) -> bool:
+        """It follows an outline."""
+        del track
+        return False
 
     def knots(self) -> Floats:
         """Parameters between which it is smooth."""
@@ -153,8 +165,8 @@ class ContourPath:
         normal = -self.material * curve.normals
         tip = curve.points - self.reach * normal
         way = np.sign(curve.speed) * np.stack([-curve.normals[1], curve.normals[0]])
-        axis = np.stack([zero, zero, one])
-        middle = np.full_like(phi, self.low + 0.5 * self.height)
+        axis = np.stack([zero, zero, self.up * one])
+        middle = np.full_like(phi, self.low + 0.5 * self.up * self.height)
         contacts, into = [np.stack([*curve.points, middle])], [np.stack([*normal, zero])]
         if self.other is not None:
             far = self.other.curve(phi)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -16,14 +17,17 @@ from camgeom.machining.plate import plate_machining
 from camgeom.machining.rows import Rows, rows
 from camgeom.machining.spec import SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
+from camgeom.solid import Part
 from camgeom.solid.mechanism import Mechanism
-from camgeom.solid.prism import FaceGroove, Prism
+from camgeom.solid.prism import FaceGroove, GroovedPlate, Prism
 from camgeom.track import Track
-from camgeom.track.outline import CircleOutline, RollerOutline
+from camgeom.track.outline import CircleOutline, Outline, RollerOutline
 
 
-def machining_of(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism]) -> Machining:
-    """The passes of the tool over all flanks of a cam, whose tracks the mechanisms have.
+def machining_of(
+    title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism], parts: Sequence[Part]
+) -> Machining:
+    """The passes of the tool over all flanks of a cam of these parts, whose tracks the mechanisms have.
 
     Raises ProfileError where the table contradicts the cam, DesignError where the tool cannot make the flanks.
     """
@@ -33,7 +37,7 @@ def machining_of(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism]) 
     if mechanisms[0].carriage is not None:
         return plate_machining(title, spec, mechanisms[0], mechanisms[0].carriage)
     if blank is None:
-        return _planar(title, spec, mechanisms[0])
+        return _planar(title, spec, mechanisms, parts)
     safe = max(r for r, _ in blank.outline) + spec.retract
     tools = tuple(tool_of(spec, track) for track in cutters)
     groups = _ball_rows(spec, cutters) if spec.kind == "ball" else ()
@@ -90,51 +94,68 @@ def _machine(spec: CutterSpec, paths: Sequence[ToolPath], sense: float) -> Machi
     return Machine(rotary, "axis", swings, sense, spec.reversed_rotary, spec.pivot)
 
 
-def _planar(title: str, spec: CutterSpec, mechanism: Mechanism) -> Machining:
-    """Contours of discs and of the flanks of a face groove."""
-    parts, start = mechanism.parts, radians(spec.start_angle)
+def _planar(title: str, spec: CutterSpec, mechanisms: Sequence[Mechanism], parts: Sequence[Part]) -> Machining:
+    """Contours of discs, of rims that are a profile, and of the flanks of grooves in the faces of a plate."""
+    start, mechanism = radians(spec.start_angle), mechanisms[0]
     radii = [0.5 * roller.diameter + mechanism.running_clearance for roller in mechanism.rollers]
     paths: list[ContourPath] = []
     tools: list[Tool] = []
     safe = 0.0
+
+    def outside(name: str, outline: Outline, ends: tuple[float, float], like: float | None) -> None:
+        tool, low = tool_of(spec, None, like), ends[0] - spec.overrun
+        path = ContourPath(name, outline, 1.0, tool.radius + spec.allowance, low, ends[1] - low, None, start)
+        paths.append(path)
+        tools.append(tool)
+
     for index, part in enumerate(parts):
-        # Of a pair each disc has its own roller, of other cams all have the first.
-        like = radii[min(index, len(radii) - 1)] if radii else None
         if isinstance(part, Prism):
-            tool = tool_of(spec, None, like)
-            low, reach = part.z0 - spec.overrun, tool.radius + spec.allowance
-            cuts = [ContourPath(part.name, part.outer.outline, 1.0, reach, low, part.z1 - low, None, start)]
-        elif isinstance(part, FaceGroove):
-            tool = tool_of(spec, None, like, part.root)
-            cuts = _groove_contours(part, tool.radius + spec.allowance, start, spec)
+            # Of a pair each disc has its own roller, of other cams all have the first.
+            like = radii[min(index, len(radii) - 1)] if radii else None
+            outside(part.name, part.outer.outline, (part.z0, part.z1), like)
+        elif isinstance(part, GroovedPlate):
             rim = part.rim.outline
             safe = rim.radius if isinstance(rim, CircleOutline) else 0.0
-        else:
-            continue
-        paths += cuts
-        tools += [tool] * len(cuts)
+            if part.rim.name == "flank":
+                outside("rim", rim, (part.z0, part.z1), -rim.distance if isinstance(rim, RollerOutline) else None)
+            for groove in part.grooves:
+                inner = groove.inner.outline
+                assert isinstance(inner, RollerOutline)
+                tool = tool_of(spec, None, -inner.distance, groove.root)
+                cuts = _groove_contours(groove, inner, tool.radius + spec.allowance, start, spec)
+                if len(mechanisms) > 1:
+                    cuts = [replace(cut, name=f"{groove.face} face, {cut.name}") for cut in cuts]
+                paths += cuts
+                tools += [tool] * len(cuts)
     _refuse_short(spec, paths)
     for path in paths:
         path.refuse_gouge()
     paths = [path.with_lead(spec.lead, tool.radius) for path, tool in zip(paths, tools)]
     way = "plain" if spec.machine == "plain" else "polar"
-    machine = Machine(spec.rotary or "C", way, False, mechanism.sense, spec.reversed_rotary)  # type: ignore[arg-type]
-    return Machining(title, spec, tuple(paths), tuple(tools), machine, safe)
+    machine = Machine(
+        spec.rotary or "C", way, False, mechanism.sense, spec.reversed_rotary, over=mechanism.width  # type: ignore[arg-type]
+    )
+    # What is cut from one face comes before the part is turned over; the same tool stays in as long as it can.
+    order = sorted(range(len(paths)), key=lambda i: -paths[i].up)
+    return Machining(title, spec, tuple(paths[i] for i in order), tuple(tools[i] for i in order), machine, safe)
 
 
-def _groove_contours(part: FaceGroove, reach: float, start: float, spec: CutterSpec) -> list[ContourPath]:
+def _groove_contours(
+    groove: FaceGroove, inner: RollerOutline, reach: float, start: float, spec: CutterSpec
+) -> list[ContourPath]:
     """One contour down the middle for a tool as wide as the groove, else one beside each flank."""
-    inner, outer = part.inner.outline, part.outer.outline
-    assert isinstance(inner, RollerOutline)
+    outer, floor, up = groove.outer.outline, groove.floor, groove.way
     half = abs(inner.distance)
-    height = part.z1 - part.floor
+    height = abs(groove.top - floor)
     room = half - reach
     if room < -SAME:
         raise DesignError(
             f"cutter.diameter: a tool of {2.0 * (reach - spec.allowance):.6g} mm does not go into the groove; at most "
             f"{2.0 * (half - spec.allowance):.6g} mm"
         )
-    both = ContourPath("inner flank", inner, 1.0, reach, part.floor, height, max(0.0, room), start)
     if room <= LEAST:
-        return [ContourPath("groove", inner, 1.0, reach, part.floor, height, 0.0, start, outer)]
-    return [both, ContourPath("outer flank", outer, -1.0, reach, part.floor, height, room, start)]
+        return [ContourPath("groove", inner, 1.0, reach, floor, height, 0.0, start, outer, up)]
+    return [
+        ContourPath("inner flank", inner, 1.0, reach, floor, height, max(0.0, room), start, up=up),
+        ContourPath("outer flank", outer, -1.0, reach, floor, height, room, start, up=up),
+    ]

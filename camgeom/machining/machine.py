@@ -8,7 +8,7 @@ to the machine, whose origin is the cam's; with a pivot length, those of the swi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Literal, final
 
@@ -47,6 +47,7 @@ class Machine:
     swings  True where a swing axis is needed
     sense   +1 where the cam turns counter-clockwise
     slides  True of a plate that slides: it has no axis
+    over    mm, thickness of a plate: what is cut from below is cut with the part turned over about X
     """
 
     rotary: str
@@ -56,6 +57,7 @@ class Machine:
     reverse: bool = False
     pivot: float = 0.0
     slides: bool = False
+    over: float = 0.0
 
     @property
     def origin(self) -> str:
@@ -95,11 +97,24 @@ class Machine:
             lines.append(f"{letter} TILTS THE SPINDLE RIGHT-HANDED ABOUT {about}, ZERO TOWARDS {zero}; {where}")
         return lines
 
+    @property
+    def about_over(self) -> list[str]:
+        """What they are once the part is turned over, in words."""
+        radial, _, axial, *_ = LETTERS[self.rotary]
+        lines = [f"LOWER FACE: PART TURNED OVER ABOUT {radial}, G55 ON THE CAM AXIS AT CAM Z = {self.over:.9g} MM, "
+                 f"{axial} PLUS ALONG CAM -Z"]  # fmt: skip
+        if self.way != "plain":
+            way = "CLOCKWISE" if self.reverse else "COUNTER-CLOCKWISE"
+            lines.append(f"THERE {self.rotary} PLUS TURNS THE CAM {way} SEEN FROM ITS -Z END")
+        return lines
+
     def solve(self, positions: Positions) -> Floats:
         """Machine coordinates (k, n) in the order of `letters`: mm, and rad (the rotary axis runs on over turns).
 
         Raises DesignError where the axes cannot reach a position.
         """
+        if self._below(positions):
+            return replace(self, sense=-self.sense).solve(positions.turned_over(self.over))
         turn = self._turn(positions)
         tip, axis = _turned(positions.tip, turn), _turned(positions.axis, turn)
         rows = [self._count * turn] if self.way != "plain" else []
@@ -123,6 +138,10 @@ class Machine:
             axis = np.stack([zero, c, s]) if self.way == "helix" else np.stack([c, zero, s])
         tip = np.stack([radial, across, axial]) - (self.pivot if self.swings else 0.0) * axis
         return _turned(tip, -turn), _turned(axis, -turn)
+
+    def _below(self, positions: Positions) -> bool:
+        """Whether these are cut from the lower face of a plate."""
+        return self.way in ("polar", "plain") and bool(positions.axis[2, 0] < 0.0)
 
     @property
     def _swing(self) -> float:

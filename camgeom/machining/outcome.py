@@ -169,7 +169,7 @@ class Outcome:
         machining, spec = self.machining, self.machining.spec
         self.refuse_gouges()
         data: dict[str, Any] = {
-            "tool": machining.tool.about,
+            "tool": "; ".join(tool.about for tool in machining.different),
             "tool_diameter_mm": 2.0 * machining.tool.radius,
             "passes": len(machining.paths),
             "blocks": {"cl": machining.blocks_about("cam"), "gcode": self._gcode_blocks()},

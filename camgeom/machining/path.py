@@ -55,6 +55,12 @@ class Positions:
         back = self.part(slice(None, None, -1))
         return replace(back, travel=-back.travel)
 
+    def turned_over(self, height: float) -> Positions:
+        """The same positions seen in a part of that height, mm, that is turned over about the X axis."""
+        flip, foot = np.array([[1.0], [-1.0], [-1.0]]), np.array([[0.0], [0.0], [height]])
+        return Positions(self.phi, flip * self.tip + foot, flip * self.axis, flip * self.contacts + foot,
+                         flip * self.normals, flip * self.travel, flip * self.away)  # fmt: skip
+
     def lifted(self, height: float) -> Positions:
         """The same positions moved by so many mm the way the tool leaves the cut."""
         return replace(self, tip=self.tip + height * self.away)
@@ -82,6 +88,13 @@ class ToolPath(Protocol):
     @property
     def room(self) -> float | None:
         """How far the tool may move off the flank, mm; None: as far as one likes."""
+
+    @property
+    def below(self) -> bool:
+        """True where the spindle stands below the cam, so that the part is turned over."""
+
+    def follows(self, track: Track) -> bool:
+        """Whether it runs along the track of a roller."""
 
     def knots(self) -> Floats:
         """Cam angles between which it is smooth, rad, with both ends."""
@@ -153,6 +166,15 @@ class AlongTrack:
     def closed(self) -> bool:
         """True where it ends where it starts."""
         return self.track.closed
+
+    @property
+    def below(self) -> bool:
+        """A drum is cut all round."""
+        return False
+
+    def follows(self, track: Track) -> bool:
+        """Whether that is its track."""
+        return self.track is track
 
     def knots(self) -> Floats:
         """Cam angles between which it is smooth."""

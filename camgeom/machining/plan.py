@@ -138,11 +138,17 @@ class Pass:
 
     moves        in order
     chord_error  mm, measured on the cut (rows of a ball: on the lowest, middle and highest)
+    tool         number of its tool among those of the cam, the first is 0
+    below        True where the part is turned over, since the spindle would come from below
+    begins       True where another tool or another side of the part begins: nothing leads there from the pass before
     """
 
     name: str
     moves: tuple[Move, ...]
     chord_error: float
+    tool: int = 0
+    below: bool = False
+    begins: bool = True
 
     @property
     def blocks(self) -> int:
@@ -153,10 +159,11 @@ class Pass:
 @final
 @dataclass(frozen=True, eq=False)
 class Machining:
-    """The passes of one tool over all flanks of a cam.
+    """The passes over all flanks of a cam.
 
     paths   one a pass, in order
-    tools   the tool at each path (one tool; a form tool's place on its meridian may differ from track to track)
+    tools   the tool of each track, of a planar cam of each path (a form tool's place on its meridian may differ from
+            track to track)
     rows    of a ball, by track and side
     tracks  the cutters' tracks; empty for planar cams
     assumed  True where nobody chose the tool: one like the roller, with the table's defaults
@@ -175,8 +182,18 @@ class Machining:
 
     @property
     def tool(self) -> Tool:
-        """The tool."""
+        """The first tool, of most cams the only one."""
         return self.tools[0]
+
+    @property
+    def different(self) -> tuple[Tool, ...]:
+        """The tools to be got ready, each once: rollers of different sizes are followed by different tools."""
+        return tuple({tool.shape: tool for tool in reversed(self.tools)}.values())[::-1]
+
+    def _tool_of(self, path: ToolPath) -> Tool:
+        if not self.tracks:
+            return self.tools[self.paths.index(path)]
+        return next((tool for track, tool in zip(self.tracks, self.tools) if path.follows(track)), self.tool)
 
     def blocks_about(self, space: Space = "cam") -> int:
         """About how many positions all passes take."""
@@ -205,9 +222,12 @@ class Machining:
                 "cutter.scallop or cutter.tolerance"
             )
         last: Positions | None = None
+        shapes, at = [tool.shape for tool in self.different], (0, False)
         for path in self.paths:
-            tool_pass = self._pass(path, space)
-            if last is not None:
+            tool, below = shapes.index(self._tool_of(path).shape), path.below
+            begins = last is None or (tool, below) != at
+            tool_pass, at = replace(self._pass(path, space), tool=tool, below=below, begins=begins), (tool, below)
+            if last is not None and not begins:
                 way = self._transfer(last, tool_pass.moves[0].positions)
                 tool_pass = replace(tool_pass, moves=(Move("rapid", way), *tool_pass.moves[1:]))
             last = tool_pass.moves[-1].positions
@@ -222,7 +242,7 @@ class Machining:
             cut, lengths = cut.reversed(), lengths[::-1]
         radius = 0.0
         if path.closed:
-            radius = lead_radius(self.spec.lead, path.room, self.tool.radius)
+            radius = lead_radius(self.spec.lead, path.room, self._tool_of(path).radius)
         moves = with_leads(cut, lengths, radius, path.height + self.spec.retract, 0.5 * self.spec.tolerance)
         moves[0] = Move("rapid", self._outside(moves[0].positions))
         moves[-1] = Move("rapid", self._outside(moves[-1].positions))

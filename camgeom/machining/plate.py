@@ -15,7 +15,7 @@ from camgeom.machining.tool import tool_of
 from camgeom.maths import Floats
 from camgeom.solid.mechanism import Mechanism
 from camgeom.solid.pocket import PocketPlate
-from camgeom.track import TURN
+from camgeom.track import TURN, Track
 from camgeom.track.carriage import Carriage
 from camgeom.track.pocket import PocketOutline
 
@@ -51,6 +51,15 @@ class PlatePath:
     def room(self) -> float | None:
         """How far the tool may move off the flank, mm."""
         return self.along.room
+
+    @property
+    def below(self) -> bool:
+        """A plate is cut from above."""
+        return self.along.below
+
+    def follows(self, track: Track) -> bool:
+        """Whether it runs along the track of a roller."""
+        return self.along.follows(track)
 
     def knots(self) -> Floats:
         """Parameters between which it is smooth."""

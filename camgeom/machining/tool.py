@@ -80,6 +80,13 @@ class Tool:
         return 2.0 * arc.radius, arc.arc, arc.radius - arc.arc, self.sign * (arc.centre - self.tip), 0.0, 0.0, height
 
     @property
+    def shape(self) -> tuple[str, float]:
+        """What tells it from another tool: its words, and the slope of a cone or the radius of a crown."""
+        if self.meridian is None:
+            return self.about, 0.0
+        return self.about, self.meridian.slope if isinstance(self.meridian, Straight) else self.meridian.arc
+
+    @property
     def about(self) -> str:
         """The tool in words."""
         size = f"{2.0 * self.radius:.6g} mm"

@@ -350,6 +350,12 @@ class Model(Sealed):
         found += [least_beside(slider, *self._surface_points(None), grow) for slider in self.mechanism.sliders]
         return tuple(found)
 
+    @property
+    def envelope(self) -> tuple[float, float]:
+        """Diameter and length, mm, of the cylinder about the axis that just holds the finished cam with all tracks."""
+        diameters, lengths = zip(*(one.mechanism.envelope for one in self.grooves))
+        return max(diameters), max(lengths)
+
     @fact
     def backlash(self) -> tuple[Clearance, ...]:
         """The largest distance at which the follower passes a point of each body's flank, mm: what is cut too deep.
@@ -357,13 +363,17 @@ class Model(Sealed):
         Less the chord error where a point may stand off the true surface by as much. The rim of a plate between the
         flanks of its rollers is no flank; the union of rollers has none.
         """
-        from camgeom.track.clearance import facet_points, largest_gap
+        from camgeom.track.clearance import facet_points, largest_gap, wall_ends
 
         turret, outside = self.mechanism.turret, self.mechanism.outside_diameter
         plates = turret is not None and not turret.rib_depths
-        # A straight flank falls away from the crown beside its crest.
-        passages = tuple(one.mechanism.cutting(track) for one in self.grooves for track in one.passages)
-        sliders = self.mechanism.sliders
+        # A straight flank falls away from the crown beside its crest. A track with more room than the first one is
+        # passed by a roller that counts as so much larger.
+        asked = self.mechanism.allowed_backlash
+        passages = {one: tuple(one.mechanism.cutting(track).grown(one.mechanism.allowed_backlash - asked)
+                               for track in one.passages) for one in self.grooves}  # fmt: skip
+        every = tuple(track for each in passages.values() for track in each)
+        sliders = tuple(slider for one in self.grooves for slider in one.mechanism.sliders)
         gaps = []
         for solid in self.solids:
             flank = solid.mesh.group_vertices("flank")
@@ -371,13 +381,22 @@ class Model(Sealed):
                 flank &= np.hypot(*solid.mesh.vertices[:, :2].T) < 0.5 * outside - RIM
             if flank.any() and solid.method != UNION:
                 middle = float(solid.mesh.vertices[:, 2].mean())
-                # Of a pair each disc has its own roller.
-                beside = min(passages, key=lambda track: abs(0.5 * sum(track.contact) - middle), default=None)
-                vertices = self._vertices(solid, beside)
-                middles = facet_points(solid.mesh, vertices, flank)
-                exact = np.where(solid.cut_vertices[flank], solid.chord_error, 0.0)
-                slack = np.concatenate([exact, np.full(len(middles), SAG * solid.chord_error)])
-                gaps.append(largest_gap(passages, sliders, np.concatenate([vertices[flank], middles]), slack))
+                points, slack = list[Floats](), list[Floats]()
+                for one, own in passages.items():
+                    # Of a pair each disc has its own roller, of several tracks on a disc each its own wall.
+                    beside = min(own, key=lambda track: abs(0.5 * sum(track.contact) - middle), default=None)
+                    on, wall = flank, one.mechanism.wall
+                    if len(passages) > 1 and wall is not None:
+                        off = [np.abs(end - to) for end, to in zip(wall_ends(solid.mesh), wall)]
+                        on = flank & (np.maximum(*off) < RIM)
+                    elif points:
+                        break
+                    vertices = self._vertices(solid, beside)
+                    middles = facet_points(solid.mesh, vertices, on)
+                    points += [vertices[on], middles]
+                    exact = np.where(solid.cut_vertices[on], solid.chord_error, 0.0)
+                    slack += [exact, np.full(len(middles), SAG * solid.chord_error)]
+                gaps.append(largest_gap(every, sliders, np.concatenate(points), np.concatenate(slack)))
         return tuple(gaps)
 
     def _vertices(self, solid: Solid, track: Track | None) -> Floats:
@@ -664,7 +683,7 @@ class Model(Sealed):
         if not (self.profile.output.undercut_solid and spec.kind == "roller"):
             for one in self.grooves:
                 one.refuse_folded()
-        made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves])
+        made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves], self.parts)
         return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.inside)
 
     @fact

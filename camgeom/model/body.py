@@ -111,8 +111,7 @@ class Body(Sealed):
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest walls of the bodies."""
         mechanisms = self._mechanisms
-        between = self._joined[1] if len(mechanisms) > 1 else ()
-        return tuple(dict.fromkeys([*(wall for one in mechanisms for wall in one.walls), *between]))
+        return mechanisms[0].walls if len(mechanisms) == 1 else self._joined[1]
 
     @fact
     def mass(self) -> tuple[MassProperties, ...]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.surface import Forms, dot
-from camgeom.solid.prism import FaceGroove, Prism
+from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
 from camgeom.track.outline import Outline, RollerOutline
@@ -167,9 +167,14 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
             if isinstance(part, Prism):
                 name = "profile" if len(model.parts) == 1 else part.name
                 found.append(PrismFlank(name, part.outer.outline, (part.z0, part.z1)))
-            elif isinstance(part, FaceGroove):
-                walls = ("inner flank", part.inner, 1.0), ("outer flank", part.outer, -1.0)
-                found += [PrismFlank(name, loop.outline, (part.foot, part.z1), sign) for name, loop, sign in walls]
+            elif isinstance(part, GroovedPlate):
+                if part.rim.name == "flank":
+                    found.append(PrismFlank("rim", part.rim.outline, (part.z0, part.z1)))
+                for groove in part.grooves:
+                    of = f"{groove.face} " if len(model.grooves) > 1 else ""
+                    low, high = sorted((groove.foot, groove.top))
+                    for name, loop, sign in (("inner flank", groove.inner, 1.0), ("outer flank", groove.outer, -1.0)):
+                        found.append(PrismFlank(of + name, loop.outline, (low, high), sign))
     else:
         several = len(model.grooves) > 1
         for number, survey in [(one.groove + 1, survey) for one in model.grooves for survey in one.flanks]:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
     from camgeom.track import Track
 
+PARALLEL = 1e-20
+"""square of the sine of an angle between axes that are parallel"""
 PER_TURN = 1440
 """places of every pair of rollers in a turn, before the nearest ones are looked at closer"""
 
@@ -82,7 +84,8 @@ def least_apart(models: tuple[Model, ...]) -> Extreme | None:
     """Least distance between rollers of two followers over the turn, mm, at the cam angle; None without two rollers.
 
     A roller counts as the segment of its axis from its free end to the end of its contact, as thick as it is anywhere:
-    what is told is never more than the distance. `where` names the two.
+    what is told is never more than the distance. Its ends are flat beside a roller on a parallel axis. `where` names
+    the two.
     """
     found = None
     for one, other in combinations(models, 2):
@@ -100,12 +103,30 @@ def _apart(first: Track, at: float, second: Track, beside: float) -> Extreme:
 
     def nearness(theta: Floats) -> Floats:
         ends = (*_ends(first, theta, at), *_ends(second, theta, beside))
-        return np.asarray(thick - _between(*ends))
+        return np.asarray(-_beside(*ends, thick))
 
     knots = np.concatenate([(first.knots() + at) % TURN, (second.knots() + beside) % TURN, [0.0, TURN]])
     theta, owner = piece_grid(np.unique(knots), PER_TURN)
     value, where = refined_maximum(nearness, theta, owner, nearness(theta))
     return Extreme(-value, where % TURN)
+
+
+def _beside(a: Floats, b: Floats, c: Floats, d: Floats, thick: float) -> Floats:
+    """Distance (n,) of two rollers about the segments from a to b and from c to d, (3, n) each, as thick together.
+
+    Rollers one behind the other on parallel axes are as far apart as their flat ends.
+    """
+    u, v = b - a, d - c
+    length = np.sqrt((u * u).sum(axis=0))
+    axis = u / length
+    skew = np.cross(axis, v, axis=0)
+    start, stop = ((axis * (point - a)).sum(axis=0) for point in (c, d))
+    behind = np.maximum(np.maximum(np.minimum(start, stop) - length, -np.maximum(start, stop)), 0.0)
+    off = c - a - axis * start
+    across = np.sqrt((off * off).sum(axis=0)) - thick
+    parallel = (skew * skew).sum(axis=0) <= PARALLEL * (v * v).sum(axis=0)
+    flat = np.where(across > 0.0, np.hypot(behind, across), np.where(behind > 0.0, behind, across))
+    return np.asarray(np.where(parallel, flat, _between(a, b, c, d) - thick))
 
 
 def _thickest(track: Track) -> float:

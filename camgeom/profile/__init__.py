@@ -364,7 +364,22 @@ def from_data(
 ) -> Profile:
     """The profile in plain data as `profile_text.load` gives it (tables as dict, arrays as tuple)."""
     first = {key: value for key, value in data.items() if key != "track"}
-    reader = Reader(Profile, first, file, list(problems or []), set(dropped or ()))
+    profile = _of_one_track(first, file, problems, dropped)
+    if "track" in data:
+        from camgeom.profile.own_track import tracks_of
+
+        profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], _of_one_track)})
+        profile._stated = data
+    if found := profile.cam.together([track.whole.cam for track in profile.tracks]):
+        raise ProfileError(found, file)
+    return profile
+
+
+def _of_one_track(
+    data: dict[str, Any], file: str = "", problems: list[Problem] | None = None, dropped: set[Path_] | None = None
+) -> Profile:
+    """The same of a profile without [[track]], which may be one of several on a body."""
+    reader = Reader(Profile, data, file, list(problems or []), set(dropped or ()))
     try:
         profile = Profile(**reader.parts(), source=file)
         if found := _cross_checks(profile):
@@ -373,12 +388,7 @@ def from_data(
         if data.get("units") != "inch":
             raise
         raise ProfileError(as_stated(error.problems, data), error.file) from None
-    profile._stated = first
-    if "track" in data:
-        from camgeom.profile.own_track import tracks_of
-
-        profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], from_data)})
-        profile._stated = data
+    profile._stated = data
     return profile
 
 

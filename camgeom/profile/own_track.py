@@ -15,7 +15,9 @@ from pydantic import Field, SerializeAsAny
 from camgeom.errors import Problem, ProfileError
 from camgeom.keys import Section
 from camgeom.profile.errors import plain
+from camgeom.profile.idle import MESSAGE
 from camgeom.profile.sections import INTERNAL
+from camgeom.profile.text import key_path, replaced
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 MOST_TRACKS = 8
 MERGED, WHOLE = ("cam", "follower", "operation"), ("roller", "motion")
 """tables whose keys a track overrides one by one, and those that it replaces"""
+PIVOTED = ("center_distance",)
+"""keys of [cam] that belong to the kind of its follower: one of another kind does not take them over"""
 FIRST_ONLY = ("track", "station")
 """what the first track alone may have"""
 
@@ -35,8 +39,10 @@ class OwnTrack(Section):
         0.0, description="deg, place of its follower about the cam axis from that of the first one, in the sense of "
         "the cam's turning; its motion counts from there: it comes by that much later than the first one's"
     )
-    cam: dict[str, Any] = Field({}, description="keys of [cam] that differ: where it lies (start), groove_depth, "
-                                "pitch_radius, running_clearance, root_radius")  # fmt: skip
+    cam: dict[str, Any] = Field({}, description="keys of [cam] that differ: of a drum where it lies (start), "
+                                "groove_depth, pitch_radius, running_clearance, root_radius; of a disc form, face, "
+                                "rim, base_radius, center_distance, groove_depth, running_clearance, root_radius; a "
+                                "table with another form states all of these that it needs")  # fmt: skip
     follower: dict[str, Any] = Field({}, description="keys of [follower] that differ; another kind states all of them")
     roller: dict[str, Any] | None = Field(None, description="its roller, with all of its keys; default: as [roller]")
     motion: tuple[dict[str, Any], ...] | None = Field(
@@ -54,13 +60,22 @@ class OwnTrack(Section):
         return self.profile
 
 
-def merged(first: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
-    """The plain data of a further track alone: that of the first with what the table says."""
+def merged(first: dict[str, Any], table: dict[str, Any], own: tuple[str, ...]) -> dict[str, Any]:
+    """The plain data of a further track alone: that of the first with what the table says.
+
+    own  keys of [cam] that belong to one track; those of the first are not those of another form
+    """
     data = {key: value for key, value in first.items() if key not in FIRST_ONLY}
+    kind = data.get("follower", {}).get("kind")
+    other = table.get("follower", {}).get("kind", kind) != kind
+    if other:
+        data["cam"] = {key: value for key, value in data["cam"].items() if key not in PIVOTED}
     for name in MERGED:
         if name in table:
-            other = name == "follower" and table[name].get("kind", "") not in ("", data.get(name, {}).get("kind"))
-            data[name] = table[name] if other else {**data.get(name, {}), **table[name]}
+            data[name] = table[name] if other and name == "follower" else {**data.get(name, {}), **table[name]}
+    if table.get("cam", {}).get("form", first["cam"].get("form")) != first["cam"].get("form"):
+        body = {key: value for key, value in first["cam"].items() if key not in own}
+        data["cam"] = body | table["cam"]
     return data | {name: table[name] for name in WHOLE if name in table}
 
 
@@ -71,7 +86,7 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
         raise ProfileError([Problem("track", "needs an array of tables [[track]]", plain(tables), "", hint)])
     allowed = profile.cam.TRACKS
     if not allowed:
-        room = "grooved drums have room for several tracks"
+        room = "grooved drums and discs have room for several tracks"
         raise ProfileError([Problem("track", "means nothing here", None, "", room)])
     if len(tables) > MOST_TRACKS:
         raise ProfileError([Problem("track", "too many tracks", len(tables), f"at most {MOST_TRACKS}")])
@@ -81,7 +96,7 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
         wrong = list(_refused(profile, table, at))
         if not wrong:
             try:
-                own = read(merged(profile.stated, table), profile.source)
+                own = _of_its_own(merged(profile.stated, table, allowed), table, profile.source, read)
                 angle = table.get("angle", 0.0)
                 found.append(OwnTrack(**{**table, "angle": float(angle), "profile": own}))
             except ProfileError as error:
@@ -90,6 +105,27 @@ def tracks_of(profile: Profile, tables: Any, read: Any) -> tuple[OwnTrack, ...]:
     if problems:
         raise ProfileError(problems, profile.source)
     return tuple(found)
+
+
+def _of_its_own(data: dict[str, Any], table: dict[str, Any], source: str, read: Any) -> Profile:
+    """The profile of a track; what it takes over and has no use for, as limits and solvers of another form, is left."""
+    try:
+        profile: Profile = read(data, source)
+    except ProfileError as error:
+        idle = [one.key for one in error.problems if one.message == MESSAGE and not _says(table, one.key)]
+        if len(idle) < len(error.problems):
+            raise
+        for key in idle:
+            data = replaced(data, key_path(key) or (), None, key)
+        profile = read(data, source)
+    return profile
+
+
+def _says(table: dict[str, Any], key: str) -> bool:
+    """Whether a track's own table gives a key, or replaces what it is in."""
+    first, _, rest = key.partition(".")
+    within = table.get(first.partition("[")[0])
+    return within is not None and (first.partition("[")[0] in WHOLE or rest in within)
 
 
 def _placed(problem: Problem, at: str, of_cam: tuple[str, ...]) -> Problem:

@@ -128,8 +128,11 @@ def rows(model: Model) -> list[tuple[str, str]]:
         ("cam", profile.cam), ("follower", profile.follower), ("roller", profile.roller),
         ("return roller", profile.return_roller), ("", profile.operation),
     ]  # fmt: skip
+    idle = profile.cam.idle(model.setup)
     for word, section in sections:
-        found += [] if section is None else _section_rows(word, section, profile.rotating)
+        if section is not None:
+            used = tuple(name for name in type(section).model_fields if f"{word}.{name}" not in idle)
+            found += _section_rows(word, section, profile.rotating, used)
     for index, station in enumerate(profile.stations, start=2):
         found += _section_rows(f"follower {index}", station, profile.rotating)
     for index, track in enumerate(profile.tracks, start=2):
@@ -143,8 +146,8 @@ def rows(model: Model) -> list[tuple[str, str]]:
 def _track_rows(word: str, track: OwnTrack) -> list[tuple[str, str]]:
     """What a further track has of its own."""
     own = track.whole
-    cam = [(word, name, value) for name, value in own.cam if name in track.cam]
-    found = [(f"{word} {name.replace('_', ' ')}", f"{number(float(value), 7)} mm") for word, name, value in cam]
+    found = _section_rows(word, own.cam, own.rotating, tuple(track.cam))
+    found += _section_rows(f"{word} follower", own.follower, own.rotating, tuple(track.follower))
     found.insert(0, (f"{word} follower at", f"{number(track.angle)}°"))
     if track.roller is not None and own.roller is not None:
         found += _section_rows(f"{word} roller", own.roller, own.rotating)
@@ -162,12 +165,15 @@ def _motion_rows(word: str, profile: Profile) -> list[tuple[str, str]]:
     return found
 
 
-def _section_rows(word: str, section: Section, rotating: bool) -> list[tuple[str, str]]:
+def _section_rows(
+    word: str, section: Section, rotating: bool, only: tuple[str, ...] | None = None
+) -> list[tuple[str, str]]:
+    """Keys of a table that are given or count; `only`: of these."""
     found = []
     for name, entry in type(section).model_fields.items():
         value: Any = getattr(section, name)
         zero = not isinstance(value, bool | str) and value in (None, 0, ())
-        if name in SKIPPED or zero or isinstance(value, tuple):
+        if name in SKIPPED or zero or isinstance(value, tuple) or (only is not None and name not in only):
             continue
         if isinstance(value, int | float) and not isinstance(value, bool):
             text = number(float(value), 7) + _unit(entry.description or "", rotating)

@@ -330,7 +330,7 @@ def blank_data(model: Model) -> dict[str, Any]:
         length, width, thickness = model.mechanism.box
         return {"plate_length_mm": length, "plate_width_mm": width, "plate_thickness_mm": thickness,
                 "volume_mm3": length * width * thickness}  # fmt: skip
-    diameter, length = model.mechanism.envelope
+    diameter, length = model.envelope
     whole = {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
     return whole | model.mechanism.named
 

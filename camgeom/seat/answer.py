@@ -316,7 +316,7 @@ def _coarse(asked: Asked) -> Stage:
     """Bodies as quick as can be, in plain colours."""
     model = asked.model
     model.refuse_folded()
-    diameter, length = model.mechanism.envelope
+    diameter, length = model.envelope
     tolerance = max(COARSE * max(diameter, length), model.tolerance)
     meshes = tuple((part.name, part.rough(tolerance).mesh) for part in model.parts)
     return {"scene": scene_json(scene(model, meshes, COARSE_FRAMES, whole=False))}

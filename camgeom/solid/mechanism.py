@@ -24,6 +24,7 @@ from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, Turret
 if TYPE_CHECKING:
     from camgeom.solid import Part
     from camgeom.solid.blank import Blank, Bore, Wall
+    from camgeom.solid.prism import FaceGroove
     from camgeom.solid.turret import StackedTurret, TurretBody
     from camgeom.track.beside import Neighbour
     from camgeom.track.carriage import Carriage
@@ -230,6 +231,16 @@ class Mechanism(ABC):
     def walls(self) -> tuple[Wall, ...]:
         """Thinnest places of the bodies."""
         return ()
+
+    @property
+    def face_groove(self) -> FaceGroove | None:
+        """The groove in a face of a disc; None of other tracks."""
+        return None
+
+    @property
+    def wall(self) -> tuple[float, float] | None:
+        """Heights z, mm, between which the flanks of a disc that may have several tracks stand; None of other cams."""
+        return None
 
     @property
     def blank(self) -> Blank | None:

@@ -11,7 +11,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.solid import QuickPart, Solid
-from camgeom.solid.blank import Bore
+from camgeom.solid.blank import Bore, Wall
 from camgeom.solid.builder import (
     Builder,
     Index,
@@ -67,26 +67,32 @@ class Prism(QuickPart):
 
 
 @dataclass(frozen=True, eq=False)
-class FaceGroove(QuickPart):
-    """A plate z0..z1 with a groove in its upper face down to `floor`, between an inner and an outer flank.
+class FaceGroove:
+    """A groove in a face of a plate at z = `top` as deep as `floor`, between an inner and an outer flank.
 
     root  mm, radius of the tool's corner, which joins flanks and floor
     """
 
-    name: str
-    rim: Loop
     inner: Loop
     outer: Loop
-    z0: float
     floor: float
-    z1: float
-    bore: Bore | None = None
+    top: float
     root: float = 0.0
 
     @property
+    def way(self) -> float:
+        """+1 where the groove opens upwards, -1 downwards."""
+        return 1.0 if self.top > self.floor else -1.0
+
+    @property
+    def face(self) -> str:
+        """The face that it is cut in."""
+        return "upper" if self.way > 0.0 else "lower"
+
+    @property
     def foot(self) -> float:
-        """Height at which the flanks end, mm: at the floor, or a root's radius above it."""
-        return self.floor + self.root
+        """Height at which the flanks end, mm: at the floor, or a root's radius off it."""
+        return self.floor + self.way * self.root
 
     def root_points(self, loop: Loop, phi: Floats, share: Floats) -> Floats:
         """Points (3, n, k) of a flank's root at shares (k,) or (n, k) of its quarter circle, 0 at the flank's foot.
@@ -96,51 +102,82 @@ class FaceGroove(QuickPart):
         curve, angle = loop.outline.curve(phi), 0.5 * np.pi * np.atleast_2d(share)
         aside = (1.0 if loop is self.inner else -1.0) * self.root * (1.0 - np.cos(angle))
         flat = curve.points[:, :, None] + curve.normals[:, :, None] * aside
-        return np.concatenate([flat, np.broadcast_to(self.foot - self.root * np.sin(angle), (1, *flat.shape[1:]))])
+        z = self.foot - self.way * self.root * np.sin(angle)
+        return np.concatenate([flat, np.broadcast_to(z, (1, *flat.shape[1:]))])
 
-    def solid(self, tolerance: float) -> Solid:
-        """Mesh within the tolerance. Raises DesignError where outlines cross."""
-        builder = Builder()
-        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
-        outer, inner = (self._flank(builder, loop, tolerance) for loop in (self.outer, self.inner))
-        walls = [rim, outer, inner]
-        cap(builder, [rim.high, outer.high], [rim.plane, outer.plane], "end", up=True)
-        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
-        top = [inner, *hole]
-        cap(builder, [w.high for w in top], [w.plane for w in top], "end", up=True)
-        # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
-        feet = [outer.low[::-1], inner.low[::-1]]
-        cap(builder, feet, [outer.foot[::-1], inner.foot[::-1]], "floor", up=True)
-        bottom = [rim, *hole]
-        cap(builder, [w.low for w in bottom], [w.plane for w in bottom], "end", up=False)
-        return Solid(self.name, builder.mesh(), max(w.error for w in (*walls, *hole)), "direct", len(hole))
-
-    def _flank(self, builder: Builder, loop: Loop, tolerance: float) -> LoopWall:
-        """One flank with its root."""
+    def flank(self, builder: Builder, loop: Loop, tolerance: float) -> LoopWall:
+        """Add one flank with its root: its upper ring is at the mouth, its lower one at the floor."""
         inside = loop is self.outer
         if not self.root:
-            return wall(builder, loop, self.floor, self.z1, tolerance, inside)
+            low, high = sorted((self.floor, self.top))
+            made = wall(builder, loop, low, high, tolerance, inside)
+            return made if self.way > 0.0 else replace(made, low=made.high, high=made.low)
         grid, names = self.rounded(loop, tolerance), ("root", loop.name)
         index = add_grid(builder, grid.points[:, :-1], grid.counts, names, tolerance)
         top, foot = grid.points[:2, :-1, -1].T, grid.points[:2, :-1, 0].T
         turned = (polygon_area(top) < 0.0) != inside
-        faces = wrapped_faces(index, grid.rising, inward=turned)
+        faces = wrapped_faces(index, grid.rising, inward=turned == (self.way > 0.0))
         for band, name in enumerate(names):
             builder.faces(faces[band_cells(grid.counts, band)].reshape(-1, 3), name)
         way = -1 if turned else 1
         return LoopWall(top[::way], index[::way, 0], index[::way, -1], grid.chord_error, foot[::way])
 
     def rounded(self, loop: Loop, tolerance: float) -> Grid:
-        """A root from the floor up and the flank above it as one grid within the tolerance."""
+        """A root from the floor and the flank beyond it as one grid within the tolerance."""
         from camgeom.maths.sampling import sample
 
         def rows(phi: Floats, counts: tuple[int, ...]) -> Floats:
             root = self.root_points(loop, phi, np.linspace(1.0, 0.0, counts[0] + 1))
             flank = np.repeat(root[:, :, -1:], counts[1], axis=2)
-            flank[2] = self.foot + (self.z1 - self.foot) * np.arange(1, counts[1] + 1) / counts[1]
+            flank[2] = self.foot + (self.top - self.foot) * np.arange(1, counts[1] + 1) / counts[1]
             return np.concatenate([root, flank], axis=2)
 
         return sample(rows, loop.outline.knots(), tolerance, (4000, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class GroovedPlate(QuickPart):
+    """A plate z0..z1 with a groove in its upper face, its lower one or both; its rim is a circle or a profile.
+
+    walls  what is left between its tracks, of which none may be gone
+    """
+
+    name: str
+    rim: Loop
+    grooves: tuple[FaceGroove, ...]
+    z0: float
+    z1: float
+    bore: Bore | None = None
+    walls: tuple[Wall, ...] = ()
+
+    def refuse_open(self) -> None:
+        """Raise DesignError where a groove runs into the other one, out of the rim or through the plate."""
+        for place in self.walls:
+            if place.thickness <= 0.0:
+                raise DesignError(f"{place.name}: nothing is left, so the tracks bound no body; {place.advice}")
+
+    def solid(self, tolerance: float) -> Solid:
+        """Mesh within the tolerance. Raises DesignError where outlines cross or a wall is gone."""
+        self.refuse_open()
+        builder = Builder()
+        rim = wall(builder, self.rim, self.z0, self.z1, tolerance, inside=False)
+        hole = [] if self.bore is None else [bore_wall(builder, self.bore, self.z0, self.z1, tolerance)]
+        errors, open_faces = [w.error for w in (rim, *hole)], {1.0, -1.0}
+        for groove in self.grooves:
+            up = groove.way > 0.0
+            outer, inner = (groove.flank(builder, loop, tolerance) for loop in (groove.outer, groove.inner))
+            side = [w.high if up else w.low for w in (rim, *hole)]
+            cap(builder, [side[0], outer.high], [rim.plane, outer.plane], "end", up)
+            cap(builder, [inner.high, *side[1:]], [inner.plane, *(w.plane for w in hole)], "end", up)
+            # The floor lies between the flanks' feet: its outer boundary is the outer flank, its hole the inner one.
+            feet = [outer.low[::-1], inner.low[::-1]]
+            cap(builder, feet, [outer.foot[::-1], inner.foot[::-1]], "floor", up)
+            errors += [outer.error, inner.error]
+            open_faces.discard(groove.way)
+        for way in open_faces:
+            rings = [w.high if way > 0.0 else w.low for w in (rim, *hole)]
+            cap(builder, rings, [w.plane for w in (rim, *hole)], "end", way > 0.0)
+        return Solid(self.name, builder.mesh(), max(errors), "direct", len(hole))
 
 
 @dataclass(frozen=True, eq=False)

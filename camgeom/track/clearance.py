@@ -143,16 +143,25 @@ def _least_within(track: Track, points: Floats, slack: Floats | None, reach: flo
     return best
 
 
-def wall_points(mesh: Mesh, height: float) -> Floats:
-    """Vertices (v, 3) of a planar cam, those of its flank moved along Z to `height` as far as the wall reaches, mm.
+def wall_ends(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Heights (v,) z between which the wall of a planar cam's flank stands at each of its vertices, mm.
 
-    Such a wall has vertices at its two ends alone; a roller shorter than the wall touches between them.
+    Such a wall has vertices at its two ends alone, which edges join. Both are a vertex's own height where it is on no
+    flank.
     """
+    z, edges = mesh.vertices[:, 2], _edges(mesh, "flank").T
+    low, high = z.copy(), z.copy()
+    for one, other in (edges, edges[::-1]):
+        np.minimum.at(low, one, z[other])
+        np.maximum.at(high, one, z[other])
+    return low, high
+
+
+def wall_points(mesh: Mesh, height: float) -> Floats:
+    """Vertices (v, 3) of a planar cam, those of its flanks moved along Z to `height` as far as each wall reaches, mm:
+    a roller shorter than the wall touches between its ends."""
     points = mesh.vertices.copy()
-    flank = distinct(mesh.faces[mesh.group_faces("flank")])
-    if len(flank):
-        z = points[flank, 2]
-        points[flank, 2] = np.clip(height, z.min(), z.max())
+    points[:, 2] = np.clip(height, *wall_ends(mesh))
     return points
 
 

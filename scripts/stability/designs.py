@@ -18,7 +18,7 @@ KINDS = (
     "cylindrical", "parallel-index",
 )  # fmt: skip
 """the kind of a seed is KINDS[seed % 20]; those that cost most come less often"""
-LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear")
+LATER, KINDS_LATER = 100_000, ("end-face", "unequal-pair", "stations", "grooves", "linear", "faces")
 """kinds that came when the seeds below had been judged already: those of seeds from LATER on, EACH of one after another
 """
 EACH = 10_000
@@ -36,7 +36,7 @@ LENGTHS = {
         "base_radius", "width", "center_distance", "diameter", "groove_depth", "running_clearance", "bore",
         "keyway_width", "keyway_depth", "length", "start", "pitch_radius", "rib_thickness", "return_arm",
         "return_radius", "gap", "mark_diameter", "mark_radius", "globoid_radius", "tip_clearance", "preload",
-        "hub_diameter", "hub_length", "inner_diameter", "height", "web", "stroke", "thickness", "edge",
+        "hub_diameter", "hub_length", "inner_diameter", "height", "web", "stroke", "thickness", "edge", "root_radius",
     ),
     "follower": (
         "offset", "face_radius", "face_width", "clearance", "arm", "pivot_distance", "face_offset", "pitch_radius",
@@ -87,6 +87,7 @@ def design(seed: int) -> dict[str, Any]:
         "unequal-pair": _unequal_pair,
         "stations": _stations,
         "grooves": _grooves,
+        "faces": _faces,
         "cylindrical": _drum,
         "cylindrical-index": _barrel,
         "end-face": _end_face,
@@ -358,6 +359,51 @@ def _grooves(dice: Dice) -> dict[str, Any]:
                        "roller": roller, "motion": _round_trip(dice, stroke)})  # fmt: skip
     data["track"] = tracks
     return data
+
+
+def _faces(dice: Dice) -> dict[str, Any]:
+    """A disc with a groove in each face, or in one or both of a disc whose rim is a profile; now and then too thin."""
+    width, reach, tracks = 40.0 * dice.log(0.2, 1.2), 0.0, []
+    shape = dice.one("both", "both", "rim", "all")
+    bore: dict[str, Any] = {}
+    _bored(dice, bore, 30.0)
+    rim = {"rim": "profile"} if shape != "both" else {}
+    for face in ("upper", "lower")[: 1 if shape == "rim" else 2]:
+        base = 40.0 * dice.between(0.8, 1.8)
+        cam = {"form": "groove", "face": face, **rim, "groove_depth": width * dice.between(0.15, 0.6)}
+        track, outer = _on_disc(dice, cam, base, base * dice.log(0.03, 0.3), base * dice.log(1e-3, 0.5))
+        track["roller"] = _flat_roller(dice, track["roller"]["diameter"], cam["groove_depth"] * dice.between(0.4, 0.98))
+        if dice.chance(0.4):
+            cam["running_clearance"] = track["roller"]["diameter"] * dice.log(1e-4, 0.02)
+        if dice.chance(0.2) and "shape" not in track["roller"]:
+            cam["root_radius"] = (cam["groove_depth"] - track["roller"]["length"]) * dice.between(0.2, 1.0)
+        tracks.append(track)
+        reach = max(reach, outer)
+    body = {"kind": "disc", "width": width, **bore}
+    if rim:
+        base = reach * dice.between(0.97, 1.5)
+        track, _ = _on_disc(dice, {"form": "external"}, base, base * dice.log(0.05, 0.5), base * dice.log(1e-3, 0.3))
+        track["roller"] = _flat_roller(dice, track["roller"]["diameter"], width * dice.between(0.3, 1.2))
+        tracks.insert(dice.whole(0, len(tracks)), track)
+    else:
+        body["diameter"] = 2.0 * reach * dice.between(0.98, 1.4)
+    first, *others = tracks
+    for track in others:
+        track["angle"] = dice.between(0.0, 359.0)
+    return {**first, "cam": {**body, **first["cam"]}, "track": others}
+
+
+def _on_disc(
+    dice: Dice, cam: dict[str, Any], base: float, radius: float, stroke: float
+) -> tuple[dict[str, Any], float]:
+    """A track of a disc, and how far its roller reaches."""
+    cam["base_radius"] = base
+    follower: dict[str, Any] = {"kind": "translating", "offset": _offset(dice, 0.4 * base)}
+    lift = stroke
+    if dice.chance(0.4):
+        follower, cam["center_distance"], stroke = _swing(dice, base + radius, lift)
+    track = {"cam": cam, "follower": follower, "roller": {"diameter": 2.0 * radius}}
+    return {**track, "motion": _round_trip(dice, stroke)}, base + 2.0 * radius + 1.05 * lift
 
 
 def _station_loads(dice: Dice, data: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ from camgeom.profile import from_data
 from camgeom.report.delivery import finite
 from camgeom.report.result import compute
 from camgeom.solid.mechanism import Drive
-from tests.oracle.cams import judges_of
+from tests.oracle.cams import disc_walls, judges_of
 from tests.oracle.stations import least_apart, torque
 
 PRODUCTS = ("motion", "flank", "checks", "solid", "contact", "fatigue")
@@ -85,6 +85,8 @@ def _judged(data: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
         return {"outcome": "no body", "why": lost["solid"].reason, "findings": sorted({f.check for f in failed})}
     spoken = sorted({f.check for f in failed} & set(SPEAKING))
     errors = _verify_bodies(model, data, rng, spoken)
+    if data.get("track") and data["cam"]["kind"] == "disc":
+        _verify_walls(model, data)
     if data.get("station") and "together" not in lost:
         _verify_stations(model, data)
     outcome = "finding" if failed else "good"
@@ -143,6 +145,18 @@ def _verify_bodies(model: Model, data: dict[str, Any], rng: np.random.Generator,
     if worst > slack and not spoken:
         raise Failure(f"the surface is {worst:.6g} tolerances off the oracle's")
     return {"error": round(worst, 4), "depth": round(deepest, 4), "triangles": sum(len(s.mesh.faces) for s in solids)}
+
+
+def _verify_walls(model: Model, data: dict[str, Any]) -> None:
+    """What is left between the tracks of a disc as thick as the swaths of its rollers leave it."""
+    lifts = [lambda phi, program=one.setup.program: program.jet(phi, 0)[0] for one in model.grooves]
+    wanted, off = disc_walls(data, lifts)
+    told = {wall.name: wall.thickness for wall in model.walls}
+    for name, thickness in wanted.items():
+        if name not in told:
+            raise Failure(f"no wall {name!r} is told, where {thickness:g} mm are left")
+        if not -1e-3 * off <= thickness - told[name] <= off:
+            raise Failure(f"the wall {name!r} is {thickness:g} mm, not {told[name]:g}")
 
 
 def _verify_stations(model: Model, data: dict[str, Any]) -> None:

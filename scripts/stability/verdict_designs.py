@@ -222,6 +222,54 @@ def _face_groove(dice: Dice, swings: bool) -> Data:
     return data
 
 
+BODY = ("kind", "width", "bore", "keyway_width", "keyway_depth", "diameter")
+"""keys of a disc that all of its tracks have in common"""
+
+
+def _track(dice: Dice, data: Data, speed: float, **cam: object) -> Data:
+    """A design as a further track on a disc that turns at `speed`: as large a force asks a smaller mass for more."""
+    operation = {key: value for key, value in data["operation"].items() if key != "speed"}
+    follower = dict(data["follower"])
+    key = "inertia" if "inertia" in follower else "mass"
+    follower[key] *= (data["operation"]["speed"] / speed) ** 2
+    own = {name: value for name, value in data["cam"].items() if name not in BODY}
+    return {"angle": dice.between(0.0, 359.0), "cam": own | cam, "follower": follower, "roller": data["roller"],
+            "motion": data["motion"], "operation": operation}  # fmt: skip
+
+
+def _both_faces(dice: Dice) -> Data:
+    """A plate with a groove in each face, 8 to 14 mm of web between the floors."""
+    data, other = _face_groove(dice, False), _face_groove(dice, dice.chance(0.4))
+    cam, lower = data["cam"], other["cam"]
+    if lower["base_radius"] < cam["base_radius"]:
+        # The bore is as far from one groove as from the other.
+        cam |= {key: lower.get(key, 0.0) for key in ("bore", "keyway_width", "keyway_depth")}
+        for key in [key for key in ("bore", "keyway_width", "keyway_depth") if not cam[key]]:
+            del cam[key]
+    cam["width"] = cam["groove_depth"] + lower["groove_depth"] + dice.between(8.0, 14.0)
+    cam["diameter"] = max(cam["diameter"], lower["diameter"])
+    lower.setdefault("running_clearance", 0.0)
+    data["track"] = [_track(dice, other, data["operation"]["speed"], face="lower")]
+    return data
+
+
+def _groove_and_rim(dice: Dice) -> Data:
+    """A disc with a groove in its upper face, and 8 to 16 mm of wall at least between that and its profile."""
+    data, other = _disc(dice, "roller", False), _face_groove(dice, False)
+    cam, groove = data["cam"], other["cam"]
+    data["follower"].pop("offset", None)
+    for key in ("bore", "keyway_width", "keyway_depth"):
+        cam.pop(key, None)
+    cam |= {key: groove[key] for key in ("bore", "keyway_width", "keyway_depth") if key in groove}
+    cam["base_radius"] = 0.5 * groove["diameter"]
+    cam["width"] = max(cam["width"], groove["width"])
+    track = _track(dice, other, data["operation"]["speed"], rim="profile")
+    # What presses one follower on its cam is not the other's.
+    track["operation"] |= {"spring_preload": 0.0, "spring_rate": 0.0}
+    data["track"] = [track]
+    return data
+
+
 def _constant_width(dice: Dice, yoke: bool) -> Data:
     law = dice.one(*LAWS)
     rise = dice.between(125.0, 150.0)
@@ -399,8 +447,12 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "parallel, 4 plates": lambda dice: _parallel(dice, 4),
     "end face": lambda dice: _end_face(dice, False),
     "end face, swinging": lambda dice: _end_face(dice, True),
+    "both faces": _both_faces,
+    "groove and rim": _groove_and_rim,
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
+SEVERAL = ("both faces", "groove and rim")
+"""kinds with several tracks on one body: their own faults are those of what is left between the tracks"""
 FIRST_SEED = 5000
 """sound designs from here on are furnished; those below are the ones of the record in docs/stability.md"""
 FIRST_KINDS = 20

@@ -16,25 +16,26 @@ from typing import Any
 import numpy as np
 from designs import Dice
 from numpy.typing import NDArray
-from verdict_designs import FIRST_SEED, KINDS, LAWS, LIMIT, Data, arm_of, moves, swings
+from verdict_designs import FIRST_SEED, KINDS, LAWS, LIMIT, SEVERAL, Data, arm_of, moves, swings
 
 Change = Callable[[Data, Dice], None]
 Floats = NDArray[np.float64]
-DRUMS = tuple(kind for kind in KINDS if kind.startswith("drum"))
-RIBS = tuple(kind for kind in KINDS if kind.startswith("drum rib"))
-ENDS = tuple(kind for kind in KINDS if kind.startswith("end face"))
-DISCS = tuple(kind for kind in KINDS if kind.startswith("disc"))
-PLATES = tuple(kind for kind in KINDS if kind.startswith("face groove"))
+ALONE = tuple(kind for kind in KINDS if kind not in SEVERAL)
+DRUMS = tuple(kind for kind in ALONE if kind.startswith("drum"))
+RIBS = tuple(kind for kind in ALONE if kind.startswith("drum rib"))
+ENDS = tuple(kind for kind in ALONE if kind.startswith("end face"))
+DISCS = tuple(kind for kind in ALONE if kind.startswith("disc"))
+PLATES = tuple(kind for kind in ALONE if kind.startswith("face groove"))
 WIDTHS, PAIRS = ("frame", "yoke"), ("rocker", "slide")
 GLOBOIDS = ("globoid rib", "globoid groove")
-SIDE_BY_SIDE = tuple(kind for kind in KINDS if kind.startswith("parallel"))
+SIDE_BY_SIDE = tuple(kind for kind in ALONE if kind.startswith("parallel"))
 TURRETS = (*GLOBOIDS, "barrel", *SIDE_BY_SIDE)
 GROOVES = ("drum groove", "drum groove, swinging")
 STRUCK = ("drum groove", "face groove", "rocker", "slide")
 SLIDING = ("disc, flat", "disc, curved", "frame")
-ROLLING = tuple(kind for kind in KINDS if kind not in SLIDING)
-BORED = tuple(KINDS)
-KEYED = tuple(kind for kind in KINDS if kind not in ("disc, swinging roller", "face groove, swinging", "rocker"))
+ROLLING = tuple(kind for kind in ALONE if kind not in SLIDING)
+BORED = ALONE
+KEYED = tuple(kind for kind in ALONE if kind not in ("disc, swinging roller", "face groove, swinging", "rocker"))
 """where the cam's least radius lies beside the keyway, on +X: swinging followers meet it at another angle"""
 
 
@@ -132,6 +133,43 @@ def _reach(data: Data) -> float:
 def thin_floor(data: Data, dice: Dice) -> None:
     """A face groove that leaves 0.05 to 0.4 mm of the plate."""
     data["cam"]["width"] = data["cam"]["groove_depth"] + dice.between(0.05, 0.4)
+
+
+def thin_between(data: Data, dice: Dice) -> None:
+    """Grooves in both faces whose floors are 0.05 to 0.4 mm apart, each of them far from the other face."""
+    cam, (track,) = data["cam"], data["track"]
+    cam["width"] = cam["groove_depth"] + track["cam"]["groove_depth"] + dice.between(0.05, 0.4)
+
+
+def thin_profile(data: Data, dice: Dice) -> None:
+    """A profile that comes within 0.05 to 0.4 mm of the groove inside it at one angle: both rollers' ways say where."""
+    (track,), wall = data["track"], dice.between(0.05, 0.4)
+    groove, rim = track["cam"], data["cam"]
+    phi = np.linspace(0.0, 2.0 * pi, 1801)
+
+    def way(table: Data, base: float) -> NDArray[np.complex128]:
+        """Centres of a sliding roller in the cam, mm."""
+        lift, began, at = np.zeros_like(phi), 0.0, 0.0
+        for segment in table["motion"]:
+            until, to = radians(segment["until"]), segment.get("to", at)
+            on = (phi >= began) & (phi <= until)
+            if to != at:
+                lift[on] = at + (to - at) * normalised(segment["law"], (phi[on] - began) / (until - began))[0]
+            else:
+                lift[on] = at
+            began, at = until, to
+        return np.asarray((base + 0.5 * table["roller"]["diameter"] + lift) * np.exp(-1j * phi))
+
+    inner = way(track, groove["base_radius"])
+    radii = 0.5 * (track["roller"]["diameter"] + data["roller"]["diameter"]) + groove.get("running_clearance", 0.0)
+    low, high = 0.5 * rim["base_radius"], rim["base_radius"]
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        outer = way(data, middle)
+        left = min(float(np.abs(inner - outer[k]).min()) for k in range(0, len(phi), 3)) - radii
+        inside = bool(np.all(np.abs(outer) > np.abs(inner)))
+        low, high = (low, middle) if inside and left > wall else (middle, high)
+    rim["base_radius"] = high
 
 
 def thin_web(data: Data, dice: Dice) -> None:
@@ -706,12 +744,12 @@ FAULTS: dict[str, Fault] = {
     "overlapping neighbours": Fault(
         TURRETS, overlapping, ("rib-thickness", "turret-gap", "watertight", "wall"), ("roller.diameter",)
     ),
-    "oversize roller": Fault(tuple(KINDS), larger, ("interference",), body="made with"),
-    "undersize roller": Fault(tuple(KINDS), smaller, ("backlash",), body="made with"),
+    "oversize roller": Fault(ALONE, larger, ("interference",), body="made with"),
+    "undersize roller": Fault(ALONE, smaller, ("backlash",), body="made with"),
     "coarse mesh declared fine": Fault(
-        tuple(KINDS), untouched, ("chord-error", "interference", "backlash"), body="coarse"
+        ALONE, untouched, ("chord-error", "interference", "backlash"), body="coarse"
     ),
-    "moved mesh": Fault(tuple(KINDS), untouched, ("interference", "backlash"), body="moved"),
+    "moved mesh": Fault(ALONE, untouched, ("interference", "backlash"), body="moved"),
     "undercut": Fault(
         ("drum groove", "disc, roller", "face groove"), undercut,
         ("undercut", "self-crossing", "relative-curvature", "face-curvature"),
@@ -719,21 +757,21 @@ FAULTS: dict[str, Fault] = {
     "fold under a face": Fault(
         ("disc, flat", "disc, curved", "frame"), undercut, ("face-curvature", "undercut", "self-crossing")
     ),
-    "pressure angle": Fault(tuple(k for k in KINDS if k not in ("disc, flat", "frame")), steep, ("pressure-angle",)),
+    "pressure angle": Fault(tuple(k for k in ALONE if k not in ("disc, flat", "frame")), steep, ("pressure-angle",)),
     "load above the limit": Fault(
-        tuple(KINDS), heavy, ("contact-pressure", "face-pressure", "turret-pressure")
+        ALONE, heavy, ("contact-pressure", "face-pressure", "turret-pressure")
     ),
-    "life": Fault(tuple(KINDS), endless_life, ("life", "turret-life", "face-life"), ("life_h",)),
+    "life": Fault(ALONE, endless_life, ("life", "turret-life", "face-life"), ("life_h",)),
     "lift-off, rigid": Fault((*DISCS, *ENDS), loose, ("contact-kept",)),
     "lift-off, elastic": Fault(("disc, roller", "disc, flat", "end face"), elastic_jump, ("lift-off",)),
     "bad indexing drive": Fault(TURRETS, bad_drive, ("settling",)),
     "load above the limit, dynamic": Fault(TURRETS, dynamic_load, ("dynamic-pressure",)),
-    "too soft for its limit": Fault(tuple(KINDS), soft, ("hardness",), ("hardness", "contact_limit")),
-    "too weak a material": Fault(tuple(KINDS), weak, ("contact-pressure", "face-pressure", "turret-pressure")),
-    "idle key": Fault(tuple(k for k in KINDS if any(k in row[0] for row in IDLE)), idle_key, (), ("named",)),
-    "unstated mass": Fault(tuple(KINDS), unstated_mass, ("moving-mass",), ("mass", "inertia"), warns=True),
+    "too soft for its limit": Fault(ALONE, soft, ("hardness",), ("hardness", "contact_limit")),
+    "too weak a material": Fault(ALONE, weak, ("contact-pressure", "face-pressure", "turret-pressure")),
+    "idle key": Fault(tuple(k for k in ALONE if any(k in row[0] for row in IDLE)), idle_key, (), ("named",)),
+    "unstated mass": Fault(ALONE, unstated_mass, ("moving-mass",), ("mass", "inertia"), warns=True),
     "narrow face": Fault(("disc, flat", "frame"), narrow_face, ("face-width",)),
-    "jump of acceleration": Fault(tuple(KINDS), jerky, ("continuity",)),
+    "jump of acceleration": Fault(ALONE, jerky, ("continuity",)),
     "thin disc": Fault((*DISCS, *WIDTHS, *PAIRS, *SIDE_BY_SIDE), thin_plate, ("wall",), ("width",)),
     "roller into the next disc": Fault(("slide", *SIDE_BY_SIDE), long_roller, ("neighbour",), ("roller.length",)),
     "roller on its floor": Fault((*GROOVES, *PLATES), rubbing, ("floor-gap",), ("roller.length", "groove_depth")),
@@ -743,13 +781,13 @@ FAULTS: dict[str, Fault] = {
     "play beyond its limit": Fault((*PLAYS["follower"], *PLAYS["cam"]), loose_play, ("play",)),
     "play beyond a running fit": Fault((*PLAYS["follower"], *GROOVES, *PLATES), loose_fit, ("play",), warns=True),
     "static load": Fault(ROLLING, small_rating, ("bearing",)),
-    "torque of the camshaft": Fault(tuple(KINDS), weak_drive, ("torque",)),
+    "torque of the camshaft": Fault(ALONE, weak_drive, ("torque",)),
     "torque of the output shaft": Fault(TURRETS, weak_output, ("output-torque",)),
-    "case too thin": Fault(tuple(KINDS), thin_case, ("case-depth",)),
+    "case too thin": Fault(ALONE, thin_case, ("case-depth",)),
     "crown that ends within the contact": Fault(
         ("drum groove", "disc, roller", "face groove"), flat_crown, ("crown-length",), warns=True
     ),
-    "nothing presses": Fault(tuple(KINDS), unloaded, ("load",), ("mass", "inertia"), warns=True),
+    "nothing presses": Fault(ALONE, unloaded, ("load",), ("mass", "inertia"), warns=True),
     "stops out of use": Fault(GLOBOIDS, many_stops, ("stops",), warns=True),
     "coarse dwell": Fault(TURRETS, coarse_dwell, ("dwell-accuracy",), warns=True),
     "narrow cam": Fault((*GLOBOIDS, "barrel"), narrow_cam, ("hand-over",), ("cam.width",)),
@@ -779,6 +817,8 @@ FAULTS: dict[str, Fault] = {
     "static load, impacts": Fault(STRUCK, struck(small_rating), ("impact-bearing",)),
     "case too thin, impacts": Fault(STRUCK, struck(thin_case), ("impact-case-depth",)),
     "thin wall: web": Fault(ENDS, thin_web, ("wall",), ("web",)),
+    "thin wall: between faces": Fault(("both faces",), thin_between, ("wall",)),
+    "thin wall: groove to profile": Fault(("groove and rim",), thin_profile, ("wall",)),
 }  # fmt: skip
 WITHOUT = {
     "yield-tolerance": "errors of assembly are no part of the designs: tests/tolerance",

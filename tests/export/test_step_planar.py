@@ -12,11 +12,11 @@ from camgeom.export.step import step_text
 from camgeom.export.step.bodies import EXACT
 from camgeom.export.step.check import check_solid
 from camgeom.export.step.groove import ribbed_solid
-from camgeom.export.step.solids import face_groove_solid, planar_solid
+from camgeom.export.step.solids import grooved_plate_solid, planar_solid
 from camgeom.motion import Program, Segment
 from camgeom.solid.blank import Blank, Bore
 from camgeom.solid.drum import RibbedCylinder
-from camgeom.solid.prism import FaceGroove, Loop, Prism
+from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop, Prism
 from camgeom.track import Slide, Straight, Track
 from camgeom.track.outline import CircleOutline, Measured, RollerOutline
 from tests.export.step_bodies import BORE, LENGTH, RADIUS, rise_and_return
@@ -51,8 +51,9 @@ def test_face_groove_plate() -> None:
     track = plate_track()
     inner, outer = RollerOutline(track, -10.0), RollerOutline(track, 10.0)
     rim = CircleOutline(95.0)
-    solid = face_groove_solid(
-        FaceGroove("plate", Loop(rim, "rim"), Loop(inner, "flank"), Loop(outer, "flank"), 0.0, 8.0, 20.0, BORE), 1e-7
+    groove = FaceGroove(Loop(inner, "flank"), Loop(outer, "flank"), 8.0, 20.0)
+    solid = grooved_plate_solid(
+        GroovedPlate("plate", Loop(rim, "rim"), (groove,), 0.0, 20.0, BORE), 1e-7
     )
     verdict = check_solid(solid)
     groove = Measured(outer).properties.area - Measured(inner).properties.area
@@ -98,6 +99,6 @@ def test_rib_has_the_volume_of_its_mesh(sense: float) -> None:
 
 
 def test_every_kind_of_part_gives_a_file() -> None:
-    assert set(EXACT) >= {RibbedCylinder, Prism, FaceGroove}
+    assert set(EXACT) >= {RibbedCylinder, Prism, GroovedPlate}
     body = planar_solid(Prism("disc", Loop(RollerOutline(plate_track(), -10.0), "flank"), 0.0, 16.0))
     assert len(step_text(body)) < 100_000

@@ -13,11 +13,14 @@ from dataclasses import dataclass, field
 from math import acos, asin, pi, radians, sin, sqrt, tan
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from tests.oracle.envelope import roller_distance
 
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 TURN = 2.0 * pi
+BODY = ("kind", "width", "bore", "keyway_width", "keyway_depth", "direction")
+"""keys of a disc that all of its tracks have in common"""
 FAR = 1e30
 
 
@@ -82,11 +85,8 @@ def judges_of(data, lift, low, high, ends, others=()):
     if second := data.get("return_roller"):
         cam = {**cam, "return_diameter": second["diameter"]}
     judges = JUDGES[cam["kind"]](cam, data["follower"], data.get("roller"), lift, low, high)
-    for table, more in zip(data.get("track", ()), others, strict=True):
-        own = {**cam, **table.get("cam", {})}
-        follower = table.get("follower", {})
-        follower = follower if "kind" in follower else {**data["follower"], **follower}
-        judges += JUDGES[cam["kind"]](own, follower, table.get("roller", data.get("roller")), *more)
+    for (own, follower, roller), more in zip(_further(cam, data), others, strict=True):
+        judges += JUDGES[cam["kind"]](own, follower, roller, *more)
     judges = [_one_body(judges)] if others else judges
     marks = np.unique(np.concatenate([[0.0, TURN], ends]))
     for judge in judges:
@@ -94,6 +94,55 @@ def judges_of(data, lift, low, high, ends, others=()):
         parts = [np.linspace(a, b, max(24, int(fine * (b - a) / TURN) + 2)) for a, b in zip(marks[:-1], marks[1:])]
         judge.grid = np.unique(np.concatenate(parts))
     return judges
+
+
+def _further(cam, data):
+    """[cam], [follower] and [roller] of every further [[track]], whose tables override those of the first."""
+    found = []
+    for table in data.get("track", ()):
+        own = {**cam, **table.get("cam", {})}
+        if own.get("form") != cam.get("form"):
+            own = {key: value for key, value in cam.items() if key in BODY} | table["cam"]
+        follower = table.get("follower", {})
+        follower = follower if "kind" in follower else {**data["follower"], **follower}
+        found.append((own, follower, table.get("roller", data.get("roller"))))
+    return found
+
+
+def disc_walls(data, lifts, count=4001):
+    """Walls between the tracks of a disc by the rollers' centres alone: name -> mm, and what they may be off.
+
+    A groove is all that its roller sweeps, as wide as the clearance makes it; what is left between two such swaths is
+    the distance of the centres' ways less both radii, in the plane and, of both faces, along the axis too.
+    """
+    phi, found = np.linspace(0.0, TURN, count), {}
+    tables = [(data["cam"], data["follower"], data["roller"]), *_further(data["cam"], data)]
+    ways = []
+    for (cam, follower, roller), lift in zip(tables, lifts):
+        radius, turn = 0.5 * roller["diameter"], np.exp(-1j * _sense(data["cam"]) * phi)
+        x, y = np.broadcast_arrays(*_place(cam, follower, radius, lift)(phi), phi)[:2]
+        gap = cam.get("running_clearance", 0.0) if cam.get("form") == "groove" else 0.0
+        ways.append(((x + 1j * y) * turn, radius + gap))
+    # Samples beside the nearest places seem further apart by what a step across adds to a distance of two radii.
+    steps = max(float(np.abs(np.diff(way)).max()) for way, _ in ways)
+    off = steps**2 / (2.0 * min(radius for _, radius in ways)) + 1e-9 * max(float(np.abs(way).max()) for way, _ in ways)
+
+    def apart(i, j):
+        points = [np.stack([way.real, way.imag], axis=1) for way in (ways[i][0], ways[j][0])]
+        return float(cKDTree(points[0]).query(points[1])[0].min()) - ways[i][1] - ways[j][1]
+
+    grooves = [i for i, (cam, _, _) in enumerate(tables) if cam.get("form") == "groove"]
+    profile = next((i for i, (cam, _, _) in enumerate(tables) if cam.get("form") != "groove"), None)
+    for i in grooves:
+        circle = None if profile is not None else 0.5 * data["cam"]["diameter"] - np.abs(ways[i][0]).max() - ways[i][1]
+        found[f"groove {i + 1}, outer flank to rim"] = circle if profile is None else apart(i, profile)
+    if len(grooves) == 2:
+        i, j = grooves
+        web, aside = data["cam"]["width"] - sum(tables[k][0]["groove_depth"] for k in grooves), apart(i, j)
+        edge = "floor to floor" if aside <= 0.0 else "edge to edge"
+        if abs(aside) > off:
+            found[f"groove {i + 1} to groove {j + 1}, {edge}"] = web if aside <= 0.0 else np.hypot(aside, max(web, 0.0))
+    return found, off
 
 
 def _one_body(judges):
@@ -184,15 +233,16 @@ def _disc(cam, follower, roller, lift, low, high):
     if cam.get("form", "external") == "external":
         return [Judge(_centre_distance(place, radius, sense), _planes(cam, 0.0, width), genus=_genus(cam))]
     flat = _centre_distance(place, radius + cam.get("running_clearance", 0.0), sense)
-    floor, rim, root = width - cam["groove_depth"], 0.5 * cam["diameter"], cam.get("root_radius", 0.0)
+    depth, below, root = cam["groove_depth"], cam.get("face") == "lower", cam.get("root_radius", 0.0)
 
     def distance(x, phi, k):
-        side, under = flat(x, phi, k) + root, floor + root - x[..., 2]
+        under = (x[..., 2] - depth if below else width - depth - x[..., 2]) + root
+        side = flat(x, phi, k) + root
         outside = np.hypot(np.maximum(side, 0.0), np.maximum(under, 0.0))
         return outside + np.minimum(np.maximum(side, under), 0.0) - root
 
-    blank = _planes(cam, 0.0, width, lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - rim))
-    return [Judge(distance, blank, genus=_genus(cam))]
+    rim = None if cam.get("rim") == "profile" else lambda x: np.abs(np.hypot(x[:, 0], x[:, 1]) - 0.5 * cam["diameter"])
+    return [Judge(distance, _planes(cam, 0.0, width, rim), genus=_genus(cam))]
 
 
 def _flat(cam, follower, lift, sense):

@@ -249,9 +249,9 @@ def test_what_a_track_cannot_say_is_refused(tmp_path: Path) -> None:
     tool = {"kind": "flat", "diameter": 17.0, "length": 30.0}
     with pytest.raises(ProfileError, match=r"(?<!\.)cutter\.diameter: .*groove, of track\[0\] .*at most 16 mm"):
         model_of(cutter=tool, track=[{"cam": {"start": 85.0}, "roller": {"diameter": 16.0, "length": 9.0}}])
-    with pytest.raises(ProfileError, match=r"track: means nothing here.*grooved drums"):
-        parse('[cam]\nkind = "disc"\nbase_radius = 40\nwidth = 10\n[roller]\ndiameter = 20\nlength = 9\n[[motion]]\n'
-              'until = 360\n[[track]]\nangle = 3\n')  # fmt: skip
+    with pytest.raises(ProfileError, match=r"track: means nothing here.*grooved drums and discs"):
+        parse('[cam]\nkind = "end-face"\ndiameter = 100\ninner_diameter = 80\nheight = 30\nweb = 8\n[roller]\n'
+              'diameter = 20\nlength = 9\n[[motion]]\nuntil = 360\n[[track]]\nangle = 3\n')  # fmt: skip
     with pytest.raises(DesignError, match="closed grooves"):
         _ = model_of(cam__form="rib", cam__rib_thickness=10.0, track=[{"cam": {"start": 100.0}}]).parts
 

@@ -206,7 +206,7 @@ def test_the_body_is_the_plate_less_the_band_that_the_tool_sweeps(model: Model) 
 
 @pytest.mark.parametrize("tool", [{}, {"kind": "flat", "diameter": 12.0}])
 def test_the_tool_keeps_to_the_groove(model: Model, tool: dict[str, object]) -> None:
-    made = machining_of("plate", CutterSpec(**tool), [model.mechanism])
+    made = machining_of("plate", CutterSpec(**tool), [model.mechanism], model.parts)
     assert made.machine.letters == ("X", "Y", "Z")
     x = np.linspace(0.0, STROKE, 40_001)
     pitch = np.stack([25.0 + x, 22.0 + groove(x)[0]])
@@ -217,7 +217,7 @@ def test_the_tool_keeps_to_the_groove(model: Model, tool: dict[str, object]) -> 
     assert away == pytest.approx(np.full(away.shape, RADIUS + GAP - 6.0 if tool else 0.0), abs=2e-3)
     assert tips[2] == pytest.approx(np.full(tips.shape[1], 10.0))
     with pytest.raises(DesignError, match="does not go into the groove"):
-        machining_of("plate", CutterSpec(kind="flat", diameter=18.1), [model.mechanism])
+        machining_of("plate", CutterSpec(kind="flat", diameter=18.1), [model.mechanism], model.parts)
 
 
 def test_lengths_in_inches_are_those_in_mm() -> None:

@@ -21,7 +21,7 @@ from camgeom.export.step.shell import Band, Shell, shell
 from camgeom.maths import Floats
 from camgeom.solid.blank import Bore
 from camgeom.solid.pocket import PocketPlate
-from camgeom.solid.prism import FaceGroove, Prism
+from camgeom.solid.prism import FaceGroove, GroovedPlate, Prism
 from camgeom.solid.prism import Loop as BodyLoop
 
 TOLERANCE = 1e-5
@@ -211,21 +211,30 @@ def planar_solid(body: Prism, tolerance: float = TOLERANCE) -> Brep:
     return prism_solid(loops[0], body.z0, body.z1, holes, body.name, tolerance=tolerance)
 
 
-def face_groove_solid(body: FaceGroove, tolerance: float = TOLERANCE) -> Brep:
-    """The plate with a groove in its upper face; raises as `planar_solid`."""
-    rim, inner, outer = (closed(loop, body.name) for loop in (body.rim, body.inner, body.outer))
-    keep_bore_inside(inner, body.bore, body.name)
+def grooved_plate_solid(body: GroovedPlate, tolerance: float = TOLERANCE) -> Brep:
+    """The plate with a groove in one face or in both; raises as `planar_solid`."""
+    body.refuse_open()
+    rim = closed(body.rim, body.name)
     outside = wall(rim, body.z0, body.z1, 1.0, tolerance)
-    sides = (body.outer, outer, -1.0), (body.inner, inner, 1.0)
-    far, near = (_flank(body, loop, curve, side, tolerance) for loop, curve, side in sides)
     bore = [wall(hole, body.z0, body.z1, -1.0, tolerance) for hole in bore_holes(body.bore)]
-    flats = (
-        flat_end("end", body.z0, False, [outside.first, *(hole.first for hole in bore)]),
-        flat_end("end", body.z1, True, [outside.last, far.last]),
-        flat_end("end", body.z1, True, [near.last, *(hole.last for hole in bore)]),
-        flat_end("floor", body.floor, True, [far.first, near.first]),
-    )
-    shells = (outside, far, near, *bore)
+    shells, flats, open_faces = [outside, *bore], list[Face](), {1.0, -1.0}
+    for groove in body.grooves:
+        inner, outer = (closed(loop, body.name) for loop in (groove.inner, groove.outer))
+        keep_bore_inside(inner, body.bore, body.name)
+        sides = (groove.outer, outer, -1.0), (groove.inner, inner, 1.0)
+        far, near = (_flank(groove, loop, curve, side, tolerance) for loop, curve, side in sides)
+        up = groove.way > 0.0
+        (out, hole), (far_foot, near_foot) = (
+            (([one.last for one in (outside, far)], [one.last for one in (near, *bore)]), (far.first, near.first)) if up
+            else (([one.first for one in (outside, far)], [one.first for one in (near, *bore)]), (far.last, near.last))
+        )
+        flats += [flat_end("end", groove.top, up, out), flat_end("end", groove.top, up, hole),
+                  flat_end("floor", groove.floor, up, [far_foot, near_foot])]  # fmt: skip
+        shells += [far, near]
+        open_faces.discard(groove.way)
+    for way in open_faces:
+        rings = [one.last if way > 0.0 else one.first for one in (outside, *bore)]
+        flats.append(flat_end("end", body.z1 if way > 0.0 else body.z0, way > 0.0, rings))
     faces = (*(face for found in shells for face in found.faces), *flats)
     return Brep(body.name, faces, deviation=max(found.deviation for found in shells))
 
@@ -243,15 +252,19 @@ def pocket_solid(body: PocketPlate, tolerance: float = TOLERANCE) -> Brep:
     return Brep(body.name, (*outside.faces, *inside.faces, *flats), deviation=max(outside.deviation, inside.deviation))
 
 
-def _flank(body: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
-    """The shell of one flank from the floor up, its root first."""
-    if not body.root:
-        return wall(outline, body.floor, body.z1, outward, tolerance)
+def _flank(groove: FaceGroove, loop: BodyLoop, outline: ClosedCurve, outward: float, tolerance: float) -> Shell:
+    """The shell of one flank with its root, from the lower end up."""
+    low, high = sorted((groove.floor, groove.top))
+    if not groove.root:
+        return wall(outline, low, high, outward, tolerance)
+    up = groove.way > 0.0
 
     def root(phi: Floats, share: Floats) -> Floats:
-        return np.ascontiguousarray(np.moveaxis(body.root_points(loop, phi, 1.0 - share), 0, -1))
+        points = groove.root_points(loop, phi, 1.0 - share if up else share)
+        return np.ascontiguousarray(np.moveaxis(points, 0, -1))
 
-    return standing([Band("root", root), upright(outline, body.foot, body.z1)], outline, outward, tolerance)
+    bands = [Band("root", root), upright(outline, groove.foot, groove.top)]
+    return standing(bands if up else [upright(outline, groove.top, groove.foot), bands[0]], outline, outward, tolerance)
 
 
 def closed(loop: BodyLoop, body: str, samples: int = 721) -> ClosedCurve:

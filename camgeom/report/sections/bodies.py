@@ -53,10 +53,9 @@ def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:
 
 def pressed_rows(model: Model) -> Floats:
     """Heights z, mm, between which the pressure of a planar cam's roller changes: its wall has vertices at its ends."""
-    if model.planar is None or model.profile.operation is None:
-        return np.zeros(0)
+    duties = [duty for one in model.grooves if one.planar is not None and one.profile.operation for duty in one.duties]
     rows = []
-    for duty in model.duties:
+    for duty in duties:
         low, high = sorted(duty.track.contact)
         hair = 1e-4 * (high - low)
         rows.append(np.array([low - hair, low + hair, high - hair, high + hair]))

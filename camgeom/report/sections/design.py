@@ -57,12 +57,14 @@ def named(model: Model) -> tuple[Table, ...]:
 
 
 def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
-    """Both sections, first the one that shows more: a plate shows its shape from above."""
+    """Both sections, first the one that shows more: a plate shows its shape from above, with each of its tracks."""
     if model.mechanism.box is not None:
         return kept(model, "section drawings", lambda: plate_views(model, meshes, True))
-    flat = not model.tracks or abs(model.tracks[0].axis[2]) > 0.99
-    shown = kept(model, "section drawings", lambda: (axial(model, meshes), across(model, meshes)))
-    return shown[::-1] if flat else shown
+    flat = _plate(model)
+    shown = kept(model, "section drawings", lambda: (
+        axial(model, meshes), *(across(one, meshes) for one in (model.grooves if flat else (model,)))
+    ))  # fmt: skip
+    return (*shown[1:], shown[0]) if flat else shown
 
 
 Meshes = tuple[tuple[str, Mesh], ...]
@@ -75,6 +77,8 @@ def part_views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     several = len(meshes) > 1
     caption = "Section through the cam axis"
     across_each = [_section(model, mesh, name if several else "") for name, mesh in meshes]
+    if len(model.grooves) > 1 and _plate(model):
+        across_each = [_section(one, meshes[0][1], "") for one in model.grooves]
     return (replace(_alone(model, meshes), caption=caption), *across_each[:MOST_SECTIONS])
 
 
@@ -263,6 +267,8 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
         leaders += _roller_notes(one, AXIAL) if here else []
     for whose, track in [(one, track) for one in model.grooves for track in one.tracks[:1]]:
         joint = track.joint
+        if _plate(whose):
+            continue
         if not isinstance(joint, Swing):
             z = float(_stand(track)[2])
             if low < z < high:
@@ -285,7 +291,7 @@ def _inside(model: Model, high: float) -> list[Dimension]:
     if model.mechanism.bore:
         bore, end = model.mechanism.bore.diameter, (model.mechanism.bored or (0.0, high))[1]
         found.append(Dimension((end, -0.5 * bore), (end, 0.5 * bore), f"⌀ {number(bore, 6)}", "right"))
-    for one in model.mechanism.measures:
+    for one in [measure for each in model.grooves for measure in each.mechanism.measures]:
         text = f"⌀ {number(one.size, 6)}" if one.is_diameter else number(one.size, 6)
         found.append(Dimension(one.start, one.stop, text, "right" if one.is_diameter else "above"))
     return found
@@ -335,7 +341,10 @@ def across(model: Model, meshes: Meshes) -> Drawing:
             leaders.append(Leader((x, y), "pivot"))
     paths += [*_behind(meshes, 2, level, ACROSS), *_followers(model, 2, level, ACROSS)]
     way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
-    caption = f"Section at z = {number(level)} mm, seen from +Z, follower at cam angle 0; the cam turns {way}"
+    stands = "follower at cam angle 0"
+    if len(model.grooves) > 1:
+        stands = f"follower {model.number + 1} at cam angle {number(np.degrees(model.angle), 6)}°, its own 0"
+    caption = f"Section at z = {number(level)} mm, seen from +Z, {stands}; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
     return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), regions)
 

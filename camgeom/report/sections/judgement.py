@@ -270,7 +270,7 @@ def _life(model: Model) -> Iterator[Figure]:
 
 
 def _solid(model: Model) -> Iterator[Figure]:
-    diameter, length = model.mechanism.envelope
+    diameter, length = model.envelope
     if model.mechanism.box is not None:
         length, width, thick = model.mechanism.box
         yield Figure("Plate", length, "mm", f"{number(width)} mm wide, {number(thick)} mm thick")

@@ -33,8 +33,8 @@ WINDOW, STEPS = np.radians(15.0), 61
 """cam angles about its own at which a vertex is measured against the roller"""
 AROUND = 2881
 """places round the profile that mesh vertices are looked up in"""
-NEAR = 0.01
-"""a vertex belongs to the profile within this share of the cam's size"""
+NEAR, LEVEL = 0.01, 1e-6
+"""a vertex belongs to the profile within this share of the cam's size, and so many mm above or below its wall"""
 COLOURED = ("flank",)
 GROOVE = ("flank", "floor", "edge", "root")
 """faces that a clearance is shown on"""
@@ -94,10 +94,15 @@ def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     """Results on the vertices (v,) of a cam body, NaN away from the flanks."""
     if len(model.grooves) > 1:
         # A vertex belongs to one groove: the others know nothing of it.
-        each = [_track_fields(one, mesh) for one in model.grooves]
+        each = [_fields_of(one, mesh) for one in model.grooves]
         names = dict.fromkeys(name for one in each for name in one)
         nothing = np.full(len(mesh.vertices), np.nan)
         return {name: np.fmax.reduce([one.get(name, nothing) for one in each]) for name in names}
+    return _fields_of(model, mesh)
+
+
+def _fields_of(model: Model, mesh: Mesh) -> dict[str, Floats]:
+    """The same of one track."""
     if model.planar is not None:
         # A prism has no vertices half way up, where a crowned roller presses: its profile knows more.
         known = profile_fields(model, mesh)
@@ -209,6 +214,9 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
     wall = np.zeros(len(mesh.vertices), dtype=bool)
     wall[mesh.faces[mesh.group_faces("flank")]] = True
     on = wall & (distance < NEAR * float(np.ptp(mesh.vertices[:, :2])))
+    if (ends := model.mechanism.wall) is not None:
+        # Of tracks in both faces of a disc the flanks cross in this plane.
+        on &= (mesh.vertices[:, 2] > ends[0] - LEVEL) & (mesh.vertices[:, 2] < ends[1] + LEVEL)
     found: dict[str, Floats] = {}
     for name in ("pressure_angle", "curvature", "pressure"):
         if any(name not in one for one in values):
