@@ -205,3 +205,12 @@ def test_every_shipped_row_has_a_source_and_makes_a_roller():
     for one in catalogue.follower:
         assert "http" in catalogue.source_of(one)
         assert one.bore < one.diameter
+
+
+def test_a_yoke_type_is_filled_in_with_the_speed_of_its_page():
+    """IKO's table: dn 72 000 with grease, 30 mm bore; of a narrow outer ring the static load is below the rating."""
+    bare = {"roller__dynamic_rating": None, "roller__static_rating": None, "roller__diameter": None}
+    roller = model(DISC, **bare, roller__designation="NURT 30 R").profile.roller
+    assert roller is not None
+    assert (roller.diameter, roller.dynamic_rating, roller.static_rating) == (62.0, 58200.0, 75300.0)
+    assert (roller.max_static_load, roller.limiting_speed) == (35200.0, 2400.0)
