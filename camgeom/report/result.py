@@ -515,7 +515,8 @@ def dynamics_data(model: Model) -> dict[str, Any]:
         data |= model.indexing.summary()
     if model.elastic_follower is not None:
         data |= model.elastic_follower.summary(model.profile.rotating)
-        spec, found = model.profile.dynamics_spec, model.elastic_follower.train.contact_stiffness
+        spec = model.profile.dynamics_spec
+        found = (model.elastic_follower.rigid or model.elastic_follower).train.contact_stiffness
         if spec is not None and spec.tappet_contact is not None:
             unit, per = ("n_m_rad", 1.0) if model.profile.rotating else ("n_mm", MILLI)
             which = f"{spec.tappet_contact} of the contact, {model.duty.level}"

@@ -128,6 +128,7 @@ def test_the_compliance_stands_in_series_and_both_are_shown(lifted: Model) -> No
         compute(tapped(tappet_mass=0.2, tappet_contact="tangent", tappet_damping=10.0), ("dynamics",)).data["dynamics"]
         ["frequencies_hz"], rel=1e-12)  # fmt: skip
     assert data["body_stiffness_n_mm"] == pytest.approx(1.0 / soft)
+    assert data["tappet_stiffness_n_mm"] == pytest.approx(1e-3 * contact), "the contact's own"
     assert data["body_softest_at_deg"] == pytest.approx(np.degrees(angle))
     shown = str(dynamics(lifted))
     assert "on a rigid cam body" in shown
