@@ -50,7 +50,7 @@ def test_every_roller_stands_on_the_cam_where_the_oracle_puts_it(case: str, dire
     shown = [(mesh, moved) for kind, _, mesh, moved in follower_bodies(model, theta) if kind == "roller"]
     (oracle,) = judges_of(data, lambda phi: program.jet(phi, 0)[0], 0.0, 12.0, np.array([2.0, 4.0]))
     outline = model.outline(np.linspace(0.0, 6.283, 4001))
-    turned = cam_poses(sense, theta)
+    turned = cam_poses(model.mechanism, theta)
     for (mesh, moved), angle in zip(shown, np.radians([0.0, 100.0, 250.0]), strict=True):
         low, high = (stood(end, angle, sense) for end in ends((theta - angle) % (2.0 * np.pi)))
         for k in range(len(theta)):

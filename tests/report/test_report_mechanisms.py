@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, radians
 
 import numpy as np
@@ -14,7 +15,7 @@ from camgeom.drawing.sheet import overlap
 from camgeom.dynamics.impact.run import solve
 from camgeom.dynamics.indexing.drive import IndexingDrive
 from camgeom.dynamics.indexing.study import IndexingStudy
-from camgeom.model import Model
+from camgeom.model import Model, read
 from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.report.page import render, sheet
@@ -119,9 +120,10 @@ def _readable(plot: Chart | Drawing) -> None:
 
 
 def test_cam_turns_the_way_it_says() -> None:
-    quarter = np.array([0.5 * pi])
-    assert cam_poses(1.0, quarter)[0, :, 0] == pytest.approx([0.0, 1.0, 0.0])
-    assert cam_poses(-1.0, quarter)[0, :, 0] == pytest.approx([0.0, -1.0, 0.0])
+    quarter, cam = np.array([0.5 * pi]), read(str(PROFILES / "disc_flat_face.toml")).mechanism
+    for sense in (1.0, -1.0):
+        turned = cam_poses(replace(cam, sense=sense), quarter)
+        assert turned[0, :, 0] == pytest.approx([0.0, sense, 0.0])
 
 
 def test_indexing_drive_is_shown_with_its_own_numbers() -> None:

@@ -220,7 +220,7 @@ def test_outlines_enclose_the_area_of_the_section() -> None:
 def test_posed_roller_rolls_where_the_track_says(model: Model) -> None:
     track = model.tracks[0]
     phi = np.radians([0.0, 200.0, 320.0])
-    follower, cam = poses(track, phi), cam_poses(track.sense, phi)
+    follower, cam = poses(track, phi), cam_poses(model.mechanism, phi)
     pose = track.pose(phi, 0)
     middle = np.array(track.anchor) + 60.0 * np.array(track.axis)
     for k in range(3):
