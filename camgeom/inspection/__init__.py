@@ -169,6 +169,9 @@ def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit
     if points.planar:
         if model.planar is None:
             raise ProfileError([Problem("points", "need heights on a cam that is not planar", None, "a column z")])
+        if len(model.grooves) > 1:
+            why = "need heights on a disc with several tracks, whose flanks cross in the plane"
+            raise ProfileError([Problem("points", why, None, "a column z")])
         x = np.stack([x[0], x[1], np.full(x.shape[1], 0.5 * sum(surfaces[0].wall))])
     registration = _Registration(target, x, probe_radius, allowed, FREE[fit])
     best = registration.solved()

@@ -19,6 +19,8 @@ from camgeom.export.points import flank_points
 from camgeom.export.step.bodies import model_bodies
 from camgeom.export.step.brep import Brep
 from camgeom.export.step.check import check_solid
+from camgeom.inspection import inspect
+from camgeom.inspection.points import MeasuredPoints
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.report.sections import report
@@ -310,3 +312,19 @@ def test_what_a_track_has_no_use_for_is_not_taken_over() -> None:
     profile["cam"] = {**RIM, "groove_depth": 4.0}
     with pytest.raises(ProfileError, match=r"track\[0\]\.cam\.groove_depth: means nothing here"):
         from_data(frozen(data), "")
+
+
+def test_measured_points_find_the_flanks_of_both_faces(both: Model) -> None:
+    """Points of both grooves, moved and turned, go back to their own flanks; without heights nobody knows the face."""
+    cloud = flank_points(both)
+    some = np.arange(0, len(cloud["points"]), 97)
+    turn, x = np.radians(0.4), cloud["points"][some].T
+    moved = np.stack([np.cos(turn) * x[0] - np.sin(turn) * x[1], np.sin(turn) * x[0] + np.cos(turn) * x[1], x[2]])
+    found = inspect(both, MeasuredPoints(moved, False, None))
+    assert set(found.names) == {f"{face} {which} flank" for face in ("upper", "lower") for which in ("inner", "outer")}
+    assert found.angle == pytest.approx(-turn, abs=1e-7)
+    assert float(np.abs(found.deviation[found.kept]).max()) < 1e-6
+    assert found.kept.mean() > 0.9
+    flat = np.concatenate([x[:2], np.zeros((1, x.shape[1]))])
+    with pytest.raises(ProfileError, match="points: need heights on a disc with several tracks"):
+        inspect(both, MeasuredPoints(flat, True, None))
