@@ -16,6 +16,10 @@ def test_it_just_holds_the_bodies(path):  # type: ignore[no-untyped-def]
     model = Model(read(path).profile, 0.02)
     diameter, length = model.mechanism.envelope
     points = np.concatenate([solid.mesh.vertices for solid in model.solids])
+    if model.mechanism.box is not None:
+        # A plate has no axis: its box, and the circle about its middle.
+        assert np.ptp(points, axis=0) == pytest.approx(model.mechanism.box)
+        points = points - 0.5 * np.array(model.mechanism.box)
     reach = np.hypot(points[:, 0], points[:, 1]).max()
     # Vertices lie on the surface: the farthest misses its top by a chord's sag at most.
     assert 0.5 * diameter - 0.021 <= reach <= 0.5 * diameter + 1e-6
