@@ -106,6 +106,18 @@ def test_the_follower_runs_the_groove_out_and_back_at_the_cranks_pace(out: float
     assert [round(degrees(jump.angle)) % 360 not in (0, round(out)) for jump in program.continuity.jumps]
 
 
+@pytest.mark.parametrize(("law", "drive"), [("5-6-7-8-9", "4-5-6-7"), ("4-5-6-7", "simple-harmonic"),
+                                            ("modified-trapezoid", "5-6-7-8-9")])  # fmt: skip
+def test_a_motion_that_comes_to_rest_smoothly_is_composed_too(law: str, drive: str) -> None:
+    setup = plate(cam=f'drive = "{drive}"').with_({"motion[1].law": law}).setup
+    theta = np.concatenate([np.linspace(0.0, 2.0 * pi, 400), pi + np.linspace(-0.01, 0.01, 50)])
+    place = setup.carriage.drive.jet(theta, 2)
+    lift = setup.carriage.path.jet(np.clip(place[0], 0.0, 2.0 * pi), 2)
+    wanted = lift[0], lift[1] * place[1], lift[2] * place[1] ** 2 + lift[1] * place[2]
+    for found, exact in zip(setup.program.jet(theta, 2), wanted):
+        assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
+
+
 @pytest.mark.parametrize("lean", [0.0, 20.0, -25.0])
 def test_the_pressure_angle_is_that_of_the_slope_seen_from_the_slide(lean: float) -> None:
     made = plate(cam=f"inclination = {lean}")
