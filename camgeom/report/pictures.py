@@ -91,7 +91,7 @@ def _mechanism(model: Model, cams: tuple[tuple[str, Mesh], ...]) -> list[Body]:
 
 def moving_bodies(model: Model, cams: tuple[tuple[str, Mesh], ...], phi: Floats) -> list[tuple[Body, Floats]]:
     """Cam and follower with their poses (n, 3, 4) in the machine frame at cam angles phi (n,), rad."""
-    turned = cam_poses(model.mechanism.sense, phi, model.mechanism.carriage)
+    turned = cam_poses(model.mechanism, phi)
     found = [(Body(name, mesh), turned) for name, mesh in cams]
     for number, (kind, name, mesh, moved) in enumerate(follower_bodies(model, phi)):
         found.append((Body(f"{name} {number}", mesh, ROLLER if kind == "roller" else CARRIER), moved))

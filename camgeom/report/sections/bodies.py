@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from camgeom.model import Model
-    from camgeom.track.carriage import Carriage
+    from camgeom.solid.mechanism import Mechanism
 
 T = TypeVar("T")
 
@@ -231,7 +231,7 @@ def follower_bodies(model: Model, phi: Floats) -> Iterator[tuple[str, str, Mesh,
     """
     for one in model.bindings:
         own, name = phi - one.angle, f", follower {one.number + 1}" if len(model.bindings) > 1 else ""
-        turn = cam_poses(model.mechanism.sense, np.array([one.angle]))[0, :, :3]
+        turn = cam_poses(model.mechanism, np.array([one.angle]))[0, :, :3]
         for kind, meshes in (("roller", roller_meshes(one)), ("carrier", carrier_meshes(one))):
             for word, mesh, track in meshes:
                 yield kind, word + name, mesh, turn @ poses(track, own)
@@ -239,8 +239,9 @@ def follower_bodies(model: Model, phi: Floats) -> Iterator[tuple[str, str, Mesh,
             yield "face", word + name, mesh, turn @ moved
 
 
-def cam_poses(sense: float, phi: Floats, carriage: Carriage | None = None) -> Floats:
-    """Poses (n, 3, 4) of the cam turning about Z, or on a carriage sliding along -X."""
+def cam_poses(mechanism: Mechanism, phi: Floats) -> Floats:
+    """Poses (n, 3, 4) of the cam turning about Z, or sliding along -X."""
+    sense, carriage = mechanism.sense, mechanism.carriage
     if carriage is not None:
         slid = np.repeat(np.eye(3, 4)[None], len(phi), axis=0)
         slid[:, 0, 3] = -carriage.travel(np.mod(phi, TURN))

@@ -60,8 +60,7 @@ def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAM
     phi = np.linspace(0.0, TURN, frames)
     bodies = []
     for name, mesh in meshes:
-        turned = cam_poses(model.mechanism.sense, phi, model.mechanism.carriage)
-        bodies.append(Actor(name, mesh, turned, "cam", fields(model, mesh) if whole else {}))
+        bodies.append(Actor(name, mesh, cam_poses(model.mechanism, phi), "cam", fields(model, mesh) if whole else {}))
     bodies += [Actor(name, mesh, moved, "follower") for _, name, mesh, moved in follower_bodies(model, phi)]
     shown = tuple(shade for shade in SHADES if any(shade.key in body.fields for body in bodies))
     axes, factors = units(model)
