@@ -144,6 +144,11 @@ class ConstantWidthMechanism(Mechanism):
             for name, x in (("near roller", near), ("far roller", near - self._span))
         )
 
+    @property
+    def lags(self) -> tuple[float, ...]:
+        """Both rollers of a yoke run on the one profile, half a turn apart."""
+        return (0.0, pi) if self.tracks else ()
+
     @cached_property
     def sliders(self) -> tuple[Slider, ...]:
         """The two faces of a frame; none of a yoke."""

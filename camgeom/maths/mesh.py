@@ -234,8 +234,9 @@ def _crossings(
     points: Floats, s: Floats, height: float, start: Index, ends: tuple[Index, ...], place: Place | None
 ) -> tuple[Floats, list[Index]]:
     """New points where edges cross the plane, and the vertex of each crossing; an end on the plane is its own."""
-    a, b = np.tile(start, len(ends)), np.concatenate(ends)
+    a, b = np.tile(start, len(ends)).astype(np.int64), np.concatenate(ends)
     on = s[b] == 0.0
+    # A number of both ends needs twice the bits of one.
     key = np.minimum(a, b) * len(points) + np.maximum(a, b)
     unique, number = np.unique(key[~on], return_inverse=True)
     i, j = unique // len(points), unique % len(points)

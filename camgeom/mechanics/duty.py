@@ -7,10 +7,12 @@ which it becomes plain data.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from math import degrees, isfinite, pi
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import degrees, inf, isfinite, pi
+from typing import TYPE_CHECKING, Any, Protocol, final
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.maths import Floats
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 MILLI = 1e-3
 TILT = "{}.misalignment_deg"
 """key of a roller's tilt, by its table"""
+PLACES = 7200
+"""of the cam at which the damage by several contacts is summed: twentieths of a degree"""
 MEAN_OF_NOTHING = 1e-12
 """share of the largest torque below which a mean over the turn is the rounding of its sum"""
 
@@ -108,6 +112,10 @@ class Duty(Protocol):
         """
 
     @property
+    def meeting(self) -> Meeting | None:
+        """How its contact comes to places of the cam that another's comes to; None where it has a wall of its own."""
+
+    @property
     def rating(self) -> Rating | None:
         """What is known of the bearing of its roller; None without a dynamic rating."""
 
@@ -134,12 +142,32 @@ class Duty(Protocol):
         """Fatigue lives of the surfaces as plain data for result.json."""
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """A contact on a wall of the cam that several contacts pass.
+
+    lag     cam angle, rad, after which it comes to a place that the first of them met
+    damage  of a place that it meets at cam angles (n,), rad: damage, 1, in an hour, (n,)
+    """
+
+    lag: float
+    damage: Callable[[Floats], Floats]
+
+
 def least_lives(duties: Iterable[Duty]) -> dict[str, float]:
-    """Fatigue life, h, of every body: the least of all duties."""
+    """Fatigue life, h, of every body: the least of all duties; of a place of the cam that several meet by their sum."""
     found: dict[str, float] = {}
+    met = []
     for duty in duties:
         for body, hours in duty.lives.items():
             found[body] = min(hours, found.get(body, hours))
+        if duty.meeting is not None:
+            met.append(duty.meeting)
+    if len(met) > 1 and found.get("cam"):
+        turn = np.linspace(0.0, 2.0 * pi, PLACES, endpoint=False)
+        damage = float(np.sum([one.damage(turn + one.lag) for one in met], axis=0).max())
+        found["cam"] = min(found["cam"], 1.0 / damage if damage > 0.0 else inf)
     return found
 
 

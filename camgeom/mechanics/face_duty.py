@@ -292,6 +292,10 @@ class FaceDuty:
         return pair_compliance(self.follower, self.cam)
 
     @property
+    def meeting(self) -> None:
+        """None: its touches are summed in its own lives."""
+
+    @property
     def rating(self) -> None:
         """None, likewise."""
 

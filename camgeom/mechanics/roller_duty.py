@@ -17,7 +17,7 @@ import numpy.typing as npt
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import highest, roots
+from camgeom.maths.panels import TURN, highest, roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
@@ -25,6 +25,7 @@ from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, s
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
+    Meeting,
     finite,
     hertz_data,
     inside_data,
@@ -62,6 +63,8 @@ if TYPE_CHECKING:
 
 SLICES = 9
 """equal shares of the length that touches"""
+LEAST_PRESSURE = 1e-9
+"""MPa; below it nothing presses"""
 NEXT_TO_NONE = 1e-6
 """share of its length with which a crown is taken to touch where its crest stands beyond the wall"""
 Mask = npt.NDArray[np.bool_]
@@ -103,6 +106,7 @@ class RollerDuty:
     table   of the profile that has the roller
     alone   True where this roller alone holds the follower on a cam that pushes one way, and no `Touch` tells of it
     passes  over a place of the cam in one turn of its drive: of several each counts as the hardest of them
+    lag     cam angle, rad, after which it meets what the first roller on its wall met; None where it is alone there
     """
 
     track: Track
@@ -119,6 +123,7 @@ class RollerDuty:
     ends: Ends = PLAIN
     table: str = "roller"
     passes: float = 1.0
+    lag: float | None = None
 
     @property
     def speed(self) -> float:
@@ -731,6 +736,20 @@ class RollerDuty:
     def slice_cam_life(self) -> CamLife:
         """Fatigue life of the cam's walls at every slice, (m,)."""
         return cam_life(self.slices, self.cam, self.speed, self.passes)
+
+    @property
+    def meeting(self) -> Meeting | None:
+        """Its contact on a wall that other rollers pass too, as hard as its own life says; None where it is alone."""
+        if self.lag is None or not self.lives.get("cam"):
+            return None
+        where, pressure = self.force.panels, self.hardest_pressure
+        top, most = peak_of(where, pressure).value, 1.0 / self.lives["cam"]
+
+        def damage(theta: Floats) -> Floats:
+            share = np.maximum(where.at(pressure, np.mod(theta, TURN)), 0.0) / max(top, LEAST_PRESSURE)
+            return np.asarray(most * share**self.cam.exponent)
+
+        return Meeting(self.lag, damage)
 
     @cached_property
     def bearing(self) -> BearingLife | None:

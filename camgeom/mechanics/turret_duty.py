@@ -404,15 +404,16 @@ class TurretDuty:
         return turns * advance / TURN if advance else turns
 
     def _passage(self, weight: Floats) -> Floats:
-        """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each roller's path, mm.
+        """Integral over a roller's whole passage of weight (n, k, ...) d(path), one row for each roller's path, mm."""
+        return self._through(weight * self.path_rate.reshape(*self.path_rate.shape, *([1] * (weight.ndim - 2))))
+
+    def _through(self, rate: Floats) -> Floats:
+        """Integral over a roller's whole passage of what goes on per rad, (n, k, ...), one row for each roller's path.
 
         Tracks of one name are walls that one roller meets.
         """
         where = self.force.panels
-        rate = self.path_rate[self._nodes]
-        weight = weight[self._nodes]
-        scaled = weight * rate.reshape(*rate.shape, *([1] * (weight.ndim - 2)))
-        shaped = np.moveaxis(scaled.reshape(*where.theta.shape, *weight.shape[1:]), (0, 1), (-2, -1))
+        shaped = np.moveaxis(rate[self._nodes].reshape(*where.theta.shape, *rate.shape[1:]), (0, 1), (-2, -1))
         whole = where.integral(shaped)
         names = [self.tracks[t].name for t, _ in self.engagement.places]
         rows = [[p for p, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
@@ -522,6 +523,10 @@ class TurretDuty:
         lives = {} if self.no_stress else {"roller": self.roller_life, "cam": self.cam_life}
         return lives if self.bearing is None else lives | {"bearing": self.bearing.judged_h}
 
+    @property
+    def meeting(self) -> None:
+        """None: a place of the cam meets one roller in a turn."""
+
     def film(self, oil: Oil) -> Film | None:
         """The film of the thinnest slice of all rollers; None without load and where a wall is undercut."""
         from camgeom.mechanics.film import line_film, thinnest
@@ -557,10 +562,9 @@ class TurretDuty:
         """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
         _, on_cam, sliding = self._runs
         share = np.divide(sliding, on_cam, out=np.zeros_like(sliding), where=on_cam > 0.0)
-        summed = np.moveaxis(self._rubbed_load[self._nodes].reshape(*self.force.panels.theta.shape, -1), -1, 0)
         # A roller's own share of the turns of the cam; the next turn is another roller's.
         turns = self.speed / TURN * 3600.0
-        each = self.force.panels.integral(summed).max(initial=0.0) * self.passes_per_hour / turns
+        each = self._through(self._rubbed_load).max(initial=0.0) * self.passes_per_hour / turns
         return {"roller": float(each / (TURN * self._radius)), "cam": float((self.line_load * share).max())}
 
     @cached_property

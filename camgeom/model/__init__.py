@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.indexing.study import IndexingStudy
     from camgeom.machining.outcome import Outcome
     from camgeom.machining.plan import Machining
+    from camgeom.mechanics.bearing import BearingLife
     from camgeom.mechanics.contact import Contact
     from camgeom.mechanics.duty import Duty
     from camgeom.mechanics.face_duty import FaceDuty
@@ -753,6 +754,12 @@ class Model(Sealed):
         """The duties of all that presses the cam: every roller, or what `carrier` has; none without [operation]."""
         return self.duties or ((self.carrier,) if self.carrier is not None else ())
 
+    @property
+    def bearing(self) -> BearingLife | None:
+        """Of all rollers the bearing that lives least; None without a rated one."""
+        rated = (duty.bearing for duty in self.carriers if duty.bearing is not None)
+        return min(rated, key=lambda bearing: bearing.judged_h, default=None)
+
     @fact
     def film(self) -> Film | None:
         """The thinnest film of all that presses the cam; None without the keys that it takes, and where none is."""
@@ -775,13 +782,14 @@ class Model(Sealed):
     @fact
     def wear(self) -> dict[str, float]:
         """Depth that a turn wears off each body with a wear rate, mm, at its hardest rubbed place (Archard)."""
-        material, found = self.profile.material, dict[str, float]()
+        material, found, together = self.profile.material, dict[str, float](), 0.0
         for duty in self.carriers:
             for body, rubbing in duty.rubbing.items():
                 rate = (material.cam if body == "cam" else material.roller).wear_rate
                 if rate is not None:
                     found[body] = max(found.get(body, 0.0), 1e-3 * rate * rubbing)
-        return found
+                    together += 1e-3 * rate * rubbing if body == "cam" and duty.meeting is not None else 0.0
+        return found | ({"cam": max(found["cam"], together)} if "cam" in found else {})
 
     @property
     def wear_per_hour(self) -> dict[str, float]:

@@ -72,7 +72,7 @@ def roller_duties(
     """
     from camgeom.mechanics.roller_duty import RollerDuty
 
-    quoted = mechanism.quoted_radius
+    quoted, lags = mechanism.quoted_radius, mechanism.lags or (None,) * len(mechanism.tracks)
     alone = mechanism.drive is Drive.ALONE and not mechanism.touches
     duties = []
     for index, (track, roller) in enumerate(zip(mechanism.tracks, mechanism.rollers)):
@@ -86,7 +86,7 @@ def roller_duties(
         station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
         duties.append(
             RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
-                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table, mechanism.passes)
+                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table, mechanism.passes, lags[index])
         )  # fmt: skip
     return tuple(duties)
 

@@ -416,14 +416,16 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         # A roller whose sharp end presses has no life; its reason stands with the findings.
         data["roller_lives_h"] = [finite(life) if (life := duty.lives.get("roller")) is not None else None
                                   for duty in model.duties]  # fmt: skip
+        first = min(model.duties, key=lambda duty: duty.lives.get("roller", inf))
+        data |= {key: value for key, value in first.fatigue_data().items() if key.startswith(("roller_", "hot_spot"))}
+        data |= {key: finite(model.lives["cam"]) for key in ("cam_life_h", "cam_slice_life_h") if "cam" in model.lives}
     if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
     for table, roller in model.profile.rollers.items():
         if roller.designation is not None:
             data[f"{table.removesuffix('roller')}bearing_designation"] = roller.designation
-    # Of two rollers the one that is not pressed hardest may be the only one with a rated bearing.
-    rated = (duty.bearing for duty in (model.carrier, *model.carriers) if duty.bearing is not None)
-    return data | bearing_data(next(rated, None))
+    safety = least_safety(model.carriers)
+    return data | bearing_data(model.bearing) | ({} if safety is None else {"bearing_static_safety": finite(safety)})
 
 
 def together_data(model: Model) -> dict[str, Any]:
@@ -485,7 +487,7 @@ def state_data(model: Model, lives: Mapping[str, float]) -> dict[str, Any]:
     }  # fmt: skip
     if model.carrier.peak_pressure is not None:
         data["peak_pressure_mpa"] = finite(model.carrier.peak_pressure.value)
-    bearing = model.carrier.bearing
+    bearing = model.bearing
     if bearing is not None and bearing.ratio is not None and bearing.factor is not None:
         data |= {"bearing_viscosity_ratio": float(bearing.ratio), "bearing_life_factor": float(bearing.factor)}
     if model.film is not None:

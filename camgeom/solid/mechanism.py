@@ -173,6 +173,11 @@ class Mechanism(ABC):
         return 1.0
 
     @property
+    def lags(self) -> tuple[float, ...]:
+        """Of rollers that pass one and the same wall: the cam angle, rad, after which each meets what the first met."""
+        return ()
+
+    @property
     def named(self) -> dict[str, float]:
         """Measures that the standards of its kind have names for, mm."""
         return {}

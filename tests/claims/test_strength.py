@@ -15,6 +15,7 @@ from camgeom.export.history import turn_history
 from camgeom.mechanics.material import Material, hardness_bound
 from camgeom.model import Model
 from camgeom.report.result import compute, contact_data
+from camgeom.report.result import fatigue_data as contact_fatigue
 from tests.reference.profiles import model, said
 
 
@@ -375,3 +376,40 @@ def test_the_pressure_of_a_flat_face_is_found_on_a_profile_about_to_fold(factor:
     assert carrier.peak_pressure is not None
     assert carrier.peak_pressure.value == pytest.approx(peak, rel=1e-6)
     assert [finding.level for finding in said(made, "face-pressure")] == [level]
+
+
+def yoke(force: str, **keys: Any) -> Model:
+    """A constant-width cam between two rollers."""
+    roller = {"shape": "cylinder", "diameter": 30.0, "length": 14.0}
+    motion = ({"until": 140.0, "to": 30.0, "law": "cycloidal"}, {"until": 180.0})
+    return model("constant_width_press", follower__face_width=None, impact=None, reproduces=None, roller=roller,
+                 motion=motion, operation__force=({"expression": force},), limits=keys)  # fmt: skip
+
+
+def test_a_cam_that_two_rollers_of_a_yoke_run_on_bears_both() -> None:
+    """Each meets a place of the one profile once in a turn, half a turn apart: 826 029 h where either alone leaves
+    twice that (line contact, N = F / cos of the pressure angle, the sum of (p / 2450)^6 / 1e7)."""
+    both, one = yoke("3000*sin(phi)"), yoke("-3000*abs(sin(phi))")
+    assert [duty.lives["cam"] for duty in both.duties] == pytest.approx([1_652_058.0] * 2, rel=1e-5)
+    assert both.lives["cam"] == pytest.approx(826_029.0, rel=1e-5)
+    assert contact_fatigue(both)["cam_life_h"] == both.lives["cam"]
+    assert one.lives["cam"] == pytest.approx(min(duty.lives["cam"] for duty in one.duties), rel=1e-12)
+    for life, level in ((826_000.0, "pass"), (827_700.0, "fail")):
+        judged = yoke("3000*sin(phi)", life_h=life, contact_pressure_mpa=2400.0)
+        assert levels(judged, "life")["cam"] == level
+
+
+def test_the_figures_of_a_ribs_rollers_are_those_of_the_one_that_fails_first() -> None:
+    """The upper roller is pressed hardest and seldom, the lower one always."""
+    force = ({"from": 0.0, "until": 350.0, "expression": "-500"}, {"from": 350.0, "until": 360.0, "expression": "900"})
+    made = model("milled_drum", cutter=None, cam__form="rib", cam__rib_thickness=12.0, cam__length=110, cam__start=40,
+                 follower__mass=0.001, operation__friction=0.0, operation__force=force, operation__guide_friction=None,
+                 roller__dynamic_rating=9800.0, roller__static_rating=12000.0)  # fmt: skip
+    lower, upper = made.duties
+    assert made.duty is upper
+    assert lower.bearing.judged_h < 0.5 * upper.bearing.judged_h
+    data = contact_fatigue(made)
+    assert data["bearing_life_h"] == pytest.approx(lower.bearing.life_h)
+    assert data["bearing_mean_load_n"] == pytest.approx(lower.bearing.mean_load)
+    assert data["roller_slice_life_h"] == min(one.lives["roller"] for one in made.duties)
+    assert data["bearing_static_safety"] == min(one.bearing.static_safety for one in made.duties)

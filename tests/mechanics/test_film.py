@@ -165,6 +165,15 @@ def test_wear_of_a_cam_point_is_load_times_slip_per_pass():
     assert said(model("pin_insertion"), "wear") == []
 
 
+@pytest.mark.parametrize(("name", "over"), [("tool_changer", 1.871), ("barrel_indexer", 1.570)])
+def test_a_turrets_roller_wears_by_all_places_of_its_passage(name: str, over: float) -> None:
+    """What all contacts rub, spread evenly over all rollers, is the mean; nowhere can the largest be below it."""
+    made = model(name)
+    duty, roller = made.turret_duty, made.mechanism.roller
+    surface = made.mechanism.turret.follower.count * np.pi * roller.diameter * roller.length
+    assert duty.rubbing["roller"] == pytest.approx(over * duty.rubbed / surface, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("changes", "word"),
     [

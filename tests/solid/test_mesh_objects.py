@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import camgeom
+from camgeom.maths.mesh import clip
 from tests.places import PROFILES
 
 PROFILE = PROFILES / "disc_flat_face.toml"
@@ -40,3 +41,14 @@ def test_as_pyvista(solid) -> None:
     assert made.volume == pytest.approx(solid.mesh.volume, rel=1e-6)
     assert np.array_equal(made.point_data["pressure_mpa"], solid.mesh.fields["pressure_mpa"])
     assert list(made.field_data["groups"]) == list(solid.mesh.groups)
+
+
+def test_a_mesh_of_many_vertices_with_short_numbers_is_cut_where_it_crosses() -> None:
+    """The number of an edge, of both its ends, has no room in the bits of one end's."""
+    many = 50_000
+    points = np.zeros((many, 3))
+    points[-3:] = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 2.0]]
+    faces = np.array([[many - 3, many - 2, many - 1]], dtype=np.int32)
+    found, kept, _ = clip(points, faces, np.zeros(1, dtype=np.int32), 0.5, 1.0)
+    assert len(kept) == 2
+    assert found[many:].tolist() == [[0.0, 0.0, 0.5], [3.0, 0.0, 0.5]]

@@ -141,37 +141,47 @@ class Lives:
 
     @cached_property
     def roller(self) -> Floats:
-        """h, of the hardest pressed roller's hot spot."""
+        """h, of the hot spot of the roller that lives least."""
         v = self.cams.variants
         limit, cycles, power = (
             v.number(f"material.roller.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
         )
-        walls, points = [np.zeros(1), np.zeros(1)], self.cams.motion.sampled(SAMPLES)
+        points = self.cams.motion.sampled(SAMPLES)
         every = [self.cams.seen(touch, points) for touch in self.cams.touches]
-        for number, seen in enumerate(every):
-            pressed = seen.signed_square / limit**2
-            if self.cams.alone:
-                pressed = np.where(self.cams.hardest == number, pressed, 0.0)
-            walls[number] = np.broadcast_to(pressed, (points.s.shape[0], v.size))
-        if len(self.cams.all) == 1:
-            walls[1] = np.zeros_like(walls[0])
-        turned = self.cams.hard_samples(lambda s: s.turned, every)
-        damage = roller_damage(self.cams.motion, turned, walls[0], walls[1], self.cams.radius, power)
-        return hours(damage / cycles, self.cams.omega)
+        walls = [np.broadcast_to(seen.signed_square / limit**2, (points.s.shape[0], v.size)) for seen in every]
+        none = np.zeros_like(walls[0])
+        # Two rollers have a wall each, a groove's has both.
+        rollers = ([(seen.turned, wall, none) for seen, wall in zip(every, walls)] if self.cams.alone
+                   else [(self.cams.hard_samples(lambda s: s.turned, every), walls[0], (*walls, none)[1])])  # fmt: skip
+        damage = [roller_damage(self.cams.motion, turned, one, other, self.cams.radius, power)
+                  for turned, one, other in rollers]  # fmt: skip
+        return hours(np.max(damage, axis=0) / cycles, self.cams.omega)
 
     @cached_property
+    def _bearings(self) -> tuple[Floats, Floats]:
+        """Equivalent load, N, and life, h, of the bearing of every roller, (rollers, n) each."""
+        motion, loads, lives = self.cams.motion, [], []
+        rating = self.cams.variants.number("roller.dynamic_rating")
+        shape = (motion.samples.s.shape[0], self.cams.variants.size)
+        each = ([(seen.pressing, seen.rolled) for seen in self.cams.all] if self.cams.alone
+                else [(self.cams.hard_samples(lambda s: s.pressing), self.rolled)])  # fmt: skip
+        for force, rate in (np.broadcast_arrays(*one, np.empty(shape))[:2] for one in each):
+            most, path = np.maximum(force.max(axis=0), LEAST_LOAD), motion.integral(rate)
+            share = motion.integral((force / most) ** ROLLER_EXPONENT * rate) / path
+            loads.append(most * share ** (1.0 / ROLLER_EXPONENT))
+            lives.append(rated_hours(rating, loads[-1], self.cams.omega * path / (2.0 * pi * self.cams.radius)))
+        return np.array(loads), np.array(lives)
+
+    @property
     def bearing_load(self) -> Floats:
-        """Equivalent load of the roller's bearing, N."""
-        force, rate = self.cams.hard_samples(lambda s: s.pressing), self.rolled
-        most = np.maximum(force.max(axis=0), LEAST_LOAD)
-        share = self.cams.motion.integral((force / most) ** ROLLER_EXPONENT * rate) / self.cams.motion.integral(rate)
-        return np.asarray(most * share ** (1.0 / ROLLER_EXPONENT))
+        """Equivalent load, N, of the bearing that lives least."""
+        loads, lives = self._bearings
+        return np.asarray(loads[lives.argmin(axis=0), np.arange(loads.shape[1])])
 
-    @cached_property
+    @property
     def bearing(self) -> Floats:
-        """h."""
-        turning = self.cams.omega * self.cams.motion.integral(self.rolled) / (2.0 * pi * self.cams.radius)
-        return rated_hours(self.cams.variants.number("roller.dynamic_rating"), self.bearing_load, turning)
+        """h, of the bearing that lives least."""
+        return np.asarray(self._bearings[1].min(axis=0))
 
     @cached_property
     def cam(self) -> Floats:
@@ -181,20 +191,18 @@ class Lives:
             v.number(f"material.cam.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
         )
         damage = (self.cams.pressure / limit) ** power / cycles
-        if self.cams.face == "flat" and len(self.cams.all) == 2:
+        if v.profile.kind == "constant-width":
             damage = np.maximum(damage, self._shared_damage(limit, cycles, power))
         return hours(damage, self.cams.omega)
 
     def _shared_damage(self, limit: Floats, cycles: Floats, power: Floats) -> Floats:
-        """Largest damage of a cam's point that both faces of a frame meet, half a turn apart."""
-        near = self.cams.touches[0]
+        """Largest damage of a cam's point that both faces of a frame or rollers of a yoke meet, half a turn apart."""
+        near, away = self.cams.touches
         low, high = self.cams.motion.lift_range
 
         def both(p: Points) -> Floats:
-            here = self.cams.seen(near, p)
             far = Points(p.theta + pi, low + high - p.s, -p.ds, -p.dds, -p.side)
-            scale = self.cams.length * np.pi * self.cams.compliance * here.relative_radius * limit**2
-            forces = here.pressing, np.maximum(-self.cams.force(far), 0.0)
-            return np.asarray(sum((force / scale) ** (0.5 * power) for force in forces) / cycles)
+            squares = (self.cams.seen(*one).signed_square for one in ((near, p), (away, far)))
+            return np.asarray(sum((np.maximum(one, 0.0) / limit**2) ** (0.5 * power) for one in squares) / cycles)
 
         return self.cams.motion.largest(both)

@@ -78,7 +78,7 @@ def _hours(value: float) -> str:
 
 def _rated(model: Model) -> str:
     """How the bearing is rated."""
-    bearing = model.states[0].carrier.bearing if model.states[0].carrier is not None else None
+    bearing = model.states[0].bearing
     words = f"ISO 281 at {model.profile.limits.bearing_reliability} %"
     if bearing is None or bearing.factor is None or bearing.ratio is None:
         return f"{words}, well lubricated and clean (a_ISO = 1)"

@@ -311,7 +311,7 @@ def remarks(model: Model) -> dict[str, str]:
         found["cam"] = f"cam angle {number(degrees(turret.least_peak.cam_angle) % 360.0)}°"
         bearing = turret.bearing
     elif model.duties:
-        bearing = model.duty.bearing
+        bearing = model.bearing
     else:
         return {"face": "sums the passes of the contact; wear comes besides"}
     if bearing is not None:
