@@ -146,8 +146,8 @@ class ConstantWidthMechanism(Mechanism):
 
     @property
     def lags(self) -> tuple[float, ...]:
-        """Both rollers of a yoke run on the one profile, half a turn apart."""
-        return (0.0, pi) if self.tracks else ()
+        """Both rollers or faces run on the one profile, half a turn apart."""
+        return (0.0, pi)
 
     @cached_property
     def sliders(self) -> tuple[Slider, ...]:

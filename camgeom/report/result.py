@@ -418,7 +418,11 @@ def fatigue_data(model: Model) -> dict[str, Any]:
                                   for duty in model.duties]  # fmt: skip
         first = min(model.duties, key=lambda duty: duty.lives.get("roller", inf))
         data |= {key: value for key, value in first.fatigue_data().items() if key.startswith(("roller_", "hot_spot"))}
-        data |= {key: finite(model.lives["cam"]) for key in ("cam_life_h", "cam_slice_life_h") if "cam" in model.lives}
+        if "cam" in model.lives:
+            whole = model.lives["cam"]
+            quoted = min(float(duty.cam_life.life_h) for duty in model.duties)
+            data["cam_slice_life_h"] = finite(whole)
+            data["cam_life_h"] = finite(whole if model.duty.meeting is not None else quoted)
     if model.duties and model.mechanism.classical:
         data["conventions"] = conventions(model)
     for table, roller in model.profile.rollers.items():

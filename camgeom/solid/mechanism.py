@@ -174,7 +174,7 @@ class Mechanism(ABC):
 
     @property
     def lags(self) -> tuple[float, ...]:
-        """Of rollers that pass one and the same wall: the cam angle, rad, after which each meets what the first met."""
+        """Of contacts on one and the same wall: the cam angle, rad, after which each meets what the first met."""
         return ()
 
     @property

@@ -277,9 +277,9 @@ class Approaches:
 
     def waves(self) -> Floats:
         """cos and sin of the waves of a flank's form."""
-        angle = self.pivots.waves * self.contacts.theta
+        angle = self.pivots.waves * (self.contacts.theta[:, None] + self.contacts.lag)
         shape = self.contacts.on.shape
-        return np.stack([np.broadcast_to(f(angle)[:, None, None], shape) for f in (np.cos, np.sin)])
+        return np.stack([np.broadcast_to(f(angle)[..., None], shape) for f in (np.cos, np.sin)])
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -48,6 +48,7 @@ class Contacts:
     length    share of the line that a station stands for, mm, (n, l, m)
     curvature relative curvature across the line, 1/mm, (n, l, m); infinite below a knife edge
     roller    number of the roller on its follower at the first stop, (l,); wall: of the cam's flank, (l,)
+    lag       cam angle, rad, after which the line meets what the first line on its wall met, (l,)
     centre, axis   middle of the roller's contact stretch and its direction, (3, n, l)
     turned    how far the follower has turned or moved by its program, rad or mm, (n,)
     """
@@ -63,6 +64,7 @@ class Contacts:
     curvature: Floats
     roller: npt.NDArray[np.intp]
     wall: npt.NDArray[np.intp]
+    lag: Floats
     centre: Floats
     axis: Floats
     turned: Floats
@@ -120,14 +122,15 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
     places = Engagement(tracks, mechanism.inside, theta).places if shared else each
     lines = [(index, turn, side) for index, turn in places for side in tracks[index].sides]
     sheet = _Sheet(len(theta), len(lines))
-    rollers, walls = [], []
+    rollers, walls, lags = [], [], []
     names = list(dict.fromkeys(track.name for track in tracks))
     for line, (index, turn, side) in enumerate(lines):
         track = tracks[index]
         phi = theta + TURN * turn
         rows = np.flatnonzero((phi >= track.span[0]) & (phi <= track.span[1])) if shared else np.arange(len(theta))
         rollers.append(_number(mechanism, tracks, index, turn))
-        walls.append(2 * names.index(track.name) + (side < 0.0))
+        walls.append(0 if mechanism.lags else 2 * names.index(track.name) + (side < 0.0))
+        lags.append(mechanism.lags[index] if mechanism.lags else 0.0)
         if not len(rows):
             continue
         whole = np.array([track.meridian.parameter(d) for d in sorted(track.contact)])
@@ -161,7 +164,8 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         sheet.gap[rows, line] = _gap(mechanism, index, lever, sheet.normal[0, rows, line], phi[rows])
     return Contacts(
         mechanism, theta, sheet.on, sheet.x, sheet.normal, sheet.lever, sheet.gap, sheet.length, sheet.curvature,
-        np.array(rollers), np.array(walls), sheet.centre, sheet.axis, mechanism.program.jet(theta, 0)[0],
+        np.array(rollers), np.array(walls), np.array(lags), sheet.centre, sheet.axis,
+        mechanism.program.jet(theta, 0)[0],
         tracks[0].joint, _count(mechanism, tracks),
     )  # fmt: skip
 
@@ -222,9 +226,11 @@ def _of_faces(mechanism: Mechanism, touches: tuple[Touch, ...], theta: Floats) -
         sheet.axis[2, :, line] = 1.0
         sheet.centre[:, :, line] = _reference(mechanism, touch, sheet.x[:, :, line])
     lines = np.arange(len(touches))
+    lag = np.array([touch.lag for touch in touches])
+    walls = np.zeros_like(lines) if mechanism.lags else lines
     return Contacts(
         mechanism, theta, sheet.on, sheet.x, sheet.normal, sheet.lever, sheet.gap, sheet.length, sheet.curvature,
-        lines, lines, sheet.centre, sheet.axis, mechanism.program.jet(theta, 0)[0], touches[0].joint, len(touches),
+        lines, walls, lag, sheet.centre, sheet.axis, mechanism.program.jet(theta, 0)[0], touches[0].joint, len(touches),
     )  # fmt: skip
 
 

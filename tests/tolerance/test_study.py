@@ -26,6 +26,7 @@ from camgeom.tolerance.sensitivity import Loaded, Sensitivities
 from camgeom.tolerance.study import tolerance_data
 from camgeom.track.turret import Engagement
 from tests.places import ROOT
+from tests.reference.profiles import model
 from tests.reference.rising_disc import rising_disc
 
 DISC = rising_disc(cam="bore = 20")
@@ -388,3 +389,25 @@ def test_more_machines_than_can_be_paid_are_refused_before_any_is_drawn() -> Non
     waved = "flank_form = 0.01\nflank_waves = 360\nsamples = 20000000\n"
     with pytest.raises(NotConverged, match=r"would take .* or fewer tolerance\.flank_waves"):
         _ = Model(parse(ALONG.format(value=0.01, limit=40) + waved)).tolerances.drawn
+
+
+@pytest.mark.parametrize("roller", [None, {"shape": "cylinder", "diameter": 30.0, "length": 14.0}])
+@pytest.mark.parametrize(
+    ("errors", "yielded"),
+    [
+        ({"flank_growth": 0.01}, 0.5), ({"flank_form": 0.01, "flank_waves": 2}, 0.444),
+        ({"flank_form": 0.01, "flank_waves": 3}, 1.0),
+    ],
+)  # fmt: skip
+def test_both_walls_of_a_constant_width_cam_are_its_one_profile(
+    errors: dict[str, float], yielded: float, roller: dict[str, object] | None
+) -> None:
+    """Stock g left on it takes 2 g of the width; a form A cos(w a + f) 2 A of it where w is even, nothing where it is
+    odd: of 20 um of play 30 are allowed; shares by hand, at the ends of both errors' ranges and any f."""
+    motion = ({"until": 140.0, "to": 30.0, "law": "cycloidal"}, {"until": 180.0})
+    data = {**errors, "distribution": "worst", "samples": 20_000, "backlash_limit": 30.0, "yield": 0.5}
+    made = model("constant_width_press", impact=None, reproduces=None, motion=motion, operation__friction=0.0,
+                 operation__force=({"expression": "200"},), limits={}, follower__clearance=0.02, tolerance=data,
+                 **({} if roller is None else {"roller": roller, "follower__face_width": None}))  # fmt: skip
+    play = made.tolerances.drawn.backlash
+    assert np.mean(play <= (0.03 if play.max() < 1.0 else 30.0)) == pytest.approx(yielded, abs=0.02)

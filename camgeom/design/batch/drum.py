@@ -516,10 +516,20 @@ class Groove:
     def hardest(self) -> Hard:
         """The hardest contact: of a rib's rollers, one pressed upwards and one downwards, that of the harder."""
         if not self.rib:
-            return self._hard(0.0)
-        lower, upper = self._hard(-1.0), self._hard(1.0)
+            return self._hards[0]
+        lower, upper = self._hards
         mine = lower.peak >= (1.0 - ALIKE) * np.maximum(lower.peak, upper.peak)
         return Hard(*(np.where(mine, one, other) for one, other in zip(lower.figures, upper.figures)))
+
+    @cached_property
+    def _hards(self) -> tuple[Hard, ...]:
+        """Of every roller."""
+        return tuple(self._hard(way) for way in ((-1.0, 1.0) if self.rib else (0.0,)))
+
+    @property
+    def wearing(self) -> Floats:
+        """Largest pressure at the quoted radius, MPa, of any roller: what the cam's life is quoted with."""
+        return np.asarray(np.max([one.quoted for one in self._hards], axis=0))
 
     def _hard(self, way: float) -> Hard:
         """The hardest contact where the follower is pushed up, 1, down, -1, or either way, 0."""
@@ -587,6 +597,6 @@ FIGURES: dict[str, Callable[[Groove], Floats]] = {
     "contact.half_width_mm": lambda g: g.half_width,
     "contact.shear_depth_mm": lambda g: g.half_width * SHEAR_DEPTH,
     "contact.peak_shear_mpa": lambda g: g.hardest.slice * SHEAR_SHARE,
-    "fatigue.cam_life_h": lambda g: g.cam_life(g.pressure),
+    "fatigue.cam_life_h": lambda g: g.cam_life(g.wearing),
     "fatigue.cam_slice_life_h": lambda g: g.cam_life(g.peak_slice),
 }
