@@ -34,12 +34,13 @@ def play(model: Model) -> Iterable[Finding | NotJudged]:
     if mechanism.drive is Drive.ALONE:
         return
     size = mechanism.fit_size
+    between = "between both walls" if mechanism.follower.clearance else "between both walls, square to them"
     found = judged(
         "play", mechanism.free_play, "<=", loose_fit(size) if given is None else given, "mm",
         f"more than the loosest running fit of {size:.6g} mm has (H11/c11 of ISO 286): the follower strikes from wall "
         "to wall, and stands anywhere between them; a smaller clearance, or limits.play_mm where so much is meant"
         if given is None else "a smaller clearance",
-        where="between both walls" + (" at the ends of dwells" if mechanism.turret and mechanism.turret.relief else ""),
+        where=between + (" at the ends of dwells" if mechanism.turret and mechanism.turret.relief else ""),
         worst="warn" if given is None else "fail",
     )  # fmt: skip
     yield found

@@ -220,8 +220,10 @@ class Limits(Section):
         0.0, description="mm, smallest gap to what must not be touched: floor, other disc, pivot, blank"
     )
     play_mm: Gap | None = Field(
-        None, description="mm, largest play of a follower that is driven both ways; default: beyond the loosest "
-        "running fit of ISO 286, H11/c11 of the roller's diameter (frame, yoke: of the cam's width), a warning"
+        None, description="mm, largest play between the two walls that drive a follower: of a groove or a rib square to "
+        "them (a follower on a steep flank moves by more, which tolerance.backlash_limit judges), of a pair as its "
+        "clearance is given; default: beyond the loosest running fit of ISO 286, H11/c11 of the roller's diameter "
+        "(frame, yoke: of the cam's width), a warning"
     )
     contact_pressure_mpa: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
         None, description="MPa, largest peak contact pressure; default what the weaker material's "
