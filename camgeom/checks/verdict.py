@@ -136,6 +136,16 @@ class NotJudged:
         return {"check": self.check, "reason": self.reason}
 
 
+def _on_the_turn(angle: float) -> float:
+    """A cam angle, deg, from 0 up to a turn; 0 where it is rounding away from it."""
+    turned = angle % 360.0
+    return turned if BESIDE < turned < 360.0 - BESIDE else 0.0
+
+
+BESIDE = 1e-9
+"""deg"""
+
+
 def judged(
     check: str,
     value: float,
@@ -181,7 +191,7 @@ def judged(
         comparison,
         limit if limit is None or isfinite(limit) else None,
         unit,
-        None if cam_angle is None or not isfinite(cam_angle) else degrees(cam_angle) % 360.0,
+        None if cam_angle is None or not isfinite(cam_angle) else _on_the_turn(degrees(cam_angle)),
         where,
         "" if level == "pass" else advice,
         rigid if rigid is not None and isfinite(rigid) else None,
