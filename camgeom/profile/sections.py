@@ -220,7 +220,7 @@ class Limits(Section):
         0.0, description="mm, smallest gap to what must not be touched: floor, other disc, pivot, blank"
     )
     play_mm: Gap | None = Field(
-        None, description="mm, largest play between the two walls that drive a follower: of a groove or a rib square to "
+        None, description="mm, largest play between the two walls that drive a follower: of a groove or rib square to "
         "them (a follower on a steep flank moves by more, which tolerance.backlash_limit judges), of a pair as its "
         "clearance is given; default: beyond the loosest running fit of ISO 286, H11/c11 of the roller's diameter "
         "(frame, yoke: of the cam's width), a warning"
