@@ -389,6 +389,7 @@ def test_the_life_of_the_hardest_body_is_judged_whichever_roller_has_it():
 
     class Pressed:
         no_stress = ""
+        meeting = None
 
         def __init__(self, pressure, hours):
             self.peak_pressure = type("Peak", (), {"value": pressure})()

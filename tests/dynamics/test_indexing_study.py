@@ -157,7 +157,7 @@ def test_every_key_belongs_to_one_kind() -> None:
     common = names - set(INDEXING_KEYS) - set(FOLLOWER_KEYS)
     assert common == {
         *("kind", "method", "tolerance", "steps", "wilson_theta", "spectral_radius", "sweep", "sweep_points"),
-        "settling_band",
+        "settling_band", "body_compliance",
     }
     assert all(field.description for field in DynamicsSpec.model_fields.values())
 
