@@ -39,7 +39,7 @@ DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged at every stop"""
 SPENT = 60.0
 """s of one core that one drawing of the machines may take, where they rest and where they move"""
-RESTING_STATION, MOVING_STATION = 15e-9, 150e-9
+RESTING_STATION, MOVING_STATION = 15e-9, 40e-9
 """s of one core for a machine at a station where it rests, and of a shared load where it moves (measured)"""
 WAVE = 18
 """cam angles of dwells judged in one wave of what turns with the cam, at the first stop"""
