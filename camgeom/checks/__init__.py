@@ -38,6 +38,7 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
+SEVERAL = "bodies with several tracks are not meshed, so no stress in them is known"
 LIMIT = "material.cam.bending_limit"
 NO_LIMIT = f"give {LIMIT}, MPa, and the body is solved; `solve --only body` shows its stress without"
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
@@ -116,10 +117,11 @@ def _rated(model: Model) -> bool:
 
 def _root(model: Model) -> bool | str:
     """Whether the stress at a root is asked for; why it is not judged, where there is a round root or a limit."""
+    several = SEVERAL if len(model.grooves) > 1 else ""
     if model.profile.material.cam.bending_limit is not None:
-        return model.root_stress is not None or NO_STRESS
+        return model.root_stress is not None or several or NO_STRESS
     round_ = model.profile.operation is not None and model.mechanism.root_radius > 0.0
-    return NO_LIMIT if round_ and LIMIT not in model.cam.idle(model.setup) else False
+    return (several or NO_LIMIT) if round_ and LIMIT not in model.cam.idle(model.setup) else False
 
 
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {

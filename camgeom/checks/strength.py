@@ -55,6 +55,10 @@ for _name, _need, _judge, _remedy in JUDGEMENTS:
     check(_name, _need, summed=_judge is life)(partial(_judge, _name, _remedy))
 
 
+MASS_SLACK = 1e-3
+"""share by which the mass of a plate and what carries it may be below that of its mesh"""
+
+
 @check("crown-length", "roller load", "crowned load")
 def crown_length(model: Model) -> Iterable[Finding]:
     """Whether the contact ellipse of a crowned roller ends within its length; beyond it the ends press too."""
@@ -153,6 +157,12 @@ def moving_mass(model: Model) -> Iterable[Finding]:
     advice = f"follower.{key} is not given, so no inertia force is counted: give it, or operation.load_{key}"
     if not stated:
         yield judged("moving-mass", 0.0, ">", 0.0, unit, advice, where=f"follower.{key}", worst="warn")
+    drive = model.slide_drive
+    if drive is not None and drive.mass is not None:
+        own = sum(body.mass for body in model.mass)
+        advice = "cam.moving_mass is that of the plate and of what carries it"
+        yield judged("moving-mass", drive.mass, ">=", own, "kg", advice, slack=MASS_SLACK * own,
+                     where="cam.moving_mass, against the plate's own")  # fmt: skip
 
 
 @check("hardness", "operation")

@@ -282,8 +282,8 @@ def _add_schema(sub: argparse.ArgumentParser) -> None:
 def _add_inspect(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("points", metavar="POINTS", help="CSV with columns x, y, z or angle, radius, z; mm, deg")
     sub.add_argument("--probe-radius", metavar="MM", help="where the points are centres of the probe's ball; default 0")
-    sub.add_argument("--fit", metavar="WHAT", default="axial",
-                     help="none, angle (about the axis), axial (angle and shift along it; default), rigid (all six)")
+    sub.add_argument("--fit", metavar="WHAT", help="none, angle (about the axis), axial (angle and shift along it; "
+                     "default), travel (of a plate, its default: shifts along travel and height), rigid (all six)")
     sub.add_argument("--limit", metavar="MM", help="largest deviation allowed; beyond it the exit status is 1")
     sub.add_argument("--out", metavar="DIR", help="write inspection.json and inspection.csv there")
     _add_json(sub)

@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace, console: Console) -> int:
     from camgeom.model import read
 
     fits = get_args(Fit)
-    if arguments.fit not in fits:
+    if arguments.fit is not None and arguments.fit not in fits:
         raise UsageError(f"--fit: unknown fit {arguments.fit[:40]!r}; allowed: {', '.join(fits)}")
     radius = number_in(arguments.probe_radius, "--probe-radius", "mm", 0.0, LARGEST)
     limit = number_in(arguments.limit, "--limit", "mm", 0.0, LARGEST)

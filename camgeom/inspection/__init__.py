@@ -27,10 +27,13 @@ from camgeom.track import TURN
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-Fit = Literal["none", "angle", "axial", "rigid"]
-"""nothing moves; angle about the axis; that and the shift along it; all six degrees of freedom"""
+Fit = Literal["none", "angle", "axial", "travel", "rigid"]
+"""nothing moves; angle about the axis; that and the shift along it; of a plate shifts along its travel and its height;
+all six degrees of freedom"""
 
-FREE: dict[str, tuple[int, ...]] = {"none": (), "angle": (2,), "axial": (2, 5), "rigid": (0, 1, 2, 3, 4, 5)}
+FREE: dict[str, tuple[int, ...]] = {
+    "none": (), "angle": (2,), "axial": (2, 5), "travel": (3, 5), "rigid": (0, 1, 2, 3, 4, 5),
+}  # fmt: skip
 """columns of (rotation vector, translation) that a fit moves"""
 ANGLES, TRIED, SUBSET, SEARCHED = 360, 4, 160, 48
 ROUNDS, ROUGH_ROUNDS = 60, 12
@@ -154,13 +157,20 @@ class Inspection:
         }
 
 
-def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit: Fit = "axial") -> Inspection:
+def inspect(model: Model, points: MeasuredPoints, probe_radius: float = 0.0, fit: Fit | None = None) -> Inspection:
     """Best-fit measured points to the exact flanks of a cam.
 
     probe_radius  mm, where the points are centres of the probe's ball; 0 where they are points of contact
+    fit           None: "axial", of a plate, which has no axis to turn about, "travel"
     Raises ProfileError where the points do not belong to the cam (other profile, hand, unit), lack heights that the
     cam needs or name unknown flanks, NotConverged where the fit does not settle, DesignError where the cam has none.
     """
+    slides = model.mechanism.carriage is not None
+    fit = fit or ("travel" if slides else "axial")
+    if slides and fit in ("angle", "axial"):
+        raise ProfileError([Problem("--fit", "a plate has no axis to turn about", fit, "none, travel or rigid")])
+    if fit == "travel" and not slides:
+        raise ProfileError([Problem("--fit", "a cam that turns has no travel", fit, "none, angle, axial or rigid")])
     surfaces = flank_surfaces(model)
     target = Target.of(surfaces, within(model))
     names = tuple(surface.name for surface in surfaces)

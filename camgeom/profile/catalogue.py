@@ -43,6 +43,7 @@ class CatalogueRoller(Section):
     source: Annotated[str, Field(max_length=60)] = ""
     type: Literal["stud", "yoke"]
     diameter: Length
+    crown_radius: Length | None = None
     bore: Length
     width: Length
     dynamic_rating: Load
@@ -111,11 +112,20 @@ def filled(
         if isinstance(value, float) and isinstance(table.get(key), int | float)
         and not isclose(table[key], value, rel_tol=SAME)
     ]  # fmt: skip
+    shape = table.get("shape", "crowned")
+    if found.crown_radius is not None and shape != "crowned":
+        hint = f"its contact is an ellipse, harder pressed than a line: crown_radius = {found.crown_radius:g}"
+        problems.append(Problem(f"{name}.shape", f"the outer ring of {found.designation} is crowned", shape,
+                                'shape = "crowned"', hint))  # fmt: skip
     length = table.get("length")
     if isinstance(length, int | float) and length > found.width:
         problems.append(Problem(f"{name}.length", f"is longer than the outer ring of {found.designation}", length,
                                 f"at most {found.width:g} mm"))  # fmt: skip
-    return {**found.figures, **table}, problems
+    if found.crown_radius is None:
+        return {**found.figures, **table}, problems
+    crown = {"shape": "crowned"} if not problems else {"crown_radius": None, "shape": shape}
+    figures = {key: value for key, value in (found.figures | crown).items() if value is not None}
+    return {**figures, **table}, problems
 
 
 def _plain(designation: str) -> str:

@@ -210,6 +210,8 @@ class Reader:
         given = set(table)
         if name in ROLLER_TABLES and isinstance(table.get("designation"), str):
             table = self._from_catalogue(table, name)
+            # A ring that the catalogue has as crowned makes a crowned roller of a table that names no shape.
+            model = ROLLERS.get(str(table.get("shape")), model)
         section: Section | None = self._typed(model, table, (name,))
         if section is not None and set(table) != given:
             # What a catalogue fills in is not stated: it may mean nothing where nobody asks for it.

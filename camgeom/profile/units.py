@@ -46,20 +46,22 @@ def in_mm(
         if name in data and "." not in name and name != "profile":
             made[name] = _converted(data[name], models, (name,), rotating, found)
     if slides and isinstance(segments := data.get("motion"), tuple):
-        made["motion"] = tuple(map(_over_travel, made["motion"], segments))
+        made["motion"] = tuple(_over_travel(*pair, rotating) for pair in zip(made["motion"], segments))
     return made, found
 
 
-def _over_travel(made: Any, stated: Any) -> Any:
-    """A segment over a travel in inches: where it ends is a length, and its rates are lengths per length."""
+def _over_travel(made: Any, stated: Any, rotating: bool) -> Any:
+    """A segment over a travel in inches: where it ends is a length, and its rates are lengths, or angles, per length.
+    """
     if not isinstance(made, dict) or not isinstance(stated, dict):
         return made
-    powers = {key: power for key, power in TRAVEL_POWERS.items() if key in stated}
+    rates = {key: power - rotating for key, power in TRAVEL_RATES.items() if key in stated}
+    powers = rates | ({"until": 1} if "until" in stated else {})
     return {**made, **{key: _scaled(stated[key], INCH**power) for key, power in powers.items()}}
 
 
-TRAVEL_POWERS = {"until": 1, "velocity": 0, "acceleration": -1, "jerk": -2}
-"""powers of a length in the keys of a segment over a travel"""
+TRAVEL_RATES = {"velocity": 0, "acceleration": -1, "jerk": -2}
+"""powers of a length in the rates of a lift that is a length, over a travel"""
 
 
 def _converted(

@@ -154,6 +154,18 @@ def test_a_designation_fills_in_what_the_profile_leaves_out():
         model(DISC, **bare, roller__designation="CF 10 WBUUR/SG", roller__length=12.5)
 
 
+def test_a_crowned_ring_of_the_catalogue_is_a_crowned_roller():
+    """IKO prints R 500 for these rings: as a cylinder the contact would be a line, 2.6 times less pressed."""
+    bare = {"dynamic_rating": None, "static_rating": None, "diameter": None, "shape": None, "crown_radius": None}
+    bare = {f"roller__{key}": value for key, value in bare.items()}
+    roller = model(DISC, **bare, roller__designation="CF 10 WBUUR/SG").profile.roller
+    assert (roller.shape, roller.crown_radius) == ("crowned", 500.0)
+    for keys, word in (({"shape": "cylinder"}, "crowned"), ({"shape": "crowned", "crown_radius": 5000.0}, "twice")):
+        with pytest.raises(ProfileError, match=word):
+            model(DISC, **bare | {f"roller__{key}": value for key, value in keys.items()},
+                  roller__designation="CF 10 WBUUR/SG")  # fmt: skip
+
+
 def test_a_catalogue_of_the_users_own(tmp_path: Path):
     (tmp_path / "own.toml").write_text(
         '[[follower]]\ndesignation = "MY 25"\ntype = "yoke"\ndiameter = 22\nbore = 8\nwidth = 14\n'

@@ -14,6 +14,7 @@ import pytest
 from camgeom.cli import main
 from camgeom.errors import ProfileError
 from camgeom.export import write
+from camgeom.export.points import flank_points
 from camgeom.inspection import GROSS, inspect, rotation
 from camgeom.inspection.points import MeasuredPoints, read_points
 from camgeom.model import Model, read
@@ -298,3 +299,19 @@ def test_the_command_writes_and_judges(tmp_path: Path, capsys: pytest.CaptureFix
     points.write_text("x,y,z\n" + "\n".join(",".join(map(repr, row)) for row in mirrored.T.tolist()))
     assert main(common) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_plate_is_fitted_along_its_travel_and_never_turned() -> None:
+    """A groove that stands askew in its plate is an error, and not where the plate was clamped."""
+    model = read(str(PROFILES / "linear_groove.toml"))
+    cloud = flank_points(model)
+    x = cloud["points"][::7]
+    askew = x @ np.array([[1.0, 3e-4, 0.0], [-3e-4, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    found = inspect(model, MeasuredPoints(askew.T, False, None))
+    assert found.fit == "travel"
+    assert abs(found.of().worst) > 0.01
+    moved = inspect(model, MeasuredPoints((x + np.array([0.03, 0.0, 0.0])).T, False, None))
+    assert abs(moved.of().worst) < 1e-5
+    for fit in ("angle", "axial"):
+        with pytest.raises(ProfileError, match="no axis"):
+            inspect(model, MeasuredPoints(x.T, False, None), fit=fit)

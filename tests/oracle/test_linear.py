@@ -246,6 +246,32 @@ def test_lengths_in_inches_are_those_in_mm() -> None:
     assert from_data(inches, "").setup().program.jet(theta, 0) == pytest.approx(made, abs=1e-9)
 
 
+@pytest.mark.parametrize(("unit", "rates"), [("mm", 1.0), ("inch", 25.4)])
+def test_rates_of_an_arm_over_a_travel_are_degrees_per_length(unit: str, rates: float) -> None:
+    """Also in inches: deg/in, deg/in2, deg/in3."""
+    arm = 'kind = "swinging"\narm = {}\nstart_angle = -6\nside = "left"\ninertia = 0.01'
+    data = dict(plate(swing=arm.format(60.0 / rates), rise=16).profile.stated)
+    law = {"law": "polynomial", "velocity": 0.01 * rates, "acceleration": 0.001 * rates**2}
+    data["motion"] = ({"until": 50.0 / rates, "to": 8.0, **law},
+                      {"until": 100.0 / rates, "to": 12.0, "law": "polynomial"})  # fmt: skip
+    if unit == "inch":
+        data |= {"units": "inch", "output": {"tolerance": 0.01 / rates}}
+        data["cam"] = {k: v / rates if k not in ("kind", "moving_mass") else v for k, v in data["cam"].items()}
+        data["roller"] = {k: v / rates for k, v in data["roller"].items()}
+    from camgeom.profile import from_data
+
+    # The crank is half way out: x = 50 mm, dx = 50 mm/rad, ddx = 0.
+    _, rate, bend = from_data(data, "").setup().program.jet(np.array([0.5 * pi]), 2)[:, 0]
+    assert (rate, bend) == pytest.approx((radians(0.01) * 50.0, radians(0.001) * 2500.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.998, "fail")])
+def test_what_moves_has_the_plates_own_mass_at_least(model: Model, share: float, level: str) -> None:
+    own = model.mass[0].mass
+    made = plate(cam=f"moving_mass = {share * own}")
+    assert [one.level for one in findings(made, ["moving-mass"]) if "plate" in one.where] == [level]
+
+
 @pytest.mark.parametrize(("keys", "key", "says"), [
     ({"last": 99}, "motion[2].until", "100 mm, cam.stroke"),
     ({"first": 90}, "motion[1].until", "above 90 mm of travel"),

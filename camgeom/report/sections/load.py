@@ -167,9 +167,13 @@ def pressure_map(model: Model) -> tuple[Map, ...]:
     duty, top = model.duty, model.duty.least_peak
     if top.value == 0.0:
         return ()
-    angle, places = np.linspace(0.0, 360.0, 361), np.linspace(min(duty.track.contact), max(duty.track.contact), PLACES)
+    # A pulse may lie between the degrees.
+    angle = np.union1d(np.linspace(0.0, 360.0, 361), degrees(top.cam_angle) % 360.0)
+    places = np.linspace(min(duty.track.contact), max(duty.track.contact), PLACES)
     values = duty.pressure_at(np.radians(angle), places).T
     blank = np.where(values > 1e-3 * top.value, values, np.nan)
+    if not np.isfinite(blank).any():
+        return ()
     along = Axis("Along the roller axis", "mm")
     which = f", {duty.track.name}, the harder pressed" if len(model.duties) > 1 else ""
     caption = f"Contact pressure over the turn and along the roller{which}"
@@ -185,7 +189,10 @@ def patch_map(model: Model) -> tuple[Map, ...]:
     if duty.level == "line" or duty.least_peak.value == 0.0:
         return ()
     how = "the exact ellipse" if duty.level == "ellipse" else HALF_SPACE
-    return (_patch(duty.patch(PATCH), duty.least_peak, duty.no_stress, how),)
+    picture = duty.patch(PATCH)
+    if not (picture[2] > 0.0).any():
+        return ()
+    return (_patch(picture, duty.least_peak, duty.no_stress, how),)
 
 
 def _patch(picture: tuple[Floats, Floats, Floats], peak: Extreme, lost: str, how: str = HALF_SPACE) -> Map:
