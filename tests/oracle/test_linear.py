@@ -313,3 +313,12 @@ def test_a_roller_too_large_for_its_path_is_undercut_and_its_errors_are_not_solv
         _ = made.solid
     with pytest.raises(DesignError, match="not of one that slides"):
         _ = made.tolerances
+
+
+@pytest.mark.parametrize(("drive", "out", "level"), [
+    ("simple-harmonic", 180, "pass"), ("simple-harmonic", 120, "warn"), ("cycloidal", 120, "pass"),
+])  # fmt: skip
+def test_a_drive_whose_force_jumps_at_the_dead_points_is_told(drive: str, out: int, level: str) -> None:
+    """Of a simple harmonic (stroke / 2) (pi / out)^2 on one side and (pi / back)^2 on the other: four times as much."""
+    made = plate(cam=f'moving_mass = 5\ndrive = "{drive}"\ndrive_out = {out}')
+    assert [one.level for one in findings(made, ["continuity"]) if one.where == "the plate's drive"] == [level]
