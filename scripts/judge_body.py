@@ -26,7 +26,7 @@ if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
 from camgeom import read  # noqa: E402
-from camgeom.body.solver import Elastic  # noqa: E402
+from camgeom.body.solver import elastic  # noqa: E402
 from camgeom.body.volume import BodyVolume, Volume  # noqa: E402
 from camgeom.errors import CamgeomError  # noqa: E402
 from camgeom.export.volume import write_inp  # noqa: E402
@@ -102,7 +102,7 @@ def main(arguments: list[str]) -> int:
             moved = 1e3 * float(np.abs(theirs).max()) if len(theirs) else np.nan
             print(f"{name}: {volume.about[0]}; CalculiX finds {moved:.6g} um{''.join('; ' + word for word in words)}")
             continue
-        own = Elastic(volume.ring, material.elastic_modulus, material.poisson).solve(volume.forces[:, :, None])[:, :, 0]
+        own = elastic(volume.ring, material).solve(volume.forces[:, :, None])[:, :, 0]
         theirs, words = displacements(volume)
         most = float(np.abs(own).max())
         off = float(np.abs(theirs - own).max()) / most if len(theirs) else np.inf

@@ -22,6 +22,7 @@ from typing import final
 
 import numpy as np
 
+from camgeom.body.element import elasticity
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
 from camgeom.body.load import (
@@ -35,7 +36,7 @@ from camgeom.body.load import (
 from camgeom.body.plate import PlateSection
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
-from camgeom.body.solver import Elastic
+from camgeom.body.solver import elastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
 from camgeom.body.tetra_solver import TetraElastic
 from camgeom.body.volume import NO_LOAD, NO_RING
@@ -142,7 +143,7 @@ class _Ring:
         """Work (k, k) of every load of a case on what each of them moves."""
         ring = ring_of(self.section, even_planes(PLANES))
         every = [load for case in cases for load in case]
-        solver = Elastic(ring, self.own.material.elastic_modulus, self.own.material.poisson)
+        solver = elastic(ring, self.own.material)
         moved = solver.solve(nodal_forces(ring, [self.of(load) for load in every]))
         starts = np.cumsum([0, *map(len, cases)])
         return [_each(ring, "hexahedron20", moved[:, :, a:b], case, self.own)
@@ -159,7 +160,8 @@ class _Tetra:
 
     def works(self, cases: Sequence[Sequence[PointLoad]]) -> list[Floats]:
         """As `_Ring.works`."""
-        mesh, solver = self.mesh, TetraElastic(self.mesh, self.own.material.elastic_modulus, self.own.material.poisson)
+        mesh, cam = self.mesh, self.own.material
+        solver = TetraElastic(mesh, elasticity(cam.elastic_modulus, cam.poisson))
         found = []
         for case in cases:
             loads = np.stack([mesh.spread(load.points, load.forces) for load in case], axis=2)

@@ -18,6 +18,7 @@ from camgeom.body.ring import RingMesh
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
+from camgeom.mechanics.material import Material
 
 Index = npt.NDArray[np.int64]
 MOST_BYTES = 2.6e9
@@ -39,17 +40,11 @@ class Cost:
 @final
 @dataclass(frozen=True, eq=False)
 class Elastic:
-    """A ring of one material whose nodes of the set `held` do not move."""
+    """A ring of one material, of stiffness (6, 6), MPa (`elasticity`), whose nodes of the set `held` do not move."""
 
     ring: RingMesh
-    modulus: float
-    poisson: float
+    material: Floats
     held: str = "bore"
-
-    @cached_property
-    def material(self) -> Floats:
-        """Stiffness (6, 6) of the material, MPa."""
-        return elasticity(self.modulus, self.poisson)
 
     @cached_property
     def _free(self) -> tuple[Index, Index]:
@@ -79,6 +74,11 @@ class Elastic:
     def solve(self, loads: Floats) -> Floats:
         """Displacements (v, 3, k), mm, of all nodes under nodal forces (v, 3, k), N."""
         return self._factors.solve(loads)
+
+
+def elastic(ring: RingMesh, material: Material) -> Elastic:
+    """A ring of a material, held in its bore."""
+    return Elastic(ring, elasticity(material.elastic_modulus, material.poisson))
 
 
 @final

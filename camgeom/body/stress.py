@@ -24,7 +24,7 @@ from camgeom.body.groove import Groove, Walled, groove_of
 from camgeom.body.load import Patch, RollerLoad, nodal_forces
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
-from camgeom.body.solver import Elastic
+from camgeom.body.solver import elastic
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -190,11 +190,6 @@ class RootStress:
         if limit is not None and self.peak is not None:
             data["fatigue_factor"] = limit / self.peak
         return data
-
-
-def elastic(ring: RingMesh, material: Material) -> Elastic:
-    """A ring of a material, held in its bore."""
-    return Elastic(ring, material.elastic_modulus, material.poisson)
 
 
 @final

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from camgeom.body.element import elasticity, gradients, strain_matrix
+from camgeom.body.element import gradients, strain_matrix
 from camgeom.body.tetra import EDGES, TetraMesh, rates
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
@@ -31,17 +31,11 @@ STEPS = 2000
 @final
 @dataclass(frozen=True, eq=False)
 class TetraElastic:
-    """Tetrahedra of one material whose nodes of the set `held` do not move; lengths mm, forces N, stresses MPa."""
+    """Tetrahedra of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
 
     mesh: TetraMesh
-    modulus: float
-    poisson: float
+    material: Floats
     held: str = "bore"
-
-    @cached_property
-    def material(self) -> Floats:
-        """Stiffness (6, 6) of the material, MPa."""
-        return elasticity(self.modulus, self.poisson)
 
     @cached_property
     def _free(self) -> Floats:

@@ -19,6 +19,7 @@ import numpy as np
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
+from camgeom.mechanics import hertz
 from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, Strips, pressed
 
 ACROSS, ALONG = 64, 64
@@ -130,6 +131,10 @@ class Bodies:
         if self.profile.crown < inf:
             y = np.append(y, np.clip(-self.profile.crown * np.sin(np.arctan(self.tilt)), *self.profile.reach))
         return float((self.profile.drop(y) + self.tilt * y).min())
+
+    def line_depth(self, pressure: float) -> float:
+        """Depth, mm, of the largest shear under a line contact of this pressure, MPa."""
+        return float(hertz.line_depth(pressure, self.curvature, self.compliance))
 
 
 @final

@@ -149,8 +149,8 @@ class RollerDuty:
             full = self.load.sampled(full.panels.split(zeros))
         if both:
             return full
-        sign = -float(np.sign(Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
-                              .lever().mean()))
+        wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
+        sign = 1.0 if wall.behind else -1.0
         return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
 
     def _held(self, full: FollowerForce) -> FollowerForce:
@@ -165,9 +165,8 @@ class RollerDuty:
         held = np.zeros(theta.shape, dtype=bool)
         for side in self.track.sides:
             flank = Flank(self.track, theta.ravel(), stations, side)
-            behind = float(flank.lever().mean()) < 0.0
             there = self.beside(flank.x).any(axis=1).reshape(theta.shape)
-            held |= there & ((split.force >= 0.0) if behind else (split.force < 0.0))
+            held |= there & ((split.force >= 0.0) if flank.behind else (split.force < 0.0))
         return replace(split, force=np.where(held, split.force, 0.0))
 
     @cached_property
@@ -191,7 +190,7 @@ class RollerDuty:
         shape = self.force.panels.theta.shape
         theta = self.force.panels.theta.ravel()
         flanks = {side: Flank(self.track, theta, t, side) for side in self.track.sides}
-        behind = next((s for s, f in flanks.items() if float(f.lever().mean()) < 0.0), None)
+        behind = next((s for s, f in flanks.items() if f.behind), None)
         ahead = next((s for s in flanks if s != behind), None)
         some = next(iter(flanks.values()))
         zero = np.zeros(shape)
@@ -408,7 +407,7 @@ class RollerDuty:
             flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
             line = flank.tangents[1][:, :, 0]
             square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
-            walls[float(flank.lever().mean()) < 0.0] = square.reshape(theta.shape)
+            walls[flank.behind] = square.reshape(theta.shape)
         some = next(iter(walls.values()))
         return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
 
@@ -493,7 +492,7 @@ class RollerDuty:
         theta, meridian = self.force.panels.theta, self.track.meridian
         low, high = (np.full(theta.size, end) for end in sorted(self.track.contact))
         for side in self.track.sides if self.beside is not None else ():
-            behind = float(Flank(self.track, theta[0], np.array([self.station]), side).lever().mean()) < 0.0
+            behind = Flank(self.track, theta[0], np.array([self.station]), side).behind
             mine = np.flatnonzero((self.force.force.ravel() >= 0.0) == behind)
             if len(self.track.sides) == 1:
                 mine = np.arange(theta.size)
@@ -707,9 +706,7 @@ class RollerDuty:
         """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
         if self.deepest_shear is not None or self.finite is None:
             return self.deepest_shear
-        bodies = self.finite.hardest[1].bodies
-        depth = float(line_depth(self.least_peak.value, bodies.curvature, bodies.compliance))
-        return replace(self.least_peak, value=depth)
+        return replace(self.least_peak, value=self.finite.hardest[1].bodies.line_depth(self.least_peak.value))
 
     def spot(self, at: Extreme) -> str:
         """A place on the roller in words, and how much of it touches there where that is not all."""
@@ -802,8 +799,7 @@ class RollerDuty:
         for m, t in enumerate(stations):
             for side in self.track.sides:
                 flank = Flank(self.track, theta, t, side)
-                behind = float(flank.lever().mean()) < 0.0
-                pressed = (self.normal >= 0.0) == behind if both else np.ones(shape, dtype=bool)
+                pressed = (self.normal >= 0.0) == flank.behind if both else np.ones(shape, dtype=bool)
                 on_cam = flank.passing.reshape(shape)
                 radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
                 rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius

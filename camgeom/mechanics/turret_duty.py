@@ -252,7 +252,7 @@ class TurretDuty:
         track, t = self.tracks[index], np.array([self.tracks[index].meridian.parameter(self.middle)])
         for side in track.sides if self.crown is not None else ():
             flank = Flank(track, self.theta[at[0] : at[0] + 1] + TURN * turn, t, side)
-            if (float(flank.lever().mean()) < 0.0) == (wall == 0):
+            if flank.behind == (wall == 0):
                 line = flank.tangents[1][:, :, 0]
                 square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
                 return float(np.arccos(np.sqrt(min(1.0, float(square[0])))))
@@ -341,7 +341,7 @@ class TurretDuty:
         for place, (number, turn) in enumerate(e.places):
             track, phi = self.tracks[number], e.theta[index : index + 1] + TURN * turn
             for side in track.sides if track.span[0] <= phi[0] <= track.span[1] else ():
-                wall = 0 if float(Flank(track, phi, e.stations, side).lever().mean()) < 0.0 else 1
+                wall = 0 if Flank(track, phi, e.stations, side).behind else 1
                 t = track.meridian.parameters(e.place[wall, index, place])
                 line = loads[wall, place]
                 force = line * e.cover[wall, index, place]
@@ -676,9 +676,7 @@ class TurretDuty:
         """A depth that the largest shear surely reaches, mm: the deepest, or as of a line below `least_peak`."""
         if self.deepest_shear is not None or self.finite is None:
             return self.deepest_shear
-        bodies = self.finite.hardest[1].bodies
-        depth = float(line_depth(self.least_peak.value, bodies.curvature, bodies.compliance))
-        return replace(self.least_peak, value=depth)
+        return replace(self.least_peak, value=self.finite.hardest[1].bodies.line_depth(self.least_peak.value))
 
     def spot(self, at: Extreme) -> str:
         """A place on the rollers, in words, and how much of the hardest pressed one touches."""

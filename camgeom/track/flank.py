@@ -263,6 +263,11 @@ class Flank:
         """Signed velocity of the contact point along n per unit of the joint coordinate, (n, m): 1 or mm/rad."""
         return dot(self.n, self._carried(self.x))
 
+    @property
+    def behind(self) -> bool:
+        """Whether this wall pushes the follower on: it lies behind it, and n points out of it against the motion."""
+        return float(self.lever().mean()) < 0.0
+
     def _carried(self, x: Floats) -> Floats:
         """Velocity of follower points (3, n, m), cam frame, per unit of the joint coordinate."""
         pose = self.pose

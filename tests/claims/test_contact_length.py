@@ -85,7 +85,7 @@ def test_no_slice_of_a_drums_roller_lies_beyond_its_wall(name: str) -> None:
         pressed = (duty.contact_forces[0] > 0.0).ravel()
         for side in duty.track.sides:
             flank = Flank(duty.track, theta, t, side)
-            behind = float(flank.lever().mean()) < 0.0
+            behind = flank.behind
             mine = pressed & ((duty.normal.ravel() >= 0.0) == behind)
             radius = np.hypot(flank.x[0], flank.x[1])[mine]
             assert np.all(radius <= drum.radius + 1e-6)

@@ -350,9 +350,8 @@ def behind_of(duty):
     """The side of a roller's track that lies behind it: where its lever is negative."""
     from camgeom.track.flank import Flank
 
-    sides = duty.track.sides
-    levers = {side: Flank(duty.track, np.array([1.0]), np.array([duty.station]), side).lever().mean() for side in sides}
-    return next((side for side, lever in levers.items() if lever < 0.0), None)
+    at = np.array([1.0]), np.array([duty.station])
+    return next((side for side in duty.track.sides if Flank(duty.track, *at, side).behind), None)
 
 
 @pytest.mark.parametrize(("share", "level"), [(0.999, "pass"), (1.002, "fail")])

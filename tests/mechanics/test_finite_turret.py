@@ -68,7 +68,7 @@ def test_the_hardest_roller_presses_as_an_independent_half_space_says(tilted: Mo
         flank for side in track.sides
         if ((flank := Flank(track, np.array([duty.theta[n] + TURN * turn]),
                             np.array([track.meridian.parameter(middle + each) for each in y]), side))
-            .lever().mean() < 0.0) == (w == 0)
+            .behind) == (w == 0)
     )  # fmt: skip
     held = duty.slices(duty.engagement).rows(np.array([n])).held(duty.turret_torque[n : n + 1])
     approach = np.abs(flank.lever()[0]) * abs(float(held.angle[0]))

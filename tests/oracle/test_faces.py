@@ -27,24 +27,14 @@ from camgeom.report.sections import report
 from camgeom.solid.prism import GroovedPlate
 from tests.oracle.cams import disc_walls
 from tests.places import ROOT
-from tests.profile.cases import frozen, put
+from tests.profile.cases import MOVES, frozen
+from tests.reference.profiles import built, changed
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from judging import judge
 
 Data = dict[str, Any]
-MOVES = """
-until = 150
-to = 25
-law = "modified-sine"
-[[motion]]
-until = 330
-to = 0
-law = "cycloidal"
-[[motion]]
-until = 360
-"""
 BOTH = f"""
 [cam]
 kind = "disc"
@@ -77,10 +67,7 @@ RIM = {"base_radius": 88.0, "form": "external"}
 
 
 def data_of(**keys: Any) -> Data:
-    data = tomllib.loads(BOTH)
-    for key, value in keys.items():
-        put(data, key.replace("__", "."), value)
-    return data
+    return changed(tomllib.loads(BOTH), **keys)
 
 
 def mixed(*grooves: str, **keys: Any) -> Data:
@@ -102,7 +89,7 @@ def mixed(*grooves: str, **keys: Any) -> Data:
 
 
 def model_of(**keys: Any) -> Model:
-    return Model(from_data(frozen(data_of(**keys)), ""))
+    return built(data_of(**keys))
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +99,7 @@ def both() -> Model:
 
 @pytest.fixture(scope="module")
 def three() -> Model:
-    return Model(from_data(frozen(mixed("upper", "lower")), ""))
+    return built(mixed("upper", "lower"))
 
 
 @pytest.mark.parametrize("direction", ["ccw", "cw"])
@@ -126,11 +113,11 @@ def test_the_body_lies_where_the_oracle_says(data: Data, direction: str) -> None
 def test_each_follower_has_the_figures_of_its_own_plate(both: Model) -> None:
     data = data_of()
     (table,) = data.pop("track")
-    first = Model(from_data(frozen(data), ""))
+    first = built(data)
     for name in ("cam", "follower"):
         data[name] = {**data[name], **table[name]}
     data["cam"]["face"], data["roller"], data["motion"] = "upper", table["roller"], table["motion"]
-    second = Model(from_data(frozen(data), ""))
+    second = built(data)
     for one, lone in zip(both.bindings, (first, second)):
         assert one.duty.peak_pressure.value == pytest.approx(lone.duty.peak_pressure.value, rel=1e-12)
         assert one.flanks[0].margin.value == lone.flanks[0].margin.value
@@ -159,7 +146,7 @@ def test_grooves_beside_each_other_may_be_deeper_than_half_the_plate() -> None:
     deep = {"face": "lower", "groove_depth": 24.0, "base_radius": 86.0}
     data = data_of(cam__diameter=300.0, cam__groove_depth=24.0)
     data["track"][0]["cam"] = deep
-    model = Model(from_data(frozen(data), ""))
+    model = built(data)
     wanted, off = disc_walls(data, [lambda phi, p=one.setup.program: p.jet(phi, 0)[0] for one in model.grooves])
     told = {wall.name: wall.thickness for wall in model.walls}
     beside = told["groove 1 to groove 2, edge to edge"]
@@ -178,7 +165,7 @@ def test_the_rim_s_own_profile_decides_how_thick_the_wall_is(three: Model) -> No
         assert abs(told[name] - (88.0 - 85.0)) > 0.5
     worst = told["groove 2, outer flank to rim"]
     for share, level in ((0.999, "pass"), (1.002, "fail")):
-        judged_ = Model(from_data(frozen({**data, "limits": {"min_wall_mm": share * worst}}), ""))
+        judged_ = built({**data, "limits": {"min_wall_mm": share * worst}})
         (found,) = [f for f in findings(judged_, ["wall"]) if f.where == "groove 2, outer flank to rim"]
         assert found.level == level
 
@@ -188,7 +175,7 @@ def test_what_is_cut_too_deep_is_told_of_each_track() -> None:
     for clearances in ((0.0, 0.05), (0.05, 0.0)):
         data = data_of(cam__running_clearance=clearances[0])
         data["track"][0]["cam"]["running_clearance"] = clearances[1]
-        (found,) = findings(Model(from_data(frozen(data), "")), ["backlash"])
+        (found,) = findings(built(data), ["backlash"])
         assert (found.level, found.value) == ("pass", pytest.approx(clearances[0], abs=1e-9))
 
 
@@ -198,9 +185,9 @@ def test_rollers_one_behind_the_other_are_as_far_apart_as_their_ends() -> None:
     (track,) = data["track"]
     track |= {"angle": 0.0, "motion": data["motion"]}
     track["cam"]["base_radius"] = 42.0
-    assert Model(from_data(frozen(data), "")).apart.value == pytest.approx(40.0 - 11.0 - 9.0)
+    assert built(data).apart.value == pytest.approx(40.0 - 11.0 - 9.0)
     data["track"][0]["roller"]["length"] = 10.0
-    assert Model(from_data(frozen(data), "")).apart.value == pytest.approx(40.0 - 11.0 - 10.0)
+    assert built(data).apart.value == pytest.approx(40.0 - 11.0 - 10.0)
 
 
 @pytest.mark.parametrize("name", ["both", "three"])
@@ -234,7 +221,7 @@ def test_the_lower_face_is_cut_with_the_part_turned_over(tmp_path: Path) -> None
     """The program's coordinates, turned back into the cam: X, Y, Z of the tool's end beside the lower groove's way."""
     data = data_of(cutter=TOOL)
     data["track"][0]["cam"].pop("root_radius")
-    model = Model(from_data(frozen(data), ""))
+    model = built(data)
     camgeom.write(model, tmp_path / "cam.gcode")
     text = (tmp_path / "cam.gcode").read_text()
     upper, lower = text.split("M0\nG55\n")
@@ -307,7 +294,7 @@ def test_what_a_track_has_no_use_for_is_not_taken_over() -> None:
              "motion": groove["motion"],
              "operation": {"speed": 60.0, "friction": 20.0}, "impact": {}, "limits": {"play_mm": 0.2},
              "track": [profile]}  # fmt: skip
-    model = Model(from_data(frozen(data), ""))
+    model = built(data)
     assert [one.profile.impact is None for one in model.bindings] == [False, True]
     profile["cam"] = {**RIM, "groove_depth": 4.0}
     with pytest.raises(ProfileError, match=r"track\[0\]\.cam\.groove_depth: means nothing here"):

@@ -22,15 +22,15 @@ from camgeom.report.sections import report
 from camgeom.solid.drum import WALL_SAMPLES
 from camgeom.track.flank import Flank
 from tests.places import ROOT
-from tests.profile.cases import frozen, put
-from tests.reference.profiles import model
+from tests.profile.cases import MOVES, frozen
+from tests.reference.profiles import built, changed, model
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
 from judging import judge
 
 Data = dict[str, Any]
-TEXT = """
+TEXT = f"""
 name = "two grooves"
 [cam]
 kind = "cylindrical"
@@ -46,16 +46,7 @@ mass = 1.5
 [roller]
 diameter = 20
 length = 9
-[[motion]]
-until = 150
-to = 25
-law = "modified-sine"
-[[motion]]
-until = 330
-to = 0
-law = "cycloidal"
-[[motion]]
-until = 360
+[[motion]]{MOVES}
 [operation]
 speed = 200
 friction = 20
@@ -63,9 +54,9 @@ friction = 20
 tolerance = 0.05
 [[track]]
 angle = 90
-cam = { start = 85, groove_depth = 8 }
-follower = { mass = 0.8 }
-roller = { diameter = 16, length = 7 }
+cam = {{ start = 85, groove_depth = 8 }}
+follower = {{ mass = 0.8 }}
+roller = {{ diameter = 16, length = 7 }}
 [[track.motion]]
 until = 100
 [[track.motion]]
@@ -80,14 +71,11 @@ law = "cycloidal"
 
 
 def data_of(**keys: Any) -> Data:
-    data = tomllib.loads(TEXT)
-    for key, value in keys.items():
-        put(data, key.replace("__", "."), value)
-    return data
+    return changed(tomllib.loads(TEXT), **keys)
 
 
 def model_of(**keys: Any) -> Model:
-    return Model(from_data(frozen(data_of(**keys)), ""))
+    return built(data_of(**keys))
 
 
 def alone(track: int) -> Model:
@@ -98,7 +86,7 @@ def alone(track: int) -> Model:
         for name in ("cam", "follower"):
             data[name] |= table[name]
         data |= {"roller": table["roller"], "motion": table["motion"]}
-    return Model(from_data(frozen(data), ""))
+    return built(data)
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +134,7 @@ def test_what_is_left_between_grooves_is_a_wall() -> None:
     data = data_of()
     data["track"][0]["cam"]["start"] = 60
     with pytest.raises(DesignError, match="run into each other"):
-        _ = Model(from_data(frozen(data), "")).solids
+        _ = built(data).solids
 
 
 def test_a_land_is_judged_where_it_is_thinnest_down_to_the_floor() -> None:

@@ -13,12 +13,12 @@ from camgeom.errors import ProfileError
 from camgeom.export import write
 from camgeom.export.history import impact_history, turn_history
 from camgeom.model import Model
-from camgeom.profile import from_data
 from camgeom.report.result import compute
 from camgeom.report.sections.bodies import cam_poses, follower_bodies
 from tests.oracle.cams import judges_of
 from tests.oracle.stations import axes, least_apart, stood, torque
-from tests.profile.cases import frozen, made, put
+from tests.profile.cases import made
+from tests.reference.profiles import built, changed
 
 Data = dict[str, Any]
 TURN = 2.0 * np.pi
@@ -27,14 +27,11 @@ TWO: Data = {"station": [{"angle": 100.0, "mass": 2.0, "spring_preload": 200.0},
 
 
 def data_of(case: str, **keys: Any) -> Data:
-    data = made(case)
-    for key, value in keys.items():
-        put(data, key.replace("__", "."), value)
-    return data
+    return changed(made(case), **keys)
 
 
 def model_of(case: str, **keys: Any) -> Model:
-    return Model(from_data(frozen(data_of(case, **keys)), ""))
+    return built(data_of(case, **keys))
 
 
 @pytest.mark.parametrize("direction", ["ccw", "cw"])

@@ -14,9 +14,9 @@ from camgeom.checks import judge as verdict_of
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.model.impact import impact_problem
-from camgeom.profile import from_data
 from tests.places import ROOT
-from tests.profile.cases import frozen, made, put
+from tests.profile.cases import made
+from tests.reference.profiles import built, changed
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
@@ -29,14 +29,11 @@ FAST: Data = {"operation": {"speed": 1200.0, "friction": 5.0}}
 
 
 def data_of(case: str, **keys: Any) -> Data:
-    data = made(case)
-    for key, value in keys.items():
-        put(data, key.replace("__", "."), value)
-    return data
+    return changed(made(case), **keys)
 
 
 def model_of(case: str, **keys: Any) -> Model:
-    return Model(from_data(frozen(data_of(case, **keys)), ""))
+    return built(data_of(case, **keys))
 
 
 @pytest.mark.parametrize(("case", "diameter"), [("pair, rocker", 48.0), ("pair, slide", 12.0)])
@@ -118,6 +115,6 @@ def test_a_second_roller_belongs_to_a_pair() -> None:
 def test_the_starter_without_a_second_roller_is_what_it_was() -> None:
     data = tomllib.loads(starter("conjugate"))
     data["return_roller"] = dict(data["roller"])
-    same, plain = (Model(from_data(frozen(one), "")) for one in (data, tomllib.loads(starter("conjugate"))))
+    same, plain = (built(one) for one in (data, tomllib.loads(starter("conjugate"))))
     assert same.mechanism.angle_between == plain.mechanism.angle_between
     assert same.duty.peak_pressure == plain.duty.peak_pressure

@@ -36,6 +36,18 @@ friction = 5
 spring_rate = 3
 spring_preload = 90
 """
+MOVES = """
+until = 150
+to = 25
+law = "modified-sine"
+[[motion]]
+until = 330
+to = 0
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+"""out and back by two laws, then a dwell: the segments after the first [[motion]]"""
 SLIDING = '[follower]\nkind = "translating"\nmass = 0.5\n'
 SWINGING = '[follower]\nkind = "swinging"\narm = 90\ninertia = 0.004\n'
 ROLLER = '[roller]\ndiameter = 20\nlength = 12\n'

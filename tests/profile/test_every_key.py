@@ -26,6 +26,7 @@ from camgeom.profile import Profile, from_data
 from camgeom.profile.errors import models_in
 from camgeom.report.result import compute
 from tests.profile.cases import CASES, MILD, Data, frozen, made, put
+from tests.reference.profiles import built
 
 STAGES = (("motion", "contact", "fatigue"), ("flank",), ("checks",), ("dynamics",), ("solid",), ("cutter",))
 """products in the order of what they cost; a key is looked for in the next where the last does not know it"""
@@ -118,7 +119,7 @@ def stage(data: Data, number: int, model: list[Model]) -> str:
     """What a stage finds, or what refuses it."""
     try:
         if not model:
-            model.append(Model(from_data(frozen(data), "")))
+            model.append(built(data))
         found: object = compute(model[0], STAGES[number]).data if number < len(STAGES) else tool_files(model[0])
     except CamgeomError as error:
         return f"{type(error).__name__}: {error}"
@@ -163,7 +164,7 @@ def acts(case: str, key: str, value: Any) -> bool:
     data, model = copy.deepcopy(made(case)), list[Model]()
     put(data, key, value)
     try:
-        model.append(Model(from_data(frozen(data), "")))
+        model.append(built(data))
     except ProfileError:
         return True
     first = FIRST.get(key.split(".")[0])

@@ -10,10 +10,10 @@ import pytest
 from camgeom.cams import kinds, starter
 from camgeom.checks import judge
 from camgeom.errors import ProfileError
-from camgeom.model import Model
 from camgeom.profile import from_data, parse, read
 from tests.places import PROFILES
 from tests.profile.cases import CASES, frozen, made, put
+from tests.reference.profiles import built
 
 
 def refusals(case: str, changes: dict[str, Any]) -> dict[str, str]:
@@ -209,6 +209,6 @@ def test_the_face_of_an_arm_ends_with_the_arm() -> None:
         data = made("disc, arm with flat face")
         put(data, "follower.arm", arm)
         data["follower"].pop("face_width", None)
-        found = judge(Model(from_data(frozen(data), "")), ["face-width"]).findings
+        found = judge(built(data), ["face-width"]).findings
         levels[arm] = [(finding.level, finding.value) for finding in found]
     assert levels == {40.0: [("fail", 40.0)], 900.0: [("pass", 900.0)]}

@@ -13,23 +13,29 @@ from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
 from tests.places import PROFILES
+from tests.profile.cases import frozen, put
+
+Data = dict[str, Any]
 
 
-def data_of(name: str, **changes: Any) -> dict[str, Any]:
+def data_of(name: str, **changes: Any) -> Data:
     """Plain data of a shipped profile or a starter with keys, dots written as two underscores, changed; None removes
     one."""
     path = PROFILES / f"{name}.toml"
     data, _, _ = load(path.read_text() if path.exists() else starter(name), name)
+    return changed(data, **changes)
+
+
+def changed(data: Data, **changes: Any) -> Data:
+    """The same plain data with keys, dots written as two underscores, changed; None removes one."""
     for key, value in changes.items():
-        *tables, last = key.split("__")
-        place = data
-        for table in tables:
-            place = place.setdefault(table, {})
-        if value is None:
-            place.pop(last, None)
-        else:
-            place[last] = value
+        put(data, key.replace("__", "."), value)
     return data
+
+
+def built(data: Data) -> Model:
+    """The model of plain data."""
+    return Model(from_data(frozen(data), ""))
 
 
 def model(name: str, **changes: Any) -> Model:

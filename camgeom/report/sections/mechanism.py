@@ -171,7 +171,7 @@ def _sampled(model: Model) -> _Samples:
 
 def _pressure(model: Model, flank: Flank, phi: Floats, t: Floats) -> Floats:
     """Peak pressure (n, m) that a flank bears as the roller passes; zero where the other wall is loaded."""
-    duty, wall = model.duty, 1 if float(flank.lever().mean()) < 0.0 else -1
+    duty, wall = model.duty, 1 if flank.behind else -1
     delta, carriage = flank.track.meridian.jet(t)[0], model.mechanism.carriage
     out = duty.pressure_at(phi % TURN, delta, wall)
     return out if carriage is None else np.maximum(out, duty.pressure_at(carriage.back(phi), delta, wall))
