@@ -119,27 +119,46 @@ class Bulk:
         from camgeom.profile import from_data
 
         found: set[str] = {"undercut", "face-curvature", "continuity"}
+        left: set[str] = set()
         for data in self._profiles():
-            names = self.figures or offered(from_data(data, self.file))
-            found |= {check for check, figure, *_ in JUDGED if figure in names}
-        return found
+            profile = from_data(data, self.file)
+            names = self.figures or offered(profile)
+            found |= {check_of(check, profile) for check, figure, *_ in JUDGED if figure in names}
+            rated = profile.roller is not None and profile.roller.dynamic_rating is not None
+            lives = {*LIVES, *(BEARING if rated or "roller.dynamic_rating" in self.plan.keys else ())}
+            asked = profile.limits.life_h is not None or "limits.life_h" in self.plan.keys
+            if not asked or not lives <= set(names):
+                left.add(check_of(LIFE, profile))
+        return found - left
 
 
+PRESSURE, LIFE = "pressure", "life"
+LIVES, BEARING = ("fatigue.roller_slice_life_h", "fatigue.cam_slice_life_h"), ("fatigue.bearing_life_h",)
+"""a check of lives is made where all of them are known: one that fails says so, but no other one passes"""
 JUDGED: tuple[tuple[str, str, str, str], ...] = (
     ("pressure-angle", "flank.max_pressure_angle_deg", "pressure_angle_deg", "<="),
     ("undercut", "flank.undercut_margin", "undercut_margin", ">="),
-    ("contact-pressure", "contact.peak_slice_pressure_mpa", "contact_pressure_mpa", "<="),
-    ("face-pressure", "contact.peak_pressure_mpa", "contact_pressure_mpa", "<="),
+    (PRESSURE, "contact.peak_slice_pressure_mpa", "contact_pressure_mpa", "<="),
+    (PRESSURE, "contact.peak_pressure_mpa", "contact_pressure_mpa", "<="),
     ("contact-kept", "contact.least_force_n", "", ">="),
-    ("life", "fatigue.roller_slice_life_h", "life_h", ">="),
-    ("life", "fatigue.cam_slice_life_h", "life_h", ">="),
-    ("life", "fatigue.bearing_life_h", "life_h", ">="),
+    *((LIFE, figure, "life_h", ">=") for figure in (*LIVES, *BEARING)),
     ("torque", "contact.peak_torque_n_m", "torque_n_m", "<="),
     ("rib-thickness", "flank.rib_thickness_mm", "min_wall_mm", ">="),
 )
-"""check, the figure that it reads, the limit's key, and how they compare"""
+"""check, the figure that it reads, the limit's key, and how they compare; of PRESSURE and LIFE see `check_of`"""
 WARNED = {"pressure-angle": "warn_pressure_angle_deg", "undercut": "warn_undercut_margin"}
 FORCE_SLACK = 1e-9
+
+
+def check_of(name: str, profile: Profile) -> str:
+    """The check by the name that it has for what presses the cam: a roller, faces, or rollers that share."""
+    if name not in (PRESSURE, LIFE):
+        return name
+    if profile.follower.kind == "turret":
+        return f"turret-{name}"
+    if profile.roller is None:
+        return f"face-{name}"
+    return "contact-pressure" if name == PRESSURE else name
 
 
 def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tuple[Words, Words]:
@@ -148,8 +167,9 @@ def judged(profile: Profile, columns: Mapping[str, Floats], batch: Batch) -> tup
     warned = np.zeros(len(batch.reason), dtype=bool)
     for check, figure, key, way in JUDGED:
         values, limit = batch.figures.get(figure), limit_of(profile, columns, key)
-        if values is None or limit is None or (check == "face-pressure" and profile.roller is not None):
+        if values is None or limit is None or (figure == "contact.peak_pressure_mpa" and profile.roller is not None):
             continue
+        check = check_of(check, profile)
         if not key:
             limit = -FORCE_SLACK * np.abs(batch.figures.get("contact.peak_force_n", np.zeros(1)))
         bad = values > limit if way == "<=" else values < limit

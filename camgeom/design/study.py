@@ -330,7 +330,10 @@ def _under(data: Any, key: str) -> Iterator[Any]:
 GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "clearances", "turret")
 """Facts of a model that rest on cam, follower, roller and motion alone."""
 SHAPE = ("parts", "solids", "walls")
-"""Facts of its body that rest on them and on the tolerance."""
+"""Facts of its body that rest on them, on the tool's corner and on [output]."""
+LOADING = frozenset({"name", "operation", "duty", "station", "material", "lubricant", "limits", "drawing", "dynamics",
+                     "impact", "cutter", "tolerance"})  # fmt: skip
+"""sections of a profile on which none of these rest, but for the corner of the [cutter]"""
 
 
 def _take_over(model: Model, before: Model | None) -> None:
@@ -338,9 +341,11 @@ def _take_over(model: Model, before: Model | None) -> None:
     if before is None or before.tolerance != model.tolerance:
         return
     old, new = before.profile, model.profile
-    if (old.cam, old.follower, old.rollers, old.motion, old.track) == (
-        new.cam, new.follower, new.rollers, new.motion, new.track
-    ):  # fmt: skip
+    # A section that is not known to leave the geometry as it is may change it: the tool's corner rounds a root, the
+    # way of meshing makes another mesh.
+    named = (name for name in type(new).model_fields if name not in LOADING)
+    corners = [one.cutter_spec.corner_radius if one.cutter_spec else 0.0 for one in (old, new)]
+    if corners[0] == corners[1] and all(getattr(old, name) == getattr(new, name) for name in named):
         shape = (*SHAPE, "mass") if old.material == new.material else SHAPE
         # Facts are kept under their names in the instance, where the next access finds them.
         for to, source, names in ((model, before, GEOMETRY), (model.body, before.body, shape)):

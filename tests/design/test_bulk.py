@@ -152,6 +152,34 @@ def test_what_fails_a_limit_fails_by_its_check(disc: Path, tmp_path: Path, capsy
     assert {row["verdict"] for row in batch["rows"]} >= {"fail"}
 
 
+@pytest.mark.parametrize(
+    ("profile", "check", "lives"), [("barrel_indexer", "turret-pressure", "turret-life"),
+                                    ("disc_flat_face", "face-pressure", "face-life")],
+)  # fmt: skip
+def test_checks_have_the_names_of_what_presses(
+    profile: str, check: str, lives: str, tmp_path: Path, capsys: Captured
+) -> None:
+    """Also where nothing is varied on which geometry rests; what is judged by another name was told as left out."""
+    words = [f"profiles/{profile}.toml", "--vary", "limits.contact_pressure_mpa=100,3000", "--out", str(tmp_path)]
+    _, batch = run(capsys, *words, "--batch")
+    _, exact = run(capsys, *words, "--exact")
+    assert [row["reason"] for row in batch["rows"]] == [row["reason"] for row in exact["rows"]] == [check, ""]
+    left = batch["rows"][0]["not_judged"].split()
+    assert check not in left
+    assert lives in left
+
+
+def test_lives_of_some_bodies_are_no_judgement(disc: Path, tmp_path: Path, capsys: Captured) -> None:
+    """Of a drum the batch knows the cam's life alone, of a disc all; a groove whose roller died passed by its cam."""
+    words = ["--vary", "operation.load_mass=1,2", "--vary", "limits.life_h=1e4", "--batch", "--out", str(tmp_path)]
+    _, drum = run(capsys, "profiles/pin_insertion.toml", *words)
+    assert "life" in drum["rows"][0]["not_judged"].split()
+    _, other = run(capsys, str(disc), *words)
+    assert "life" not in other["rows"][0]["not_judged"].split()
+    _, unasked = run(capsys, str(disc), *words[:2], *words[4:])
+    assert "life" in unasked["rows"][0]["not_judged"].split()
+
+
 def test_a_thin_rib_is_judged_by_the_batch_as_by_the_model(tmp_path: Path, capsys: Captured) -> None:
     """Its flanks cross, or it is thin on steep places, or it passes: thicker and thinner than asked."""
     data = read_data("profiles/milled_drum.toml")

@@ -11,9 +11,11 @@ import pytest
 from camgeom.cli import main
 from camgeom.design import study as study_module
 from camgeom.design.engine import Alone, Local
-from camgeom.design.study import Row, Study, axis, replaced
+from camgeom.design.study import Axis, Figures, Row, Study, axis, replaced
 from camgeom.drawing.content import Chart, Table
 from camgeom.errors import ProfileError
+from camgeom.model import Model
+from camgeom.profile import read_data
 from tests.design.runs import DATA, TEXT, light
 from tests.places import PROFILES
 from tests.reference.rising_disc import rising_disc
@@ -113,6 +115,28 @@ def test_geometry_is_shared_where_only_the_load_varies() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("profile", "key", "values"),
+    [
+        ("milled_drum.toml", "cutter.corner_radius", (0.0, 1.0)),
+        ("end_face_lifter.toml", "output.fewest_triangles", (False, True)),
+    ],
+)
+def test_a_body_is_not_shared_where_something_else_shapes_it(profile: str, key: str, values: tuple[float, ...]) -> None:
+    """The corner of the tool rounds a root: the row had the body of the variant before it, as `solid` told."""
+    data = read_data(PROFILES / profile)
+    data["output"] = {**data["output"], "tolerance": 0.1}
+    study = Study(data, "", (Axis(key, tuple(key.split(".")), values),), lambda m: (measured(m), "pass", ""))
+    rows, _ = study.computed(range(2))
+    alone, _ = study.row((values[1],))
+    assert rows[1].figures == alone.figures
+    assert rows[1].figures != rows[0].figures
+
+
+def measured(model: Model) -> Figures:
+    return {"volume": model.mass[0].volume, "triangles": len(model.solid.mesh.faces)}
+
+
 def test_worker_processes_give_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     study = made("cam.diameter=60:100:41")
     alone = list(study.rows(Alone()))

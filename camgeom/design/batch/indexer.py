@@ -85,7 +85,8 @@ class Indexer(ABC):
         self.cutter = self.roller + self.gap
         self.circle = number("follower.pitch_radius")
         self.reach = np.arcsin(np.minimum(1.0, 0.5 * self.width / self.circle))
-        self.low, self.high = self.contact()
+        # A figure of every variant, also where only keys are varied on which no geometry rests.
+        self.low, self.high = (variants.full(end) for end in self.contact())
         self.asked = {word for word, names in SHARED.items() if not names.isdisjoint(figures)}
 
     @abstractmethod
