@@ -73,12 +73,11 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
     from camgeom.mechanics.roller_duty import RollerDuty
 
     for duty in duties:
-        if not isinstance(duty, RollerDuty) or duty.ellipse is None or duty.ends.radius:
+        if not isinstance(duty, RollerDuty) or duty.crowned is None or duty.ends.radius:
             continue
-        along, room = duty.ellipse.along, duty.crown_room
-        at = int((along / room).argmax())
+        at = int(duty.crowned.filled.argmax())
         yield judged(
-            name, float(along.flat[at]), "<=", duty.room_left(at), "mm",
+            name, float(duty.crowned.ellipse.along.flat[at]), "<=", duty.crowned.room_left(at), "mm",
             "a sharp end of the roller bears, whose pressure nothing bounds: use "
             f"{less_tilt(duty)}a stronger crown (a smaller {duty.table}.crown_radius), a longer roller, or give "
             f"{duty.table}.end_radius",
@@ -90,7 +89,7 @@ def crown_lengths(name: str, duties: Iterable[Duty]) -> Iterable[Finding]:
 def less_tilt(duty: RollerDuty) -> str:
     """Advice first of all where a crown's ellipse has its room on a roller that stands square; empty elsewhere."""
     square = duty.squared
-    if square is None or square[1].ellipse is None or (square[1].ellipse.along > square[1].crown_room).any():
+    if square is None or square[1].crowned is None or (square[1].crowned.filled > 1.0).any():
         return ""
     return f"a smaller {square[0]}, "
 
@@ -116,7 +115,7 @@ def _to_the_end(duty: RollerDuty) -> float | None:
         return None
     if duty.finite is not None:
         return duty.finite.hardest[1].to_the_end
-    return None if duty.ellipse is None else float((duty.ellipse.along / duty.crown_room).max())
+    return None if duty.crowned is None else float(duty.crowned.filled.max())
 
 
 @solved("dynamic-crown-length", "dynamics", "crowned load")

@@ -12,16 +12,15 @@ from math import degrees, inf, sin, tan
 from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.panels import TURN, highest, roots
-from camgeom.maths.surface import dot
+from camgeom.maths.panels import TURN, highest
 from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
+from camgeom.mechanics.crown import NEXT_TO_NONE, Crown
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
@@ -36,58 +35,23 @@ from camgeom.mechanics.duty import (
     slice_data,
     torque_data,
 )
-from camgeom.mechanics.hertz import (
-    Beneath,
-    CrownedContact,
-    beneath_line,
-    beneath_point,
-    crowned_contact,
-    line_depth,
-    line_flexibility,
-    point_contact,
-    point_depths,
-)
+from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_depth, line_flexibility
 from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
-from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
+from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
+from camgeom.mechanics.pressing import SLICES, Mask, Pressing, Walls
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import PLAIN, Ends
-from camgeom.track.runout import touching, wall_ends
 
 if TYPE_CHECKING:
     from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_turn import FiniteTurn
     from camgeom.mechanics.rating import Rating
 
-SLICES = 9
-"""equal shares of the length that touches"""
 LEAST_PRESSURE = 1e-9
 """MPa; below it nothing presses"""
-NEXT_TO_NONE = 1e-6
-"""share of its length with which a crown is taken to touch where its crest stands beyond the wall"""
-Mask = npt.NDArray[np.bool_]
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Walls:
-    """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
-
-    behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
-    lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
-    cosine         of the pressure angle
-    rolled         path by which the roller's rim turns about its pin on either wall, mm/rad (see `Flank.rolled`)
-    here           whether the walls behind and ahead exist beside the roller, which may leave the cam on purpose
-    """
-
-    behind: Floats
-    ahead: Floats
-    lever: Floats
-    cosine: Floats
-    rolled: tuple[Floats, Floats]
-    here: tuple[Mask, Mask]
 
 
 @final
@@ -131,122 +95,41 @@ class RollerDuty:
         return self.load.omega
 
     @cached_property
-    def force(self) -> FollowerForce:
-        """Motion and force of the follower on panels; what this track's walls can give.
-
-        A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
-        clipped at zero, on panels that have an edge where it changes sign. So they have under a crown, whose pressure
-        is steep there.
-        """
-        full = self.load.sampled()
-        if self.runs_out:
-            return self._held(full)
-        both = len(self.track.sides) > 1
-        if both and self.crown is None and not self.ends.stated:
-            return full
-        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
-        if zeros.size:
-            full = self.load.sampled(full.panels.split(zeros))
-        if both:
-            return full
-        wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
-        sign = 1.0 if wall.behind else -1.0
-        return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
-
-    def _held(self, full: FollowerForce) -> FollowerForce:
-        """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""
-        assert self.beside is not None
-        places = self._middles if self.crown is None else np.array([self._middle])
-        stations = self.track.meridian.parameters(places)
-        edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
-        edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.beside)]
-        split = self.load.sampled(full.panels.split(np.concatenate(edges)))
-        theta = split.panels.theta
-        held = np.zeros(theta.shape, dtype=bool)
-        for side in self.track.sides:
-            flank = Flank(self.track, theta.ravel(), stations, side)
-            there = self.beside(flank.x).any(axis=1).reshape(theta.shape)
-            held |= there & ((split.force >= 0.0) if flank.behind else (split.force < 0.0))
-        return replace(split, force=np.where(held, split.force, 0.0))
+    def pressing(self) -> Pressing:
+        """The walls that it presses, along how much of its length, and the force on them."""
+        pair = pair_compliance(self.roller, self.cam)
+        return Pressing(self.track, self.station, self.length, self.load, pair, self.crown is not None, self.ends,
+                        self.beside, self.runs_out)  # fmt: skip
 
     @cached_property
-    def unheld(self) -> Extreme | None:
-        """Largest force on the follower, N (N mm), that presses where no wall is; None where a wall is all round."""
-        if not self.runs_out:
-            return None
-        full = np.abs(self.load.sampled(self.force.panels).force)
-        lost = np.where(self.force.force == 0.0, full, 0.0)
-        at = np.unravel_index(int(np.argmax(lost)), lost.shape)
-        return Extreme(float(lost[at]), float(self.force.panels.theta[at]))
+    def crowned(self) -> Crown | None:
+        """The ellipse under its crown; None without one."""
+        return None if self.crown is None else Crown(self.pressing, self.crown, self.ends.tilt)
 
     @property
-    def _middles(self) -> Floats:
-        """Middles of SLICES equal slices of the whole contact stretch, mm."""
-        edges = np.linspace(min(self.track.contact), max(self.track.contact), SLICES + 1)
-        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+    def force(self) -> FollowerForce:
+        """Motion and force of the follower on panels; what this track's walls can give."""
+        return self.pressing.force
 
-    def walls(self, t: Floats) -> Walls:
-        """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
-        shape = self.force.panels.theta.shape
-        theta = self.force.panels.theta.ravel()
-        flanks = {side: Flank(self.track, theta, t, side) for side in self.track.sides}
-        behind = next((s for s, f in flanks.items() if f.behind), None)
-        ahead = next((s for s in flanks if s != behind), None)
-        some = next(iter(flanks.values()))
-        zero = np.zeros(shape)
-        rolled = {side: flank.rolled.reshape(shape) for side, flank in flanks.items()}
-        here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
-        curvature = {
-            # A fold in free air is nobody's stress: a plane stands for it.
-            side: flank.k_rel.reshape(shape) if self.beside is None else
-            np.where(here[side] | (flank.k_rel.reshape(shape) > 0.0), flank.k_rel.reshape(shape), 1.0 / self.radius)
-            for side, flank in flanks.items()
-        }
-        none = np.zeros(shape, dtype=bool)
-        return Walls(
-            curvature[behind] if behind is not None else zero,
-            curvature[ahead] if ahead is not None else zero,
-            np.abs(some.lever()).reshape(shape),
-            np.cos(some.pressure_angle()).reshape(shape),
-            (
-                rolled[behind] if behind is not None else zero,
-                rolled[ahead] if ahead is not None else zero,
-            ),
-            (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
-        )
+    @property
+    def unheld(self) -> Extreme | None:
+        """Largest force on the follower, N (N mm), that presses where no wall is; None where a wall is all round."""
+        return self.pressing.unheld
 
-    def _here(self, flank: Flank) -> Mask:
-        """Where a flank's points are on the cam, (n, m)."""
-        return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x)
-
-    @cached_property
-    def reference(self) -> Walls:
-        """The flank at the quoted station."""
-        return self.walls(np.array([self.station]))
-
-    @cached_property
-    def path_rate(self) -> Floats:
-        """Path that the roller rolls on the wall that it presses, mm/rad, (p, n)."""
-        behind, ahead = self.reference.rolled
-        pressed = self.normal >= 0.0 if len(self.track.sides) > 1 else behind > 0.0
-        return np.where(pressed, behind, ahead)
-
-    @cached_property
-    def radius(self) -> float:
-        """Roller radius at the quoted station, mm."""
-        return float(self.track.meridian.jet(np.array([self.station]))[3][0])
-
-    @cached_property
+    @property
     def normal(self) -> Floats:
         """Signed normal force on the roller, N, (p, n); positive on the wall behind."""
-        w = self.reference
-        return normal_force(self.pushed, w.cosine, w.lever / w.cosine)
+        return self.pressing.normal
 
-    @cached_property
-    def pushed(self) -> Floats:
-        """Force along the motion with the friction that the side thrust makes in a slide's guides, N (N mm), (p, n)."""
-        force = self.force
-        return guided_force(force.force, self.reference.cosine, self.load.guide_friction, force.direction)
+    @property
+    def least_touching(self) -> Extreme:
+        """Least length of it that touches where a force presses, mm; the whole length without any force."""
+        return self.pressing.least_touching
+
+    @property
+    def radius(self) -> float:
+        """Roller radius at the quoted station, mm."""
+        return self.pressing.radius
 
     @cached_property
     def contact(self) -> Contact:
@@ -254,37 +137,13 @@ class RollerDuty:
 
         On a half-space that at the hardest place; under a tilted crown that where it touches.
         """
-        delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
         if self.finite is not None:
-            hardest = int(np.abs(self._middle + self.finite.places - self.least_peak.place).argmin())
+            hardest = int(np.abs(self.pressing.middle + self.finite.places - self.least_peak.place).argmin())
             return self._finite_contact(self.finite.squares[hardest])
-        if self.crown is None:
-            return self.as_line
-        return self._under_crown((delta if self.ends.tilt == 0.0 else self._crest) - self._crest)
-
-    @cached_property
-    def as_line(self) -> Contact:
-        """Contact at the quoted station as a line over the whole length, as if there were no crown."""
-        w = self.reference
-        pair = pair_compliance(self.roller, self.cam)
-        return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, self.path_rate, self.length, pair)
-
-    @property
-    def _middle(self) -> float:
-        """Place of the contact's middle along the roller axis (delta), mm: the top of a crown that is not tilted."""
-        return 0.5 * sum(self.track.contact)
-
-    @cached_property
-    def _crest(self) -> Floats:
-        """Where a crown touches along the axis (delta), mm, (p, n): a tilt moves it, exactly, by its radius."""
-        moved = 0.0 if self.crown is None else self.crown * sin(self.ends.tilt)
-        return self._middle + np.where(self.normal >= 0.0, moved, -moved)
-
-    @cached_property
-    def _loaded_curvature(self) -> Floats:
-        """Relative curvature of the wall that bears, across the roller's axis, 1/mm, (p, n); 1 of one undercut."""
-        k = np.where(self.normal >= 0.0, self.reference.behind, self.reference.ahead)
-        return np.where(k > 0.0, k, 1.0)
+        if self.crowned is None:
+            return self.pressing.as_line
+        delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+        return self.crowned.contact((delta if self.ends.tilt == 0.0 else self.crowned.crest) - self.crowned.crest)
 
     @cached_property
     def level(self) -> Literal["line", "ellipse", "finite"]:
@@ -293,26 +152,25 @@ class RollerDuty:
         The last where a crown's ellipse is longer than its room anywhere that it presses, and where it is stated how a
         roller without a crown ends or stands. A crown that is tilted within its room keeps its ellipse.
         """
-        if self.ellipse is None:
+        if self.crowned is None:
             return "finite" if self.ends.stated and self.normal.any() else "line"
-        pressed = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
-        return "finite" if bool((pressed & (self.ellipse.along > self.crown_room)).any()) else "ellipse"
+        return "finite" if bool((self.pressing.bears & (self.crowned.filled > 1.0)).any()) else "ellipse"
 
     @cached_property
     def finite(self) -> FiniteTurn | None:
         """The contact on a half-space over the turn; None at the other levels, and where a wall is undercut."""
-        if self.level != "finite" or not self.as_line.sound:
+        if self.level != "finite" or not self.pressing.as_line.sound:
             return None
         from camgeom.mechanics.finite_contact import Bodies, Profile
         from camgeom.mechanics.finite_turn import FiniteTurn
 
-        k, load = self._loaded_curvature, np.abs(self.normal)
+        k, load = self.pressing.curvature, np.abs(self.normal)
         at = np.unravel_index(int(np.argmax(load * k)), load.shape)
-        low, high = (float(end[at]) - self._middle for end in self._stretch)
+        low, high = (float(end[at]) - self.pressing.middle for end in self.pressing.stretch)
         if high - low < NEXT_TO_NONE * self.length:
             return None
         profile = Profile(low, high, self.crown or inf, self.ends.run_out, self.ends.radius, self.length)
-        twist = 0.0 if self.crown is None else float(np.arccos(np.sqrt(min(1.0, self._alignment[at]))))
+        twist = 0.0 if self.crown is None else float(np.arccos(np.sqrt(min(1.0, self.pressing.alignment[at]))))
         pair = pair_compliance(self.roller, self.cam)
         gap, own = tan(self.ends.tilt), self.roller.compliance / pair
         walls = {
@@ -324,13 +182,8 @@ class RollerDuty:
 
     def _finite_contact(self, square: Floats) -> Contact:
         """Contact of bins along the roller on a half-space, from their squared pressures (..., p, n)."""
-        line = self.as_line
-        off = -np.abs(square)
-        behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
-        pair = pair_compliance(self.roller, self.cam)
-        load = np.pi * pair * square / self._loaded_curvature * np.sign(self.normal)
-        rate = np.broadcast_to(line.path_rate, square.shape)
-        return Contact(self.force.panels, load, behind, ahead, rate, np.broadcast_to(line.sound, square.shape[:-2]))
+        load = np.pi * self.pressing.pair * square / self.pressing.curvature * np.sign(self.normal)
+        return self.pressing.rated(square, load)
 
     @property
     def no_stress(self) -> str:
@@ -356,79 +209,7 @@ class RollerDuty:
         if self.finite is None:
             return self._hardest_slice
         found = self.finite.hardest[0]
-        return replace(found, place=self._middle + found.place, where="")
-
-    @cached_property
-    def ellipse(self) -> CrownedContact | None:
-        """The crown's contact on the panels, (p, n); None without a crown."""
-        if self.crown is None:
-            return None
-        across, along = self._principal
-        pair = pair_compliance(self.roller, self.cam)
-        return crowned_contact(np.abs(self.normal), along, across, pair, *self._crown_sides)
-
-    @property
-    def _crown_sides(self) -> tuple[Floats, Floats]:
-        """Lengths of wall on either side of the crown's crest, mm, (p, n); hardly any where the crest has none."""
-        low, high = self._stretch
-        least = NEXT_TO_NONE * self.length
-        return np.maximum(self._crest - low, least), np.maximum(high - self._crest, least)
-
-    @cached_property
-    def crown_room(self) -> Floats:
-        """The shorter of them, mm, (p, n)."""
-        return np.minimum(*self._crown_sides)
-
-    def room_left(self, at: int) -> float:
-        """That at a sample point, mm; 0 where the crown touches beside the wall."""
-        room = float(self.crown_room.flat[at])
-        return room if room > NEXT_TO_NONE * self.length else 0.0
-
-    @cached_property
-    def _principal(self) -> tuple[Floats, Floats]:
-        """Principal relative curvatures under the crown, across the roller and along it, 1/mm, (p, n) each.
-
-        The cylinder that cut the flank is curved against it across their line of contact alone, by k; the crown adds
-        its own curvature c along the axis, which stands at the angle psi to that line: they are the roots of
-        x² - (k + c) x + k c cos² psi.
-        """
-        assert self.crown is not None
-        k, c = self._loaded_curvature, 1.0 / self.crown
-        half = 0.5 * (k + c)
-        root = np.sqrt(np.maximum(half * half - k * c * self._alignment, 0.0))
-        return np.where(k >= c, half + root, half - root), np.where(k >= c, half - root, half + root)
-
-    @cached_property
-    def _alignment(self) -> Floats:
-        """cos² of the angle between the roller's axis and its line of contact with the wall that bears, (p, n)."""
-        theta = self.force.panels.theta
-        walls = {}
-        for side in self.track.sides:
-            flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
-            line = flank.tangents[1][:, :, 0]
-            square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
-            walls[flank.behind] = square.reshape(theta.shape)
-        some = next(iter(walls.values()))
-        return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
-
-    def _under_crown(self, place: Floats) -> Contact:
-        """Contact at places (..., p, n) along the roller, mm from where its crown touches.
-
-        p² = p0² (1 - place² / along²), and p0 / along does not hang on the load: p² is smooth across its edge,
-        negative outside.
-        """
-        ellipse, line = self.ellipse, self.as_line
-        assert ellipse is not None
-        slope = np.divide(ellipse.pressure, ellipse.along, out=np.zeros_like(ellipse.along), where=ellipse.along > 0.0)
-        square = ellipse.pressure**2 - (slope * place) ** 2
-        square = np.where(line.sound, square, 0.0)
-        off = -np.abs(square)
-        behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
-        width = np.divide(ellipse.around, ellipse.pressure, out=np.zeros_like(slope), where=ellipse.pressure > 0.0)
-        load = 0.5 * np.pi * width * np.maximum(square, 0.0) * np.sign(self.normal)
-        rate = np.broadcast_to(line.path_rate, square.shape)
-        sound = np.broadcast_to(line.sound, square.shape[:-2])
-        return Contact(self.force.panels, load, behind, ahead, rate, sound)
+        return replace(found, place=self.pressing.middle + found.place, where="")
 
     def conventions(self, pitch_radius: float) -> dict[groove.Convention, tuple[Peak, RollerLife]]:
         """Peak pressure and roller life under the curvature conventions of the literature, at the pitch radius, mm.
@@ -453,17 +234,17 @@ class RollerDuty:
         """
         if self.finite is not None:
             return self._finite_contact(self.finite.squares)
-        if self.crown is not None:
-            return self._under_crown(self.slice_places - self._crest)
-        walls, force = self._slices, self.pushed
+        if self.crowned is not None:
+            return self.crowned.contact(self.slice_places - self.crowned.crest)
+        walls, press, force = self._slices, self.pressing, self.pressing.pushed
         behind, ahead = (np.stack([getattr(w, k) for w in walls], axis=-1) for k in ("behind", "ahead"))
         lever = np.stack([w.lever for w in walls], axis=-1)
         k = np.where(force[..., None] >= 0.0, behind, ahead)
-        bare = (self.touching <= 0.0)[..., None]
+        bare = (press.touching <= 0.0)[..., None]
         shared = share_load(
             np.abs(force),
-            self._middles - self._middle,
-            np.repeat(np.where(bare, self.length, self.touching[..., None]) / SLICES, SLICES, axis=-1),
+            press.middles - press.middle,
+            np.repeat(np.where(bare, self.length, press.touching[..., None]) / SLICES, SLICES, axis=-1),
             np.where(k > 0.0, k, 1.0 / self.radius),
             self.roller,
             self.cam,
@@ -481,47 +262,19 @@ class RollerDuty:
             line,
             np.moveaxis(behind, -1, 0),
             np.moveaxis(ahead, -1, 0),
-            np.broadcast_to(self.path_rate, line.shape),
+            np.broadcast_to(press.path_rate, line.shape),
             1.0,
             pair,
         )
-
-    @cached_property
-    def _stretch(self) -> tuple[Floats, Floats]:
-        """The ends (delta, mm), (p, n) each, of what touches the wall that the roller presses."""
-        theta, meridian = self.force.panels.theta, self.track.meridian
-        low, high = (np.full(theta.size, end) for end in sorted(self.track.contact))
-        for side in self.track.sides if self.beside is not None else ():
-            behind = Flank(self.track, theta[0], np.array([self.station]), side).behind
-            mine = np.flatnonzero((self.force.force.ravel() >= 0.0) == behind)
-            if len(self.track.sides) == 1:
-                mine = np.arange(theta.size)
-            if self.beside is not None and len(mine):
-                ends = touching(self.track, side, theta.ravel()[mine], self.beside)
-                low[mine], high[mine] = (meridian.jet(end)[0] for end in ends)
-        return low.reshape(theta.shape), high.reshape(theta.shape)
-
-    @cached_property
-    def touching(self) -> Floats:
-        """Length of the roller that touches the wall it presses, mm, (p, n); 0 where it has none."""
-        return self._stretch[1] - self._stretch[0]
-
-    @cached_property
-    def least_touching(self) -> Extreme:
-        """Least of that length where a force presses, mm; the whole length without any force."""
-        pressed = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
-        length = np.where(pressed, self.touching, np.inf)
-        at = np.unravel_index(int(np.argmin(length)), length.shape)
-        return Extreme(min(float(length[at]), self.length), float(self.force.panels.theta[at]))
 
     @property
     def _sliced(self) -> tuple[Floats, Floats]:
         """Between which places there are slices: along what touches; under a crown, which spans less, along it all."""
         if self.crown is None and self.finite is None:
-            return self._stretch
+            return self.pressing.stretch
         ends: tuple[float, ...] = tuple(sorted(self.track.contact))
         if self.finite is not None:
-            ends = tuple(float(self._middle + self.finite.places[at]) for at in (0, -1))
+            ends = tuple(float(self.pressing.middle + self.finite.places[at]) for at in (0, -1))
         low, high = (np.full(self.force.panels.theta.shape, end) for end in ends)
         return low, high
 
@@ -571,49 +324,43 @@ class RollerDuty:
 
         wall: 1 behind, -1 ahead, 0 the one that bears. Under a crown its exact ellipse, else between the slices.
         """
-        force = self.force.panels.at(self.normal, theta)[:, None]
-        bears = force != 0.0 if wall == 0 else wall * force > 0.0
-        if self.level != "ellipse" or self.ellipse is None:
-            pressed = self.slices.pressure if wall == 0 else np.sqrt(np.maximum(self._square(wall), 0.0))
-            if self.finite is None:
-                return self.spread(pressed, theta, delta)
-            near, far = self.finite.known
-            within = (delta >= self._middle + near) & (delta <= self._middle + far)
-            inner = self._middle + self.finite.places[[1, -2]]
-            sharp = np.array([near, far]) != self.finite.edges[[0, -1]]
-            low, high = np.where(sharp, inner, np.array([-inf, inf]))
-            return np.where(within, self.spread(pressed, theta, np.clip(delta, low, high)), 0.0)
-        panels, one = self.force.panels, self.ellipse
-        top, along, crest = (panels.at(each, theta)[:, None] for each in (one.pressure, one.along, self._crest))
-        low, high = sorted(self.track.contact)
-        off = (delta - crest) / np.where(along > 0.0, along, NEXT_TO_NONE * self.length)
-        here = bears & (delta >= low - 1e-9) & (delta <= high + 1e-9)
-        return np.where(here, top * np.sqrt(np.maximum(1.0 - np.square(off), 0.0)), 0.0)
+        if self.level == "ellipse" and self.crowned is not None:
+            return self.crowned.pressure_at(theta, delta, wall)
+        square = self.slices.behind if wall > 0 else self.slices.ahead
+        pressed = self.slices.pressure if wall == 0 else np.sqrt(np.maximum(square, 0.0))
+        if self.finite is None:
+            return self.spread(pressed, theta, delta)
+        (near, far), middle = self.finite.known, self.pressing.middle
+        within = (delta >= middle + near) & (delta <= middle + far)
+        inner = middle + self.finite.places[[1, -2]]
+        sharp = np.array([near, far]) != self.finite.edges[[0, -1]]
+        low, high = np.where(sharp, inner, np.array([-inf, inf]))
+        return np.where(within, self.spread(pressed, theta, np.clip(delta, low, high)), 0.0)
 
     @property
     def pressed_places(self) -> tuple[float, float]:
         """Between which places along the roller axis (delta), mm, it is pressed over the turn."""
         if self.finite is not None:
             on = np.flatnonzero(self.finite.squares.max(axis=(1, 2)) > 0.0)
-            edges = self._middle + self.finite.edges
+            edges = self.pressing.middle + self.finite.edges
             return float(edges[on[0]]), float(edges[on[-1] + 1])
+        if self.crowned is not None:
+            return self.crowned.pressed_places
         low, high = sorted(self.track.contact)
-        if self.ellipse is None:
-            return low, high
-        most = float(self.ellipse.along.max())
-        return max(low, float(self._crest.min()) - most), min(high, float(self._crest.max()) + most)
-
-    def _square(self, wall: int) -> Floats:
-        """Squared pressure of the slices on a wall, MPa², (m, p, n)."""
-        return self.slices.behind if wall > 0 else self.slices.ahead
+        return low, high
 
     @cached_property
     def _slices(self) -> list[Walls]:
         """The walls at the middle of every slice."""
         if self.beside is None:
-            return [self.walls(t[None]) for t in self.track.meridian.parameters(self._middles)]
+            return [self.pressing.walls(t[None]) for t in self.track.meridian.parameters(self.pressing.middles)]
         stations = self.track.meridian.parameters(self.slice_places.reshape(SLICES, -1, 1))
-        return [self.walls(t) for t in stations]
+        return [self.pressing.walls(t) for t in stations]
+
+    @cached_property
+    def _curvatures(self) -> Floats:
+        """Relative curvature of the wall that every slice presses, 1/mm, (m, p, n)."""
+        return np.stack([np.where(self.pressing.pushed >= 0.0, wall.behind, wall.ahead) for wall in self._slices])
 
     @cached_property
     def peak_contact(self) -> Beneath | None:
@@ -625,17 +372,14 @@ class RollerDuty:
         peaks = self.slices.peak()
         m = int(np.argmax(peaks.pressure))
         pressure, angle = float(peaks.pressure[m]), float(peaks.theta[m])
-        if self.ellipse is not None:
-            one = self.ellipse
+        if self.crowned is not None:
+            one = self.crowned.ellipse
             top, *axes = (
                 self._at(each, angle, self.slices.pressure[m]) for each in (one.pressure, one.along, one.around)
             )
             return beneath_point(top, max(axes), min(axes), self.cam.poisson)
-        walls = self._slices[m]
-        k = np.where(self.pushed >= 0.0, walls.behind, walls.ahead)
-        return beneath_line(
-            pressure, self._at(k, angle, self.slices.pressure[m]), pair_compliance(self.roller, self.cam)
-        )
+        k = self._at(self._curvatures[m], angle, self.slices.pressure[m])
+        return beneath_line(pressure, k, self.pressing.pair)
 
     def patch(self, counts: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
         """The hardest contact: places along the roller axis (delta) (i,) and across (j,), mm, pressure (j, i), MPa.
@@ -645,12 +389,11 @@ class RollerDuty:
         n, m = counts
         if self.finite is not None:
             found = self.finite.hardest[1]
-            return found.picture(n, m, self._middle)
-        assert self.ellipse is not None, "a line is alike all along"
-        angle = self.least_peak.cam_angle
+            return found.picture(n, m, self.pressing.middle)
+        assert self.crowned is not None, "a line is alike all along"
+        one, angle = self.crowned.ellipse, self.least_peak.cam_angle
         top, along, around, crest = (
-            self._at(each, angle, self.ellipse.pressure)
-            for each in (self.ellipse.pressure, self.ellipse.along, self.ellipse.around, self._crest)
+            self._at(each, angle, one.pressure) for each in (one.pressure, one.along, one.around, self.crowned.crest)
         )
         x, y = crest + 1.1 * along * np.linspace(-1.0, 1.0, n), 1.1 * around * np.linspace(-1.0, 1.0, m)
         square = 1.0 - ((x - crest) / along) ** 2 - (y[:, None] / around) ** 2
@@ -663,20 +406,12 @@ class RollerDuty:
             return self.finite.stiffness
         angle = self.least_peak.cam_angle
         load = self._at(np.abs(self.normal), angle)
-        pair = pair_compliance(self.roller, self.cam)
-        if self.ellipse is not None:
-            secant = load / self._at(self._approach, angle)
+        if self.crowned is not None:
+            secant = load / self._at(self.crowned.approach, angle)
             return Stiffness(1.5 * secant, secant)
-        length, k = (self._at(each, angle) for each in (self.touching, self._loaded_curvature))
+        length, k = (self._at(each, angle) for each in (self.pressing.touching, self.pressing.curvature))
         soft = float(line_flexibility(load / length, k, self.roller, self.cam, self.radius, 2.0 * self.radius))
-        return Stiffness(length / (soft - pair / np.pi), length / soft)
-
-    @cached_property
-    def _approach(self) -> Floats:
-        """Of roller and cam under the crown's ellipse, mm, (p, n)."""
-        across, along = self._principal
-        pair = pair_compliance(self.roller, self.cam)
-        return point_contact(np.abs(self.normal), along, across, pair).approach
+        return Stiffness(length / (soft - self.pressing.pair / np.pi), length / soft)
 
     @cached_property
     def deepest_shear(self) -> Extreme | None:
@@ -686,17 +421,13 @@ class RollerDuty:
         if self.finite is not None:
             below = self.peak_contact
             return None if below is None else replace(self.least_peak, value=below.shear_depth)
-        if self.ellipse is not None:
-            long = np.maximum(self.ellipse.along, self.ellipse.around)
-            short = np.minimum(self.ellipse.along, self.ellipse.around)
-            depth = short * point_depths(np.divide(short, long, out=np.ones_like(short), where=long > 0.0), self.cam)
+        if self.crowned is not None:
+            depth = self.crowned.depths(self.cam)
             deepest = peak_of(self.force.panels, depth)
-            return replace(deepest, place=self._at(self._crest, deepest.cam_angle, depth))
-        pair = pair_compliance(self.roller, self.cam)
-        walls, pressed = self._slices, self.slices.pressure
-        k = np.stack([np.where(self.pushed >= 0.0, wall.behind, wall.ahead) for wall in walls])
+            return replace(deepest, place=self._at(self.crowned.crest, deepest.cam_angle, depth))
         # Nothing presses a wall that is undercut, or the slices would not be sound.
-        depths = line_depth(pressed, np.where(k > 0.0, k, 1.0 / self.radius), pair)
+        k = np.where(self._curvatures > 0.0, self._curvatures, 1.0 / self.radius)
+        depths = line_depth(self.slices.pressure, k, self.pressing.pair)
         value, angle = highest(self.force.panels, depths)
         m = int(np.argmax(value))
         return Extreme(float(value[m]), float(angle[m]), self._at(self.slice_places[m], float(angle[m]), depths[m]))
@@ -710,7 +441,7 @@ class RollerDuty:
 
     def spot(self, at: Extreme) -> str:
         """A place on the roller in words, and how much of it touches there where that is not all."""
-        touching = self._at(self.touching, at.cam_angle)
+        touching = self._at(self.pressing.touching, at.cam_angle)
         share = f", {touching:.4g} of {self.length:.4g} mm touch" if touching < (1.0 - 1e-4) * self.length else ""
         return f"{self.track.name}, at {at.place:.4g} mm along the roller axis{share}"
 
@@ -753,7 +484,7 @@ class RollerDuty:
         """Life of the roller as a bearing; None where it has no rating."""
         if self.rating is None:
             return None
-        basic = bearing_life(self.force.panels, self.normal, self.path_rate, self.radius, self.speed,
+        basic = bearing_life(self.force.panels, self.normal, self.pressing.path_rate, self.radius, self.speed,
                              self.rating.dynamic, self.rating.static, self.rating.kind.exponent)
         return modified(basic, self.rating)
 
@@ -766,20 +497,17 @@ class RollerDuty:
 
         if not np.all(self.slices.sound) or self.no_stress:
             return None
-        theta, pair = self.force.panels.theta, pair_compliance(self.roller, self.cam)
-        if self.ellipse is not None and self.level == "ellipse":
-            bears = np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0)
-            load, along = np.where(bears, np.abs(self.normal), 1.0), np.where(bears, self.ellipse.around, 1.0)
-            k = np.where(bears, self.ellipse.along, 1.0) / along
+        theta, pair = self.force.panels.theta, self.pressing.pair
+        if self.crowned is not None and self.level == "ellipse":
+            bears, one = self.pressing.bears, self.crowned.ellipse
+            load, along = np.where(bears, np.abs(self.normal), 1.0), np.where(bears, one.around, 1.0)
+            k = np.where(bears, one.along, 1.0) / along
             speed = self.speed * self._runs[0][len(self._runs[0]) // 2]
-            thick = point_film(speed, self._principal[0], load, k, oil, pair)
-            return thinnest(theta, np.where(bears, thick / oil.roughness, np.inf), oil, k, self._crest)
+            thick = point_film(speed, self.crowned.principal[0], load, k, oil, pair)
+            return thinnest(theta, np.where(bears, thick / oil.roughness, np.inf), oil, k, self.crowned.crest)
         force = np.abs(self.slices.normal)
         bears = force > QUIET * force.max(initial=0.0)
-        if self.finite is None:
-            k = np.stack([np.where(self.pushed >= 0.0, walls.behind, walls.ahead) for walls in self._slices])
-        else:
-            k = np.broadcast_to(self._loaded_curvature, force.shape)
+        k = self._curvatures if self.finite is None else np.broadcast_to(self.pressing.curvature, force.shape)
         safe = np.where(bears & (k > 0.0), k, 1.0)
         thick = line_film(self.speed * self._runs[0], safe, np.where(bears, force, 1.0), oil, pair)
         ratio = np.where(bears & (k > 0.0), thick / oil.roughness, np.inf)
@@ -789,26 +517,8 @@ class RollerDuty:
 
     @cached_property
     def _runs(self) -> tuple[Floats, Floats, Floats]:
-        """Of every slice, (m, p, n) each, mm/rad: mean speed of both surfaces through the contact, the contact's along
-        the cam, and sliding: round the roller, which rolls without slip at the quoted station, and along its axis."""
-        shape = self.force.panels.theta.shape
-        theta, both = self.force.panels.theta.ravel(), len(self.track.sides) > 1
-        many = len(self.slice_places)
-        stations = self.track.meridian.parameters(self.slice_places.reshape(many, -1, 1))
-        found = np.zeros((3, many, *shape))
-        for m, t in enumerate(stations):
-            for side in self.track.sides:
-                flank = Flank(self.track, theta, t, side)
-                pressed = (self.normal >= 0.0) == flank.behind if both else np.ones(shape, dtype=bool)
-                on_cam = flank.passing.reshape(shape)
-                radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
-                rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius
-                slip = rim - flank.rolled.reshape(shape)
-                axial = flank.sliding()[1].reshape(shape)
-                each = (np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial))
-                for kind, values in enumerate(each):
-                    found[kind, m] = np.where(pressed, values, found[kind, m])
-        return found[0], found[1], found[2]
+        """Of the slices; see `Pressing.runs`."""
+        return self.pressing.runs(self.slice_places)
 
     @property
     def _slice_load(self) -> Floats:
@@ -823,7 +533,7 @@ class RollerDuty:
         """
         if self.crown is not None:
             return 0.0
-        width = self.touching / len(self.slice_places)
+        width = self.pressing.touching / len(self.slice_places)
         return float(self.force.panels.integral((self._slice_load * self._runs[2] * width).sum(axis=0)))
 
     @cached_property
@@ -852,7 +562,7 @@ class RollerDuty:
     @cached_property
     def torque(self) -> Floats:
         """Torque the cam takes from its shaft, N mm, (p, n)."""
-        guides = (self.pushed - self.force.force) * self.force.ds
+        guides = (self.pressing.pushed - self.force.force) * self.force.ds
         return self.force.camshaft_torque() + guides
 
     @cached_property
@@ -894,8 +604,8 @@ class RollerDuty:
         angle = float(peak.theta[worst])
         if float(quoted.pressure) > float(peak.pressure[worst]):
             delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
-            if self.crown is not None:
-                delta = self._at(self._crest, float(quoted.theta), self.contact.pressure)
+            if self.crowned is not None:
+                delta = self._at(self.crowned.crest, float(quoted.theta), self.contact.pressure)
             return Extreme(float(quoted.pressure), float(quoted.theta), delta)
         place = self._at(self.slice_places[worst], angle, self.slices.pressure[worst])
         return Extreme(float(peak.pressure[worst]), angle, place)
@@ -911,7 +621,9 @@ class RollerDuty:
         if self.finite is not None:
             return self.finite.hardest[1].length
         angle = self.least_peak.cam_angle
-        return self._at(self.touching, angle) if self.ellipse is None else 2.0 * self._at(self.ellipse.along, angle)
+        if self.crowned is not None:
+            return 2.0 * self._at(self.crowned.ellipse.along, angle)
+        return self._at(self.pressing.touching, angle)
 
     @cached_property
     def kept(self) -> Kept | None:
@@ -951,15 +663,15 @@ class RollerDuty:
         """Of a contact on a half-space; empty of another."""
         if self.finite is None:
             return {}
-        return patch_data(self.finite.hardest[1], self.stiffness, self._middle)
+        return patch_data(self.finite.hardest[1], self.stiffness, self.pressing.middle)
 
     def _crown_data(self) -> dict[str, Any]:
         """Of a crowned roller: the pressure without its crown, and the largest half-length of its ellipse."""
-        if self.ellipse is None:
+        if self.crowned is None:
             return {}
         return {
-            "line_pressure_mpa": finite(self.as_line.peak().pressure),
-            "ellipse_half_length_mm": float(self.ellipse.along.max()),
+            "line_pressure_mpa": finite(self.pressing.as_line.peak().pressure),
+            "ellipse_half_length_mm": float(self.crowned.ellipse.along.max()),
         }
 
     def fatigue_data(self) -> dict[str, Any]:

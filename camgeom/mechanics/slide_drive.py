@@ -49,7 +49,7 @@ class SlideDrive:
         """Force that moves the follower."""
         theta = self.duty.force.panels.theta
         slope = self.carriage.lift(self.carriage.travel(theta.ravel()), 1)[1].reshape(theta.shape)
-        return np.asarray(self.duty.pushed * slope)
+        return np.asarray(self.duty.pressing.pushed * slope)
 
     @cached_property
     def force(self) -> Floats:

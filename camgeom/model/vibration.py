@@ -256,7 +256,7 @@ def elastic_follower_of(
 def softest(below: Below, profile: Profile, mechanism: Mechanism, load: Load) -> tuple[float, float]:
     """Largest compliance, mm/N (rad/(N m)), of the body along the follower's motion, and its cam angle, rad."""
     duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
-    lever = duty.force.panels.at(duty.reference.lever, below.theta)
+    lever = duty.force.panels.at(duty.pressing.reference.lever, below.theta)
     along = below.value / lever**2 / (MILLI if load.rotating else 1.0)
     worst = int(np.argmax(along))
     return float(along[worst]), float(below.theta[worst])
@@ -310,7 +310,7 @@ def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> floa
     assert spec is not None
     duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
     at = duty.least_peak.cam_angle
-    lever = float(duty.force.panels.limit(duty.reference.lever, at, duty.hardest_pressure))
+    lever = float(duty.force.panels.limit(duty.pressing.reference.lever, at, duty.hardest_pressure))
     each = duty.stiffness.tangent if spec.tappet_contact == "tangent" else duty.stiffness.secant
     return each * lever**2 * (MILLI if load.rotating else 1.0)
 

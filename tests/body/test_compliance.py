@@ -117,7 +117,7 @@ def test_the_compliance_stands_in_series_and_both_are_shown(lifted: Model) -> No
     assert lifted.below is not None
     soft, angle = study.body
     duty = lifted.duty
-    lever = duty.force.panels.at(duty.reference.lever, lifted.below.theta)
+    lever = duty.force.panels.at(duty.pressing.reference.lever, lifted.below.theta)
     assert soft == pytest.approx(float((lifted.below.value / lever**2).max()), rel=1e-12)
     whole, contact = study.train.contact_stiffness, study.rigid.train.contact_stiffness
     assert 1.0 / whole == pytest.approx(1.0 / contact + 1e-3 * soft, rel=1e-12)
@@ -143,7 +143,7 @@ def test_a_linkage_yields_with_the_body_and_a_stiffer_body_stiffens_none() -> No
         study = model.elastic_follower
         assert study is not None
         assert study.rigid is not None
-        lever = float(model.duty.force.panels.at(model.duty.reference.lever, np.zeros(1))[0])
+        lever = float(model.duty.force.panels.at(model.duty.pressing.reference.lever, np.zeros(1))[0])
         factor = 1.0 / (1.0 + 20000.0 * max(value, 0.0) / lever**2)
         assert study.train.stiffness == pytest.approx(2e7 * factor, rel=1e-9)
         assert study.train.damping == pytest.approx(60.0 * factor**2, rel=1e-9)

@@ -89,7 +89,7 @@ def test_no_slice_of_a_drums_roller_lies_beyond_its_wall(name: str) -> None:
             mine = pressed & ((duty.normal.ravel() >= 0.0) == behind)
             radius = np.hypot(flank.x[0], flank.x[1])[mine]
             assert np.all(radius <= drum.radius + 1e-6)
-        assert np.all(duty.touching <= duty.length + 1e-12)
+        assert np.all(duty.pressing.touching <= duty.length + 1e-12)
 
 
 def test_a_level_groove_holds_all_of_its_roller() -> None:

@@ -39,7 +39,7 @@ def test_the_tappet_stands_on_its_contact(level: str, roller: dict[str, Any], wh
     duty = model.duty
     assert duty.level == level
     angle = np.array([duty.least_peak.cam_angle])
-    lever = float(duty.force.panels.at(duty.reference.lever, angle)[0])
+    lever = float(duty.force.panels.at(duty.pressing.reference.lever, angle)[0])
     each = {"tangent": duty.stiffness.tangent, "secant": duty.stiffness.secant}[which]
     assert model.elastic_follower is not None
     train = model.elastic_follower.train

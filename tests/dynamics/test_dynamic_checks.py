@@ -331,7 +331,7 @@ def test_lives_under_impacts_are_miners_sum_over_the_solved_forces(hit):
     order = np.argsort(angle, kind="stable")
     where = duty.force.panels
     fine = np.linspace(0.0, 2.0 * np.pi, 400_001)
-    rate = where.at(duty.path_rate, fine)
+    rate = where.at(duty.pressing.path_rate, fine)
     path = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(fine)))
     damage = (np.interp(fine, angle[order], pressure[order]) / roller.contact_limit) ** roller.exponent
     # The wall that bears is met by every second half turn of the roller, beginning with the first or the second.

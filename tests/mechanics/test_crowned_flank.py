@@ -99,9 +99,10 @@ def test_relative_curvatures_are_those_of_the_gap(crown) -> None:
     the line of contact."""
     model = Model(drum("straight", crown))
     duty = model.duty
-    at = np.unravel_index(int(np.argmin(np.where(np.abs(duty.normal) > 0.0, duty._alignment, 1.0))), duty.normal.shape)
+    alignment = duty.pressing.alignment
+    at = np.unravel_index(int(np.argmin(np.where(np.abs(duty.normal) > 0.0, alignment, 1.0))), duty.normal.shape)
     phi, behind = float(duty.force.panels.theta[at]), duty.normal[at] >= 0.0
-    assert duty._alignment[at] < 0.995
+    assert alignment[at] < 0.995
     track, real = duty.track, model.tracks[0]
     at_crest = np.array([phi]), np.array([duty.station])
     (side,) = (s for s in track.sides if (Flank(track, *at_crest, s).lever()[0, 0] < 0.0) == behind)
@@ -126,7 +127,7 @@ def test_relative_curvatures_are_those_of_the_gap(crown) -> None:
     second = (gap(0, h) + gap(0, -h) - 2 * zero) / h**2
     mixed = (gap(h, h) + gap(-h, -h) - gap(h, -h) - gap(-h, h)) / (4 * h**2)
     low, high = np.linalg.eigvalsh([[first, mixed], [mixed, second]])
-    across, along = duty._principal
+    across, along = duty.crowned.principal
     assert sorted((across[at], along[at])) == pytest.approx([low, high], rel=3e-4)
 
 
@@ -151,7 +152,7 @@ def test_a_flat_crown_joins_the_line() -> None:
     middle = float(np.interp(patch.centre, patch.y, patch.line_load))
     line = float(line_pressure(middle, patch.bodies.curvature, patch.bodies.compliance))
     assert patch.at(patch.centre) == pytest.approx(line, rel=1e-2)
-    assert line == pytest.approx(conforming.duty.as_line.peak().pressure, rel=8e-2)
+    assert line == pytest.approx(conforming.duty.pressing.as_line.peak().pressure, rel=8e-2)
 
 
 CROWNED = 'shape = "crowned"\ncrown_radius = 300\n'

@@ -74,12 +74,13 @@ def test_a_drum_s_roller_slides_where_it_is_not_quoted():
     duty = model("pin_insertion", **WET).duty
     # In the dwell at 100 deg the wall runs by the radius, the roller's rim as at the quoted radius of 66.
     at = duty.force.panels.at
+    rolled = float(at(duty.pressing.path_rate, np.array([1.7]))[0])
     places = at(duty.slice_places[0], np.array([1.7])), at(duty.slice_places[8], np.array([1.7]))
     for number, place in zip((0, 8), places, strict=True):
         passing, on_cam, sliding = (at(one[number], np.array([1.7]))[0] for one in duty._runs)
         assert on_cam == pytest.approx(place[0], rel=1e-9)
-        assert sliding == pytest.approx(abs(place[0] - float(at(duty.path_rate, np.array([1.7]))[0])), rel=1e-9)
-        assert passing == pytest.approx(0.5 * (place[0] + float(at(duty.path_rate, np.array([1.7]))[0])), rel=1e-9)
+        assert sliding == pytest.approx(abs(place[0] - rolled), rel=1e-9)
+        assert passing == pytest.approx(0.5 * (place[0] + rolled), rel=1e-9)
 
 
 def test_the_film_has_two_sides_and_says_what_is_missing():

@@ -72,7 +72,7 @@ def test_a_tilt_moves_the_ellipse_of_a_crown_and_nothing_else() -> None:
     assert tilted.peak_pressure.place - plain.peak_pressure.place == pytest.approx(moved, rel=1e-9)
     assert back.peak_pressure.place - plain.peak_pressure.place == pytest.approx(-moved, rel=1e-9)
     assert tilted.lives == pytest.approx(plain.lives, rel=1e-9)
-    assert tilted.crown_room.min() == pytest.approx(6.0 - moved, rel=1e-9)
+    assert tilted.crowned.room.min() == pytest.approx(6.0 - moved, rel=1e-9)
     assert tilted.deepest_shear.place == pytest.approx(tilted.peak_pressure.place)
 
 
@@ -173,7 +173,7 @@ def test_ends_that_run_out_are_judged_by_their_peak(roller: dict[str, Any]) -> N
     """Both sides of the limit; the peak is that of the half-space at the hardest angle, its error stated."""
     duty = made(**roller).duty
     peak = duty.peak_pressure
-    k = duty.force.panels.at(duty.reference.behind, np.array([peak.cam_angle]))[0]
+    k = duty.force.panels.at(duty.pressing.reference.behind, np.array([peak.cam_angle]))[0]
     force = duty.force.panels.at(np.abs(duty.normal), np.array([peak.cam_angle]))[0]
     patch = duty.finite.hardest[1]
     assert (patch.bodies.curvature, patch.load) == pytest.approx((k, force), rel=1e-9)
@@ -321,7 +321,7 @@ def test_the_wall_of_a_planar_cam_is_coloured_where_it_is_pressed(tmp_path) -> N
 def test_pressure_between_angles_and_places_is_the_ellipse() -> None:
     duty = made(misalignment_deg=0.1).duty
     peak = duty.peak_pressure
-    angle, along = np.array([peak.cam_angle]), duty._at(duty.ellipse.along, peak.cam_angle)
+    angle, along = np.array([peak.cam_angle]), duty._at(duty.crowned.ellipse.along, peak.cam_angle)
     places = peak.place + along * np.array([-1.01, -0.6, 0.0, 0.8, 1.01])
     shares = duty.pressure_at(angle, places)[0] / peak.value
     assert shares == pytest.approx([0.0, 0.8, 1.0, 0.6, 0.0], abs=1e-6)

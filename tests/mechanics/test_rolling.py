@@ -73,7 +73,7 @@ def test_the_bearing_of_a_roller_on_the_outer_flank_counts_all_its_turns() -> No
     model = made("disc_face_groove", roller={"dynamic_rating": 669.0})
     (duty,) = model.duties
     assert duty.bearing is not None
-    rate = duty.force.panels.integral(duty.path_rate)
+    rate = duty.force.panels.integral(duty.pressing.path_rate)
     expected = duty.speed * rate / (2.0 * pi * duty.radius)
     assert float(duty.bearing.speed) == pytest.approx(expected, rel=1e-9)
 

@@ -150,7 +150,7 @@ def test_a_swinging_roller_on_the_ring_and_a_crown_that_touches_in_a_point() -> 
     verdict = judge(model)
     assert verdict.level != "fail", [f.check for f in verdict.findings if not f.passed]
     crowned = ring(roller='shape = "crowned"\ndiameter = 26\nlength = 14\ncrown_radius = 400')
-    assert crowned.duty.ellipse is not None
+    assert crowned.duty.crowned is not None
     assert crowned.duty.peak_pressure.value > 1.5 * ring().duty.peak_pressure.value
     with pytest.raises(ProfileError, match=r"roller.flank.*straight"):
         ring(roller='shape = "crowned"\ndiameter = 26\nlength = 14\ncrown_radius = 400\nflank = "conforming"')

@@ -174,7 +174,7 @@ def test_guide_friction_grows_with_the_side_thrust(offset: float) -> None:
     assert more[1] - more[0] == pytest.approx(float(lost) / (2.0 * np.pi) * 1e-3, rel=1e-9)
     assert more[1] > more[0] + 0.1
     # the roller's own contact agrees with the cam's
-    assert np.abs(rough.duty.pushed).max() == pytest.approx((normal * cosine).max(), rel=1e-4)
+    assert np.abs(rough.duty.pressing.pushed).max() == pytest.approx((normal * cosine).max(), rel=1e-4)
     assert rough.duty.torque.max() == pytest.approx(rough.drive.torque.max(), rel=1e-4)
 
 

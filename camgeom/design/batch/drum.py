@@ -27,7 +27,7 @@ from camgeom.mechanics.duty import MILLI
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE, flexibility
 from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import Demand, thrust_share
-from camgeom.mechanics.roller_duty import SLICES
+from camgeom.mechanics.pressing import SLICES
 from camgeom.model import ALIKE
 from camgeom.track.follower import CylinderRoller, TranslatingFollower
 from camgeom.track.survey import STATIONS

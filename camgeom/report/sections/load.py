@@ -252,11 +252,11 @@ def hardest(model: Model) -> Table:
         *_beneath(beneath, duty.deepest_shear),
         *(_torques(shaft) if model.slide_drive is None else _drive(model.slide_drive)),
     ]
-    if duty.ellipse is not None and not duty.no_stress:
-        line = duty.as_line.peak()
+    if duty.crowned is not None and not duty.no_stress:
+        line = duty.pressing.as_line.peak()
         rows[1:1] = [
             ("Pressure without the crown, as a line", float(line.pressure), "MPa", degrees(float(line.theta))),
-            ("Largest half-length of the contact ellipse", float(duty.ellipse.along.max()), "mm", None),
+            ("Largest half-length of the contact ellipse", float(duty.crowned.ellipse.along.max()), "mm", None),
         ]
     if duty.finite is not None:
         patch, stiff = duty.finite.hardest[1], duty.stiffness

@@ -1,0 +1,277 @@
+"""What a roller presses over a turn: which wall of its track, along how much of its length, and with what force.
+
+Units N, mm, MPa, rad; arrays on the panels (p, n) of `force`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.maths import Floats
+from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
+from camgeom.maths.panels import roots
+from camgeom.maths.surface import dot
+from camgeom.mechanics.contact import Contact, line_contacts
+from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
+from camgeom.track import Track
+from camgeom.track.flank import Flank
+from camgeom.track.follower import Ends
+from camgeom.track.runout import touching, wall_ends
+
+SLICES = 9
+"""equal shares of the length that touches"""
+Mask = npt.NDArray[np.bool_]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
+
+    behind, ahead  relative curvature, 1/mm; `ahead` is zero where the cam has no such wall
+    lever          velocity of the contact point along the normal per unit of the coordinate (1 or mm/rad), > 0
+    cosine         of the pressure angle
+    rolled         path by which the roller's rim turns about its pin on either wall, mm/rad (see `Flank.rolled`)
+    here           whether the walls behind and ahead exist beside the roller, which may leave the cam on purpose
+    """
+
+    behind: Floats
+    ahead: Floats
+    lever: Floats
+    cosine: Floats
+    rolled: tuple[Floats, Floats]
+    here: tuple[Mask, Mask]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pressing:
+    """A roller on the walls of its track; the fields are those of `RollerDuty`, pair the compliance of both, 1/MPa."""
+
+    track: Track
+    station: float
+    length: float
+    load: Load
+    pair: float
+    crowned: bool
+    ends: Ends
+    beside: Callable[[Floats], Mask] | None
+    runs_out: bool
+
+    @cached_property
+    def force(self) -> FollowerForce:
+        """Motion and force of the follower on panels; what this track's walls can give.
+
+        A track with one wall (force-closed cam, one disc of a conjugate pair) pushes one way only: the force is
+        clipped at zero, on panels that have an edge where it changes sign. So they have under a crown, whose pressure
+        is steep there.
+        """
+        full = self.load.sampled()
+        if self.runs_out:
+            return self._held(full)
+        both = len(self.track.sides) > 1
+        if both and not self.crowned and not self.ends.stated:
+            return full
+        zeros = roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]
+        if zeros.size:
+            full = self.load.sampled(full.panels.split(zeros))
+        if both:
+            return full
+        wall = Flank(self.track, full.panels.theta[0], np.array([self.station]), self.track.sides[0])
+        sign = 1.0 if wall.behind else -1.0
+        return replace(full, force=np.maximum(sign * full.force, 0.0) * sign)
+
+    def _held(self, full: FollowerForce) -> FollowerForce:
+        """The force where the wall that it presses exists beside some slice of the roller, none elsewhere."""
+        assert self.beside is not None
+        places = np.array([self.middle]) if self.crowned else self.middles
+        stations = self.track.meridian.parameters(places)
+        edges = [roots(full.panels, full.force[None], QUIET * float(np.abs(full.force).max(initial=0.0)))[0]]
+        edges += [lost for side in self.track.sides for lost in wall_ends(self.track, side, stations, self.beside)]
+        split = self.load.sampled(full.panels.split(np.concatenate(edges)))
+        theta = split.panels.theta
+        held = np.zeros(theta.shape, dtype=bool)
+        for side in self.track.sides:
+            flank = Flank(self.track, theta.ravel(), stations, side)
+            there = self.beside(flank.x).any(axis=1).reshape(theta.shape)
+            held |= there & ((split.force >= 0.0) if flank.behind else (split.force < 0.0))
+        return replace(split, force=np.where(held, split.force, 0.0))
+
+    @cached_property
+    def unheld(self) -> Extreme | None:
+        """Largest force on the follower, N (N mm), that presses where no wall is; None where a wall is all round."""
+        if not self.runs_out:
+            return None
+        full = np.abs(self.load.sampled(self.force.panels).force)
+        lost = np.where(self.force.force == 0.0, full, 0.0)
+        at = np.unravel_index(int(np.argmax(lost)), lost.shape)
+        return Extreme(float(lost[at]), float(self.force.panels.theta[at]))
+
+    @cached_property
+    def middles(self) -> Floats:
+        """Middles of SLICES equal slices of the whole contact stretch, mm."""
+        edges = np.linspace(min(self.track.contact), max(self.track.contact), SLICES + 1)
+        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+
+    def walls(self, t: Floats) -> Walls:
+        """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
+        shape = self.force.panels.theta.shape
+        theta = self.force.panels.theta.ravel()
+        flanks = {side: Flank(self.track, theta, t, side) for side in self.track.sides}
+        behind = next((s for s, f in flanks.items() if f.behind), None)
+        ahead = next((s for s in flanks if s != behind), None)
+        some = next(iter(flanks.values()))
+        zero = np.zeros(shape)
+        rolled = {side: flank.rolled.reshape(shape) for side, flank in flanks.items()}
+        here = {side: self._here(flank).reshape(shape) for side, flank in flanks.items()}
+        curvature = {
+            # A fold in free air is nobody's stress: a plane stands for it.
+            side: flank.k_rel.reshape(shape) if self.beside is None else
+            np.where(here[side] | (flank.k_rel.reshape(shape) > 0.0), flank.k_rel.reshape(shape), 1.0 / self.radius)
+            for side, flank in flanks.items()
+        }
+        none = np.zeros(shape, dtype=bool)
+        return Walls(
+            curvature[behind] if behind is not None else zero,
+            curvature[ahead] if ahead is not None else zero,
+            np.abs(some.lever()).reshape(shape),
+            np.cos(some.pressure_angle()).reshape(shape),
+            (
+                rolled[behind] if behind is not None else zero,
+                rolled[ahead] if ahead is not None else zero,
+            ),
+            (here[behind] if behind is not None else none, here[ahead] if ahead is not None else none),
+        )
+
+    def _here(self, flank: Flank) -> Mask:
+        """Where a flank's points are on the cam, (n, m)."""
+        return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x)
+
+    @cached_property
+    def reference(self) -> Walls:
+        """The flank at the quoted station."""
+        return self.walls(np.array([self.station]))
+
+    @cached_property
+    def path_rate(self) -> Floats:
+        """Path that the roller rolls on the wall that it presses, mm/rad, (p, n)."""
+        behind, ahead = self.reference.rolled
+        pressed = self.normal >= 0.0 if len(self.track.sides) > 1 else behind > 0.0
+        return np.where(pressed, behind, ahead)
+
+    @cached_property
+    def radius(self) -> float:
+        """Roller radius at the quoted station, mm."""
+        return float(self.track.meridian.jet(np.array([self.station]))[3][0])
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Signed normal force on the roller, N, (p, n); positive on the wall behind."""
+        w = self.reference
+        return normal_force(self.pushed, w.cosine, w.lever / w.cosine)
+
+    @cached_property
+    def pushed(self) -> Floats:
+        """Force along the motion with the friction that the side thrust makes in a slide's guides, N (N mm), (p, n)."""
+        force = self.force
+        return guided_force(force.force, self.reference.cosine, self.load.guide_friction, force.direction)
+
+    @cached_property
+    def as_line(self) -> Contact:
+        """Contact at the quoted station as a line over the whole length, as if there were no crown."""
+        w = self.reference
+        return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, self.path_rate, self.length, self.pair)
+
+    def rated(self, square: Floats, load: Floats) -> Contact:
+        """Contact on the wall that bears: squared pressures, MPa², negative where none is, and loads, (..., p, n)."""
+        line, off = self.as_line, -np.abs(square)
+        behind, ahead = np.where(self.normal >= 0.0, square, off), np.where(self.normal < 0.0, square, off)
+        rate, sound = np.broadcast_to(line.path_rate, square.shape), np.broadcast_to(line.sound, square.shape[:-2])
+        return Contact(self.force.panels, load, behind, ahead, rate, sound)
+
+    @property
+    def middle(self) -> float:
+        """Place of the contact's middle along the roller axis (delta), mm: the top of a crown that is not tilted."""
+        return 0.5 * sum(self.track.contact)
+
+    @cached_property
+    def curvature(self) -> Floats:
+        """Relative curvature of the wall that bears, across the roller's axis, 1/mm, (p, n); 1 of one undercut."""
+        k = np.where(self.normal >= 0.0, self.reference.behind, self.reference.ahead)
+        return np.where(k > 0.0, k, 1.0)
+
+    @cached_property
+    def stretch(self) -> tuple[Floats, Floats]:
+        """The ends (delta, mm), (p, n) each, of what touches the wall that the roller presses."""
+        theta, meridian = self.force.panels.theta, self.track.meridian
+        low, high = (np.full(theta.size, end) for end in sorted(self.track.contact))
+        for side in self.track.sides if self.beside is not None else ():
+            behind = Flank(self.track, theta[0], np.array([self.station]), side).behind
+            mine = np.flatnonzero((self.force.force.ravel() >= 0.0) == behind)
+            if len(self.track.sides) == 1:
+                mine = np.arange(theta.size)
+            if self.beside is not None and len(mine):
+                ends = touching(self.track, side, theta.ravel()[mine], self.beside)
+                low[mine], high[mine] = (meridian.jet(end)[0] for end in ends)
+        return low.reshape(theta.shape), high.reshape(theta.shape)
+
+    @cached_property
+    def touching(self) -> Floats:
+        """Length of the roller that touches the wall it presses, mm, (p, n); 0 where it has none."""
+        return self.stretch[1] - self.stretch[0]
+
+    @cached_property
+    def bears(self) -> Mask:
+        """Where a force worth the name presses, (p, n)."""
+        return np.asarray(np.abs(self.normal) > QUIET * np.abs(self.normal).max(initial=0.0))
+
+    @cached_property
+    def least_touching(self) -> Extreme:
+        """Least of that length where a force presses, mm; the whole length without any force."""
+        length = np.where(self.bears, self.touching, np.inf)
+        at = np.unravel_index(int(np.argmin(length)), length.shape)
+        return Extreme(min(float(length[at]), self.length), float(self.force.panels.theta[at]))
+
+    @cached_property
+    def alignment(self) -> Floats:
+        """cos² of the angle between the roller's axis and its line of contact with the wall that bears, (p, n)."""
+        theta = self.force.panels.theta
+        walls = {}
+        for side in self.track.sides:
+            flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
+            line = flank.tangents[1][:, :, 0]
+            square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
+            walls[flank.behind] = square.reshape(theta.shape)
+        some = next(iter(walls.values()))
+        return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
+
+    def runs(self, places: Floats) -> tuple[Floats, Floats, Floats]:
+        """Of places (delta, mm) along the roller (m, p, n), likewise, mm/rad: mean speed of both surfaces through the
+        contact, the contact's along the cam, and sliding.
+
+        Round the roller, which rolls without slip at the quoted station, and along its axis.
+        """
+        shape = self.force.panels.theta.shape
+        theta, both = self.force.panels.theta.ravel(), len(self.track.sides) > 1
+        many = len(places)
+        stations = self.track.meridian.parameters(places.reshape(many, -1, 1))
+        found = np.zeros((3, many, *shape))
+        for m, t in enumerate(stations):
+            for side in self.track.sides:
+                flank = Flank(self.track, theta, t, side)
+                pressed = (self.normal >= 0.0) == flank.behind if both else np.ones(shape, dtype=bool)
+                on_cam = flank.passing.reshape(shape)
+                radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
+                rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius
+                slip = rim - flank.rolled.reshape(shape)
+                axial = flank.sliding()[1].reshape(shape)
+                each = (np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial))
+                for kind, values in enumerate(each):
+                    found[kind, m] = np.where(pressed, values, found[kind, m])
+        return found[0], found[1], found[2]
