@@ -80,7 +80,7 @@ def summary(data: dict[str, Any]) -> list[str]:
                      f"{100.0 * data['life_share']:.3g} % as long")  # fmt: skip
     if "edge" in data:
         edge = data["edge"]
-        what = "half a millimetre inside the sharp end that bears" if edge["unbounded"] else "at its largest"
+        what = "at most half a millimetre inside the sharp end that bears" if edge["unbounded"] else "at its largest"
         lines.append(f"the hardest roller, tilted by {edge['tilt_arcmin']:.3g}': "
                      f"{number(edge['tilted_pressure_mpa'], 4)} MPa {what}, level "
                      f"{number(edge['level_pressure_mpa'], 4)} MPa")  # fmt: skip

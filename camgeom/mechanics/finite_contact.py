@@ -219,9 +219,14 @@ class Patch:
         """Whether a sharp end bears, where no pressure is the largest."""
         return any(sharp and bears for sharp, bears in zip(self.bodies.profile.sharp, self.bearing_ends))
 
+    @property
+    def inside(self) -> float:
+        """From a sharp end that bears to where its pressure is told, mm; halfway of a contact that is that short."""
+        return min(self.bodies.profile.room, 0.5 * self.length)
+
     @cached_property
     def peak(self) -> tuple[float, float]:
-        """Largest pressure, MPa, and where along the roller, mm; of an unbounded one that INSIDE of its sharp ends."""
+        """Largest pressure, MPa, and where along the roller, mm; of an unbounded one that `inside` its sharp ends."""
         return max(((self.at(y), y) for y in self._told), key=lambda each: each[0]) if self.unbounded else self._top
 
     @property
@@ -242,8 +247,7 @@ class Patch:
     def _told(self) -> list[float]:
         """Places where a finite pressure may be the largest: inside of the sharp ends that bear, and between."""
         profile = self.bodies.profile
-        low, high = (room * (sharp and bears) for room, sharp, bears in
-                     zip((profile.room, profile.room), profile.sharp, self.bearing_ends))  # fmt: skip
+        low, high = (self.inside * (sharp and bears) for sharp, bears in zip(profile.sharp, self.bearing_ends))
         ends = [profile.low + low] * (low > 0.0) + [profile.high - high] * (high > 0.0)
         within = (self.y >= profile.low + low) & (self.y <= profile.high - high)
         return [*ends, float(self.y[int(np.argmax(np.where(within, self.ridge, 0.0)))])]
@@ -269,7 +273,7 @@ class Patch:
         ends = ((1.0, profile.low), (-1.0, profile.high))
         for (way, end), sharp, bears in zip(ends, profile.sharp, self.bearing_ends):
             if sharp and bears:
-                value[:, way * along < way * end + profile.room] = 0.0
+                value[:, way * along < way * end + self.inside] = 0.0
         return middle + along, across, value
 
     def beneath(self, poisson: float) -> tuple[float, float, float]:

@@ -188,8 +188,8 @@ def without_peak(patch: Patch, table: str = "roller") -> str:
     if not patch.unbounded:
         return ""
     return (
-        f"the pressure is unbounded at the sharp end that bears ({patch.peak[0]:.6g} MPa half a millimetre inside): "
-        f"give {table}.end_radius, or a crown that ends within the roller ({table}.crown = 'logarithmic')"
+        f"the pressure is unbounded at the sharp end that bears ({patch.peak[0]:.6g} MPa {patch.inside:.3g} mm inside"
+        f"): give {table}.end_radius, or a crown that ends within the roller ({table}.crown = 'logarithmic')"
     )
 
 
@@ -223,6 +223,10 @@ class Table:
         np.maximum.at(square, inside, np.square(patch.ridge))
         if patch.unbounded:
             square[[0, -1]] = np.where(patch.bearing_ends, 0.0, square[[0, -1]])
+            # A contact that touches next to its sharp end alone is told where its neighbours are.
+            peak, place = patch.peak
+            at = int(np.clip(np.searchsorted(edges, place) - 1, 1, len(square) - 2))
+            square[at] = max(square[at], peak * peak)
         return np.asarray(np.sqrt(square))
 
     def pressures(self, load: Floats, curvature: Floats, lean: Floats | None = None) -> Floats:

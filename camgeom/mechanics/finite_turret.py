@@ -97,7 +97,8 @@ class Wall:
 class FiniteTurret:
     """Contact of all rollers over one turn with both walls.
 
-    theta    cam angles, rad, (n,); profile of a roller beside the cam with all of its length
+    theta    cam angles, rad, (n,); middles of every roller along its axis (delta), mm, (k,)
+    profile  of a roller beside the cam with all of its length
     pair, own   compliance of both bodies, 1/MPa, and the roller's share of it; mirror: see `Bodies`
     tilt     tangent of the roller's misalignment, see `Ends`
     twist    angle, rad, of the roller's axis to its line of contact with wall 0 or 1 at a place of the arrays
@@ -105,6 +106,7 @@ class FiniteTurret:
 
     theta: Floats
     walls: tuple[Wall, Wall]
+    middles: Floats
     profile: Profile
     pair: float
     own: float
@@ -177,17 +179,26 @@ class FiniteTurret:
         """Where the table is hardest, or the load, and the contact solved there; an unbounded one before others."""
         return self._hardest[:2]
 
+    @property
+    def middle(self) -> float:
+        """Of the hardest pressed roller along its axis (delta), mm."""
+        return self._hardest[3]
+
     @cached_property
-    def _hardest(self) -> tuple[Extreme, Patch, float]:
-        """That, and by how much it is harder than the table says there."""
-        found: list[tuple[Extreme, Patch, float]] = []
+    def _hardest(self) -> tuple[Extreme, Patch, float, float]:
+        """That, by how much it is harder than the table says there, and the middle of that roller."""
+        found: list[tuple[Extreme, Patch, float, float]] = []
         for w in self._pressed:
             wall, tabled = self.walls[w], self._tabled[w].max(axis=0)
             for n, k in {tuple(int(i) for i in np.unravel_index(int(np.argmax(each)), each.shape))
                          for each in (tabled, wall.load)}:  # fmt: skip
+                if wall.load[n, k] <= 0.0:  # the table tells of none
+                    continue
                 patch = refined(self.bodies(w, (n, k)), float(wall.load[n, k]))
                 sure = surely(patch)
-                found.append((Extreme(sure, float(self.theta[n]), patch.peak[1]), patch, sure / float(tabled[n, k])))
+                middle = float(self.middles[k])
+                extreme = Extreme(sure, float(self.theta[n]), middle + patch.peak[1])
+                found.append((extreme, patch, sure / float(tabled[n, k]) if tabled[n, k] > 0.0 else 1.0, middle))
         sharp = [one for one in found if one[1].unbounded]
         return max(sharp or found, key=lambda one: one[0].value)
 
@@ -206,7 +217,7 @@ class FiniteTurret:
 
         As hard as `hardest`, of a sharp end that bears inside of it; each bin counts for the place nearest to it.
         """
-        peak, _, scale = self._hardest
+        peak, _, scale, _ = self._hardest
         tabled = np.minimum(scale * np.maximum(*self._tabled), peak.value)
         nearest = np.argmin(np.abs(middles_of(self.edges, self.profile)[:, None] - places), axis=1)
         out = np.zeros((*tabled.shape[1:], len(places)))

@@ -184,7 +184,10 @@ def pressed(
         changed = old == 0.0 or bool(cut.any())
         fresh[cut] = 0.0
         fresh[late] = -(1.0 if plain else influence.stiff) * pace * g[late]
-        scale = load / _sum(weight, fresh)
+        carried = _sum(weight, fresh)
+        if not carried > 0.0:
+            break
+        scale = load / carried
         fresh *= scale
         moved = _sum(weight, np.abs(fresh - p))
         # What a step moves adds to the deflection, unless cells came or went.

@@ -209,14 +209,19 @@ class TurretDuty:
         """Gap of the slices' middles by crown, run-out and tilt, mm, (2, n, k, m)."""
         if self.level == "line":
             return np.zeros(beside.on.shape)
-        y, tilt = beside.place - self.middle, tan(self.ends.tilt)
+        y, tilt = beside.place - self._middles[:, None], tan(self.ends.tilt)
         way = np.array([-tilt, tilt])[:, None, None, None]
         return np.asarray(self._profile.drop(np.clip(y, *self._profile.reach)) + way * y)
 
+    @cached_property
+    def _middles(self) -> Floats:
+        """Middle of every roller's contact stretch along its axis (delta), mm, (k,): plates stand side by side."""
+        return np.array([0.5 * sum(self.tracks[index].contact) for index, _ in self.engagement.places])
+
     @property
     def middle(self) -> float:
-        """Middle of a roller's contact stretch along its axis (delta), mm."""
-        return 0.5 * sum(self.tracks[0].contact)
+        """Of the roller whose contact is solved, mm along its axis (delta)."""
+        return float(self._middles[0]) if self.finite is None else self.finite.middle
 
     @cached_property
     def _profile(self) -> Profile:
@@ -238,18 +243,18 @@ class TurretDuty:
         from camgeom.mechanics.finite_turret import FiniteTurret, Wall
 
         back, ahead = (
-            Wall(load[w], e.cover[w], e.place[w] - self.middle, e.curvature[w], approach[w]) for w in (0, 1)
+            Wall(load[w], e.cover[w], e.place[w] - self._middles[:, None], e.curvature[w], approach[w]) for w in (0, 1)
         )
         pair = pair_compliance(self.roller, self.cam)
         return FiniteTurret(
-            self.theta, (back, ahead), self._profile, pair, self.roller.compliance / pair, float(self.ends.mirrored),
-            tan(self.ends.tilt), self._twist,
+            self.theta, (back, ahead), self._middles, self._profile, pair, self.roller.compliance / pair,
+            float(self.ends.mirrored), tan(self.ends.tilt), self._twist,
         )  # fmt: skip
 
     def _twist(self, wall: int, at: tuple[int, int]) -> float:
         """Angle, rad, of a roller's axis to its line of contact with a wall, under its crown; 0 without one."""
         index, turn = self.engagement.places[at[1]]
-        track, t = self.tracks[index], np.array([self.tracks[index].meridian.parameter(self.middle)])
+        track, t = self.tracks[index], np.array([self.tracks[index].meridian.parameter(float(self._middles[at[1]]))])
         for side in track.sides if self.crown is not None else ():
             flank = Flank(track, self.theta[at[0] : at[0] + 1] + TURN * turn, t, side)
             if flank.behind == (wall == 0):
@@ -262,7 +267,7 @@ class TurretDuty:
     def pressure(self) -> Floats:
         """Peak contact pressure of every slice, MPa, (n, k, m); infinite where it bears on a wall that it undercuts."""
         if self.finite is not None:
-            return self.finite.pressure(self.tracks[0].meridian.jet(self.engagement.stations)[0] - self.middle)
+            return self.finite.pressure(self.tracks[0].meridian.jet(self.engagement.stations)[0] - self._middles[0])
         pair = pair_compliance(self.roller, self.cam)
         k = self._walls(self.engagement.curvature)
         folded = (k <= 0.0) & (self.line_load > 0.0)
@@ -614,8 +619,7 @@ class TurretDuty:
     def least_peak(self) -> Extreme:
         """The largest pressure; where a sharp end bears that half a millimetre inside, no peak, but a bound of one."""
         if self.finite is not None:
-            found = self.finite.hardest[0]
-            return replace(found, place=self.middle + found.place)
+            return self.finite.hardest[0]
         n, k, m = self._hardest
         delta = float(self._walls(self.engagement.place)[n, k, m])
         return Extreme(float(self.pressure.max(initial=0.0)), float(self.theta[n]), delta)

@@ -55,7 +55,7 @@ def composed(path: Program, drive: Program) -> Program:
                 own.append(Piece(start, end, 0.5 * (start + end), scaled, (), kept.get(low, ORDER_LIMIT)))
         pieces.append(tuple(own))
     moved = [(span.end, None, None) if span.law == "dwell" else (span.end, span.after, span.law) for span in spans]
-    return Program(tuple(Segment(*one) for one in moved), spans, tuple(pieces))
+    return Program(tuple(Segment(*one) for one in moved), spans, tuple(pieces), path=path)
 
 
 def place(drive: Program, theta: Floats) -> Floats:

@@ -93,7 +93,11 @@ def load_all(files: Iterable[str]) -> None:
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Cores that this process may use; one of a worker that may have none of its own."""
+    from multiprocessing import current_process
+
+    if current_process().daemon:
+        return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

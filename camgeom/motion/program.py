@@ -49,7 +49,8 @@ class Continuity(NamedTuple):
 class Program:
     """The follower's motion over the cam angle, periodic; lift in mm or rad, angles in rad.
 
-    `advance` is what the lift grows by in each turn (the index angle of a turret; 0 for a closed program).
+    `advance` is what the lift grows by in each turn (the index angle of a turret; 0 for a closed program). `path`: the
+    program over a travel that this one is composed of, whose laws are the user's.
 
     >>> from camgeom.motion import Program, Segment
     >>> rise, rest = Segment(math.pi, 10.0, "cycloidal"), Segment(1.5 * math.pi, 0.0, "3-4-5")
@@ -63,6 +64,7 @@ class Program:
     pieces: tuple[tuple[Piece, ...], ...]
     advance: float = 0.0
     ends: tuple[Ends, ...] = ()
+    path: Program | None = None
 
     @classmethod
     def from_segments(
@@ -152,6 +154,8 @@ class Program:
     @cached_property
     def best_laws(self) -> tuple[tuple[int, Best], ...]:
         """The segments whose law is the best for a requirement, each with its least value and bound, normalised."""
+        if self.path is not None:
+            return self.path.best_laws
         if not any(segment.law == "optimal" for segment in self.segments):
             return ()
         from camgeom.motion.laws_optimal import best_law

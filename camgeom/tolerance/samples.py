@@ -139,7 +139,7 @@ class Drawn:
     @cached_property
     def motion(self) -> Floats:
         """Largest deviation anywhere."""
-        return np.maximum(self.dwell, self.machines.moved(len(self.dwell), self.workers))
+        return self.machines.moved(self.dwell, self.workers)
 
     @cached_property
     def pressure(self) -> Floats | None:
@@ -345,11 +345,15 @@ class Machines:
             by_key[self.columns[error.start].cause.key] += float(share)
         return Drawn(self, workers, dwell, backlash, preload, by_key)
 
-    def moved(self, samples: int, workers: int = 2) -> Floats:
-        """Largest deviation of those machines in the moves, (samples,); 0 of a program without a dwell."""
-        self._refuse_long(samples, self.cost[1])
+    def moved(self, dwell: Floats, workers: int = 2) -> Floats:
+        """Largest deviation of machines, (samples,), of which that in the dwells is known: less is not asked."""
+        self._refuse_long(len(dwell), self.cost[1])
         self.moving  # noqa: B018
-        return np.concatenate(self._judged(self._move, samples, workers))
+
+        def move(block: int, x: Singles) -> Floats:
+            return self._move(x, dwell[block * BLOCK :][: x.shape[1]])
+
+        return np.concatenate(self._judged(move, len(dwell), workers))
 
     def pressed(self, samples: int, workers: int = 2) -> Floats | None:
         """Largest pressure of those machines where it is asked, MPa, (samples,); None of no line contact."""
@@ -414,10 +418,10 @@ class Machines:
         figures = np.stack([rest, np.maximum(loose, 0.0), tight])
         return figures, self._sums(x, outcomes) if outcomes else None
 
-    def _move(self, _: int, x: Singles) -> Floats:
-        """Largest deviation of a block in the moves, (size,)."""
+    def _move(self, x: Singles, dwell: Floats) -> Floats:
+        """Largest deviation of machines (columns, size), (size,), of which that in the dwells is known."""
         zero = self._stand(self.resting[0], x)[:2] if self.relative else None
-        worst = np.zeros(x.shape[1])
+        worst = dwell.copy()
         for position in self.moving:
             low, high, _play = self._stand(position, x, worst, zero)
             np.maximum(worst, _off(low, high, zero), out=worst)

@@ -34,6 +34,8 @@ Bools = npt.NDArray[np.bool_]
 STEPS = 60
 SAME = 1e-9
 """share of the largest bound to which a balance is found, of single precision what that holds"""
+SHORTER = 0.8
+"""of the last Newton step, at most"""
 FEWER = 0.7
 """share of the rows, or less, that a balance goes on with alone once the others are found"""
 SCALE = 0.005
@@ -194,8 +196,9 @@ def balance(
     """psi (r,) at which stations (q, r) press as hard as loads (r,) ask: sum(-L k [a + L psi]+) = load.
 
     low, high  rigid bounds, (r,); start: where psi is looked for first, NaN: between them. The sum falls with psi in
-    straight pieces: Newton steps, kept in a bracket, end where they stay on one. Raises NotConverged where no station
-    can give the load.
+    straight pieces: Newton steps, kept in a bracket, end where they stay on one; one about as long as the last, from
+    end to end between two walls that press alike, gives way to the bracket's middle. Raises NotConverged where no
+    station can give the load.
     """
     pull = lever * stiffness
     hard = pull * lever
@@ -207,7 +210,7 @@ def balance(
         psi = np.where(np.isnan(start), psi, np.clip(start, below, above))
     kind = approach.dtype
     scale = max(SAME, 8.0 * float(np.finfo(kind).eps)) * np.maximum(np.abs(below), np.abs(above))
-    found, rows = psi, np.arange(len(psi))
+    found, rows, last = psi, np.arange(len(psi)), np.full(len(psi), np.inf)
     pressed, on = np.empty_like(approach), np.empty_like(approach)
     for _ in range(STEPS):
         np.multiply(lever, psi.astype(kind), out=pressed)
@@ -218,19 +221,20 @@ def balance(
         slope = _summed(hard, on)
         below, above = np.where(rest >= 0.0, psi, below), np.where(rest <= 0.0, psi, above)
         fresh = psi + rest / np.where(slope > 0.0, slope, 1.0)
-        fresh = np.where((slope > 0.0) & (fresh >= below) & (fresh <= above), fresh, 0.5 * (below + above))
-        left = np.abs(fresh - psi) > scale
+        shorter = np.abs(fresh - psi) <= np.maximum(SHORTER * last, scale)
+        fresh = np.where((slope > 0.0) & (fresh >= below) & (fresh <= above) & shorter, fresh, 0.5 * (below + above))
+        last = np.abs(fresh - psi)
+        left = last > scale
         psi, more = fresh, int(np.count_nonzero(left))
         if more <= FEWER * len(rows):
             found[rows] = psi
             if not more:
                 return found
             rows = rows[left]
-            psi, below, above, scale = psi[left], below[left], above[left], scale[left]
+            psi, below, above, scale, last = psi[left], below[left], above[left], scale[left], last[left]
             approach, lever, pull, hard, load = (_kept(left, v) for v in (approach, lever, pull, hard, load))
             pressed, on = np.empty_like(approach), np.empty_like(approach)
-    found[rows] = psi
-    return found
+    raise NotConverged(f"where {len(rows)} of {len(found)} followers stand between their walls was not found")
 
 
 def beyond(

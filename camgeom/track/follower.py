@@ -87,6 +87,7 @@ class _Bearing(Section):
 class _Ended(_Bearing):
     """Keys of a roller with two ends: what its contact with the flank is like beside its shape."""
 
+    diameter: Length = Field(description="mm")
     end_radius: Gap = Field(
         0.0, description="mm, rounding that follows at both ends of `length`, of whichever body ends there; 0: sharp "
         "edges, whose pressure nothing bounds where they bear"
@@ -100,6 +101,13 @@ class _Ended(_Bearing):
         "the roller's part of that support, by its mirrored pressure (approximate)"
     )
 
+    @model_validator(mode="after")
+    def _has_ends(self) -> Self:
+        if self.end_radius > 0.5 * self.diameter:
+            most = 0.5 * self.diameter
+            raise ValueError(f"end_radius = {self.end_radius:g}: allowed: at most half the diameter, {most:g} mm")
+        return self
+
     @property
     def ends(self) -> Ends:
         """How it ends and stands against its flank."""
@@ -110,7 +118,6 @@ class CylinderRoller(_Ended):
     """A cylindrical roller."""
 
     shape: Literal["cylinder"] = "cylinder"
-    diameter: Length = Field(description="mm")
     length: Length = Field(description="mm, contact length with the flank")
 
     def meridian(self, centre: float, tip_sign: float) -> Meridian:

@@ -1,6 +1,8 @@
 """Statistics over turns, clearance studies on all processors, the fixed-step method, the two papers, the spec."""
 
 import math
+import multiprocessing
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from camgeom.dynamics.impact.study import (
     study,
 )
 from camgeom.errors import NotConverged, ProfileError
+from camgeom.motion.own import cores
 from camgeom.validation.fixed_step import solve_fixed
 from tests.reference.impact_press import SPEED as FRAME_SPEED
 from tests.reference.impact_press import pressing_problem
@@ -61,6 +64,11 @@ def test_a_long_study_spawns_and_a_short_one_does_not(monkeypatch: pytest.Monkey
     monkeypatch.setattr(impact_study, "WORTH_SPAWNING", 0.0)
     assert study(problems) == [None] * 3
     assert asked == [1]
+
+
+def test_a_worker_that_may_have_none_of_its_own_works_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(multiprocessing, "current_process", lambda: SimpleNamespace(daemon=True))
+    assert cores() == 1
 
 
 def test_steady_turns_of_the_reference_mechanism() -> None:

@@ -214,3 +214,24 @@ def test_the_table_is_the_half_space_on_both_walls() -> None:
         n, k = np.unravel_index(int(np.argmax(wall.load)), wall.load.shape)
         exact = refined(finite.bodies(w, (int(n), int(k))), float(wall.load[n, k]))
         assert finite._tabled[w][:, n, k].max() == pytest.approx(exact.peak[0], rel=0.03)
+
+
+def test_plates_bear_alike_wherever_they_stand_on_their_shaft() -> None:
+    """Tilted rollers of all plates lean about their own middles: farther apart, nothing changes but the place."""
+    near, far = _apart(24.0), _apart(60.0)
+    one, other = duty_of(near), duty_of(far)
+    assert one.roller_load == pytest.approx(other.roller_load, rel=1e-9)
+    bears = (one.roller_load > 1e-3 * one.roller_load.max()).any(axis=0)
+    assert {one.engagement.places[k][0] for k in np.flatnonzero(bears)} == {0, 1}
+    assert one.finite is not None
+    for wall in one.finite.walls:
+        there = (wall.cover > 0.0) & bears[:, None]
+        assert np.abs(wall.place[there]).max() <= 7.0, "from the middle of the roller on its own plate"
+    shift = one.finite.middles - one.finite.middles[0]
+    assert sorted(set(shift.round(9))) == [0.0, 40.0]
+
+
+def _apart(gap: float) -> Model:
+    data = dict(load((PROFILES / "parallel_index.toml").read_text(), "parallel_index")[0])
+    roller = {**data["roller"], "misalignment_deg": 0.02, "end_radius": 1.0}
+    return Model(from_data(data | {"cam": {**data["cam"], "gap": gap}, "roller": roller}, "parallel_index"))

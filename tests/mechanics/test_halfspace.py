@@ -115,6 +115,15 @@ def test_a_sharp_end_that_bears_has_no_peak() -> None:
     assert not off.unbounded
 
 
+def test_what_touches_next_to_a_sharp_end_alone_is_told_halfway() -> None:
+    found = press(Bodies(0.1, Profile(-6.0, 6.0), PAIR, tilt=-1e-2), 1.0)
+    assert found.unbounded
+    assert found.length < INSIDE
+    assert found.inside == pytest.approx(0.5 * found.length)
+    assert found.peak == (pytest.approx(found.at(6.0 - found.inside)), pytest.approx(6.0 - found.inside))
+    assert found.peak[0] > 100.0
+
+
 @pytest.mark.parametrize(("end", "tilt", "share"), [(0.5, 0.0, 0.02), (1.0, 3e-4, 0.01), (1.0, -3e-4, 0.01)])
 def test_a_rounded_end_has_a_peak_that_settles(end: float, tilt: float, share: float) -> None:
     fine = press(Bodies(0.1, Profile(-6.0, 6.0, end_radius=end), PAIR, tilt), 500.0, strips=192)

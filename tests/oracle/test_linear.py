@@ -118,6 +118,14 @@ def test_a_motion_that_comes_to_rest_smoothly_is_composed_too(law: str, drive: s
         assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
 
 
+def test_the_best_law_of_a_path_is_told_of_the_path() -> None:
+    found = plate().with_({"motion[1].law": "optimal", "motion[1].minimise": "jerk"}).setup.program
+    assert len(found.segments) > 3
+    ((number, best),) = found.best_laws
+    assert number == 1
+    assert best.value == pytest.approx(32.0, rel=1e-6)
+
+
 @pytest.mark.parametrize("lean", [0.0, 20.0, -25.0])
 def test_the_pressure_angle_is_that_of_the_slope_seen_from_the_slide(lean: float) -> None:
     made = plate(cam=f"inclination = {lean}")

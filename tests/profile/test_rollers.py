@@ -11,7 +11,7 @@ from camgeom.checks import judge
 from camgeom.errors import ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse
-from camgeom.track.follower import ConeRoller
+from camgeom.track.follower import ConeRoller, CylinderRoller
 from tests.places import PROFILES
 
 
@@ -42,6 +42,13 @@ def test_a_crown_ends_before_its_point() -> None:
     parse(changed("feeder_runout", crown_radius=8.0))
     with pytest.raises(ProfileError, match=r"crown_radius = 7\.99: allowed: at least half the diameter, 8 mm"):
         parse(changed("feeder_runout", crown_radius=7.99))
+
+
+def test_an_end_is_rounded_by_no_more_than_the_roller_is_thick() -> None:
+    CylinderRoller(diameter=22.0, length=12.0, end_radius=11.0)
+    text = (PROFILES / "pin_insertion.toml").read_text()
+    with pytest.raises(ProfileError, match=r"end_radius = 11\.01: allowed: at most half the diameter, 11 mm"):
+        parse(text.replace("\nlength = 12\n", "\nlength = 12\nend_radius = 11.01\n"))
 
 
 def test_a_ball_is_touched_above_its_pole() -> None:

@@ -9,7 +9,7 @@ from camgeom.model import Model
 from camgeom.profile import parse, read
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Approaches, default_pivots
 from camgeom.tolerance.contacts import Contacts, contacts
-from camgeom.tolerance.seat import walls_of
+from camgeom.tolerance.seat import balance, walls_of
 from tests.places import ROOT
 from tests.reference.rising_disc import ROLLER, rising_disc
 
@@ -126,3 +126,15 @@ def test_radial_cylinders_on_a_turret() -> None:
         assert np.abs(got["skew_arcmin"][0]) == pytest.approx(np.abs(1.0 - centre * np.cos(tau) / delta), rel=1e-9)
         wanted = np.hypot(1.0, tan) / (2.0 * delta)
         assert np.abs(got["roller_diameter"][0]) == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("start", [-0.002, -0.001, 0.004, None])
+def test_a_balance_between_two_walls_does_not_leap_from_end_to_end(start: float | None) -> None:
+    """From one rigid bound Newton's step, on the one wall that presses there, ends at the other bound, and back."""
+    lever, stiffness = np.array([[-20.0], [25.0]]), np.array([[3.0e5], [3.0e5 * 16.0 / 25.0]])
+    approach = -lever * np.array([[-0.001], [-0.002]])
+    psi = balance(approach, lever, stiffness, np.zeros(1), np.array([-0.001]), np.array([-0.002]),
+                  None if start is None else np.array([start]))  # fmt: skip
+    force = stiffness * np.maximum(approach + lever * psi, 0.0)
+    assert float(np.sum(-lever * force)) == pytest.approx(0.0, abs=1e-6 * float(np.abs(lever * force).max()))
+    assert -0.002 < psi[0] < -0.001

@@ -381,7 +381,7 @@ def test_more_machines_than_can_be_paid_are_refused_before_any_is_drawn() -> Non
     """Their cost is known before: 0.999 of what is spent is drawn, 1.002 is refused with the number that would do."""
     machines = Model(parse(ALONG.format(value=0.01, limit=40))).tolerances
     machines = machines.machines(machines.spreads)
-    for each, draw in zip(machines.cost, (machines.drawn, machines.moved)):
+    for each, draw in zip(machines.cost, (machines.drawn, lambda n: machines.moved(np.zeros(n)))):
         most = int(samples.SPENT / each)
         machines._refuse_long(int(0.999 * most), each)
         with pytest.raises(NotConverged, match=f"more than the 60 s .*: at most {most} of tolerance.samples$"):

@@ -120,7 +120,7 @@ def elastic(study: FollowerStudy, program: Program, rotating: bool) -> tuple[Blo
             blocks += flying(study.flight, study, rotating)
         except CamgeomError as error:
             blocks.append(Text((f"Where the follower leaves its cam is not known: {error}",)))
-    if study.sweep_speeds is not None:
+    if study.sweep_speeds is not None and study.sweep.answered.any():
         blocks.append(over_speeds(study, rotating))
     left = residual(study, program, rotating)
     blocks += [left] if left is not None else []

@@ -48,7 +48,7 @@ def indexing(study: IndexingStudy, program: Program) -> tuple[Block, ...]:
     blocks.append(from_rest(study))
     left = in_dwell(study)
     blocks += [left] if left is not None else []
-    if study.sweep_speeds is not None:
+    if study.sweep_speeds is not None and study.sweep.answered.any():
         blocks.append(over_speeds(study, speed))
     return (*blocks, modes_table(found, speed), figures(study), balance(study), peaks(response))
 

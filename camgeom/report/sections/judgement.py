@@ -196,7 +196,7 @@ def _shared(duty: TurretDuty) -> Iterator[Figure]:
     """A turret whose rollers share the load."""
     data = duty.contact_data()
     if duty.no_stress:
-        note = f"{_at(duty.least_peak.cam_angle)}, half a millimetre inside the sharp end: no largest pressure"
+        note = f"{_at(duty.least_peak.cam_angle)}, at most half a millimetre inside the sharp end: no largest pressure"
         yield Figure("Contact pressure", duty.least_peak.value, "MPa", note)
     else:
         at = f"at {data['peak_slice_cam_angle_deg'] % 360.0:.1f}°, worst slice"

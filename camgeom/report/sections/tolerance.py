@@ -53,7 +53,7 @@ def _together(data: dict[str, Any], unit: str) -> Block:
         rows.append(("Largest contact pressure", None, data["pressure_mpa"], None, "MPa"))
     if "edge" in data:
         edge = data["edge"]
-        inside = ", half a millimetre inside its sharp end" if edge["unbounded"] else ""
+        inside = ", at most half a millimetre inside its sharp end" if edge["unbounded"] else ""
         told = f"Hardest roller, tilted by {edge['tilt_arcmin']:.3g}′{inside}"
         told = f"{told}; level {edge['level_pressure_mpa']:.4g} MPa"
         rows.append((told, None, None, edge["tilted_pressure_mpa"], "MPa"))
