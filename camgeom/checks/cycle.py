@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camgeom.checks import NO_OPERATION, solved
+from camgeom.checks import NO_OPERATION, refuse_coarse, solved
 from camgeom.checks.verdict import Comparison, Finding, NotJudged, judged
 from camgeom.track import TURN
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Peak = tuple[float, float, str]
 """value, mm/s (deg/s), its cam angle, rad, and whose motion it is"""
+SOLVED = {False: {"velocity": ""}, True: {"turret_velocity": ", of the turret", "load_velocity": ", of its load"}}
+"""outputs of a follower and of an indexing drive that are velocities, and whose"""
 AT_STROKE = 1e-9
 """share of the stroke within which a dwell is at its far end"""
 FASTER = "a smaller stroke, a longer motion, a law of lower peak velocity, or a lower speed"
@@ -60,9 +62,12 @@ def _peaks(model: Model) -> Iterator[Peak]:
     peak = model.setup.program.peak(1)
     yield unit * abs(peak.value) * operation.speed * pi / 30.0, peak.at, "rigid"
     unit = degrees(1.0) if model.profile.rotating else 1e3
-    if model.elastic_follower is not None:
-        found = model.elastic_follower.steady.peak("velocity")
-        yield unit * float(found.magnitude[0]), float(found.magnitude_at[0]) % TURN, "with vibration"
+    solved_by = model.indexing or model.elastic_follower
+    if solved_by is not None:
+        refuse_coarse(model)
+        for name, whose in SOLVED[model.indexing is not None].items():
+            found = solved_by.steady.peak(name)
+            yield unit * float(found.magnitude[0]), float(found.magnitude_at[0]) % TURN, f"with vibration{whose}"
     run = model.impact
     if run is not None and impact is not None:
         trace = run.trace.flat()

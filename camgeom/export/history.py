@@ -119,7 +119,9 @@ def _vibration(model: Model, theta: Floats) -> Iterator[tuple[str, Floats]]:
         yield from _outputs("periodic", model.elastic_follower.steady, theta, model.profile.rotating)
 
 
-SUFFIX = {"rad": "rad", "rad/s2": "rad_s2", "N m": "n_m", "N": "n", "m": "m", "m/s": "m_s", "m/s2": "m_s2"}
+SUFFIX = {
+    "rad": "rad", "rad/s": "rad_s", "rad/s2": "rad_s2", "N m": "n_m", "N": "n", "m": "m", "m/s": "m_s", "m/s2": "m_s2",
+}  # fmt: skip
 """ends of columns by the unit that an output's meaning begins with"""
 ROTATING = {"n": "n_m", "m": "rad", "m_s": "rad_s", "m_s2": "rad_s2"}
 """the same of a rocker, whose outputs are worded as a slide's"""

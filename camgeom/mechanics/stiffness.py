@@ -55,7 +55,7 @@ class Slices:
 
     lever    mm, with the sign of the torque that the wall gives the turret, (n, e)
     preload  approach at psi = 0, mm, below zero where there is a gap, (n, e)
-    width    of a slice that has a wall, mm, (n, e); radius of the rollers in their middle, mm
+    width    of a slice that has a wall, mm, (n, e); radius of the roller there, mm, (e,) or one
     """
 
     on: npt.NDArray[np.bool_]
@@ -63,7 +63,7 @@ class Slices:
     curvature: Floats
     preload: Floats
     width: Floats
-    radius: float
+    radius: Floats | float
     roller: Material
     cam: Material
 
@@ -81,7 +81,8 @@ class Slices:
         def flat(values: Floats) -> Floats:
             return np.asarray(np.moveaxis(values, 0, 1).reshape(n, -1))
 
-        radius = float(beside.tracks[0].meridian.jet(beside.stations)[3][len(beside.stations) // 2])
+        radii = beside.tracks[0].meridian.jet(beside.stations)[3]
+        radius = np.tile(radii, beside.on[:, 0].size // len(radii))
         k, on = flat(beside.curvature), beside.cover > 0.0
         return cls(
             np.moveaxis(on, 0, 1).reshape(n, -1),

@@ -436,7 +436,7 @@ class TurretDuty:
         A slice whose wall asks for another turning slides. The friction mu N r of the slices that are dragged on equals
         that of those that are held back (a free bearing): the roller turns as the weighted median of its slices, on
         both walls where a preload presses both. Without load, as the middle slice beside the wall that the torque
-        chooses.
+        chooses, or beside the other one where that is the one it has.
         """
         e, radii = self.engagement, self.tracks[0].meridian.jet(self.engagement.stations)[3]
         if self._by_slices:
@@ -449,8 +449,10 @@ class TurretDuty:
         turning, weight = (np.take_along_axis(values, order, axis=-1) for values in (turning, weight))
         total = np.cumsum(weight, axis=-1)
         middle = np.argmax(total >= 0.5 * (1.0 - 1e-12) * total[..., -1:], axis=-1)[..., None]
-        chosen = np.where(self.turret_torque >= 0.0, 0, 1), np.arange(len(self.theta))
-        free = e.turning[chosen][..., len(radii) // 2]
+        way, rows = np.where(self.turret_torque >= 0.0, 0, 1), np.arange(len(self.theta))
+        there, beside = ((e.cover[wall, rows] > 0.0).any(axis=-1) for wall in (way, 1 - way))
+        chosen, other = (e.turning[wall, rows][..., len(radii) // 2] for wall in (way, 1 - way))
+        free = np.where(beside & ~there, other, chosen)
         pressed = np.take_along_axis(turning, middle, axis=-1)[..., 0]
         return np.asarray(np.where(total[..., -1] > 0.0, pressed, free))
 

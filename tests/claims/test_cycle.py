@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from math import pi
 
+import numpy as np
 import pytest
 
 import camgeom
 from camgeom.checks import judge
 from camgeom.checks.verdict import Finding
+from camgeom.model import Model
+from camgeom.profile import from_data
+from camgeom.profile.text import load
 from tests.places import PROFILES
 
 TEXT = (PROFILES / "constant_width_press.toml").read_text(encoding="utf-8")
@@ -73,3 +77,29 @@ def test_a_rocker_is_judged_in_degrees() -> None:
     (finding,) = found("velocity", text, velocity=3000.0)
     assert finding.unit == "deg/s"
     assert finding.value == pytest.approx(1.875 * 24.0 / (70.0 / 360.0 * 0.1), rel=1e-9)
+
+
+SHAFTS = {"kind": "indexing", "input_stiffness": 2e5, "output_stiffness": 4e4, "output_damping": 5.0,
+          "contact_damping": 40.0, "cam_inertia": 0.1, "turret_inertia": 0.1, "contact_stiffness": 5e6}  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
+def test_the_load_of_an_indexing_drive_is_judged_as_it_swings(share: float, level: str) -> None:
+    """The rigid turret of 1 357 deg/s passed where its load reaches 1 964."""
+    data = load((PROFILES / "tool_changer.toml").read_text(encoding="utf-8"), "changer")[0]
+    del data["tolerance"]
+    data["operation"] |= {"speed": 400.0}
+    data |= {"dynamics": SHAFTS, "limits": {"velocity": 1e4}}
+    study = Model(from_data(data, "changer")).indexing
+    assert study is not None
+    response = study.steady
+    theta = response.theta[-1] - 2.0 * pi * np.linspace(1.0, 0.0, 4001)[1:]
+    rate = np.gradient(response.at(theta, "load_deviation")[0], theta) + study.motion.jet(np.mod(theta, 2.0 * pi), 1)[1]
+    swung = np.degrees(np.abs(rate).max() * study.speed)
+    peak = np.degrees(response.peak("load_velocity").magnitude[0])
+    assert peak == pytest.approx(swung, rel=1e-4)
+    data["limits"] = {"velocity": share * peak}
+    (finding,) = judge(Model(from_data(data, "changer")), ("velocity",)).findings
+    assert (finding.level, finding.where) == (level, "with vibration, of its load")
+    assert finding.rigid is not None
+    assert finding.rigid < 0.9 * peak

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from camgeom.cams import starter
+from camgeom.checks import judge
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
@@ -116,3 +117,37 @@ def test_under_a_preload_a_roller_rolls_on_the_wall_that_presses_it() -> None:
     way = np.where(duty.turret_torque >= 0.0, 0, 1)
     of_torque = walls[way, np.arange(len(way))]
     assert np.abs(of_torque[one] / own[one] - 1.0).max() > 0.07
+
+
+def test_rings_of_a_parallel_indexer_roll_alike_to_and_from_the_middle_of_its_index() -> None:
+    """Run backwards without friction one ring's passage is the other's; a roller on its only wall rolls, loaded or not.
+    """
+    duty = made("parallel_index", operation={"friction": 0.0}).turret_duty
+    assert duty is not None
+    assert duty.bearing is not None
+    first, second = duty._path
+    assert second == pytest.approx(first, rel=1e-6)
+    e, m = duty.engagement, len(duty.engagement.stations) // 2
+    there = (e.cover > 0.0).any(axis=3)
+    alone = there[0] ^ there[1]
+    assert alone.sum() > 500
+    assert np.abs(duty.turning)[alone] == pytest.approx(np.abs(np.where(there[0], *e.turning[..., m]))[alone])
+
+
+@pytest.mark.parametrize(
+    ("limit", "level"), [(0.999 * 882.36, "warn"), (1.002 * 882.36, "pass"), (0.999 * 121.5, "fail")]
+)
+def test_the_speed_of_rollers_that_no_torque_presses_is_judged(limit: float, level: str) -> None:
+    """Told were 83 r/min, of a ring that stood still whenever the torque pressed the other one."""
+    (found,) = judge(made("parallel_index", roller={"limiting_speed": limit}), ("bearing-speed",)).findings
+    assert found.level == level
+
+
+def test_a_preload_of_a_nanometre_is_none() -> None:
+    """Of rollers of every radius along themselves: loads, stiffness and paths have one limit, from both sides."""
+    none, hair = (made("conical_indexer", cam={"preload": preload}).turret_duty for preload in (0.0, 1e-6))
+    assert none is not None
+    assert hair is not None
+    assert hair.pressure.max() == pytest.approx(none.pressure.max(), rel=1e-3)
+    assert hair._path == pytest.approx(none._path, rel=1e-3)
+    assert hair.lives["roller"] == pytest.approx(none.lives["roller"], rel=5e-3)

@@ -316,6 +316,12 @@ class IndexingDrive:
             return np.full(np.shape(theta), self.contact_stiffness)
         return periodic_spline(self.contact_table, theta)
 
+    def contact_stiffness_slope_at(self, theta: Floats) -> Floats:
+        """Derivative of K12 in the cam angle, N m/rad², at cam angles theta (rad)."""
+        if not self.contact_table:
+            return np.zeros(np.shape(theta))
+        return periodic_spline(self.contact_table, theta, slope=True)
+
     def stiffness(self, theta: Floats, motion: Motion, names: tuple[str, ...] | None = None) -> Floats:
         """Stiffness matrices (n, m, m) at cam angles theta (n,) rad, for a cam at rest (no velocity terms)."""
         names = names or self.coordinates
@@ -371,8 +377,10 @@ def _spline(table: tuple[float, ...]) -> tuple[Floats, Floats]:
     return frozen((values, np.ascontiguousarray(curve)))
 
 
-def periodic_spline(table: tuple[float, ...], theta: Floats) -> Floats:
-    """Periodic cubic spline through the values of a table at equal steps over one turn, at cam angles theta (rad)."""
+def periodic_spline(table: tuple[float, ...], theta: Floats, slope: bool = False) -> Floats:
+    """Periodic cubic spline through the values of a table at equal steps over one turn, at cam angles theta (rad), or
+    its slope there.
+    """
     (values, curve), count = _spline(table), len(table)
     h = 2.0 * np.pi / count
     place = np.mod(theta, 2.0 * np.pi) / h
@@ -380,5 +388,8 @@ def periodic_spline(table: tuple[float, ...], theta: Floats) -> Floats:
     u = place - left
     w = 1.0 - u
     right = (left + 1) % count
+    if slope:
+        bend = ((3.0 * u**2 - 1.0) * curve[right] - (3.0 * w**2 - 1.0) * curve[left]) * h / 6.0
+        return np.asarray((values[right] - values[left]) / h + bend)
     bend = ((w**3 - w) * curve[left] + (u**3 - u) * curve[right]) * h * h / 6.0
     return np.asarray(w * values[left] + u * values[right] + bend)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.dynamics.indexing.system import DriveResponse
+from camgeom.dynamics.indexing.system import DriveResponse, TorsionSystem
 from camgeom.dynamics.linear.peaks import peak, sampled
 from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import INSIDE, Solution, advance
@@ -28,23 +28,24 @@ QUADRATURE = 5
 
 @dataclass(frozen=True, eq=False)
 class EnergyBalance:
-    """Mean powers (b,) in W over a turn: input, dissipated, and what linearisation of the contact adds; error is a
-    share.
+    """Mean powers (b,) in W over a turn: input, dissipated, and what the contact's model adds; error is a share.
 
     The linearised contact stores no consistent energy: its mean power is T12 tau'' omega q1; with the exact contact
-    it is zero. external is the power of an applied torque.
+    it is zero. Nor does one whose stiffness varies over the cam angle: varying, K12' omega/2 times its stretch squared.
+    external is the power of an applied torque.
     """
 
     input: Floats
     dissipated: Floats
     linearisation: Floats
+    varying: Floats
     external: Floats
     kinetic: Floats
 
     @cached_property
     def error(self) -> Floats:
         """Unbalanced share (b,) of the largest of the mean powers."""
-        parts = [self.input, -self.dissipated, self.linearisation, self.external, -self.kinetic]
+        parts = [self.input, -self.dissipated, self.linearisation, self.varying, self.external, -self.kinetic]
         scale = np.max(np.abs(parts), axis=0)
         return np.asarray(np.abs(np.sum(parts, axis=0)) / np.where(scale > 0.0, scale, 1.0))
 
@@ -81,6 +82,8 @@ def energy_balance(response: DriveResponse) -> EnergyBalance:
     v = omega[..., None] * u
     torque = output(system, "contact_torque")(theta, q, u, "right")
     input_torque = output(system, "input_torque")(theta, q, u, "right")
+    stretch = _stretch(system, theta, q, tau)
+    varying = 0.5 * d.contact_stiffness_slope_at(theta) * omega * stretch**2
     if system.exact:
         true = system.jet(theta + q[..., 0], 1)[1]
         rate = v[..., 1] + tau[1] * omega - true * (omega + v[..., 0])
@@ -95,7 +98,15 @@ def energy_balance(response: DriveResponse) -> EnergyBalance:
     if system.torque is not None:
         speeds = np.stack([cam, turret, v[..., 2] + tau[1] * omega], -1)
         outside = (system.torque(theta, "right") * speeds).sum(-1)
-    return EnergyBalance(mean(input_torque * omega), mean(loss), mean(linear), mean(outside), _gained(response) / total)
+    return EnergyBalance(mean(input_torque * omega), mean(loss), mean(linear), mean(varying), mean(outside),
+                         _gained(response) / total)  # fmt: skip
+
+
+def _stretch(system: TorsionSystem, theta: Floats, q: Floats, tau: Floats) -> Floats:
+    """Elongation of the contact, rad, (b, n), of deviations q (b, n, 3), with tau, tau' at cam angles theta."""
+    if system.exact:
+        return np.asarray(q[..., 1] - (system.jet(theta + q[..., 0], 0)[0] - tau[0]))
+    return np.asarray(q[..., 1] - tau[1] * q[..., 0])
 
 
 def _gained(response: DriveResponse) -> Floats:
@@ -109,9 +120,7 @@ def _gained(response: DriveResponse) -> Floats:
         tau = system.jet(theta, 1)
         speeds = omega[..., None] * (u + np.stack([np.ones_like(tau[1]), tau[1], tau[1]], -1))
         kinetic = 0.5 * (system.mass * speeds**2).sum(-1)
-        stretch = q[..., 1] - tau[1] * q[..., 0]
-        if system.exact:
-            stretch = q[..., 1] - (system.jet(theta + q[..., 0], 0)[0] - tau[0])
+        stretch = _stretch(system, theta, q, tau)
         elastic = 0.5 * (
             d.input_stiffness * q[..., 0] ** 2
             + d.output_stiffness * (q[..., 2] - q[..., 1]) ** 2

@@ -37,9 +37,10 @@ RPM = np.pi / 30.0
 NEAR = 0.05
 """share of the operating speed within which a critical speed is named"""
 MOST_HARMONICS = 40
-EXACT = "input + applied = dissipated"
-LINEAR = "input + applied + linearisation = dissipated: the linearised contact stores no energy of its own"
-"""what the mean powers of a turn obey"""
+MODELLED = {
+    "linearisation": "the linearised contact", "stiffness": "a contact whose stiffness varies over the cam angle",
+}  # fmt: skip
+"""powers of what the contact's model adds, and why: it stores no energy of its own"""
 GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
@@ -139,6 +140,7 @@ class IndexingStudy(Settles):
             "peak_load_acceleration_rad_s2": float(load.magnitude[0]),
             "peak_load_acceleration_cam_angle_deg": degrees(float(load.magnitude_at[0])),
             "amplification": float(amplification(load, self.motion, steady.speed)[0]),
+            "peak_load_velocity_rad_s": float(steady.peak("load_velocity").magnitude[0]),
             "peak_contact_torque_n_m": float(contact.magnitude[0]),
             "peak_output_torque_n_m": float(steady.peak("output_torque").magnitude[0]),
             "peak_input_torque_n_m": float(steady.peak("input_torque").magnitude[0]),
@@ -147,8 +149,9 @@ class IndexingStudy(Settles):
             "dissipated_power_w": float(self.energy.dissipated[0]),
             "applied_power_w": float(self.energy.external[0]),
             "linearisation_power_w": float(self.energy.linearisation[0]),
+            "stiffness_power_w": float(self.energy.varying[0]),
             "power_balance_error": float(self.energy.error[0]),
-            "power_balance_is": EXACT if self.exact else LINEAR,
+            "power_balance_is": self._obeyed(),
             **steady.certainty(),
             "from_rest_peak_load_acceleration_rad_s2": float(self.start.peak("load_acceleration").magnitude[0]),
             "from_rest_peak_output_torque_n_m": float(self.start.peak("output_torque").magnitude[0]),
@@ -158,6 +161,13 @@ class IndexingStudy(Settles):
             **self._sweep_figures(),
             **({} if self.rigid is None else {"rigid_body": self.rigid._beside()}),
         }
+
+    def _obeyed(self) -> str:
+        """What the mean powers of a turn obey."""
+        there = {"linearisation": not self.exact, "stiffness": bool(self.drive.contact_table)}
+        named = [name for name in MODELLED if there[name]]
+        why = f": {' and '.join(MODELLED[name] for name in named)} stores no energy of its own" if named else ""
+        return f"{' + '.join(['input', 'applied', *named])} = dissipated{why}"
 
     def _beside(self) -> dict[str, object]:
         """What stands beside the figures of a drive whose cam's body yields."""

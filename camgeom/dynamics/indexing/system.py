@@ -56,6 +56,8 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
         "cam_acceleration": "rad/s2 of the cam",
         "turret_acceleration": "rad/s2 of the turret",
         "load_acceleration": "rad/s2 of the load plate",
+        "turret_velocity": "rad/s of the turret",
+        "load_velocity": "rad/s of the load plate",
         "contact_torque": "N m between cam and turret, at the turret, positive when the cam holds the turret back",
         "output_torque": "N m in the output shaft",
         "input_torque": "N m in the input shaft, positive when it drives the cam",
@@ -64,6 +66,7 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
 """The outputs of an indexing drive by name, with unit and meaning."""
 DEVIATIONS = tuple(OUTPUTS)[:3]
 ACCELERATIONS = tuple(OUTPUTS)[3:6]
+VELOCITIES = tuple(OUTPUTS)[6:8]
 SEEN = 12
 """jets of the motion kept: the same cam angles are asked for by the equation of motion, its check and its outputs"""
 SAME = 1e-9
@@ -128,6 +131,9 @@ class TorsionSystem:
             return position[..., DEVIATIONS.index(name)]
         if name in ACCELERATIONS:
             return _acceleration(self, ACCELERATIONS.index(name), theta, position, rate, side)
+        if name in VELOCITIES:
+            swings = rate[..., 1 + VELOCITIES.index(name)] + self.jet(theta, 1, side)[1]
+            return np.asarray(self.rates(theta)[0] * swings)
         return _torque(self, name, theta, position, rate, side)
 
     @cached_property

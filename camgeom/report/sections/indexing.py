@@ -185,14 +185,20 @@ def balance(study: IndexingStudy) -> Text:
     """How far the mean powers balance, and why they need not."""
     energy = study.energy
     error = f"{number(float(energy.error[0]))} of the largest of them"
-    if study.exact:
-        return Text((f"The mean powers of a turn balance to {error}: the contact is exact.",))
-    added = float(energy.linearisation[0])
-    return Text((
-        f"The mean powers of a turn balance to {error} only with {number(added)} W that the linearised contact adds: "
-        "its torque also turns a cam that is wound up, T tau'' omega q1, and stores no energy of its own. With "
-        "dynamics.exact_contact = true that power is zero.",
-    ))  # fmt: skip
+    linear, varying = (number(float(power[0])) for power in (energy.linearisation, energy.varying))
+    told = []
+    if not study.exact:
+        told.append(
+            f"The linearised contact adds {linear} W: its torque also turns a cam that is wound up, T tau'' omega q1, "
+            "and stores no energy of its own. With dynamics.exact_contact = true that power is zero."
+        )
+    if study.drive.contact_table:
+        told.append(
+            f"The contact's stiffness varies over the cam angle, which adds {varying} W: half its rate times the "
+            "square of its stretch."
+        )
+    why = "with what the contact's model adds." if told else "the contact is exact, and of one stiffness."
+    return Text((f"The mean powers of a turn balance to {error}{', ' if told else ': '}{why}", *told))
 
 
 def in_dwell(study: IndexingStudy) -> Chart | None:
@@ -224,6 +230,7 @@ def figures(study: IndexingStudy) -> Table:
         ("Mean power lost in damping and viscous friction", float(study.energy.dissipated[0]), "W"),
         ("Mean power taken by friction and applied torques", 0.0 - float(study.energy.external[0]), "W"),
         ("Mean power that the linearised contact adds", float(study.energy.linearisation[0]), "W"),
+        ("Mean power that the contact's varying stiffness adds", float(study.energy.varying[0]), "W"),
     ]
     try:
         left = study.residual
