@@ -1,10 +1,15 @@
-"""What decides here whether a marked test can run: a software OpenGL, the OpenCASCADE judge."""
+"""One thread for the linear algebra, and what decides whether a marked test can run: OpenGL, the OpenCASCADE judge."""
 
 from __future__ import annotations
 
+import os
 from functools import cache
 
 import pytest
+
+# As camgeom/__main__.py sets it, and before numpy is imported: two workers whose linear algebra starts two threads each
+# spend half of the processor's time waiting for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @cache

@@ -217,13 +217,13 @@ def test_a_mark_without_a_place_stands_at_the_edge() -> None:
 def test_every_fault_costs_its_product_alone() -> None:
     """A short stretch of scripts/stability/faults.py."""
     said: list[str] = []
-    counts = faults.campaign(("write", "memory", "library"), ("disc",), 3, said.append)
+    counts = faults.campaign(("write", "memory", "library"), ("disc",), 2, said.append)
     assert not said
     assert sum(counts.values()) >= 10
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [9, 20, 34, 85, 117, 156])
+@pytest.mark.parametrize("seed", [9, 20, 34, 85, 117])
 def test_whole_profiles_at_random(seed: int) -> None:
     """A short stretch of scripts/run_campaign."""
     runs.begin()

@@ -156,7 +156,7 @@ def test_figures_of_the_first_turn_stand_in_json_text_report_and_study(tmp_path,
     shown = capsys.readouterr().out
     for words in ("peak contact pressure, from rest", "peak camshaft torque, from rest", "peak torque of the output"):
         assert words in shown
-    assert main(["study", str(profile), "--vary", "operation.speed=340,350", "--out", str(tmp_path / "s")]) in (0, 1)
+    assert main(["study", str(profile), "--vary", "operation.speed=350", "--out", str(tmp_path / "s")]) in (0, 1)
     head = (tmp_path / "s" / "study.csv").read_text().splitlines()[0]
     assert "dynamics.output_torque_n_m" in head
     assert "dynamics.start_duty.peak_pressure_mpa" in head

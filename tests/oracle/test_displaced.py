@@ -128,7 +128,7 @@ def test_first_order_is_what_a_displaced_follower_does(case: str) -> None:
     data = CASES[case]
     model = Model(from_data(_frozen(data)))
     mechanism, program = model.mechanism, model.setup.program
-    theta = np.radians([20.0, 60.0, 93.0, 172.0, 200.0, 231.0])
+    theta = np.radians([20.0, 93.0, 200.0])
     at = contacts(mechanism, theta)
     approaches = Approaches(at, default_pivots(mechanism))
     low, high = (float(end.value) for end in program.extremes(0))
@@ -137,7 +137,7 @@ def test_first_order_is_what_a_displaced_follower_does(case: str) -> None:
         return np.asarray(program.jet(np.ravel(phi), 0)[0]).reshape(np.shape(phi))
 
     follower = followers_of(data, lift, low, high)
-    stations = np.array([0, 2, 6])
+    stations = np.array([0, 6])
     flat, told = follower.kind == "flat", []
     lever_scale = 1.0 if follower.joint[0] == "slide" else SPAN
     nominal: dict[int, Touching] = {}

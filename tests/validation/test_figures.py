@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from camgeom.drawing.content import Block, Chart, Series
 from camgeom.validation import SOURCES
-from camgeom.validation.figures import figures
+from camgeom.validation.figures import conjugate, figures
 
 BY_SHORT = {source.short: {figure.place: figure for figure in figures(source)} for source in SOURCES}
+
+
+@cache
+def _drawn(short: str, place: str) -> tuple[Block, ...]:
+    """A figure, drawn once: some take seconds."""
+    return tuple(BY_SHORT[short][place].draw())
 
 
 def _series(block: Block, panel: int = 0) -> dict[str, Series]:
@@ -27,7 +35,7 @@ def test_every_source_with_curves_has_its_figures() -> None:
 
 
 def test_loads_of_the_groove_cam_add_up() -> None:
-    (chart,) = BY_SHORT["S1"]["Figs. 2, 3"].draw()
+    (chart,) = _drawn("S1", "Figs. 2, 3")
     force = _series(chart)
     parts = force["inertia I"].y + force["friction F1 + F2"].y + force["pin hole F3"].y
     assert parts == pytest.approx(force["sum Fx"].y, abs=1e-9)
@@ -39,7 +47,7 @@ def test_loads_of_the_groove_cam_add_up() -> None:
 
 
 def test_the_papers_lives_meet_its_numbers_and_small_drums_have_none() -> None:
-    papers, ours = BY_SHORT["S1"]["Fig. 7"].draw()
+    papers, ours = _drawn("S1", "Fig. 7")
     claimed, true = _series(papers), _series(ours)
     assert len([name for name in claimed if name.endswith(" mm")]) == 7
     line, printed = claimed["22 mm"], claimed["printed"]
@@ -51,7 +59,7 @@ def test_the_papers_lives_meet_its_numbers_and_small_drums_have_none() -> None:
 
 
 def test_the_paper_left_out_a_term_of_its_first_frequency() -> None:
-    (chart,) = BY_SHORT["S4"]["Fig. 5"].draw()
+    (chart,) = _drawn("S4", "Fig. 5")
     lines = _series(chart)
     assert lines["exact"].y.min() == pytest.approx(245.686, abs=1e-3)
     assert lines["without K12 τ'²"].y.min() == pytest.approx(165.688, abs=1e-3)
@@ -60,6 +68,8 @@ def test_the_paper_left_out_a_term_of_its_first_frequency() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("short", ["S1", "S2", "S4", "S5"])
-def test_every_figure_can_be_drawn(short: str) -> None:
-    for figure in BY_SHORT[short].values():
-        assert figure.draw(), figure.place
+def test_every_figure_can_be_drawn(short: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Fig. 14 of S5 solves nine clearances for each law of contact: two are enough to be drawn.
+    monkeypatch.setattr(conjugate, "CONTACTS", list(conjugate.CONTACTS)[:2])
+    for place in BY_SHORT[short]:
+        assert _drawn(short, place), place
