@@ -7,7 +7,7 @@ from math import hypot, sqrt
 import pytest
 
 import camgeom
-from camgeom.report.result import blank_data
+from camgeom.report.data.geometry import blank_data
 from camgeom.report.sections.design import named
 from tests.places import PROFILES
 

@@ -14,8 +14,9 @@ from camgeom.errors import ProfileError
 from camgeom.export.history import turn_history
 from camgeom.mechanics.material import Material, hardness_bound
 from camgeom.model import Model
-from camgeom.report.result import compute, contact_data
-from camgeom.report.result import fatigue_data as contact_fatigue
+from camgeom.report.data.load import contact_data
+from camgeom.report.data.load import fatigue_data as contact_fatigue
+from camgeom.report.result import compute
 from tests.reference.profiles import model, said
 
 

@@ -14,7 +14,7 @@ from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import write
 from camgeom.export.history import STEP, impact_history, turn_history
 from camgeom.model import Model
-from camgeom.report.result import contact_data
+from camgeom.report.data.load import contact_data
 from tests.places import PROFILES
 
 ROWS = round(360.0 / STEP) + 1

@@ -8,7 +8,7 @@ import pytest
 import camgeom
 from camgeom.drawing.content import Chart, Table, Text
 from camgeom.model import Model
-from camgeom.report.result import impact_data
+from camgeom.report.data.solved import impact_data
 from camgeom.report.sections.impact import impacts, studies
 from camgeom.report.sections.indexing import balance, from_rest, torsion
 from tests.places import PROFILES

@@ -28,7 +28,7 @@ from camgeom.drawing.content import (
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError
 from camgeom.maths import Floats
-from camgeom.report.result import duty_figures, dynamic_duty_data, impact_figures
+from camgeom.report.data.solved import duty_figures, dynamic_duty_data, impact_figures
 from camgeom.report.sections.motion import at_speed, mark, one_turn, zones
 from camgeom.track import TURN
 

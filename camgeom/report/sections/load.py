@@ -28,7 +28,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.maths import Floats
-from camgeom.report.result import state_data
+from camgeom.report.data.load import state_data
 from camgeom.report.sections.film import lasting
 from camgeom.report.sections.forces import along
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
