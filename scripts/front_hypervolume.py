@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from camgeom.design.front import Aim, Archive, Bound, ByBatch, Requirement, free, search, spread, undominated
+from camgeom.design.front import Archive, ByBatch, search, spread, undominated
+from camgeom.design.requirement import Aim, Bound, Requirement, free
 from camgeom.profile import from_data, read_data
 
 PROFILES = Path(__file__).resolve().parents[1] / "profiles"

@@ -11,23 +11,8 @@ import pytest
 
 from camgeom.cli import main
 from camgeom.design.engine import Alone
-from camgeom.design.front import (
-    Aim,
-    Archive,
-    Bound,
-    Foretelling,
-    Requirement,
-    balanced,
-    bounded,
-    figure_name,
-    free,
-    front_of,
-    judged,
-    learnt,
-    limits_of,
-    search,
-    spread,
-)
+from camgeom.design.front import Archive, Foretelling, balanced, front_of, judged, learnt, search, spread
+from camgeom.design.requirement import Aim, Bound, Requirement, bounded, figure_name, free, limits_of
 from camgeom.design.sampling import tie
 from camgeom.design.study import Figures, Row
 from camgeom.drawing.content import Axis, Parallel

@@ -7,7 +7,7 @@ import pytest
 import camgeom
 from camgeom.checks import judge
 from camgeom.checks.verdict import ENDLESS_H, judged
-from camgeom.report.sections.load import hours
+from camgeom.report.sections.life import hours
 from camgeom.report.sections.motion import segments
 from tests.places import PROFILES
 

@@ -15,7 +15,7 @@ from camgeom.model import Model
 from camgeom.model.facts import Ledger
 from camgeom.report.page import verdict_box
 from camgeom.report.sections.bodies import face_bodies
-from camgeom.report.sections.load import life
+from camgeom.report.sections.life import life
 from camgeom.report.sections.motion import segments
 from tests.places import PROFILES
 

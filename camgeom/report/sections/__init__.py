@@ -58,7 +58,7 @@ SECTIONS = (
     Entry("motion", "Motion", "motion:motion"),
     Entry("flank", "Flank geometry", "flank:flank"),
     Entry("contact", "Contact and drive", "load:contact"),
-    Entry("fatigue", "Fatigue life", "load:life"),
+    Entry("fatigue", "Fatigue life", "life:life"),
     Entry("followers", "Followers together", "followers:followers"),
     Entry("body", "Stress in the body", "body:body"),
     Entry("dynamics", "Dynamics", "dynamics:dynamics"),
