@@ -215,13 +215,17 @@ class FiniteTurret:
     def pressure(self, places: Floats) -> Floats:
         """Largest pressure about places along the roller, mm from its middle, (m,), of both walls, MPa, (n, k, m).
 
-        As hard as `hardest`, of a sharp end that bears inside of it; each bin counts for the place nearest to it.
+        As hard as `hardest`, of a sharp end that bears inside of it; each bin counts for the place
+        nearest to it, and for a place that has none the nearest bin.
         """
         peak, _, scale, _ = self._hardest
         tabled = np.minimum(scale * np.maximum(*self._tabled), peak.value)
-        nearest = np.argmin(np.abs(middles_of(self.edges, self.profile)[:, None] - places), axis=1)
-        out = np.zeros((*tabled.shape[1:], len(places)))
+        far = np.abs(middles_of(self.edges, self.profile)[:, None] - places)
+        nearest = np.argmin(far, axis=1)
+        out = np.empty((*tabled.shape[1:], len(places)))
         for m in range(len(places)):
-            out[..., m] = tabled[nearest == m].max(axis=0, initial=0.0)
+            # Beside places as near to each other as those of graded slices a bin counts for several.
+            near = nearest == m
+            out[..., m] = tabled[near if near.any() else [int(np.argmin(far[:, m]))]].max(axis=0)
         return out
 

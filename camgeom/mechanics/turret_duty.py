@@ -332,7 +332,7 @@ class TurretDuty:
 
         Raises DesignError where no roller can bear.
         """
-        e = Engagement(self.tracks, self.beside.inside, theta)
+        e = self.beside.once(theta)
         slices = self.slices(e)
         rate = slices.rates(slices.held(self.torque_at(theta, self.preload > 0.0)).line_load)
         shape = (2, len(e.places), len(e.stations))
@@ -385,7 +385,7 @@ class TurretDuty:
         """
         step = TURN / COUNT
         theta = (np.arange(COUNT * WITHIN) - WITHIN // 2) * step / WITHIN
-        slices = self.slices(Engagement(self.tracks, self.beside.inside, theta))
+        slices = self.slices(self.beside.once(theta))
         held = slices.held(self.torque_at(theta, self.preload > 0.0))
         each = MILLI * slices.stiffness(held.line_load, estimate)
         return tuple(float(value) for value in each.reshape(COUNT, WITHIN).mean(axis=1))
@@ -645,7 +645,7 @@ class TurretDuty:
     @property
     def _length(self) -> float:
         """Contact length of a roller, mm."""
-        return self.engagement.width * len(self.engagement.stations)
+        return self.engagement.length
 
     @cached_property
     def peak_contact(self) -> Beneath | None:

@@ -116,8 +116,9 @@ def turret_duty(
 
     bore, roller = mechanism.bore.diameter if mechanism.bore else 0.0, mechanism.roller
     assert roller is not None, "a turret has rollers"
+    beside = Beside(turret.bearing, mechanism.inside, roller.ends.stated or roller.arc is not None)
     return TurretDuty(
-        Beside(turret.bearing, mechanism.inside), load, material.roller, material.cam, turret.preload, mechanism.width,
+        beside, load, material.roller, material.cam, turret.preload, mechanism.width,
         bore, rating, roller.ends, roller.arc,
     )  # fmt: skip
 

@@ -33,6 +33,8 @@ Bools = npt.NDArray[np.bool_]
 Inside = Callable[[Floats], Bools]
 """Points (3, ...) in the cam frame -> whether they lie within the blank."""
 SLICES = 7
+GRADED = 31
+"""slices that grow with the square of their distance from a roller's middle: five lie in a fortieth of its length"""
 FINE = 20
 """halvings of the distance of two places along a roller between which its wall ends: down to micrometres"""
 FANS = 6
@@ -137,6 +139,15 @@ def _changes(state: Callable[[Floats], Bools], phi: Floats, values: Bools) -> Fl
     return np.asarray(high)
 
 
+def _edges(track: Track, graded: bool) -> Floats:
+    """Meridian parameters between the slices of a roller, (m + 1,)."""
+    low, high = sorted(track.meridian.parameter(d) for d in track.contact)
+    if not graded:
+        return np.linspace(low, high, SLICES + 1)
+    u = np.linspace(-1.0, 1.0, GRADED + 1)
+    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * u * np.abs(u))
+
+
 class _Wall(NamedTuple):
     """A wall beside a roller: its flank at stations t (n, m), which way it pushes (n,), its levers, and of every slice
     its ends and whether at least half of it has a wall."""
@@ -156,12 +167,14 @@ class Engagement:
 
     inside  which points lie within the blank: beyond it a roller has no wall to bear on
     known   of the same rollers at other cam angles, in rising order: where it stands at one of these it is believed
+    graded  whether its slices are finer in the middle of the rollers, where a crown touches
     """
 
     tracks: tuple[Track, ...]
     inside: Inside
     theta: Floats
     known: Engagement | None = None
+    graded: bool = False
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:
@@ -176,15 +189,14 @@ class Engagement:
     @cached_property
     def stations(self) -> Floats:
         """Meridian parameters of the slices' middles, (m,)."""
-        ends = [self.tracks[0].meridian.parameter(d) for d in sorted(self.tracks[0].contact)]
-        edges = np.linspace(ends[0], ends[1], SLICES + 1)
+        edges = _edges(self.tracks[0], self.graded)
         return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
-    @cached_property
-    def width(self) -> float:
-        """Length of a whole slice along the roller axis, mm."""
+    @property
+    def length(self) -> float:
+        """Contact length of a roller along its axis, mm."""
         low, high = sorted(self.tracks[0].contact)
-        return (high - low) / SLICES
+        return high - low
 
     @cached_property
     def runs(self) -> tuple[Floats, Floats]:
@@ -203,7 +215,7 @@ class Engagement:
 
     @cached_property
     def _walls(self) -> dict[str, Any]:
-        n, k, m = len(self.theta), len(self.places), SLICES
+        n, k, m = len(self.theta), len(self.places), len(self.stations)
         out = {
             "lever": np.ones((2, n, k, m)),
             "curvature": np.ones((2, n, k, m)),
@@ -242,8 +254,7 @@ class Engagement:
 
     def _beside(self, track: Track, phi: Floats, order: int) -> Iterator[_Wall]:
         """The walls beside a roller at its cam angles (n,), from poses to an order of derivatives."""
-        first, last = sorted(track.meridian.parameter(d) for d in track.contact)
-        edges = np.linspace(first, last, SLICES + 1)
+        edges = _edges(track, self.graded)
         shared = track.pose(phi, order)
         for side in track.sides:
             eased = track.eased(side)
@@ -256,7 +267,7 @@ class Engagement:
             flank = Flank(track, phi, t, side, given_pose=pose)
             lever = flank.lever()
             way = np.where(lever.mean(axis=1) < 0.0, 0, 1)
-            yield _Wall(flank, way, lever, t, low, high, some & (high - low >= 0.5 * (edges[1] - edges[0])))
+            yield _Wall(flank, way, lever, t, low, high, some & (high - low >= 0.5 * np.diff(edges)))
 
     def _fill(self, out: dict[str, Any], track: Track, phi: Floats, rows: npt.NDArray[np.intp], place: int) -> None:
         delta = track.meridian.jet
@@ -325,10 +336,14 @@ class Engagement:
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """The rollers of a turret beside its cam, asked at several sets of cam angles: nothing is sought twice."""
+    """The rollers of a turret beside its cam, asked at several sets of cam angles: nothing is sought twice.
+
+    graded: see `Engagement`
+    """
 
     tracks: tuple[Track, ...]
     inside: Inside
+    graded: bool = False
 
     @cached_property
     def comings(self) -> tuple[Floats, Floats]:
@@ -340,8 +355,12 @@ class Beside:
         for one in self._asked:
             if np.array_equal(one.theta, theta):
                 return one
-        self._asked.append(Engagement(self.tracks, self.inside, theta, self._asked[-1] if self._asked else None))
+        self._asked.append(self.once(theta, self._asked[-1] if self._asked else None))
         return self._asked[-1]
+
+    def once(self, theta: Floats, known: Engagement | None = None) -> Engagement:
+        """The same, which is not kept."""
+        return Engagement(self.tracks, self.inside, theta, known, self.graded)
 
     @cached_property
     def _asked(self) -> list[Engagement]:

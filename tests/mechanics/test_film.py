@@ -175,6 +175,22 @@ def test_a_turrets_roller_wears_by_all_places_of_its_passage(name: str, over: fl
     assert duty.rubbing["roller"] == pytest.approx(over * duty.rubbed / surface, rel=1e-3)
 
 
+def test_a_narrow_crown_slides_within_its_ellipse() -> None:
+    """Half as long a contact rubs half as far under the same load, on half the place: the depth stays, the heat halves.
+
+    Of seven equal slices one touched, and slid nowhere: no heat, no wear.
+    """
+    wide, narrow = (model("tool_changer", roller__shape="crowned", roller__crown_radius=radius).turret_duty
+                    for radius in (800.0, 100.0))  # fmt: skip
+    assert wide is not None
+    assert narrow is not None
+    share = narrow.contact_length / wide.contact_length
+    assert share == pytest.approx(0.41, abs=0.02)
+    assert narrow.rubbed / wide.rubbed == pytest.approx(share, rel=0.2)
+    for body in ("roller", "cam"):
+        assert narrow.rubbing[body] == pytest.approx(wide.rubbing[body], rel=0.15)
+
+
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
