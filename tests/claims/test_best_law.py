@@ -152,6 +152,20 @@ def test_below_the_least_jerk_nothing_is_possible_and_at_it_something_is() -> No
     assert found(Wish("peak-acceleration", jerk=32.01)).value < 8.0
 
 
+@pytest.mark.parametrize("aim", ["peak-acceleration", "rms-acceleration"])
+def test_a_velocity_below_the_mean_one_is_proven_impossible(aim: Any) -> None:
+    """Nothing limits the acceleration, so no mesh proves it; a little above the mean some law does."""
+    ends = FREE if aim == "peak-acceleration" else {}
+    for velocity in (0.9, 1.0) if aim == "peak-acceleration" else (1.0,):
+        refused = best(Wish(aim, velocity=velocity, **ends))
+        assert isinstance(refused, Impossible)
+        assert (refused.bound, refused.clash) == (1.0 / velocity, {"velocity": 1.0})
+        assert "more than" in refused.reason
+    assert found(Wish(aim, velocity=1.02, **ends)).peaks["velocity"] <= 1.02 * (1.0 + 1e-9)
+    steady = found(Wish(aim, velocity=1.0, start=(1.0, None), end=(1.0, None)))
+    assert steady.peaks["acceleration"] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_band_that_no_law_keeps_is_proven_so_with_what_would_do() -> None:
     wish = Wish("peak-acceleration", jerk=200.0, residual=0.01, band=(1.5, 3.0))
     refused = best(wish)

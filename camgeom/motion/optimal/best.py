@@ -81,7 +81,8 @@ class Best:
 class Impossible:
     """A wish that no law can meet, with its proof.
 
-    least     every limit would have to be this many times as large; `bound` above 1 is what proves it
+    least     every limit would have to be this many times as large; `bound` above 1 is what proves it (and where both
+              are one, it is more than that)
     clash     the limits that take part in the proof, each with its share
     relaxed   for each limit that could be relaxed alone: the least value that some law keeps
     """
@@ -100,8 +101,10 @@ class Impossible:
         monotone = ", never turning back," if self.wish.monotone else ""
         loosen = " or ".join(f"{name} {_up(value)}" for name, value in self.relaxed.items())
         advice = f"; the smallest relaxation of one alone: {loosen}" if loosen else ""
-        most = f"all limits together would have to be {_up(self.least)} times as large"
-        return f"no law at all keeps {asked}{monotone}: {most} (proven above {self.bound:.7g}){advice}"
+        most = f"{_up(self.least)} times as large (proven above {self.bound:.7g})"
+        if self.least == self.bound:
+            most = f"more than {self.bound:.7g} times as large"
+        return f"no law at all keeps {asked}{monotone}: all limits together would have to be {most}{advice}"
 
 
 def _up(value: float) -> str:
@@ -156,6 +159,10 @@ def sought(wish: Wish) -> Best | Impossible:
         proof = find(Task.of(wish, ALL), None, purse) if wish.given else None
         if proof is not None and proof.bound > 1.0:
             return _impossible(wish, proof, purse)
+        if wish.velocity <= 1.0 and min(wish.start[0], wish.end[0]) < 1.0:
+            # The mean velocity is 1 and an end is slower. No mesh tells: without a limit on it the acceleration grows.
+            factor = 1.0 / wish.velocity
+            return Impossible(wish, factor, factor, {"velocity": 1.0}, {})
         if proof is not None:
             found = find(Task.of(wish), proof.shape, purse)
     if found is None:

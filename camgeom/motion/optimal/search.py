@@ -84,6 +84,8 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
     purse = purse or Purse()
     even = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + task.smooth))
     mesh, cuts = even if begun is None else refined(begun), NO_CUTS
+    if mesh.smooth != task.smooth:
+        mesh = Shape(mesh.x, np.zeros(len(mesh.h) + task.smooth))
     if task.mean:
         return _least_square(task, mesh)
     best = None
@@ -127,10 +129,11 @@ def _least_square(task: Task, mesh: Shape) -> Found | None:
             cuts = cuts.and_at(*further)
         if solved is None:
             return best
-        bound = lower_bound(task, solved.shape, solved.multipliers)
+        # No mean square is below none.
+        bound = lower_bound(task, solved.shape, solved.multipliers) if solved.value > EXACT else 0.0
         if best is None or bound > best.bound:
             best = Found(merged(solved.shape), solved.value, bound, solved)
-        if best.value - best.bound <= CLOSE * best.value:
+        if best.value <= EXACT or best.value - best.bound <= CLOSE * best.value:
             break
         turns = np.abs(np.diff(solved.shape.jerk))
         sharp = np.flatnonzero(turns > 0.2 * turns.max())

@@ -52,7 +52,8 @@ def least_square(programme: Programme) -> Solved | None:
     pull = _square(programme.shape.h) @ a + rows.T @ shadow
     moments = np.linalg.lstsq(equal.T, pull, rcond=None)[0][:2]
     count = len(programme.side)
-    return programme.solved(a, shadow[:count] / value, moments / value, value)
+    least = value if value > 0.0 else 1.0  # no limit is worth anything to an even motion
+    return programme.solved(a, shadow[:count] / least, moments / least, value)
 
 
 def _square(h: Floats) -> Floats:
