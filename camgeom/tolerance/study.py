@@ -18,7 +18,7 @@ from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
 from camgeom.tolerance.order import refuse_beyond
 from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads, resting
-from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities
+from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, Trials
 from camgeom.tolerance.spec import Costs, ToleranceSpec
 
 if TYPE_CHECKING:
@@ -164,7 +164,8 @@ class ToleranceStudy:
 
     @cached_property
     def worst(self) -> Worst:
-        """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces."""
+        """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces, or
+        as the balance solved with all of them moves, whichever is more: a station may leave its wall, or come to it."""
         return self._worst(self.spreads)
 
     def _worst(self, spreads: Spreads) -> Worst:
@@ -192,11 +193,40 @@ class ToleranceStudy:
         curve = np.maximum(self._off(mean_ends + ends), self._off(mean_ends - ends))
         shared = self.loaded.mechanism.drive is Drive.SHARED
         pressed = ((walls.load_side != 0.0) | (base.play < 0.0)) & shared
-        curve = np.where(pressed, np.maximum(moved, 0.0), curve)
+        if pressed.any():
+            curve = np.where(pressed, np.maximum(np.maximum(moved, 0.0), self._balanced_ends(spreads)), curve)
         play = self._loosest(mean_ends - apart, whole) if self.both else np.zeros(len(curve))
         still = self._still
         return Worst(curve, self._extreme(curve), self._extreme(np.where(still, curve, -1.0)),
                      self._extreme(np.where(still, play, -1.0)))  # fmt: skip
+
+    def _balanced_ends(self, spreads: Spreads) -> Floats:
+        """How far the follower stands off, (n,), where all errors are at the ends that move it farthest alone, either
+        way, or where one of them is alone; of any direction an error's parts as they move it."""
+        seated = self.sensitivities.seated
+        walls, base = seated.packed.walls, seated.nominal
+        if not self.causes:
+            return np.zeros(len(base.low))
+        tried = Trials.of(seated, [(cause, spreads[cause.key][1]) for cause in self.causes])
+        means = [(spreads[cause.key][0], seated.packed.taken(seated.flat(seated.approaches.of(cause)))[0])
+                 for cause in self.causes]  # fmt: skip
+        owner = np.unique(tried.group, return_inverse=True)[1]
+        found = np.zeros(len(base.low))
+        for way in (1.0, -1.0):
+
+            def off(errors: Floats, way: float = way) -> Floats:
+                stand = walls.stand(errors)
+                return np.asarray(stand.high - base.high if way > 0.0 else base.low - stand.low)
+
+            alone = off(tried.errors)
+            end = np.argmax(alone, axis=1)[:, None]
+            part = np.maximum(np.take_along_axis(alone, end, axis=1)[:, 0], 0.0)
+            size = np.sqrt([(part[owner == one] ** 2).sum(axis=0) for one in range(owner.max() + 1)])
+            share = np.divide(part, size[owner], out=np.zeros_like(part), where=size[owner] > 0.0)
+            errors = np.take_along_axis(tried.errors, end[..., None], axis=1)[:, 0] * share[..., None]
+            together = off(errors.sum(axis=0) + sum(mean * g for mean, g in means))
+            found = np.maximum(found, np.maximum(together, size.max(axis=0)))
+        return found
 
     def _off(self, approach: Floats) -> Floats:
         """How far the follower stands off, (n,), with approaches (n, q): on the wall that its load presses, else on
