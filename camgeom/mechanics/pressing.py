@@ -251,11 +251,12 @@ class Pressing:
         some = next(iter(walls.values()))
         return np.where(self.normal >= 0.0, walls.get(True, some), walls.get(False, some))
 
-    def runs(self, places: Floats) -> tuple[Floats, Floats, Floats]:
+    def runs(self, places: Floats, crest: Floats | None = None) -> tuple[Floats, Floats, Floats]:
         """Of places (delta, mm) along the roller (m, p, n), likewise, mm/rad: mean speed of both surfaces through the
         contact, the contact's along the cam, and sliding.
 
-        Round the roller, which rolls without slip at the quoted station, and along its axis.
+        Round the roller, which rolls without slip at the quoted station, or at a crest (delta, mm, (p, n)), and along
+        its axis.
         """
         shape = self.force.panels.theta.shape
         theta, both = self.force.panels.theta.ravel(), len(self.track.sides) > 1
@@ -269,7 +270,9 @@ class Pressing:
                 on_cam = flank.passing.reshape(shape)
                 radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
                 rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius
-                slip = rim - flank.rolled.reshape(shape)
+                if crest is not None:
+                    rim = Flank(self.track, theta, self.track.meridian.parameters(crest.reshape(-1, 1)), side).rolled
+                slip = rim.reshape(shape) - flank.rolled.reshape(shape)
                 axial = flank.sliding()[1].reshape(shape)
                 each = (np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial))
                 for kind, values in enumerate(each):

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
 
 LEAST_PRESSURE = 1e-9
 """MPa; below it nothing presses"""
+WITHIN = 41
+"""places along the longest ellipse of a crown at which it slides"""
 
 
 @final
@@ -527,25 +529,33 @@ class RollerDuty:
 
     @cached_property
     def rubbed(self) -> float:
-        """Load times sliding way over a turn, N mm: of slices that roll less than the quoted one, and along the axis.
-
-        A crown is taken to roll at its crest.
+        """Load times sliding way over a turn, N mm: of places that roll less than the quoted one, or than the crest of
+        a crown, and along the axis.
         """
-        if self.crown is not None:
-            return 0.0
-        width = self.pressing.touching / len(self.slice_places)
-        return float(self.force.panels.integral((self._slice_load * self._runs[2] * width).sum(axis=0)))
+        load, _, slip, width = self._rubs
+        return float(self.force.panels.integral((load * slip * width).sum(axis=0)))
+
+    @cached_property
+    def _rubs(self) -> tuple[Floats, Floats, Floats, Floats | float]:
+        """Of the slices, under a crown of WITHIN places along its ellipses, (m, p, n) each: load per length, N/mm, the
+        contact's speed along the cam and sliding, mm/rad; and the length of each, mm."""
+        if self.crowned is None:
+            return self._slice_load, *self._runs[1:], self.pressing.touching / len(self.slice_places)
+        crest, (low, high) = self.crowned.crest, self.crowned.pressed_places
+        share = (np.arange(WITHIN) + 0.5) / WITHIN
+        places = np.broadcast_to((low + share * (high - low))[:, None, None], (WITHIN, *crest.shape))
+        first, last = self.pressing.stretch
+        load = np.where((places >= first) & (places <= last), np.abs(self.crowned.contact(places - crest).normal), 0.0)
+        return load, *self.pressing.runs(places, crest)[1:], (high - low) / WITHIN
 
     @cached_property
     def rubbing(self) -> dict[str, float]:
         """Load per width times sliding way that passes a point of cam and roller, N/mm; see `Duty.rubbing`."""
-        if self.crown is not None:
-            return {"roller": 0.0, "cam": 0.0}
-        _, on_cam, slip = self._runs
+        load, on_cam, slip, _ = self._rubs
         share = np.divide(slip, on_cam, out=np.zeros_like(slip), where=on_cam > 0.0)
-        work = self.force.panels.integral(self._slice_load * slip)
+        work = self.force.panels.integral(load * slip)
         round_it = 2.0 * np.pi * self.radius
-        return {"roller": float(np.max(work) / round_it), "cam": self.passes * float((self._slice_load * share).max())}
+        return {"roller": float(np.max(work) / round_it), "cam": self.passes * float((load * share).max())}
 
     @cached_property
     def lives(self) -> dict[str, float]:

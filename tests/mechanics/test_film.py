@@ -175,6 +175,24 @@ def test_a_turrets_roller_wears_by_all_places_of_its_passage(name: str, over: fl
     assert duty.rubbing["roller"] == pytest.approx(over * duty.rubbed / surface, rel=1e-3)
 
 
+def test_a_drums_crown_slides_within_its_ellipse() -> None:
+    """Load per length 3 N (1 - u²) / (4 a) at u a from the crest, which slides by s u a: in all 3/8 N s a, at most
+    N s / sqrt(12) at a place. It was taken to roll all along, without heat and wear."""
+    duty = model("pin_insertion", roller__shape="crowned", roller__crown_radius=100.0).duty
+    crown, where = duty.crowned, duty.force.panels
+    assert crown is not None
+    _, on_cam, slip = (each[0] for each in duty.pressing.runs(crown.crest[None] + 1.0, crown.crest))
+    load = np.abs(duty.normal) * slip
+    assert duty.rubbed == pytest.approx(float(where.integral(0.375 * load * crown.ellipse.along)), rel=5e-3)
+    assert duty.rubbing["cam"] == pytest.approx(float((load / on_cam).max()) / np.sqrt(12.0), rel=0.02)
+    wear = {"material__cam__wear_rate": 1e-8, "limits__life_h": 1000.0}
+    depth = 1e-8 * duty.rubbing["cam"] * duty.speed / (2.0 * np.pi) * 3.6e6
+    for share, level in ((1.002, "pass"), (0.998, "fail")):
+        made = model("pin_insertion", roller__shape="crowned", roller__crown_radius=100.0, **wear,
+                     limits__wear_um=share * depth)  # fmt: skip
+        assert [found.level for found in said(made, "wear")] == [level]
+
+
 def test_a_narrow_crown_slides_within_its_ellipse() -> None:
     """Half as long a contact rubs half as far under the same load, on half the place: the depth stays, the heat halves.
 
