@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import ceil, degrees, inf
+from math import ceil, degrees
 
 import numpy as np
 
 from camgeom.cams.end_face import EndFace
 from camgeom.checks import findings
 from camgeom.design import Choice, Design, light_checks
-from camgeom.design.planar import STEP, UNBUILDABLE, Wanted, smallest_radius, unit_of, wanted_of, with_key
+from camgeom.design.planar import (
+    STEP,
+    UNBUILDABLE,
+    Wanted,
+    asking,
+    largest_pressure,
+    smallest_radius,
+    unit_of,
+    wanted_of,
+    with_key,
+)
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.model import Model
 from camgeom.profile import Profile, parse
@@ -32,8 +42,7 @@ def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]
         if wanted.pressure_angle_deg is not None and model.pressure_angle is not None:
             found["pressure angle"] = 1.0 - degrees(model.pressure_angle.value) / wanted.pressure_angle_deg
         if wanted.contact_pressure_mpa is not None and found["undercut"] > 0.0:
-            peak = model.duty.peak_pressure
-            found["contact pressure"] = 1.0 - (peak.value if peak is not None else inf) / wanted.contact_pressure_mpa
+            found["contact pressure"] = 1.0 - largest_pressure(model) / wanted.contact_pressure_mpa
     except DesignError:
         # The roller dives into a ring so small, or presses it out of all theory.
         return {"what can be built": UNBUILDABLE}
@@ -78,4 +87,5 @@ def design(text: str, source: str, limits: Mapping[str, float | None]) -> Design
                                                                  "the ring is as wide as before")):  # fmt: skip
         choices.append(Choice(f"cam.{key}", round(value, 6), reason))
         text = with_key(text, "cam", key, round(value, 6) / unit_of(profile))
+    text = asking(text, limits)
     return Design(text, tuple(choices), findings(Model(parse(text, source)), light_checks()))

@@ -16,14 +16,15 @@ import numpy as np
 
 from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.disc import Disc
-from camgeom.checks import findings
+from camgeom.checks import findings, judge
 from camgeom.design import Choice, Design, light_checks
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
 from camgeom.motion.program import Program
-from camgeom.profile import Profile, parse
+from camgeom.profile import Profile, from_data, parse
+from camgeom.profile.text import replaced
 from camgeom.profile.units import INCH
 from camgeom.solid.prism import Prism
 from camgeom.track.follower import SwingingFollower
@@ -141,28 +142,40 @@ def smallest_radius(margins_of: Callable[[float], dict[str, float]], radii: Floa
 
 
 def margins(profile: Profile, radius: float, wanted: Wanted) -> dict[str, float]:
-    """How far each limit is kept, as a share of it; negative where it is not."""
-    cam = profile.cam.model_copy(update={"base_radius": radius})
-    model = Model(profile.model_copy(update={"cam": cam}))
-    if cam.problems(model.setup):
+    """How far each limit is kept, as a share of it; negative where it is not.
+
+    Of a disc with several tracks that of every track: those that state no base radius have this one too.
+    """
+    data = replaced(profile.stated, ("cam", "base_radius"), radius / unit_of(profile), "cam.base_radius")
+    try:
+        model = Model(from_data(data, profile.source))
+    except ProfileError:
         return {"what can be built": UNBUILDABLE}
-    planar = model.planar
-    if planar is None:
-        raise DesignError("only planar cams have a base radius to solve for")
     least = profile.limits.min_wall_mm
     found = {f"wall, {wall.name},": (wall.thickness - least) / radius for wall in model.walls}
-    if wanted.pressure_angle_deg is not None:
-        found["pressure angle"] = 1.0 - degrees(planar.pressure_angle.value) / wanted.pressure_angle_deg
-    if wanted.convex_radius_mm is not None:
-        if planar.face_radius is not None:
-            found["convex radius"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
-        for track, roller in zip(model.tracks, model.mechanism.rollers):
-            reach = wanted.convex_radius_mm + 0.5 * roller.diameter
-            found[f"convex radius, {track.name}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
+    for one in model.grooves:
+        planar, of = one.planar, f" of track {one.groove + 1}" if len(model.grooves) > 1 else ""
+        if planar is None:
+            raise DesignError("only planar cams have a base radius to solve for")
+        if wanted.pressure_angle_deg is not None:
+            angle = degrees(planar.pressure_angle.value)
+            found[f"pressure angle{of}"] = 1.0 - angle / wanted.pressure_angle_deg
+        if wanted.convex_radius_mm is not None:
+            if planar.face_radius is not None:
+                found[f"convex radius{of}"] = (planar.face_radius.value - wanted.convex_radius_mm) / radius
+            for track, roller in zip(one.tracks, one.mechanism.rollers):
+                reach = wanted.convex_radius_mm + 0.5 * roller.diameter
+                found[f"convex radius, {track.name}{of}"] = 1.0 - reach * _sharpest(RollerOutline(track, 0.0))
     if wanted.contact_pressure_mpa is not None and all(m > 0.0 for k, m in found.items() if k.startswith("convex")):
-        peak = model.drive.peak_pressure if model.drive is not None else None
-        found["contact pressure"] = 1.0 - (peak.value if peak else inf) / wanted.contact_pressure_mpa
+        found["contact pressure"] = 1.0 - largest_pressure(model) / wanted.contact_pressure_mpa
     return found
+
+
+def largest_pressure(model: Model) -> float:
+    """The largest pressure that the verdict reads, MPa, of all followers; infinite where one has none."""
+    verdict = judge(model, ("contact-pressure", "face-pressure"))
+    values = [finding.value for finding in verdict.findings if finding.value is not None]
+    return max(values) if values and not verdict.not_judged else inf
 
 
 def _sharpest(outline: Outline) -> float:
@@ -273,8 +286,16 @@ def design(text: str, source: str, kind: str, limits: Mapping[str, float | None]
     ]
     why = f"the smallest for {', '.join(filter(None, asked))}; {tight} decides" if tight else "nothing limits it"
     choices.append(Choice("cam.base_radius", round(radius, 6), why))
-    text = with_key(text, "cam", "base_radius", round(radius, 6) / unit_of(profile))
+    text = asking(with_key(text, "cam", "base_radius", round(radius, 6) / unit_of(profile)), limits)
     return Design(text, tuple(choices), findings(Model(parse(text, source)), light_checks()))
+
+
+def asking(text: str, limits: Mapping[str, float | None]) -> str:
+    """The TOML text with the limits that were asked for as its own, so that every later check judges by them."""
+    for name, key in (("pressure_angle", "pressure_angle_deg"), ("contact_pressure", "contact_pressure_mpa")):
+        if (value := limits[name]) is not None:
+            text = with_key(text, "limits", key, value)
+    return text
 
 
 def unit_of(profile: Profile) -> float:
@@ -342,9 +363,11 @@ def with_key(text: str, table: str, key: str, value: float) -> str:
 __all__ = [
     "Balance",
     "Wanted",
+    "asking",
     "balance",
     "best_offset",
     "design",
+    "largest_pressure",
     "margins",
     "smallest_base_radius",
     "smallest_flat_base",

@@ -9,6 +9,7 @@ from math import degrees, hypot, pi, radians
 import numpy as np
 import pytest
 
+from camgeom.checks import judge
 from camgeom.cli import main
 from camgeom.design.planar import (
     Wanted,
@@ -23,6 +24,7 @@ from camgeom.design.planar import (
 )
 from camgeom.errors import DesignError, ExportError
 from camgeom.export import write
+from camgeom.model import Model
 from camgeom.profile import read as read_profile
 from camgeom.track.outline import Measured
 from tests.places import PROFILES
@@ -129,19 +131,44 @@ def test_other_cams_have_no_outlines(tmp_path) -> None:
 
 @pytest.mark.parametrize("name", ["disc_offset_roller", "disc_flat_face"])
 def test_design_disc_writes_the_smallest_cam_that_passes(name, tmp_path, capsys) -> None:
-    """The written radius keeps the limit, a hundredth below it does not, and the rest of the text stands."""
+    """The written radius keeps the limit, which stands beside it, a hundredth below it does not, and the rest stands.
+    """
     old, new = PROFILES / f"{name}.toml", tmp_path / "new.toml"
     limits = ["--pressure-angle", "25"] if name == "disc_offset_roller" else ["--convex-radius", "12"]
     assert main(["design", "disc", str(new), "--profile", str(old), *limits]) == 0
     assert "decides" in capsys.readouterr().out
     changed = [(a, b) for a, b in zip(old.read_text().splitlines(), new.read_text().splitlines()) if a != b]
-    assert len(changed) == 1
+    asked = ["pressure_angle_deg = 25"] if name == "disc_offset_roller" else []
     assert changed[0][1].lstrip().startswith("base_radius = ")
+    assert [line for _, line in changed[1:]] == asked
     profile = read_profile(new)
     wanted = Wanted(25.0, 0.0) if name == "disc_offset_roller" else Wanted(None, 12.0)
     base = profile.cam.base_radius
     assert min(margins(profile, base, wanted).values()) >= 0.0
     assert min(margins(profile, base - 0.011, wanted).values()) < 0.0
+
+
+def test_a_crowned_rollers_pressure_is_the_one_that_checks_read(tmp_path, capsys) -> None:
+    """Its line contact had made a cam of 25 mm, which the ellipse presses with 783 MPa where 700 were asked for."""
+    old, new = PROFILES / "disc_offset_roller.toml", tmp_path / "new.toml"
+    assert main(["design", "disc", str(new), "--profile", str(old), "--contact-pressure", "700"]) == 0
+    assert "contact pressure decides" in capsys.readouterr().out
+    profile = read_profile(new)
+    assert profile.limits.contact_pressure_mpa == 700.0
+    base = profile.cam.base_radius
+    levels = [
+        judge(Model(profile.with_({"cam.base_radius": radius})), ["contact-pressure"]).level
+        for radius in (base, base - 0.5)
+    ]
+    assert levels == ["pass", "fail"]
+
+
+def test_a_track_without_a_radius_of_its_own_is_asked_at_the_same_one() -> None:
+    profile = read_profile(PROFILES / "both_faces_disc.toml").with_({"track[0].cam.base_radius": None})
+    angles = [margins(profile, radius, Wanted(30.0)) for radius in (45.0, 60.0)]
+    assert angles[0]["pressure angle of track 2"] < angles[1]["pressure angle of track 2"]
+    own = [margins(profile.with_({"track[0].cam.base_radius": 50}), radius, Wanted(30.0)) for radius in (45.0, 60.0)]
+    assert own[0]["pressure angle of track 2"] == own[1]["pressure angle of track 2"]
 
 
 def test_design_disc_chooses_the_offset_too(tmp_path, capsys) -> None:
