@@ -124,7 +124,7 @@ def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.Monkey
         whole = machines.drawn(2 * BLOCK)
         moves = np.maximum(whole.dwell[:BLOCK], _all_moves(machines))
         with monkeypatch.context() as patch:
-            patch.setattr(samples, "EXPLAINED", 1)
+            patch.setattr(samples, "EXPLAINED", 0)
             few = machines.drawn(2 * BLOCK)
         for name in ("dwell", "backlash", "preload"):
             np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
