@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import StringIO
 from math import asin, ceil, degrees, floor, sqrt
 from pathlib import Path
@@ -354,16 +354,22 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
     )
     base = [span.start for span in model.setup.program.spans]
     knots = [TURN * turn + start for turn in turns for start in base] + [TURN * turns.stop]
-    whose = " of the first groove's follower" if len(model.grooves) > 1 else ""
+    several = len(model.grooves) > 1
+    whose = " of the first groove's follower" if several else ""
+    cut = "groove" if len(tracks[0].sides) > 1 else "rib" if len(tracks) > 1 else tracks[0].name
     room = roller.diameter if roller is not None and len(turns) > 1 else 1.0
     views = []
     for word, radius in drum_radii(drum.radius, model.mechanism.quoted_radius or drum.radius):
         places = [(radius * ((TURN - k) if sense > 0.0 else k), k) for k in knots]
         left, right = sorted((places[0][0], places[-1][0]))
+        curves = tuple(
+            replace(curve, name=curve.name.replace("groove", f"groove {one.groove + 1}", 1)) if several else curve
+            for one in model.grooves for curve in developed(one.cutters, radius)
+        )  # fmt: skip
         views.append(
             PlaneView(
                 f"developed at the {word} radius",
-                developed(tracks, radius),
+                curves,
                 (),
                 (
                     Stroke("blank", ((left, low), (right, low), (right, high), (left, high)), closed=True),
@@ -371,7 +377,7 @@ def _drum(model: Model, drum: Drum) -> list[PlaneView]:
                 ),
                 tuple(Label((x, high + room), f"{degrees(k):.6g} deg") for x, k in places),
                 (
-                    f"groove rolled out at the {word} radius {radius:.9g} mm, seen from outside",
+                    f"{cut} rolled out at the {word} radius {radius:.9g} mm, seen from outside",
                     f"x = azimuth times radius, circumference {TURN * radius:.9g} mm; y = z of the cam frame",
                     f"thin lines: boundaries of the motion's segments{whose}, cam angle",
                 ),

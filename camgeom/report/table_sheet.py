@@ -29,12 +29,14 @@ Columns = list[tuple[str, str, Floats]]
 
 def columns(model: Model) -> Columns:
     """The numbers of every degree of cam angle: the follower's place; of a plate its profile where it is touched, in
-    polar coordinates of the cam; of a drum the middle of the groove or rib, of several that of each alone."""
+    polar coordinates of the cam; of a drum the middle of the groove, of an end wall that of the roller on it. Of
+    several tracks that of each alone, of a face groove its middle too."""
     degrees = np.arange(360.0)
     phi = np.radians(degrees)
     found: Columns = [("cam", "°", degrees)]
     several = len(model.grooves) > 1
     for number, one in enumerate(model.grooves, start=1):
+        mark = f" {number}" if several else ""
         if not several:
             lift = one.setup.program.jet(phi, 0)[0]
             found.append(("position", "°", np.degrees(lift)) if one.profile.rotating else ("lift", "mm", lift))
@@ -45,19 +47,24 @@ def columns(model: Model) -> Columns:
             (track,) = one.tracks
             pose = track.pose(phi, 0)
             x, y, z = pose.a[0] + 0.5 * sum(track.contact) * pose.u[0]
-            mark = f" {number}" if several else ""
-            found += [(f"groove{mark} z", "mm", z), (f"at{mark}", "°", _azimuth(x, y))]
-    touches = model.planar.touches if model.planar is not None else ()
-    for touch in touches:
-        x, y = touch.at(phi).curve.points
-        name = f"{touch.name} " if len(touches) > 1 else ""
-        found += [(f"{name}R", "mm", np.hypot(x, y)), (f"{name}at", "°", _azimuth(x, y))]
+            what = "groove" if len(track.sides) > 1 else "roller"
+            found += [(f"{what}{mark} z", "mm", z), (f"at{mark}", "°", _azimuth(x, y))]
+        if several and one.mechanism.face_groove is not None:
+            x, y = one.tracks[0].pose(phi, 0).a[0][:2]
+            found += [(f"groove{mark} R", "mm", np.hypot(x, y)), (f"at{mark}", "°", _azimuth(x, y))]
+            continue
+        touches = one.planar.touches if one.planar is not None else ()
+        for touch in touches:
+            x, y = touch.at(phi).curve.points
+            name = f"{touch.name} " if len(touches) > 1 else f"profile{mark} " if several else ""
+            found += [(f"{name}R", "mm", np.hypot(x, y)), (f"{name}at" if not several else f"at{mark}", "°",
+                                                          _azimuth(x, y))]  # fmt: skip
     return found
 
 
 def _azimuth(x: Floats, y: Floats) -> Floats:
-    """Angle on the cam from +X to +Y, deg."""
-    return np.asarray(np.degrees(np.arctan2(y, x)) % 360.0)
+    """Angle on the cam from +X to +Y, deg, as it is shown: what rounds to a turn is 0."""
+    return np.asarray(np.round(np.degrees(np.arctan2(y, x)), PLACES) % 360.0)
 
 
 def table_sheet(model: Model) -> Paper:

@@ -13,6 +13,7 @@ from camgeom.errors import ExportError, NotConverged
 from camgeom.export import write
 from camgeom.maths.curves import PlaneCurve, chords, fitted
 from camgeom.model import Model, read
+from camgeom.model.surfaces import flank_surfaces
 from camgeom.profile import parse
 from camgeom.track.flank import Flank
 from tests.oracle.envelope import roller_distance, swept_distance
@@ -138,6 +139,20 @@ def test_the_bore_with_its_keyway_is_exact(tmp_path: Path) -> None:
     for arc in arcs:
         assert arc.dxf.radius == pytest.approx(0.5 * model.cam.bore, abs=1e-12)
         assert tuple(arc.dxf.center)[:2] == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_what_is_rolled_out_has_the_name_that_measured_points_have(tmp_path: Path) -> None:
+    """Both grooves of a drum had the same names, and an end face was called a groove."""
+    model = read(str(PROFILES / "two_groove_drum.toml"))
+    write(model, tmp_path / "cam.dxf", chord=0.1, deviation=0.01)
+    document = readable(tmp_path / "cam.dxf")
+    flanks = {name: entity for layer, name, _, entity in curves(document, "LWPOLYLINE") if layer == "FLANK_POLYLINE"}
+    assert list(flanks) == [surface.name for surface in flank_surfaces(model)]
+    heights = [np.array(list(flanks[f"groove {number} flank -"].vertices()))[:, 1] for number in (1, 2)]
+    assert heights[0].max() < heights[1].min()
+    write(read(str(PROFILES / "end_face_lifter.toml")), tmp_path / "ring.dxf", chord=0.1, deviation=0.01)
+    notes = [text.text for text in readable(tmp_path / "ring.dxf").modelspace().query("MTEXT")]
+    assert all(text.startswith("end face rolled out") for text in notes)
 
 
 @pytest.mark.parametrize("name", ["pin_insertion", "steep_shuttle"])

@@ -228,3 +228,17 @@ def test_the_table_of_several_grooves_has_each_of_them() -> None:
         assert f"at {number}" in found
     # Half way from 20 to 80 deg of its own.
     assert found["groove 2 z"][50] == pytest.approx(102.0 + 9.0)
+
+
+def test_the_table_of_both_faces_has_each_groove_and_an_end_wall_is_no_groove() -> None:
+    """The lower face's groove was left out in silence; an end wall's roller stood there as a groove."""
+    model = read(str(PROFILES / "both_faces_disc.toml"))
+    found = {label: values for label, _, values in columns(model)}
+    for number, base, roller in ((1, 52.0, 22.0), (2, 58.0, 19.0)):
+        assert found[f"groove {number} R"].min() == pytest.approx(base + 0.5 * roller)
+    # The second follower slides along X: its groove's middle is as far out as it stands.
+    assert found["groove 2 R"].max() == pytest.approx(58.0 + 9.5 + 20.0)
+    assert found["at 2"][90] == pytest.approx(270.0)
+    ring = {label: values for label, _, values in columns(read(str(PROFILES / "end_face_lifter.toml")))}
+    assert np.allclose(ring["roller z"] - ring["lift"], 42.0 + 12.0)
+    assert not [label for label in ring if "groove" in label]
