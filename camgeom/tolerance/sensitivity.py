@@ -8,6 +8,7 @@ is a convex function of them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Self, final
@@ -216,20 +217,22 @@ class Sensitivities:
         causes = applicable(self.loaded.mechanism)
         size = {cause.key: SIZES[cause.unit] for cause in causes}
         tried = Trials.of(self.seated, [(cause, size[cause.key] * cause.scale) for cause in causes])
-        stand = self.seated.packed.walls.stand(tried.errors)
-        moved = self.seated.deviation(stand).max(axis=1)
-        grown = lost = np.zeros(len(moved))
+        walls, base = self.seated.packed.walls, self.seated.nominal
+        stood, pressure, found = walls.stand(tried.errors), self._harder(tried), []
+
+        def told(of: Callable[[Stand], Floats]) -> Floats:
+            return tried.told(of(stood), lambda errors: of(walls.stand(errors)))
+
+        moved = np.maximum(told(lambda stand: stand.high - base.high), told(lambda stand: base.low - stand.low))
+        grown = lost = np.zeros(moved.shape)
         if self._both:
-            base = self.seated.nominal.play
-            grown = (stand.play - base).max(axis=(1, 2))
-            lost = (self.seated.preload(base) - self.seated.preload(stand.play)).max(axis=(1, 2))
-        pressure = self._harder(tried)
-        found = []
-        for i, cause in enumerate(causes):
-            curve = tried.told(i, moved)
+            grown = told(lambda stand: stand.play - base.play)
+            # The more play, the less preload.
+            lost = self.seated.preload(base.play) - self.seated.preload(base.play + grown)
+        for i, (cause, curve) in enumerate(zip(causes, moved)):
             at = int(np.argmax(curve))
             motion = Extreme(float(curve[at]), float(self.theta[at]))
-            play, preload = (float(tried.told(i, np.maximum(each, 0.0))) for each in (grown, lost))
+            play, preload = float(grown[i].max()), float(lost[i].max())
             found.append(Sensitivity(cause, size[cause.key], motion, curve, play, preload, pressure[i]))
         return tuple(sorted(found, key=lambda one: -one.motion.value))
 
@@ -243,10 +246,13 @@ class Sensitivities:
         if self.hard is None:
             return [None] * (int(tried.cause[-1]) + 1)
         few, before, _ = self.hard
-        packed = self.seated.packed
-        force = packed.walls.rows(few).forces(tried.errors[:, :, few])
-        more = np.maximum(np.sqrt((force * packed.square[few]).max(axis=(1, 2, 3))) / before - 1.0, 0.0)
-        return [1.0 + float(tried.told(i, more)) for i in range(int(tried.cause[-1]) + 1)]
+        packed, asked = self.seated.packed, replace(tried, errors=tried.errors[:, :, few])
+        walls = packed.walls.rows(few)
+
+        def more(errors: Floats) -> Floats:
+            return np.asarray(np.sqrt((walls.forces(errors) * packed.square[few]).max(axis=-1)) / before - 1.0)
+
+        return [1.0 + float(each.max()) for each in asked.told(more(asked.errors), more)]
 
 
 @final
@@ -280,11 +286,27 @@ class Trials:
         cause_of, group = np.array(names, dtype=np.intp).T
         return cls(errors, cause_of, group)
 
-    def told(self, cause: int, values: Floats) -> Floats:
-        """The largest of all whose it is of values (t, ...) >= 0 of an error: of its parts the root of the squares."""
-        mine = self.cause == cause
-        groups, found = self.group[mine], values[mine] ** 2
-        return np.asarray(np.sqrt(np.max([found[groups == one].sum(axis=0) for one in np.unique(groups)], axis=0)))
+    def told(self, values: Floats, of: Callable[[Floats], Floats]) -> Floats:
+        """Of every error the largest of all whose it is of values (t, 2, n), at least 0, (causes, n).
+
+        of: the values (..., n) with errors (..., n, p); parts of one are put on together, each by its share alone
+        """
+        end = np.argmax(values, axis=1)[:, None]
+        part = np.maximum(np.take_along_axis(values, end, axis=1)[:, 0], 0.0)
+        found = np.array([part[self.cause == i].max(axis=0) for i in range(int(self.cause[-1]) + 1)])
+        several = [own for one in np.unique(self.group) if len(own := np.flatnonzero(self.group == one)) > 1]
+        if several:
+            whole = of(np.array([self.together(part, end, own) for own in several]))
+            for own, value in zip(several, whole):
+                found[self.cause[own[0]]] = np.maximum(found[self.cause[own[0]]], value)
+        return found
+
+    def together(self, part: Floats, end: npt.NDArray[np.intp], own: npt.NDArray[np.intp]) -> Floats:
+        """Errors (n, p) of parts own (k,) of one, each at its end (t, 1, n), by the share that its value (t, n) has."""
+        size = np.sqrt((part[own] ** 2).sum(axis=0))
+        share = np.divide(part[own], size, out=np.zeros_like(part[own]), where=size > 0.0)
+        errors = np.take_along_axis(self.errors[own], end[own][..., None], axis=1)[:, 0]
+        return np.asarray((errors * share[..., None]).sum(axis=0))
 
 
 def turn_grid(program: Program, knots: Floats) -> Floats:

@@ -210,7 +210,7 @@ class ToleranceStudy:
         tried = Trials.of(seated, [(cause, spreads[cause.key][1]) for cause in self.causes])
         means = [(spreads[cause.key][0], seated.packed.taken(seated.flat(seated.approaches.of(cause)))[0])
                  for cause in self.causes]  # fmt: skip
-        owner = np.unique(tried.group, return_inverse=True)[1]
+        owners = [np.flatnonzero(tried.group == one) for one in np.unique(tried.group)]
         found = np.zeros(len(base.low))
         for way in (1.0, -1.0):
 
@@ -221,11 +221,8 @@ class ToleranceStudy:
             alone = off(tried.errors)
             end = np.argmax(alone, axis=1)[:, None]
             part = np.maximum(np.take_along_axis(alone, end, axis=1)[:, 0], 0.0)
-            size = np.sqrt([(part[owner == one] ** 2).sum(axis=0) for one in range(owner.max() + 1)])
-            share = np.divide(part, size[owner], out=np.zeros_like(part), where=size[owner] > 0.0)
-            errors = np.take_along_axis(tried.errors, end[..., None], axis=1)[:, 0] * share[..., None]
-            together = off(errors.sum(axis=0) + sum(mean * g for mean, g in means))
-            found = np.maximum(found, np.maximum(together, size.max(axis=0)))
+            errors = sum(tried.together(part, end, own) for own in owners) + sum(mean * g for mean, g in means)
+            found = np.max([found, off(np.asarray(errors)), *tried.told(alone, off)], axis=0)
         return found
 
     def _off(self, approach: Floats) -> Floats:

@@ -426,3 +426,16 @@ def test_no_machine_stands_farther_off_than_the_worst_case(name: str, error: str
     assert float(drawn.motion.max()) <= 1.001 * study.worst.motion.value
     assert float(drawn.dwell.max()) <= 1.001 * study.worst.dwell.value + 1e-12
     assert study.worst.motion.value <= 1.1 * float(drawn.motion.max())
+
+
+def test_an_error_of_any_direction_alone_is_what_its_hardest_direction_does() -> None:
+    """Rollers on either side are moved by it in turns: the root of both parts' squares told 46.5 for 35.05."""
+    sensitivities = Sensitivities(_loaded(_profile("parallel_index")))
+    seated, shown = sensitivities.seated, sensitivities.loaded.shown
+    (row,) = (one for one in sensitivities.rows if one.cause.key == "cam_eccentricity")
+    first, second = row.size * seated.flat(seated.approaches.of(row.cause))
+    stands = [seated.walls.stand(np.cos(t) * first + np.sin(t) * second) for t in np.linspace(0.0, 2.0 * np.pi, 49)]
+    assert row.motion.value == pytest.approx(max(float(seated.deviation(one).max()) for one in stands), rel=5e-3)
+    grown = max(float((one.play - seated.nominal.play).max()) for one in stands)
+    assert row.play == pytest.approx(grown, rel=5e-3)
+    assert shown(row.motion.value) == pytest.approx(35.05, abs=0.01)
