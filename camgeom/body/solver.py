@@ -23,8 +23,6 @@ from camgeom.mechanics.material import Material
 Index = npt.NDArray[np.int64]
 MOST_BYTES = 2.6e9
 """of the factors: with the working arrays about 3 GB"""
-RATE = 8e9
-"""floating-point operations a second that one busy core does in BLAS, for the time that is foretold"""
 
 
 @final
@@ -34,7 +32,6 @@ class Cost:
 
     unknowns: int
     bytes: float
-    seconds: float
 
 
 @final
@@ -60,8 +57,7 @@ class Elastic:
         """What the factorisation takes."""
         n, (face, half) = len(self.ring.planes), self._free
         m, c = float(len(face)), float(len(half))
-        flops = n * (8.0 * m**3 + c**3 / 3.0 + 2.0 * c * c * m + 4.0 * c * m * m)
-        return Cost(int(n * (m + c)), 8.0 * n * (3.0 * m * m + c * c + 2.0 * c * m), flops / RATE)
+        return Cost(int(n * (m + c)), 8.0 * n * (3.0 * m * m + c * c + 2.0 * c * m))
 
     @cached_property
     def _factors(self) -> _Factors:

@@ -212,10 +212,6 @@ class Balance:
     unbalance: float
     correction: float
 
-    def counterweight(self, radius: float) -> float:
-        """Mass, kg, that balances the disc at this radius, mm."""
-        return self.unbalance * 1e-3 / radius
-
 
 def balance(prism: Prism, density: float) -> Balance:
     """The balance of a disc with its bore, keyway and holes, from the exact curves; density kg/m³."""

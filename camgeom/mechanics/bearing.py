@@ -147,12 +147,6 @@ def stud_stress(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike) -> RoundS
     return RoundStress(np.asarray(bending), np.asarray(shear))
 
 
-def stud_deflection(force: ArrayLike, arm: ArrayLike, diameter: ArrayLike, elastic_modulus: ArrayLike) -> Floats:
-    """Deflection of a clamped round stud at the load, mm: F a³ / (3 E I), I = pi d⁴/64; shear left out."""
-    load, lever, d, e = (np.asarray(x, dtype=np.float64) for x in (force, arm, diameter, elastic_modulus))
-    return np.asarray(64.0 * load * lever**3 / (3.0 * e * np.pi * d**4))
-
-
 def shaft_stress(moment: ArrayLike, torque: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> RoundStress:
     """Stress in a round or hollow shaft, MPa: 32 M / (pi d³ (1 - q⁴)), 16 T / (pi d³ (1 - q⁴)), q = bore / diameter.
 

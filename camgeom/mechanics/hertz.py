@@ -24,8 +24,6 @@ SHEAR_DEPTH = float(np.sqrt(GOLDEN))
 """Depth of the largest shear below a line contact over half-width: 0.78615, the root of q² + q = 1 in q = depth²."""
 SHEAR_SHARE = float(SHEAR_DEPTH - GOLDEN / np.sqrt(1.0 + GOLDEN))
 """Largest shear below a line contact over peak pressure: 0.30028."""
-HALF_SPACE_LIMIT = 0.1
-"""Half-width over radius up to which half-space theory is good to about one per cent."""
 
 
 def line_pressure(line_load: ArrayLike, curvature: ArrayLike, compliance: ArrayLike) -> Floats:
@@ -48,11 +46,6 @@ def allowable_load(pressure: ArrayLike, curvature: ArrayLike, length: ArrayLike,
     sigma = np.asarray(pressure, dtype=np.float64)
     return np.asarray(np.pi * np.asarray(length, dtype=np.float64) / _positive(curvature)
                       * sigma * sigma * np.asarray(compliance, dtype=np.float64))
-
-
-def half_space_ratio(half_width: ArrayLike, radius: ArrayLike) -> Floats:
-    """Half-width over the smallest radius of either body (1): half-space theory asks for HALF_SPACE_LIMIT or less."""
-    return np.asarray(np.asarray(half_width, dtype=np.float64) / np.asarray(radius, dtype=np.float64))
 
 
 def line_approach(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
@@ -90,81 +83,6 @@ def flexibility(near: Floats, far: Floats, roller: ArrayLike, cam: ArrayLike, po
     body = np.asarray(poisson, dtype=np.float64)
     return np.asarray((np.asarray(roller) * (2.0 * near - 1.0) + np.asarray(cam) * (2.0 * far - body / (1.0 - body)))
                       / np.pi)
-
-
-def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    """Stresses sigma_x, sigma_z, tau_xz below a line contact, over peak pressure (1), tension positive.
-
-    x across, z into the body, both over the half-width (McEwen; Johnson, equation 4.49). Far away they fall as 1/z.
-    """
-    across, down = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(z, dtype=np.float64))
-    sum_ = 1.0 - across * across + down * down
-    root = np.hypot(sum_, 2.0 * across * down)
-    m2, n2 = 0.5 * (root + sum_), 0.5 * (root - sum_)
-    # One of root ± sum_ cancels; their product is (x z)², which gives the lost one back.
-    product = (across * down) ** 2
-    m2 = np.where(sum_ >= 0.0, m2, np.divide(product, n2, out=np.zeros_like(root), where=n2 > 0.0))
-    n2 = np.where(sum_ >= 0.0, np.divide(product, m2, out=np.zeros_like(root), where=m2 > 0.0), n2)
-    m, n = np.sqrt(np.maximum(m2, 0.0)), np.sign(across) * np.sqrt(np.maximum(n2, 0.0))
-    # m² - z² without cancellation, from m² - n² = 1 - x² + z² and m n = x z.
-    rest = np.divide(m2, m2 + across * across, out=np.zeros_like(root), where=m2 > 0.0)
-    bend = np.divide(rest, m2 + n2, out=np.zeros_like(root), where=m2 + n2 > 0.0)
-    above = np.divide(rest, m + down, out=np.zeros_like(root), where=m + down > 0.0)
-    return np.asarray(m * bend - 2.0 * above), np.asarray(-m * bend), np.asarray(-n * bend)
-
-
-def line_mises(z: ArrayLike, poisson: ArrayLike) -> Floats:
-    """Von Mises stress at depth z (over half-width) under the middle of a line contact, over peak pressure (1)."""
-    across, down, _ = line_stress(0.0, z)
-    nu = np.asarray(poisson, dtype=np.float64)
-    return _mises(across, down, nu * (across + down))
-
-
-def line_mises_peak(poisson: float) -> tuple[float, float]:
-    """Largest von Mises stress below a line contact over peak pressure (1) and its depth over half-width (1).
-
-    The maximum is on the line of symmetry; for a Poisson ratio below about 0.19 it is at the surface: 1 - 2 nu.
-    """
-    grid = np.linspace(0.0, 2.0, 2001)
-    shape = line_mises(grid, poisson)
-    at = int(np.argmax(shape[1:])) + 1
-    lo, hi = grid[at - 1], grid[min(at + 1, 2000)]
-    ratio = GOLDEN
-    for _ in range(60):
-        left, right = hi - ratio * (hi - lo), lo + ratio * (hi - lo)
-        lo, hi = (lo, right) if line_mises(left, poisson) >= line_mises(right, poisson) else (left, hi)
-    depth = 0.5 * (lo + hi)
-    below = float(line_mises(depth, poisson))
-    return (below, float(depth)) if below >= float(shape[0]) else (float(shape[0]), 0.0)
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class LineContact:
-    """Line contact under load: every field has the broadcast shape of the inputs.
-
-    pressure: peak, MPa; half_width, mm; shear: largest below the surface, MPa, at shear_depth mm; mises: largest von
-    Mises stress in the cam, MPa, at mises_depth mm; half_space: half-width over roller radius, 1.
-    """
-
-    pressure: Floats
-    half_width: Floats
-    shear: Floats
-    shear_depth: Floats
-    mises: Floats
-    mises_depth: Floats
-    half_space: Floats
-
-
-def line_contact(line_load: ArrayLike, curvature: ArrayLike, roller: Material, cam: Material,
-                 radius: ArrayLike) -> LineContact:
-    """All of a line contact at once: load N/mm, relative curvature 1/mm, roller radius mm."""
-    pair = roller.compliance + cam.compliance
-    pressure = line_pressure(line_load, curvature, pair)
-    half = line_half_width(line_load, curvature, pair)
-    mises, mises_depth = line_mises_peak(cam.poisson)
-    return LineContact(pressure, half, pressure * SHEAR_SHARE, half * SHEAR_DEPTH, pressure * mises,
-                       half * mises_depth, half_space_ratio(half, radius))
 
 
 @final
@@ -373,10 +291,6 @@ def elliptic(ratio: ArrayLike) -> tuple[Floats, Floats, Floats]:
     whole = np.pi / (2.0 * a)
     d = whole * total
     return np.asarray(whole), np.asarray(d), np.asarray(whole - d)
-
-
-def _mises(one: Floats, two: Floats, three: Floats) -> Floats:
-    return np.asarray(np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2)))
 
 
 def _positive(curvature: ArrayLike) -> Floats:

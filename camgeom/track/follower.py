@@ -246,7 +246,6 @@ class SphereRoller(_Bearing):
         return Arc(0.5 * self.diameter, centre, 0.5 * self.diameter)
 
 
-RollerSpec = Annotated[CylinderRoller | ConeRoller | CrownedRoller | SphereRoller, Field(discriminator="shape")]
 AnyRoller = CylinderRoller | ConeRoller | CrownedRoller | SphereRoller
 
 
@@ -386,9 +385,6 @@ class FrameFollower(Follower):
         return self.mass + load_mass
 
 
-FollowerSpec = Annotated[
-    TranslatingFollower | SwingingFollower | TurretFollower | FrameFollower, Field(discriminator="kind")
-]
 AnyFollower = TranslatingFollower | SwingingFollower | TurretFollower | FrameFollower
 
 

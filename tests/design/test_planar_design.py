@@ -103,7 +103,7 @@ def test_balance_agrees_with_the_mesh() -> None:
     assert found.centroid == pytest.approx(mesh.centroid[:2], rel=1e-5)
     about = mesh.inertia[2][2] + mesh.mass * hypot(*mesh.centroid[:2]) ** 2 * 1e-6
     assert found.inertia == pytest.approx(about, rel=3e-5)
-    weight = found.counterweight(25.0)
+    weight = 1e-3 * found.unbalance / 25.0
     at = 25.0 * np.array([np.cos(found.correction), np.sin(found.correction)])
     assert found.mass * np.array(found.centroid) + weight * at == pytest.approx(0.0, abs=1e-12)
 

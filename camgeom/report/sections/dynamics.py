@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 RAD = 30.0 / pi
 SPEEDS = 401
 """cam speeds at which the residual is drawn"""
-STILL = 1e-6
-"""share of the stroke; a smaller residual is none"""
 MOST_EVENTS = 12
 HAIR = 1e-9
 """rad"""
