@@ -214,12 +214,13 @@ def test_a_mark_without_a_place_stands_at_the_edge() -> None:
 
 
 @pytest.mark.slow
-def test_every_fault_costs_its_product_alone() -> None:
-    """A short stretch of scripts/stability/faults.py."""
+def test_every_fault_costs_its_product_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A short stretch of scripts/stability/faults.py; of the libraries the one that a disc's files need."""
+    monkeypatch.setattr(faults, "LIBRARIES", ("scipy",))
     said: list[str] = []
-    counts = faults.campaign(("write", "memory", "library"), ("disc",), 2, said.append)
+    counts = faults.campaign(("write", "memory", "library"), ("disc",), 3, said.append)
     assert not said
-    assert sum(counts.values()) >= 10
+    assert sum(counts.values()) >= 7
 
 
 @pytest.mark.slow
