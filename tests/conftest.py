@@ -6,10 +6,14 @@ import os
 from functools import cache
 
 import pytest
+from hypothesis import settings
 
 # As camgeom/__main__.py sets it, and before numpy is imported: two workers whose linear algebra starts two threads each
 # spend half of the processor's time waiting for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# How long an example takes says how busy the machine is.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 
 @cache

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from camgeom.cams.cylindrical import Cylindrical
 from camgeom.design.batch import Batch
-from camgeom.design.batch.motion import LEAST, Motion, Points, motion_figures, motion_of, motion_reason, vertex
+from camgeom.design.batch.legs import motion_reason
+from camgeom.design.batch.motion import LEAST, Motion, Points, motion_figures, motion_of, vertex
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property

@@ -15,7 +15,8 @@ from typing import final
 import numpy as np
 
 from camgeom.cams._turret import TurretKeys
-from camgeom.design.batch.motion import FINE, REACH, SAMPLES, Ints, Motion, Points, program_of, vertex
+from camgeom.design.batch.legs import FINE, program_of
+from camgeom.design.batch.motion import REACH, SAMPLES, Ints, Motion, Points, vertex
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
 from camgeom.design.batch.variants import Mask, Variants
 from camgeom.maths import Floats

@@ -6,133 +6,31 @@ number of a law all the variants.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from math import radians
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camgeom.design.batch.variants import Variants, path_of, value_of
+from camgeom.design.batch.legs import BESIDE, FINE, Leg, fixed_legs, joined, program_of, shape_of
+from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.law import LAWS, Law
 from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT
 from camgeom.motion.segment import TURN
-
-if TYPE_CHECKING:
-    from camgeom.motion.program import Program
-    from camgeom.profile import Profile
-    from camgeom.profile.sections import MotionSegment
 
 Ints = NDArray[np.intp]
 
 SAMPLES = 17
 """a piece of a law, both ends included"""
-WIDEST = 0.5
-"""of a law's travel that one piece spans at most"""
-FINE = 1024
-"""steps of a piece to which a refined extreme is placed"""
 REACH = 8
 """fine steps on both sides of it, where the parabola that gives its value is laid"""
 NEAR = 2
 """the same where a quantity falls off by more than STEEP of itself within REACH"""
 STEEP = 1e-3
 ROUNDS = 4
-
-
-BESIDE = 1e-12
-"""share of a piece by which its ends are sampled inside it, on its own side of a jump"""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """A segment's motion over unit travel and unit lift: knots in 0..1 and jets (4, m) at places (m,)."""
-
-    knots: tuple[float, ...]
-    jet: Callable[[Floats], Floats]
-    dwells: bool = False
-    _tables: dict[tuple[float, float], Floats] = field(default_factory=dict)
-
-    @cached_property
-    def pieces(self) -> tuple[tuple[float, float], ...]:
-        """Pieces between knots and places where the motion turns, none wider than WIDEST."""
-        ends = sorted({*self.knots, *self._turns()})
-        found = []
-        for low, high in zip(ends, ends[1:]):
-            parts = int(np.ceil((high - low) / WIDEST - 1e-9))
-            found += [(low + (high - low) * i / parts, low + (high - low) * (i + 1) / parts) for i in range(parts)]
-        return tuple(found)
-
-    def _turns(self) -> list[float]:
-        """Places inside where the velocity changes sign: friction does so there."""
-        from camgeom.maths.extremum import bracketed_root
-
-        x = np.concatenate([np.linspace(low, high, 65)[1:-1] for low, high in zip(self.knots, self.knots[1:])])
-        v = self.jet(x)[1]
-        at = np.flatnonzero(v[:-1] * v[1:] < 0.0)
-        if not at.size:
-            return []
-        return [float(one) for one in bracketed_root(lambda y: self.jet(y)[1], x[at], x[at + 1])]
-
-    def table(self, low: float, high: float) -> Floats:
-        """Jets at FINE steps of a stretch without a knot inside, (4, FINE + 1), one-sided at its ends."""
-        if (low, high) not in self._tables:
-            share = np.linspace(0.0, 1.0, FINE + 1)
-            share[0], share[-1] = BESIDE, 1.0 - BESIDE
-            self._tables[low, high] = self.jet(low + (high - low) * share)
-        return self._tables[low, high]
-
-    @cached_property
-    def peaks(self) -> tuple[float, float, float]:
-        """Largest magnitude of the first three derivatives."""
-        if self.dwells:
-            return 0.0, 0.0, 0.0
-        from camgeom.maths.extremum import refined_maximum
-
-        found = []
-        for order in (1, 2, 3):
-            x = np.concatenate([np.linspace(low + 1e-12, high - 1e-12, 65) for low, high in self.pieces])
-            owner = np.repeat(np.arange(len(self.pieces)), 65)
-
-            def size(at: Floats, order: int = order) -> Floats:
-                return np.asarray(np.abs(self.jet(at)[order]))
-
-            found.append(refined_maximum(size, x, owner, size(x))[0])
-        return found[0], found[1], found[2]
-
-
-DWELL = Shape((0.0, 1.0), lambda x: np.zeros((4, *x.shape)), dwells=True)
-
-
-@lru_cache(maxsize=256)
-def law_shape(law: Law) -> Shape:
-    """The shape of a law that stands alone."""
-    return Shape(law.knots, lambda x: law.jet(x, 3))
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """One segment of the motion of all variants: cam angles (rad) and lifts (mm or rad), each (n,) or (1,).
-
-    lift  by which the shape is multiplied: the travel of a law that stands alone
-    """
-
-    shape: Shape
-    start: Floats
-    end: Floats
-    before: Floats
-    after: Floats
-    lift: Floats
-
-    @property
-    def width(self) -> Floats:
-        """rad."""
-        return self.end - self.start
 
 
 @final
@@ -435,18 +333,12 @@ def motion_figures(unit: str, per: str) -> tuple[str, ...]:
     return tuple(f"motion.peak_{word}_{unit}_per_{per}{power}" for word, power in zip(ORDERS, ("", "2", "3")))
 
 
-@lru_cache(maxsize=8)
-def program_of(profile: Profile) -> Program:
-    """The profile's own motion."""
-    return profile.setup().program
-
-
 def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = False) -> Motion:
     """The motion of the variants; what is wrong with one goes to its refusals."""
     profile = variants.profile
     unit = radians(1.0) if profile.rotating else 1.0
-    if _joined(profile.motion):
-        return Motion(_fixed_legs(profile), variants.size, cuts, busy)
+    if joined(profile.motion):
+        return Motion(fixed_legs(profile), variants.size, cuts, busy)
     found, refusals = [], variants.refusals
     angle, position = np.zeros(1), np.zeros(1)
     last = len(profile.motion) - 1
@@ -464,7 +356,7 @@ def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = Fal
         reached = position if segment.to is None else unit * variants.number(f"motion[{i}].to")
         refusals.add(np.abs(reached) > MOST_LIFT, f"motion[{i}].to: no such position")
         end = np.maximum(until, angle + LEAST_WIDTH)
-        found.append(Leg(_shape(segment), angle, end, position, reached, reached - position))
+        found.append(Leg(shape_of(segment), angle, end, position, reached, reached - position))
         angle, position = found[-1].end, reached
     if half:
         found += [
@@ -476,55 +368,4 @@ def motion_of(variants: Variants, cuts: tuple[float, ...] = (), busy: bool = Fal
         refusals.add(np.abs(position) > 1e-9 * most, f"motion[{last}].to: the program must end where it began")
     return Motion(tuple(found), variants.size, cuts, busy)
 
-
-def _joined(motion: Sequence[MotionSegment]) -> bool:
-    """Whether a segment asks its neighbours for its shape."""
-    return any(
-        (one.law is not None and LAWS[one.law].joins)
-        or any(rate is not None for rate in (one.velocity, one.acceleration, one.jerk))
-        for one in motion
-    )
-
-
-def motion_reason(profile: Profile, varied: Sequence[str]) -> str | None:
-    """Why the motion of these variants has to be made one by one; None where their laws scale."""
-    for key in varied:
-        path = path_of(key)
-        if path[0] != "motion":
-            continue
-        if path[-1] not in ("until", "to"):
-            return f"{key}: every value makes another law"
-        if _joined(profile.motion):
-            return f"{key}: a segment is joined to its neighbours, so every value makes another law"
-        if path[-1] == "to" and value_of(profile, key) is None:
-            return f"{key}: the segment dwells"
-    return None
-
-
-@lru_cache(maxsize=256)
-def _shape(segment: MotionSegment) -> Shape:
-    if segment.law is None:
-        return DWELL
-    return law_shape(LAWS[segment.law].make(dict(segment.parameters)))
-
-
-@lru_cache(maxsize=8)
-def _fixed_legs(profile: Profile) -> tuple[Leg, ...]:
-    """The segments of a motion that is the same for all variants, whatever joins them."""
-    program = profile.setup().program
-    legs = []
-    for span in program.spans:
-        width = span.end - span.start
-        inner = program.knots[(program.knots > span.start + 1e-9) & (program.knots < span.end - 1e-9)]
-        knots = (0.0, *((inner - span.start) / width).tolist(), 1.0)
-
-        def jet(x: Floats, start: float = span.start, width: float = width, before: float = span.before) -> Floats:
-            found = program.jet(start + width * x, 3) * (width ** np.arange(4.0))[:, None]
-            found[0] -= before
-            return np.asarray(found)
-
-        shape = DWELL if span.law == "dwell" else Shape(knots, jet)
-        ends = (np.array([one]) for one in (span.start, span.end, span.before, span.after, not shape.dwells))
-        legs.append(Leg(shape, *ends))
-    return tuple(legs)
 

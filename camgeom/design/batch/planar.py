@@ -19,8 +19,9 @@ from camgeom.cams.conjugate import Conjugate
 from camgeom.cams.constant_width import ConstantWidth
 from camgeom.cams.disc import Disc
 from camgeom.design.batch import Batch
+from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.lives import LEAST_LOAD, Lives
-from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of, motion_reason
+from camgeom.design.batch.motion import Ints, Motion, Points, motion_figures, motion_of
 from camgeom.design.batch.seen import Seen
 from camgeom.design.batch.touches import Standing, Touch
 from camgeom.design.batch.variants import Mask, Variants

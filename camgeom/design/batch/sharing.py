@@ -10,7 +10,8 @@ from weakref import proxy
 import numpy as np
 
 from camgeom.design.batch import LEVELS
-from camgeom.design.batch.motion import FINE, SAMPLES, Ints, Points
+from camgeom.design.batch.legs import FINE
+from camgeom.design.batch.motion import SAMPLES, Ints, Points
 from camgeom.design.batch.variants import Mask
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property

@@ -25,7 +25,8 @@ from camgeom.cams._turret import TurretKeys
 from camgeom.cams.globoidal import Globoidal
 from camgeom.design.batch import Batch
 from camgeom.design.batch.indexer import Indexer, Line, Seat
-from camgeom.design.batch.motion import motion_figures, motion_of, motion_reason
+from camgeom.design.batch.legs import motion_reason
+from camgeom.design.batch.motion import motion_figures, motion_of
 from camgeom.design.batch.variants import Variants
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
