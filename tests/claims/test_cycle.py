@@ -83,14 +83,17 @@ SHAFTS = {"kind": "indexing", "input_stiffness": 2e5, "output_stiffness": 4e4, "
           "contact_damping": 40.0, "cam_inertia": 0.1, "turret_inertia": 0.1, "contact_stiffness": 5e6}  # fmt: skip
 
 
-@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
-def test_the_load_of_an_indexing_drive_is_judged_as_it_swings(share: float, level: str) -> None:
-    """The rigid turret of 1 357 deg/s passed where its load reaches 1 964."""
+def changer(limit: float, **dynamics: object) -> Model:
     data = load((PROFILES / "tool_changer.toml").read_text(encoding="utf-8"), "changer")[0]
     del data["tolerance"]
     data["operation"] |= {"speed": 400.0}
-    data |= {"dynamics": SHAFTS, "limits": {"velocity": 1e4}}
-    study = Model(from_data(data, "changer")).indexing
+    return Model(from_data(data | {"dynamics": SHAFTS | dynamics, "limits": {"velocity": limit}}, "changer"))
+
+
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
+def test_the_load_of_an_indexing_drive_is_judged_as_it_swings(share: float, level: str) -> None:
+    """The rigid turret of 1 357 deg/s passed where its load reaches 1 964."""
+    study = changer(1e4).indexing
     assert study is not None
     response = study.steady
     theta = response.theta[-1] - 2.0 * pi * np.linspace(1.0, 0.0, 4001)[1:]
@@ -98,8 +101,16 @@ def test_the_load_of_an_indexing_drive_is_judged_as_it_swings(share: float, leve
     swung = np.degrees(np.abs(rate).max() * study.speed)
     peak = np.degrees(response.peak("load_velocity").magnitude[0])
     assert peak == pytest.approx(swung, rel=1e-4)
-    data["limits"] = {"velocity": share * peak}
-    (finding,) = judge(Model(from_data(data, "changer")), ("velocity",)).findings
+    (finding,) = judge(changer(share * peak), ("velocity",)).findings
     assert (finding.level, finding.where) == (level, "with vibration, of its load")
     assert finding.rigid is not None
     assert finding.rigid < 0.9 * peak
+
+
+def test_a_solution_of_too_few_steps_passes_no_velocity() -> None:
+    """The rigid turret's 1 357 deg/s fails below, and above it nothing is judged."""
+    coarse = {"method": "wilson", "steps": 16}
+    (word,) = judge(changer(1400.0, **coarse), ("velocity",)).not_judged
+    assert "error of the solution" in word.reason
+    (finding,) = judge(changer(1350.0, **coarse), ("velocity",)).findings
+    assert (finding.level, finding.where) == ("fail", "rigid")
