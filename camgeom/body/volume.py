@@ -139,7 +139,7 @@ class BodyVolume:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Pressing:
+class PressedBy:
     """The duty that presses a body: of one roller, of a planar cam's touches, or of a turret."""
 
     roller: RollerDuty | None = None
@@ -148,7 +148,7 @@ class Pressing:
 
 
 def volume_of(
-    parts: Sequence[Part], cutters: tuple[Track, ...], pressing: Pressing, material: Material, angle: float | None,
+    parts: Sequence[Part], cutters: tuple[Track, ...], pressing: PressedBy, material: Material, angle: float | None,
     surface: Callable[[], Mesh],
 ) -> Volume:
     """The loaded body at a cam angle, rad (None: where force over squared thickness of what bears it is largest).
@@ -180,7 +180,7 @@ def volume_of(
     return TetraVolume(part.name, filled(part, surface()), material, load)
 
 
-def _pressed_disc(discs: list[Prism], pressing: Pressing, angle: float | None) -> tuple[Prism, Patch]:
+def _pressed_disc(discs: list[Prism], pressing: PressedBy, angle: float | None) -> tuple[Prism, Patch]:
     """The disc of a planar cam that is pressed hardest, and the patch."""
     if pressing.turret is not None:
         return turret_patch(pressing.turret, discs, turret_sample(pressing.turret, angle))

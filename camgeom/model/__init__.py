@@ -487,7 +487,7 @@ class Model(Sealed):
 
         Raises DesignError where the body cannot be meshed or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.volume import Pressing, volume_of
+        from camgeom.body.volume import PressedBy, volume_of
         from camgeom.model.loads import operation_of
 
         if self.profile.duty:
@@ -496,9 +496,9 @@ class Model(Sealed):
         self.refuse_folded()
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
         if shared:
-            pressing = Pressing(turret=self.turret_duty)
+            pressing = PressedBy(turret=self.turret_duty)
         else:
-            pressing = Pressing(self.duty if self.duties else None, self.drive)
+            pressing = PressedBy(self.duty if self.duties else None, self.drive)
         return volume_of(self.parts, self.cutters, pressing, self.profile.material.cam,
                          None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
 
