@@ -11,7 +11,7 @@ import numpy.typing as npt
 from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
-from camgeom.solid.builder import Builder, Index, zipper
+from camgeom.solid.builder import Builder, Index, cap
 
 
 @dataclass(frozen=True)
@@ -231,8 +231,8 @@ def close_ends(
             builder.faces(fan[:, ::-1] if flip else fan, "end")
         return
     low, high, outline = bore_walls(builder, bore, z0, z1, tolerance)
-    for ring, hole, z, flip in ((bottom, low, z0, True), (top, high, z1, False)):
-        _annulus(builder, ring, hole, outline, bore, z, flip)
+    for ring, hole, up in ((bottom, low, False), (top, high, True)):
+        cap(builder, [ring, hole[::-1]], [builder.points(ring)[:, :2], outline[::-1]], "end", up)
 
 
 def bore_walls(
@@ -249,31 +249,3 @@ def bore_walls(
         )
         builder.faces(quads, name)
     return low, high, outline
-
-
-def _annulus(
-    builder: Builder,
-    ring: Index,
-    hole: Index,
-    outline: Floats,
-    bore: Bore,
-    z: float,
-    flip: bool,
-) -> None:
-    """Triangulate the flat annulus between an outer ring and the bore outline.
-
-    Both are star-shaped about the axis. A circle between them, with the angles of the bore outline, takes up the
-    keyway by radial quads; circle and outer ring are then zipped by angle.
-    """
-    outer = builder.points(ring)
-    if bore.keyway_width:
-        nearest = float(np.sqrt((outer[:, :2] ** 2).sum(axis=1)).min())
-        radius = 0.5 * (bore.reach + nearest)
-        circle = outline * (radius / np.hypot(outline[:, 0], outline[:, 1]))[:, None]
-        middle = builder.add(np.column_stack([circle, np.full(len(circle), z)]))
-        inner2, middle2 = np.roll(hole, -1), np.roll(middle, -1)
-        quads = np.concatenate([np.stack([hole, middle, middle2], axis=1), np.stack([hole, middle2, inner2], axis=1)])
-        builder.faces(quads[:, ::-1] if flip else quads, "end")
-        hole, outline = middle, circle
-    fan = zipper(ring, np.arctan2(outer[:, 1], outer[:, 0]), hole, np.arctan2(outline[:, 1], outline[:, 0]))
-    builder.faces(fan[:, ::-1] if flip else fan, "end")

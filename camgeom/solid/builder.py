@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 
@@ -18,7 +19,7 @@ class Builder:
 
     def __init__(self) -> None:
         self._vertices: list[Floats] = []
-        self._faces: list[Index] = []
+        self._faces: list[npt.NDArray[np.integer]] = []
         self._labels: list[npt.NDArray[np.uint8]] = []
         self._names: list[str] = []
         self._count = 0
@@ -42,6 +43,12 @@ class Builder:
             self._names.append(name)
         self._faces.append(triangles[keep])
         self._labels.append(np.full(int(keep.sum()), self._names.index(name), dtype=np.uint8))
+
+    def labelled(self, triangles: npt.NDArray[np.int32], label: Index, names: list[str]) -> None:
+        """Append triangles (f, 3) of three vertices each to the groups named by their labels (f,)."""
+        self._names += [name for name in dict.fromkeys(names) if name not in self._names]
+        self._faces.append(triangles)
+        self._labels.append(np.array([self._names.index(name) for name in names], dtype=np.uint8)[label])
 
     def band(self, low: Index, high: Index, name: str) -> None:
         """Join two closed rings of equal length; outward where both run counter-clockwise and `high` is above."""
@@ -117,6 +124,43 @@ def zipper(outer: Index, outer_angle: Floats, inner: Index, inner_angle: Floats)
     j = np.asarray(np.cumsum(~is_outer) - ~is_outer, dtype=np.int64)
     tip = np.where(is_outer, outer[(i + 1) % n], inner[(j + 1) % m])
     return np.stack([inner[j % m], outer[i % n], tip], axis=1)
+
+
+def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
+    """Add the flat face between an outer ring and holes, facing up or down; see `bounded`."""
+    faces = np.concatenate(rings)[bounded(planes)]
+    builder.faces(faces if up else faces[:, ::-1], name)
+
+
+def bounded(planes: list[Floats]) -> Index:
+    """Triangles (t, 3) of the area between an outer polygon (n, 2), counter-clockwise, and holes, clockwise.
+
+    Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
+    """
+    planes = [np.ascontiguousarray(plane) for plane in planes]
+    if len(planes) == 2 and (ring := _star_ring(*planes)) is not None:
+        return ring
+    triangles = filled(planes)
+    if triangles is None:
+        raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
+    return triangles
+
+
+def _star_ring(outer: Floats, hole: Floats) -> Index | None:
+    """Triangles between two loops that are both star-shaped about the origin, in a time proportional to their number.
+
+    None where they are not, or where a triangle would lie the wrong way round: then the loops need a general method.
+    """
+    n, inner = len(outer), hole[::-1]
+    angles = [np.arctan2(loop[:, 1], loop[:, 0]) for loop in (outer, inner)]
+    for angle in angles:
+        step = (np.roll(angle, -1) - angle) % (2.0 * np.pi)
+        if np.any(step <= 0.0) or np.any(step >= np.pi) or step.sum() > 3.0 * np.pi:
+            return None
+    numbers = np.arange(n), np.arange(n + len(hole) - 1, n - 1, -1)
+    triangles = zipper(numbers[0], angles[0], numbers[1], angles[1])
+    covered = triangle_areas(np.concatenate([outer, hole]), triangles)
+    return triangles if covered.min() > 0.0 else None
 
 
 def filled(planes: list[Floats]) -> Index | None:

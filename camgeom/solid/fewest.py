@@ -1,6 +1,6 @@
 """Drums and end faces with about the fewest triangles: bands whose rows and columns follow the curvature.
 
-The same bodies as `camgeom.solid.drum` and `grooves` mesh as one structured grid in a third of the time, as exactly.
+The same bodies as `camgeom.solid.drum` and `grooves` mesh as one structured grid in less than half the time.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate
 from math import sqrt
 
 import numpy as np
@@ -78,12 +79,13 @@ def drum_bands(rings: Sequence[GroovedCylinder], tolerance: float) -> list[Band]
 def _groove(ring: GroovedCylinder, tolerance: float) -> list[Band]:
     """Flank, foot, floor, foot and flank, the one with the smaller z first; each foot in two halves."""
     section, columns = ring.section(), Columns(ring.track)
+    sides = (0, 1) if len(section.names) == 2 else (0, 2, 3, 4, 1)
     # The rows of a ball that swings stand as roots of their numbers towards the bottom: half way in number
     # is at sqrt(1/2) of the way, where a chord shows 4 (sqrt(1/2) - 1/2) of its sag.
     seen = 1.0 if len(section.names) > 2 else 4.0 * (sqrt(0.5) - 0.5)
     own = [
-        Band(name, partial(columns.points, at), tolerance, even=name == "flank", seen=seen, source=columns)
-        for name, at in zip(section.names, section.bands)
+        Band(name, partial(columns.points, at), tolerance, even=name == "flank", seen=seen, source=columns, side=side)
+        for name, at, side in zip(section.names, section.bands, sides)
     ]
     own[0] = replace(own[0], sharp=True)
     if len(own) > 2:
@@ -136,30 +138,44 @@ def _end_face(body: EndFaceRing, tolerance: float) -> Solid:
 
 
 class Columns:
-    """Columns of a track, the last ones asked for together made at once."""
+    """Columns of a track, those asked for together made at once."""
 
     def __init__(self, track: Track) -> None:
         self._track = track
-        self._last: list[tuple[Floats, Column]] = []
+        self._known: list[tuple[Floats, Column]] = []
 
-    def prepare(self, angles: Sequence[Floats]) -> None:
-        """The columns at several arrays of cam angles."""
-        self._last = []
-        batch: list[Floats] = []
-        for number, phi in enumerate(angles, 1):
-            batch.append(phi)
-            if number == len(angles) or sum(map(len, batch)) + len(angles[number]) > BATCH:
-                pose = self._track.pose(np.concatenate(batch), 1)
-                ends = np.cumsum([0, *map(len, batch)]).tolist()
-                self._last += [
-                    (each, Column(self._track, each, pose.between(start, stop)))
-                    for each, start, stop in zip(batch, ends[:-1], ends[1:])
-                ]
-                batch = []
+    def prepare(self, angles: Sequence[Sequence[Floats]]) -> None:
+        """The columns at several arrays of cam angles, by sides: each has figures of its own."""
+        self._known = []
+        if sum(len(phi) for side in angles for phi in side) <= BATCH:
+            self._made(angles)
+            return
+        for side in angles:
+            batch: list[Floats] = []
+            for number, phi in enumerate(side, 1):
+                batch.append(phi)
+                if number == len(side) or sum(map(len, batch)) + len(side[number]) > BATCH:
+                    self._made([batch])
+                    batch = []
+
+    def _made(self, sides: Sequence[Sequence[Floats]]) -> None:
+        """Columns of several sides, whose poses are made at once."""
+        if len({id(phi) for side in sides for phi in side}) == 1:
+            column = Column(self._track, sides[0][0])
+            self._known.append((sides[0][0], column))
+            return
+        angles = [np.concatenate(side) for side in sides]
+        pose = self._track.pose(np.concatenate(angles), 1)
+        start = 0
+        for side, phi in zip(sides, angles):
+            whole = Column(self._track, phi, pose.between(start, start + len(phi)))
+            start += len(phi)
+            ends = [0, *accumulate(map(len, side))]
+            self._known += [(each, whole.between(low, high)) for each, low, high in zip(side, ends, ends[1:])]
 
     def at(self, phi: Floats) -> Column:
         """The columns at cam angles (n,)."""
-        for known, column in self._last:
+        for known, column in self._known:
             if known is phi:
                 return column
         return Column(self._track, phi)
@@ -171,7 +187,7 @@ class Columns:
 
 def _land(at: Surface, beside: Band) -> Band:
     """A cylinder beside a band of the same columns."""
-    return Band("land", at, beside.tolerance, source=beside.source)
+    return Band("land", at, beside.tolerance, source=beside.source, side=beside.side)
 
 
 def _halves(band: Band, even: tuple[bool, bool]) -> list[Band]:
@@ -219,8 +235,7 @@ def _closed(
     builder, inward = Builder(), track.sense > 0
     builder.add(np.ascontiguousarray(surface.points.T))
     faces = surface.faces[:, ::-1] if inward else surface.faces
-    for b, band in enumerate(bands):
-        builder.faces(faces[surface.band == b], band.name)
+    builder.labelled(faces, surface.band, [band.name for band in bands])
     bottom, top = surface.edges[0], surface.edges[-1]
     if inward:
         bottom, top = bottom[::-1], top[::-1]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camgeom.solid import QuickPart, Solid
-from camgeom.solid.builder import Builder
-from camgeom.solid.prism import Loop, cap, wall
+from camgeom.solid.builder import Builder, cap
+from camgeom.solid.prism import Loop, wall
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,11 +17,10 @@ from camgeom.solid.builder import (
     Index,
     add_grid,
     band_cells,
-    filled,
+    bounded,
+    cap,
     polygon_area,
-    triangle_areas,
     wrapped_faces,
-    zipper,
 )
 from camgeom.track.outline import Outline
 
@@ -218,43 +217,6 @@ def _raised(
         builder.faces(np.stack([low, low2, high2], axis=1)[mask], name)
         builder.faces(np.stack([low, high2, high], axis=1)[mask], name)
     return LoopWall(plane, low, high, error, plane)
-
-
-def cap(builder: Builder, rings: list[Index], planes: list[Floats], name: str, up: bool) -> None:
-    """Add the flat face between an outer ring and holes, facing up or down; see `bounded`."""
-    faces = np.concatenate(rings)[bounded(planes)]
-    builder.faces(faces if up else faces[:, ::-1], name)
-
-
-def bounded(planes: list[Floats]) -> Index:
-    """Triangles (t, 3) of the area between an outer polygon (n, 2), counter-clockwise, and holes, clockwise.
-
-    Numbers run through all polygons in order. Raises DesignError where the loops cross, so that they bound no face.
-    """
-    planes = [np.ascontiguousarray(plane) for plane in planes]
-    if len(planes) == 2 and (ring := _star_ring(*planes)) is not None:
-        return ring
-    triangles = filled(planes)
-    if triangles is None:
-        raise DesignError("the outline crosses itself or a hole: check undercut, bore and plate against the profile")
-    return triangles
-
-
-def _star_ring(outer: Floats, hole: Floats) -> Index | None:
-    """Triangles between two loops that are both star-shaped about the origin, in a time proportional to their number.
-
-    None where they are not, or where a triangle would lie the wrong way round: then the loops need a general method.
-    """
-    n, inner = len(outer), hole[::-1]
-    angles = [np.arctan2(loop[:, 1], loop[:, 0]) for loop in (outer, inner)]
-    for angle in angles:
-        step = (np.roll(angle, -1) - angle) % (2.0 * np.pi)
-        if np.any(step <= 0.0) or np.any(step >= np.pi) or step.sum() > 3.0 * np.pi:
-            return None
-    numbers = np.arange(n), np.arange(n + len(hole) - 1, n - 1, -1)
-    triangles = zipper(numbers[0], angles[0], numbers[1], angles[1])
-    covered = triangle_areas(np.concatenate([outer, hole]), triangles)
-    return triangles if covered.min() > 0.0 else None
 
 
 def outline_grid(outline: Outline, tolerance: float) -> Grid:

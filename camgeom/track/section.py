@@ -12,10 +12,10 @@ flank's foot, a corner radius above the floor, to the end of the floor's chord, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import partial, wraps
 from math import pi
-from typing import Protocol
+from typing import Concatenate, ParamSpec, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -48,13 +48,38 @@ def cylinder_level(radius: float) -> CylinderLevel:
     return CylinderLevel(radius)
 
 
+P = ParamSpec("P")
+
+
+def _along(make: Callable[Concatenate[Column, P], Floats]) -> Callable[Concatenate[Column, P], Floats]:
+    """Figures (..., n) of a column's cam angles, made once for each set of arguments and for all parts of a whole."""
+
+    def known(self: Column, /, *args: P.args, **kwargs: P.kwargs) -> Floats:
+        if self.whole is not None:
+            column, part = self.whole
+            return np.asarray(known(column, *args, **kwargs)[..., part])
+        key = (make.__name__, *args)
+        if key not in self.figures:
+            figures = make(self, *args, **kwargs)
+            figures.setflags(write=False)
+            self.figures[key] = figures
+        return self.figures[key]
+
+    return wraps(make)(known)
+
+
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Everything about a groove that is asked at one set of cam angles (n,), computed once."""
+    """Everything about a groove that is asked at one set of cam angles (n,), computed once.
+
+    whole  a column of more cam angles that this one is a part of, and which part
+    """
 
     track: Track
     phi: Floats
     given_pose: Pose | None = None
+    whole: tuple[Column, slice] | None = None
+    figures: dict[tuple[object, ...], Floats] = field(default_factory=dict)
 
     @cached_property
     def pose(self) -> Pose:
@@ -65,8 +90,16 @@ class Column:
         """The same at some of its cam angles."""
         return Column(self.track, self.phi[rows], self.pose.at(rows))
 
+    def between(self, start: int, stop: int) -> Column:
+        """The same from one of its cam angles to before another one."""
+        part = slice(start, stop)
+        return Column(self.track, self.phi[part], self.pose.between(start, stop), (self, part))
+
     @cached_property
     def _eased(self) -> dict[float, Column]:
+        if self.whole is not None:
+            column, part = self.whole
+            return {side: eased.between(part.start, part.stop) for side, eased in column._eased.items()}
         return {side: Column(self.track.eased(side), self.phi) for side in (1.0, -1.0)}
 
     @property
@@ -86,8 +119,8 @@ class Column:
     def _cylinder_wall(self, radius: float, t: Floats) -> Floats:
         """Flank points (3, n, m) of a cylinder: the axis point and `radius` along u x v, which is linear in delta."""
         a, u = self.pose.a, self.pose.u
-        first, slope = self._crossed
-        n = [first[k][:, None] + t * slope[k][:, None] for k in range(3)]
+        crossed = self._crossed()
+        n = [crossed[k][:, None] + t * crossed[k + 3][:, None] for k in range(3)]
         length = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         if not float(length.min()) > 1e-9:
             # Near zero the flank itself judges, and refuses by name.
@@ -100,11 +133,11 @@ class Column:
             x[k] += a[0][k][:, None]
         return x
 
-    @cached_property
-    def _crossed(self) -> tuple[Floats, Floats]:
-        """u x a' and u x u', (3, n) each: u x v is the first plus delta times the second."""
+    @_along
+    def _crossed(self) -> Floats:
+        """u x a' and u x u', (6, n): u x v is the first plus delta times the second."""
         a, u = self.pose.a, self.pose.u
-        return cross(u[0], a[1]), cross(u[0], u[1])
+        return np.concatenate([cross(u[0], a[1]), cross(u[0], u[1])])
 
     @cached_property
     def tip_t(self) -> float:
@@ -146,6 +179,10 @@ class Column:
 
         Raises NotConverged where the flank does not meet the surface.
         """
+        return self._reach(side, level, guess)[:, None]
+
+    @_along
+    def _reach(self, side: float, level: Level, guess: float) -> Floats:
         n = len(self.phi)
         meridian = self.track.meridian
         if isinstance(level, CylinderLevel) and self._radial_cylinder:
@@ -157,7 +194,7 @@ class Column:
         scale = float(np.abs(self.track.contact).max()) + abs(guess)
         for _ in range(30):
             if np.abs(f1).max() < 1e-14 * scale:
-                return t1
+                return t1[:, 0]
             slope = np.where(f1 != f0, f1 - f0, 1.0)
             move = np.where(f1 != f0, f1 * (t1 - t0) / slope, 0.0)
             try:
@@ -167,7 +204,7 @@ class Column:
                 break
             t0, f0, t1, f1 = t1, f1, t1 - move, after
         if float(np.abs(f1).max()) < 1e-11 * scale:
-            return t1
+            return t1[:, 0]
         worst = int(np.argmax(np.abs(f1)))
         self._refuse_beside(level, worst)
         raise NotConverged(
@@ -202,7 +239,7 @@ class Column:
         return plain and slides and track.anchor[:2] == (0.0, 0.0) and track.axis == (1.0, 0.0, 0.0)
 
     def _closed_reach(self, radius: float) -> Floats:
-        """delta (n, 1) where the wall of a radial cylinder meets a cylinder of `radius`, in closed form.
+        """delta (n,) where the wall of a radial cylinder meets a cylinder of `radius`, in closed form.
 
         The contact point lies at the tangential distance r |s'| / sqrt(delta² + s'²) from the axis plane, so that
         delta² = x solves x² + (s'² - R²) x + s'² (r² - R²) = 0. Raises DesignError where it has no positive root.
@@ -219,7 +256,7 @@ class Column:
                 f"{roller:.6g} mm in radius, touches its flank beside the cylinder of {radius:.6g} mm in radius, where "
                 "the flank should end: a smaller roller, less groove_depth, a larger diameter or a gentler motion"
             )
-        return np.asarray(np.sqrt(x)[:, None])
+        return np.asarray(np.sqrt(x))
 
     @cached_property
     def _end_disc(self) -> tuple[Floats, float, Floats, Floats]:
@@ -246,6 +283,7 @@ class Column:
     def _corner(self) -> Track:
         return self.track.corner
 
+    @_along
     def chord_end(self, side: float) -> Floats:
         """End of the floor's chord on one side, (3, n)."""
         centre, _, offset, half = self._end_disc
@@ -258,14 +296,16 @@ class Column:
         v = self.pose.a[1] + self.track.tip * u[1]
         return np.where(dot(v, u[1]) >= 0.0, 1.0, -1.0)
 
-    def edge_angle(self, side: float) -> tuple[Floats, Floats, Floats]:
-        """Arc of the end circle from the flank's foot to the chord's end: start m (3, n), u x m, signed angle (n,)."""
-        centre, radius, _, _ = self._end_disc
-        u = self.pose.u[0]
+    @_along
+    def edge_arc(self, side: float) -> Floats:
+        """Arc of the end circle from the flank's foot to the chord's end, (10, n): its signed angle, rad, the circle's
+        centre, the way from there to the foot and that way turned by a right angle, mm."""
+        centre = self._end_disc[0]
         foot = self.wall(side, np.array([self.tip_t]))[:, :, 0]
-        start, stop = (foot - centre) / radius, (self.chord_end(side) - centre) / radius
-        third = cross(u, start)
-        return start, third, np.arctan2(dot(stop, third), dot(stop, start))
+        start, stop = foot - centre, self.chord_end(side) - centre
+        third = cross(self.pose.u[0], start)
+        angle = np.arctan2(dot(stop, third), dot(stop, start))
+        return np.concatenate([angle[None], centre, start, third])
 
     def corner(self, side: float, share: Floats) -> Floats:
         """Points (3, n, k) swept by the torus of the tool's corner, at shares (k,) or (n, k) of its quarter circle."""
@@ -279,16 +319,16 @@ class Column:
         """
         if self.track.root:
             return np.where(share == 1.0, self.chord_end(side)[:, :, None], self.corner(side, share))
-        centre, radius, _, _ = self._end_disc
-        start, third, angle = self.edge_angle(side)
-        turn = angle[:, None] * share
+        arc = self.edge_arc(side)[:, :, None]
+        turn = arc[0] * share
         c, s = np.cos(turn), np.sin(turn)
         x = np.empty((3, *turn.shape))
         for k in range(3):
-            np.multiply(c, radius * start[k][:, None], out=x[k])
-            x[k] += s * (radius * third[k][:, None])
-            x[k] += centre[k][:, None]
-        return np.where(share == 1.0, self.chord_end(side)[:, :, None], x)
+            np.multiply(c, arc[4 + k], out=x[k])
+            x[k] += s * arc[7 + k]
+            x[k] += arc[1 + k]
+        np.copyto(x, self.chord_end(side)[:, :, None], where=share == 1.0)
+        return x
 
 
 class CrossSection(Protocol):
@@ -385,7 +425,10 @@ class GrooveSection:
         first, last = self.first, -self.first
 
         def wall(side: float, column: Column, share: Floats) -> Floats:
-            top, pole = self._top(column, side), self._ball & (share == 1.0)
+            top = self._top(column, side)
+            if not self._ball:
+                return column.wall(side, top + (column.tip_t - top) * share)
+            pole = share == 1.0
             x = column.wall(side, top + (column.bottom_t() - top) * np.where(pole, 0.0, share))
             # Both flanks of a ball end where they meet.
             return np.where(pole, column.ball_bottom()[:, :, None], x) if pole.any() else x

@@ -40,8 +40,8 @@ def least(bands: Sequence[Band], knots: np.ndarray, error: float) -> Counter[str
     """Least number of triangles of the bands, by name and by quadrature of their second forms."""
     theta = subdivided_knots(knots, CELLS)
     found: Counter[str] = Counter()
-    for band, form in zip(bands, forms_of(bands, theta)):
-        bent = form.L * form.N - form.M**2
+    forms = forms_of(bands, theta)
+    for band, bent in zip(bands, forms.L * forms.N - forms.M**2):
         density = np.sqrt(np.abs(bent)) / np.where(bent > 0.0, ELLIPTIC, HYPERBOLIC)
         found[band.name] += float((density * np.diff(theta)[:, None]).sum() / plan.ACROSS / error)
     return found

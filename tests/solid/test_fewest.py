@@ -15,8 +15,10 @@ from camgeom.maths.banded import Band, banded
 from camgeom.model import Model, read
 from camgeom.profile import parse
 from camgeom.solid.fewest import drum_bands, fewest
+from camgeom.track.follower import ConeRoller
 from tests.oracle.cams import judges_of
-from tests.reference.machines import pin_cam, pin_setup
+from tests.oracle.envelope import roller_distance, swept_distance, triangle_points
+from tests.reference.machines import pin_cam, pin_setup, swinging_cam, swinging_setup
 
 PROFILES = Path(__file__).parents[2] / "profiles"
 SHARES = {"pin_insertion": 0.56, "steep_shuttle": 0.6, "end_face_lifter": 0.8, "two_groove_drum": 0.6}
@@ -63,6 +65,33 @@ def test_the_oracle_finds_no_facet_beyond_the_tolerance(tolerance):
     x = np.einsum("fk,fkx->fx", rng.dirichlet(np.ones(3), 400), mesh.vertices[mesh.faces[faces]])
     off = np.minimum(np.abs(oracle.least(x)), oracle.blank(x))
     assert 0.6 * tolerance < off.max() <= tolerance
+
+
+def test_every_facet_at_the_flanks_foot_is_within_the_tolerance():
+    """Thin facets, beside which the surface runs aside, where a rim begins: along its normals it is far nearer."""
+    setup = swinging_setup(ConeRoller(shape="cone", diameter=20.0, length=10.0, half_angle=9.0))
+    mechanism = swinging_cam(groove_depth=11.0).mechanism(setup)
+    (track,) = mechanism.cutters
+    tolerance, program = 0.01, setup.program
+    mesh = fewest(mechanism.parts[0], tolerance).mesh
+
+    def pose(phi):
+        psi = np.radians(-12.0) + program.jet(np.ravel(phi), 0)[0].reshape(np.shape(phi))
+        y, z = track.joint.centre[1] - 90.0 * np.cos(psi), 26.0 - 90.0 * (np.sin(np.radians(-12.0)) - np.sin(psi))
+        a = np.stack([y * np.sin(phi), y * np.cos(phi), z], -1)
+        return a, np.stack([np.cos(phi), -np.sin(phi), np.zeros_like(z)], -1)
+
+    def distance(x, a, u):
+        cone = track.meridian
+        return roller_distance(x, a, u, cone.radius, track.tip, shape=("straight", cone.slope, cone.centre))
+
+    faces = mesh.faces[mesh.group_faces("edge")]
+    side = np.diff(mesh.vertices[faces[:, [0, 1, 2, 0]]], axis=1)
+    area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)
+    thin = faces[area < 0.06 * (side * side).sum(axis=2).max(axis=1)]
+    off = swept_distance(triangle_points(mesh.vertices, thin, 4), pose, distance, 0.0, 2.0 * np.pi, coarse=360)
+    assert len(thin) > 100
+    assert 0.5 * tolerance < np.abs(off).max() <= tolerance
 
 
 def asked(name):

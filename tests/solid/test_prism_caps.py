@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from camgeom.errors import DesignError
 from camgeom.model import read
 from camgeom.solid.blank import Bore
-from camgeom.solid.prism import _star_ring, bounded, outline_grid
+from camgeom.solid.builder import _star_ring, bounded
+from camgeom.solid.prism import outline_grid
 from tests.places import ROOT
 
 

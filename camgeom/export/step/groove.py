@@ -251,7 +251,7 @@ def split_knots(track: Track, samples: int = 48) -> Floats:
     for side in (1.0, -1.0):
 
         def arc(phi: Floats, side: float = side) -> Floats:
-            return Column(track, phi).edge_angle(side)[2]
+            return np.asarray(Column(track, phi).edge_arc(side)[0])
 
         for low, high in pairwise(knots.tolist()):
             phi = np.linspace(low, high, samples + 1)[1:-1]

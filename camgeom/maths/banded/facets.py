@@ -15,12 +15,19 @@ from camgeom.maths.sampling import patch_sag
 from camgeom.maths.surface import cross, dot
 
 Index = npt.NDArray[np.int64]
+Corners = npt.NDArray[np.int32]
 Mask = npt.NDArray[np.bool_]
 
-NEXT = [1, 2, 0]
-"""corners after the corners of a triangle"""
+NEXT, AFTER = [1, 2, 0], [2, 0, 1]
+"""corners after the corners of a triangle, and after these"""
 MET = 0.995
 """share of the tolerance to which measured sags are kept: elsewhere a facet may be off a little more"""
+ASIDE = 0.5
+"""share of a facet's height by which the surface in the middles of its edges may run aside of them"""
+NEARLY = 0.5
+"""share of the tolerance below which that cannot matter"""
+STEPS = 5
+"""of Newton's method for it, the first included"""
 ROUNDS = 12
 """of splitting edges"""
 
@@ -28,8 +35,8 @@ ROUNDS = 12
 class Source(Protocol):
     """What bands have in common."""
 
-    def prepare(self, angles: Sequence[Floats]) -> None:
-        """Make at once what is asked for next, at these very arrays of phi."""
+    def prepare(self, angles: Sequence[Sequence[Floats]]) -> None:
+        """Make at once what is asked for next, at these very arrays of phi, by the sides of bands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +48,7 @@ class Band:
     sharp    whether it meets the band before it at an angle: that edge is off both surfaces at once
     seen     share of the largest sag that shows half way between two u; below 1 where u is not smooth
     source   what it has in common with other bands; None for nothing
+    side     number of the bands that have most in common
     """
 
     name: str
@@ -51,6 +59,7 @@ class Band:
     sharp: bool = False
     seen: float = 1.0
     source: Source | None = None
+    side: int = 0
 
     @property
     def room(self) -> float:
@@ -67,7 +76,7 @@ class Banded:
     """
 
     points: Floats
-    faces: Index
+    faces: Corners
     band: Index
     edges: tuple[Index, ...]
     chord_error: float
@@ -79,18 +88,23 @@ class Banded:
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """Triangles: vertices (f, 3) and band (f,); points (3, v), their phi and u (v,); edges as of `Banded`.
+    """Triangles: vertices (f, 3) and band (f,), and which still stand; points (3, v), their phi and u (v,).
 
-    On an edge u is 0 or 1 by the band: `edge` (v,) is its number, or -1.
+    edge    (v,) number of the edge a vertex stands on, where u is 0 or 1 by the band, or -1
+    room    (b,) most that a facet of a band may be off where it is measured, mm
+    rings   vertices of all edges, each by rising phi; begin: of each the first, and the end
     """
 
     points: Floats
     phi: Floats
     u: Floats
     edge: Index
-    corner: Index
+    room: Floats
+    corner: Corners
     band: Index
-    edges: tuple[Index, ...]
+    stands: Mask
+    rings: Index
+    begin: Index
     turn: float
 
     def places(self, ask: Index) -> tuple[Floats, Floats]:
@@ -101,61 +115,71 @@ class Facets:
         phi = np.where(phi.max(axis=1, keepdims=True) - phi > 0.5 * self.turn, phi + self.turn, phi)
         return phi, np.where(edge < 0, self.u[corner], np.clip(edge - self.band[ask, None], 0, 1))
 
+    def rooms(self, ask: Index | slice) -> Floats:
+        """Most that facets may be off where they are measured, mm, (q,)."""
+        return np.asarray(self.room[self.band[ask]])
+
+    def finished(self, error: float) -> Banded:
+        """What stands, without vertices that nothing uses."""
+        stands = np.flatnonzero(self.stands)
+        corner = self.corner.take(stands, axis=0)
+        used = np.zeros(self.points.shape[1], dtype=bool)
+        used[corner] = True
+        number = (np.cumsum(used) - 1).astype(np.int32)
+        edges = tuple(np.split(number[self.rings].astype(np.int64), self.begin[1:-1]))
+        points = self.points.take(np.flatnonzero(used), axis=1)
+        return Banded(points, number[corner], self.band[stands], edges, error)
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Facets with the sags (r,) of the first ones, mm, and the true middles (3, 3, f - r) of the others' edges."""
+    """Facets with their sags (f,), mm; of those that are over (q,) the true middles of edges, (3, 3, q), and which of
+    them are to be split, (3, q)."""
 
     facets: Facets
     sag: Floats
+    over: Index
     mids: Floats
+    mark: Mask
 
 
-def points_of(bands: Sequence[Band], asked: Sequence[tuple[int, Floats, Floats]]) -> list[Floats]:
-    """Points (3, n, m) of bands at phi (n,) and u (n, m); what a source has in common at all of them is made once."""
-    sources: dict[int, tuple[Source, list[Floats]]] = {}
-    for b, phi, _ in asked:
-        source = bands[b].source
-        if source is not None:
-            angles = sources.setdefault(id(source), (source, []))[1]
-            if all(phi is not other for other in angles):
-                angles.append(phi)
-    for source, angles in sources.values():
-        source.prepare(angles)
-    return [bands[b].at(phi, u) for b, phi, u in asked]
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Points of a band that are asked for: phi (n,), u (n, m); on (n, m): which of them are."""
+
+    band: int
+    phi: Floats
+    u: Floats
+    on: Mask | None = None
+
+
+def points_of(bands: Sequence[Band], asked: Sequence[Asked]) -> list[Floats]:
+    """Points (3, n, m) of bands; what a source has in common at all of them is made once."""
+    sources: dict[int, tuple[Source, dict[int, list[Floats]]]] = {}
+    for one in asked:
+        band = bands[one.band]
+        if band.source is not None:
+            angles = sources.setdefault(id(band.source), (band.source, {}))[1].setdefault(band.side, [])
+            if all(one.phi is not other for other in angles):
+                angles.append(one.phi)
+    for source, sides in sources.values():
+        source.prepare(list(sides.values()))
+    return [bands[one.band].at(one.phi, one.u) for one in asked]
 
 
 def within(bands: Sequence[Band], measured: Measured) -> Banded:
     """Edges split until every facet is within its tolerance."""
-    room = np.array([band.room for band in bands])
-    facets, first = measured.facets, len(measured.sag)
-    loose, mark = _sags(facets.points, facets.corner[first:], measured.mids, room[facets.band[first:]])
-    sag = np.append(measured.sag, loose)
-    over = np.flatnonzero(sag > room[facets.band])
-    if len(over):
-        known = over[over >= first] - first
-        again = over[over < first]
-        mids = np.concatenate([_middles(bands, facets, again), measured.mids[:, :, known]], axis=2)
-        sag[again], marked = _sags(facets.points, facets.corner[again], mids[:, :, : len(again)],
-                                   room[facets.band[again]])  # fmt: skip
-        mark = np.append(marked, mark[:, known], axis=1)
-    ask = over
+    facets, sag, over, mids = measured.facets, measured.sag, measured.over, measured.mids
+    mark = measured.mark & facets.stands[over]
     for _ in range(ROUNDS):
-        if not len(ask) or not mark.any():
-            used = np.zeros(facets.points.shape[1], dtype=bool)
-            used[facets.corner] = True
-            number = np.cumsum(used) - 1
-            edges = tuple(number[edge] for edge in facets.edges)
-            share = float((sag / room[facets.band]).max())
-            return Banded(
-                facets.points[:, used], number[facets.corner], facets.band, edges,
-                share * max(band.tolerance for band in bands),
-            )  # fmt: skip
-        facets, kept = _split(facets, ask, mids, mark)
-        ask = np.arange(len(kept), len(facets.band))
-        mids = _middles(bands, facets, ask)
-        found, mark = _sags(facets.points, facets.corner[ask], mids, room[facets.band[ask]])
-        sag = np.append(sag[kept], found)
+        if not mark.any():
+            share = float((sag / facets.rooms(slice(None)))[facets.stands].max())
+            return facets.finished(share * max(band.tolerance for band in bands))
+        facets = _split(facets, over, mids, mark)
+        over = np.arange(len(sag), len(facets.band))
+        mids = _middles(bands, facets, over)
+        found, mark = sags(facets.points, facets.corner[over], mids, facets.rooms(over))
+        sag = np.append(sag, found)
     raise NotConverged(
         f"the chord error stays at {sag.max():g} mm: the surface is nearly singular (look at the undercut margin and "
         "the continuity of the motion)"
@@ -174,27 +198,70 @@ def _evaluated(bands: Sequence[Band], band: Index, phi: Floats, u: Floats) -> Fl
     own = [np.flatnonzero(band == b) for b in range(len(bands))]
     used = [b for b, at in enumerate(own) if len(at)]
     x = np.empty((3, len(phi)))
-    for b, each in zip(used, points_of(bands, [(b, phi[own[b]], u[own[b], None]) for b in used])):
+    for b, each in zip(used, points_of(bands, [Asked(b, phi[own[b]], u[own[b], None]) for b in used])):
         x[:, own[b]] = each[:, :, 0]
     return x
 
 
-def _sags(points: Floats, corner: Index, mids: Floats, tolerance: Floats) -> tuple[Floats, Mask]:
+def sags(points: Floats, corner: Corners, mids: Floats, tolerance: Floats) -> tuple[Floats, Mask]:
     """Sag (f,) of each facet, mm, and which of its edges (3, f), first to second corner and so on, are to be split.
 
-    Along the normal that the quadratic patch through corners and middles has at its centre: that of a thin facet leans.
+    Along the normals that the quadratic patch through corners and middles has in the middles: that of a thin facet
+    leans, and turns within it.
     """
-    x = [points[:, corner[:, k]] for k in range(3)]
+    x = [points.take(corner[:, k], axis=1) for k in range(3)]
     side = [x[1] - x[0], x[2] - x[1], x[0] - x[2]]
-    normal = cross(side[0] + 4.0 * (mids[:, 1] - mids[:, 2]), 4.0 * (mids[:, 1] - mids[:, 0]) - side[2])
-    normal /= np.maximum(np.sqrt(dot(normal, normal)), 1e-300)
-    off = np.stack([dot(normal, mids[:, k] - x[k] - 0.5 * side[k]) for k in range(3)])
+    bend = [mids[:, k] - x[k] - 0.5 * side[k] for k in range(3)]
+    off = np.stack([dot(_normal(side, bend, k), bend[k]) for k in range(3)])
     a, c = 8.0 * off[0], 8.0 * off[2]
     sag = patch_sag(a, 0.5 * (a + c) - 4.0 * off[1], c)
     off = np.abs(off)
+    # Where the surface runs aside by a share of a facet's height, what is nearest to the facet is sought.
+    flat = cross(side[0], side[1])
+    longest = np.max([dot(way, way) for way in side], axis=0)
+    square = np.max([dot(way, way) for way in bend], axis=0)
+    slim = square * longest > ASIDE**2 * dot(flat, flat)
+    slim = np.flatnonzero(slim & (sag > NEARLY * tolerance) & (sag <= tolerance))
+    if len(slim):
+        own = _distances(*([way[:, slim] for way in each] for each in (side, bend)))
+        off[:, slim] = np.maximum(off[:, slim], own)
+        sag[slim] = np.maximum(sag[slim], own.max(axis=0))
     over = sag > tolerance
     mark = over & ((off > tolerance) | (off == off.max(axis=0)))
     return sag, mark
+
+
+def _normal(side: list[Floats], bend: list[Floats], k: int) -> Floats:
+    """The normal (3, f) in the middle of an edge of the quadratic patch; see `_distances`."""
+    # Across the edge, half way, the patch runs to the corner behind it.
+    across = side[NEXT[k]] + 0.5 * side[k] + 2.0 * (bend[NEXT[k]] + bend[AFTER[k]] - bend[k])
+    normal = cross(side[k], across)
+    return np.asarray(normal / np.maximum(np.sqrt(dot(normal, normal)), 1e-300))
+
+
+def _distances(side: list[Floats], bend: list[Floats]) -> Floats:
+    """Distances (3, f) of the middles of sides from the quadratic patch through corners and middles, mm.
+
+    side, bend  (3, f) of each side its way, and the way from its middle to the patch's
+    By Newton's method for the patch's nearest point, of whose steps the nearest counts: a distance is no larger.
+    """
+    found = np.empty((3, side[0].shape[1]))
+    for k in range(3):
+        # From the side's first corner s along it and t to the corner behind it.
+        along, behind = side[k], -side[AFTER[k]]
+        one, two, three = 4.0 * bend[k], 4.0 * bend[NEXT[k]], 4.0 * bend[AFTER[k]]
+        s, t, least = np.full(found.shape[1], 0.5), np.zeros(found.shape[1]), np.full(found.shape[1], np.inf)
+        for _ in range(STEPS):
+            r = 1.0 - s - t
+            away = (s - 0.5) * along + t * behind + s * r * one + s * t * two + t * r * three
+            np.minimum(least, dot(away, away), out=least)
+            ds = along + (r - s) * one + t * (two - three)
+            dt = behind + s * (two - one) + (r - t) * three
+            aa, ab, bb, fa, fb = dot(ds, ds), dot(ds, dt), dot(dt, dt), dot(ds, away), dot(dt, away)
+            area = np.maximum(aa * bb - ab * ab, 1e-300)
+            s, t = s - (fa * bb - fb * ab) / area, t - (fb * aa - fa * ab) / area
+        found[k] = np.sqrt(least)
+    return found
 
 
 PARTS = (
@@ -205,10 +272,10 @@ PARTS = (
 """triangles of a facet with one, two (the last is whole) or three edges split: corners 0 .. 2, middles 3 .. 5"""
 
 
-def _split(facets: Facets, ask: Index, mids: Floats, mark: Mask) -> tuple[Facets, Index]:
+def _split(facets: Facets, ask: Index, mids: Floats, mark: Mask) -> Facets:
     """The facets with marked edges (3, q) of the facets `ask` split at the true surface, on both sides of the edge.
 
-    Returns them, and the numbers of the old ones that are kept, which come first.
+    The new ones stand behind the old ones, of which those that are split stand no more.
     """
     corner, size = facets.corner, facets.points.shape[1]
     split, first = np.unique(_edge_keys(corner[ask], size)[mark], return_index=True)
@@ -218,44 +285,53 @@ def _split(facets: Facets, ask: Index, mids: Floats, mark: Mask) -> tuple[Facets
     share = 0.5 * (u[row, side] + u[row, other])
     whole = (share == 0.0) | (share == 1.0)
     edge = np.where(whole, facets.band[ask[own]] + share.astype(np.int64), -1)
-    start = facets.phi.min()
+    start = facets.phi[facets.rings[0]]
     ends = np.zeros(size, dtype=bool)
     ends[split // size] = ends[split % size] = True
-    near = np.flatnonzero(ends[corner].sum(axis=1) > 1)
-    keys = _edge_keys(corner[near], size)
-    at = np.minimum(np.searchsorted(split, keys), len(split) - 1)
-    hit = split[at] == keys
+    one, two, three = (ends[corner[:, k]] for k in range(3))
+    near = np.flatnonzero(((one & (two | three)) | (two & three)) & facets.stands)
+    at, hit = _found(split, _edge_keys(corner[near], size))
     many = hit.sum(axis=0)
     turn = np.where(many == 2, np.argmin(hit, axis=0) + 1, np.argmax(hit, axis=0))
-    keep = np.ones(len(corner), dtype=bool)
-    keep[near[many > 0]] = False
-    kept = np.flatnonzero(keep)
-    numbers, bands = [corner[kept]], [facets.band[kept]]
+    stands = facets.stands.copy()
+    stands[near[many > 0]] = False
+    numbers, bands = [corner], [facets.band]
     for count, part in enumerate(PARTS, 1):
         which = np.flatnonzero(many == count)
         order = (turn[which][:, None] + np.arange(3)) % 3
         middle = size + np.take_along_axis(at.T[which], order, axis=1)
         six = np.concatenate([np.take_along_axis(corner[near[which]], order, axis=1), middle], axis=1)
-        numbers.append(six[:, part].reshape(-1, 3))
+        numbers.append(six[:, part].reshape(-1, 3).astype(np.int32))
         bands.append(np.repeat(facets.band[near[which]], len(part)))
+    corner = np.concatenate(numbers)
+    # A link of an edge runs from each of its vertices to the next one, the last one's to the first.
+    rings, begin = facets.rings, facets.begin
+    after = np.append(rings[1:], 0)
+    after[begin[1:] - 1] = rings[begin[:-1]]
+    at, hit = _found(split, np.minimum(rings, after) * np.int64(size) + np.maximum(rings, after))
+    cut = np.flatnonzero(hit)
     return Facets(
         np.concatenate([facets.points, mids[:, mark][:, first]], axis=1),
         np.append(facets.phi, (0.5 * (phi[row, side] + phi[row, other]) - start) % facets.turn + start),
-        np.append(facets.u, share), np.append(facets.edge, edge), np.concatenate(numbers), np.concatenate(bands),
-        tuple(_with_split(each, split, size) for each in facets.edges), facets.turn,
-    ), kept  # fmt: skip
+        np.append(facets.u, share), np.append(facets.edge, edge), facets.room, corner, np.concatenate(bands),
+        np.append(stands, np.ones(len(corner) - len(stands), dtype=bool)),
+        np.insert(rings, cut + 1, size + at[cut]).astype(np.int64), begin + np.searchsorted(cut, begin), facets.turn,
+    )  # fmt: skip
 
 
-def _edge_keys(corner: Index, size: int) -> Index:
+def _found(split: Index, keys: Index) -> tuple[Index, Mask]:
+    """Where keys stand among sorted ones, and whether they do."""
+    at = np.minimum(np.searchsorted(split, keys), len(split) - 1)
+    return at, split[at] == keys
+
+
+def _edge_keys(corner: Corners, size: int) -> Index:
     """One number (3, q) for each edge of facets (q, 3), the same from both sides."""
     one, other = corner.T, corner.T[NEXT]
     return np.asarray(np.minimum(one, other) * np.int64(size) + np.maximum(one, other))
 
 
-def _with_split(edge: Index, split: Index, size: int) -> Index:
-    """A closed edge with the middles of its split links."""
-    other = np.roll(edge, -1)
-    key = np.minimum(edge, other) * np.int64(size) + np.maximum(edge, other)
-    at = np.minimum(np.searchsorted(split, key), len(split) - 1)
-    hit = np.flatnonzero(split[at] == key)
-    return np.insert(edge, hit + 1, size + at[hit])
+def kept(corner: Corners) -> Mask:
+    """Which triangles have three corners."""
+    a, b, c = corner.T
+    return np.asarray((a != b) & (b != c) & (c != a))

@@ -9,7 +9,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
-from camgeom.maths.banded.facets import Band, Index, Mask, points_of
+from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
 from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
 from camgeom.maths.surface import cross, dot
 
@@ -36,33 +36,51 @@ LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 
 
 @dataclass(frozen=True, eq=False)
-class Form:
-    """Second form of a band in cells of angle and of u, (n, ACROSS); L at its two edges and least width (n,), mm."""
+class Forms:
+    """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n) and least width
+    (b, n), mm."""
 
     L: Floats
     M: Floats
     N: Floats
-    edges: tuple[Floats, Floats]
+    edges: Floats
     width: Floats
 
-    def steps(self, counts: Index, room: float, longest: Floats) -> Floats:
-        """Longest steps (q, n) of the columns with so many rows (q,) and sags to room / 8; 0 where none is.
+    def steps(self, which: Index, counts: Index, room: Floats, longest: Floats) -> Floats:
+        """Longest steps (q, b, n) of the columns of some bands with so many rows (q,) and sags to room (b,) / 8; 0
+        where none is.
 
         Where both sides are within the room, so is the better diagonal but where 2 |M| h g takes off more than the room
         and what the sides leave: | |L| h² - |N| g² | where the patch is bent to both sides, else their sum.
         """
-        g = 1.0 / counts[:, None, None]
-        along, across, twist = np.abs(self.L), np.abs(self.N) * (g * g), np.abs(self.M) * g
-        shape = self.L * self.N
+        L, M, N = self.L[which], self.M[which], self.N[which]
+        room, g = room[which, None, None], 1.0 / counts[:, None, None, None]
+        along, across, twist = np.abs(L), np.abs(N) * (g * g), np.abs(M) * g
+        shape = L * N
         saddle = shape < 0.0
         longer = np.sqrt(room / np.maximum(along, 1e-300))
         h = np.minimum(longer, _root(np.where(saddle, -along, along), twist, room + across))
         # Beyond the step at which both sides are alike.
-        h = np.where(saddle & (along * h * h > across), np.minimum(longer, _root(along, twist, room - across)), h)
-        bowl = shape > self.M * self.M
+        far = saddle & (along * h * h > across)
+        if far.any():
+            h = np.where(far, np.minimum(longer, _root(along, twist, room - across)), h)
+        bowl = shape > M * M
         if bowl.any():
             h = np.where(bowl, np.sqrt(np.maximum(room - across, 0.0) / np.maximum(along, 1e-300)), h)
-        return np.asarray(np.minimum(np.where(across <= room, h, 0.0).min(axis=2), longest))
+        return np.asarray(np.minimum(np.where(across <= room, h, 0.0).min(axis=3), longest))
+
+    def leans(self, count: Index, step: Floats) -> Floats:
+        """Where chords from the first row and the last to the next, half a step to either side, sag least, (2, b, n).
+
+        count, step  of the rows and of the columns, (b, n)
+        """
+        p = np.stack([LEANS - 0.5, LEANS + 0.5])[..., None, None]
+        found = []
+        for k in (0, -1):
+            along, twist = self.L[:, :, k] * step * step, 2.0 * self.M[:, :, k] * step / count
+            worst = np.abs((along * p + twist) * p + self.N[:, :, k] / (count * count)).max(axis=0)
+            found.append(LEANS[worst.argmin(axis=0)] * step)
+        return np.stack(found)
 
 
 def _root(a: Floats, b: Floats, c: Floats) -> Floats:
@@ -72,35 +90,31 @@ def _root(a: Floats, b: Floats, c: Floats) -> Floats:
     return np.asarray(np.where((inside >= 0.0) & (low > 0.0), c / np.maximum(low, 1e-300), np.inf))
 
 
-def forms_of(bands: Sequence[Band], theta: Floats) -> list[Form]:
+def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
     """The second forms of bands in the cells of angles theta (n + 1,)."""
     k = 2 * ACROSS + 1
-    step = 0.5 * np.diff(theta)
-    phi = np.append(np.stack([theta[:-1], theta[:-1] + step], axis=1).ravel(), theta[-1])
+    h = 0.5 * np.diff(theta)
+    phi = np.append(np.stack([theta[:-1], theta[:-1] + h], axis=1).ravel(), theta[-1])
     u = np.broadcast_to(np.arange(k) / (k - 1), (len(phi), k))
-    return [_form(x, step) for x in points_of(bands, [(b, phi, u) for b in range(len(bands))])]
-
-
-def _form(x: Floats, h: Floats) -> Form:
-    """Of points (3, 2 n + 1, 2 ACROSS + 1), half a cell h (n,) apart in angle."""
-    before, here, after = x[:, :-1:2], x[:, 1::2], x[:, 2::2]
+    x = np.stack(points_of(bands, [Asked(b, phi, u) for b in range(len(bands))]), axis=1)
+    before, here, after = x[:, :, :-1:2], x[:, :, 1::2], x[:, :, 2::2]
     along = after - before
     bent = after + before - 2.0 * here
     low, at, high = slice(0, -2, 2), slice(1, None, 2), slice(2, None, 2)
-    normal = cross(along[:, :, at], here[:, :, high] - here[:, :, low])
+    normal = cross(along[..., at], here[..., high] - here[..., low])
     size = np.sqrt(dot(normal, normal))
     normal /= np.where(size > 0.0, size, 1.0)
-    twist = along[:, :, high] - along[:, :, low]
-    curl = here[:, :, high] + here[:, :, low] - 2.0 * here[:, :, at]
+    twist = along[..., high] - along[..., low]
+    curl = here[..., high] + here[..., low] - 2.0 * here[..., at]
     step = h[:, None]
     square = step * step
-    span = x[:, :, -1] - x[:, :, 0]
+    span = x[..., -1] - x[..., 0]
     width = np.sqrt(dot(span, span))
-    return Form(
-        dot(normal, bent[:, :, at]) / square, dot(normal, twist) * (ACROSS / (2.0 * step)),
+    return Forms(
+        dot(normal, bent[..., at]) / square, dot(normal, twist) * (ACROSS / (2.0 * step)),
         dot(normal, curl) * (4.0 * ACROSS**2),
-        (dot(normal[:, :, 0], bent[:, :, 0]) / square[:, 0], dot(normal[:, :, -1], bent[:, :, -1]) / square[:, 0]),
-        np.minimum(np.minimum(width[:-1:2], width[1::2]), width[2::2]),
+        np.stack([dot(normal[..., end], bent[..., end]) / square[:, 0] for end in (0, -1)]),
+        np.minimum(np.minimum(width[:, :-1:2], width[:, 1::2]), width[:, 2::2]),
     )  # fmt: skip
 
 
@@ -108,20 +122,22 @@ def _form(x: Floats, h: Floats) -> Form:
 class Plan:
     """Where the vertices stand. Owners of angles are, by turns, the edges and the columns of the bands.
 
-    phi     of each owner its angles (n + 1,), both ends of the turn included
-    nodes   of each band the angles between its stretches
-    rows    of each band the number of rows in each of these stretches, 0 where it changes in one column
-    even    of each band in which of these its edges have the steps of its columns
-    lean    of each band, at its first row and its last: step along phi to the next row that joins best, by cell
     theta   angles of the cells
+    phi     (a,) angles of all owners, one after the other, both ends of the turn included; begin: the first of each
+    band    (s,) of every stretch, in order; rows: their number there, 0 where it changes in one column
+    even    (s,) whether its edges have the steps of its columns
+    place   (3, s, 2) in phi where it starts and ends: of the edge below, of the columns, of the edge above
+    lean    (2, b, n) at a band's first row and its last: step along phi to the next row that joins best, by cell
     """
 
     theta: Floats
-    phi: list[Floats]
-    nodes: list[Floats]
-    rows: list[Index]
-    even: list[Mask]
-    lean: list[tuple[Floats, Floats]]
+    phi: Floats
+    begin: Index
+    band: Index
+    rows: Index
+    even: Mask
+    place: Index
+    lean: Floats
 
 
 def planned(bands: Sequence[Band], knots: Floats) -> Plan:
@@ -129,85 +145,63 @@ def planned(bands: Sequence[Band], knots: Floats) -> Plan:
     theta = subdivided_knots(knots, BLOCKS * CELLS)
     width = np.diff(theta)
     longest = np.repeat(np.diff(knots), BLOCKS * CELLS)
-    n, many = len(width), 2 * len(bands) + 1
-    density = np.zeros((many, n))
-    count = np.empty((len(bands), n // CELLS), dtype=np.int64)
-    tied = np.zeros(count.shape, dtype=bool)
-    lean: list[tuple[Floats, Floats]] = []
-    for b, (band, form) in enumerate(zip(bands, forms_of(bands, theta))):
-        room = 8.0 * FILL * band.room
-        choice = _choice(form, room)
-        h = form.steps(choice, room, longest)
-        cost = np.where(h > 0.0, choice[:, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
-        pick = cost.reshape(len(choice), -1, CELLS).sum(axis=2).argmin(axis=0)
-        count[b] = choice[pick]
-        cell = np.repeat(pick, CELLS)
-        step = h[cell, np.arange(n)]
-        single = choice[cell] == 1
-        own = 1.0 / step
-        density[2 * b + 1] = own
-        for end in (0, 1):
-            bend = np.maximum(np.sqrt(np.abs(form.edges[end]) / room), np.where(single, own, own / LONGER))
-            edge = density[2 * b + 2 * end]
-            if end == 0 and band.sharp:
-                np.sqrt(np.hypot(edge * edge, bend * bend), out=edge)
-            else:
-                np.maximum(edge, bend, out=edge)
-        lean.append(_leans(form, choice[cell], step))
-        tied[b] = band.even
-        if band.shrinks is not None:
-            tied[b] |= (form.width < THIN * band.tolerance).reshape(-1, CELLS).any(axis=1)
-    return _nodes(bands, knots, theta, density, count, tied, lean)
-
-
-def _choice(form: Form, room: float) -> Index:
-    """Numbers of rows to choose from; the last one allows a step everywhere."""
-    most = int(1.05 * np.sqrt(float(np.abs(form.N).max()) / room)) + 2
-    if most > MOST:
+    forms = forms_of(bands, theta)
+    n = len(width)
+    room = 8.0 * FILL * np.array([band.room for band in bands])
+    count = np.empty((len(bands), n), dtype=np.int64)
+    step = np.empty((len(bands), n))
+    most = (1.05 * np.sqrt(np.abs(forms.N).max(axis=(1, 2)) / room)).astype(np.int64) + 2
+    if int(most.max()) > MOST:
         raise NotConverged(f"the chord error asks for more than {MOST} rows: the surface is nearly singular")
+    choices = [_choice(one) for one in most.tolist()]
+    for size in {len(choice) for choice in choices}:
+        which = np.array([b for b, choice in enumerate(choices) if len(choice) == size])
+        choice = choices[which[0]]
+        h = forms.steps(which, choice, room, longest)
+        cost = np.where(h > 0.0, choice[:, None, None] * width / np.where(h > 0.0, h, 1.0), np.inf)
+        pick = cost.reshape(size, len(which), -1, CELLS).sum(axis=3).argmin(axis=0).repeat(CELLS, axis=1)
+        count[which] = choice[pick]
+        step[which] = np.take_along_axis(h, pick[None], axis=0)[0]
+    own = 1.0 / step
+    density = np.zeros((2 * len(bands) + 1, n))
+    density[1::2] = own
+    bend = np.maximum(np.sqrt(np.abs(forms.edges) / room[:, None]), np.where(count == 1, own, own / LONGER))
+    density[2::2] = bend[1]
+    edge = density[:-1:2]
+    sharp = np.array([band.sharp for band in bands])[:, None]
+    density[:-1:2] = np.where(sharp, np.sqrt(np.hypot(edge * edge, bend[0] * bend[0])), np.maximum(edge, bend[0]))
+    thin = (forms.width < THIN * np.array([[band.tolerance] for band in bands])).reshape(len(bands), -1, CELLS)
+    shrinks = np.array([[band.shrinks is not None] for band in bands])
+    tied = np.array([[band.even] for band in bands]) | (shrinks & thin.any(axis=2))
+    return _stretches(knots, theta, density, count[:, ::CELLS], tied, forms.leans(count, step))
+
+
+def _choice(most: int) -> Index:
+    """Numbers of rows to choose from; the last one allows a step everywhere."""
     found = [1]
     while found[-1] < 1.5 * most:
         found.append(max(found[-1] + 1, int(found[-1] * GROWTH)))
     return np.array(found)
 
 
-def _leans(form: Form, count: Index, step: Floats) -> tuple[Floats, Floats]:
-    """Of the first and the last row, where chords to the next one, half a step to either side, sag least."""
-    found = []
-    for k in (0, -1):
-        along, twist, across = form.L[:, k] * step * step, form.M[:, k] * step / count, form.N[:, k] / (count * count)
-        p = np.stack([LEANS - 0.5, LEANS + 0.5])[:, :, None]
-        worst = np.abs((along * p + 2.0 * twist) * p + across).max(axis=0)
-        found.append(LEANS[worst.argmin(axis=0)] * step)
-    return found[0], found[1]
-
-
-def _nodes(
-    bands: Sequence[Band], knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask,
-    lean: list[tuple[Floats, Floats]],
-) -> Plan:  # fmt: skip
+def _stretches(knots: Floats, theta: Floats, density: Floats, count: Index, tied: Mask, lean: Floats) -> Plan:
     """The plan from steps per radian (2 b + 1, n) of all owners, rows (b, m) of every block, and which are tied."""
     n, m, many = density.shape[1], count.shape[1], len(density)
     ends = theta[::CELLS]
-    joined = np.zeros((many, m), dtype=bool)
-    for k in range(3):
-        joined[k : many - 2 + k : 2] |= tied
+    joined = _beside(tied, many)
     cells = np.repeat(tied, CELLS, axis=1)
     for row in _passes(tied):
         group = density[2 * row : 2 * row + 3]
         np.copyto(group, group.max(axis=0), where=cells[row])
     # Where a band changes its rows (at the start of a block, the first one's at the turn's), and at what is tied there.
-    change = count != np.roll(count, 1, axis=1)
-    moved = np.zeros((many, m), dtype=bool)
-    for k in range(3):
-        moved[k : many - 2 + k : 2] |= change
+    moved = _beside(count != np.roll(count, 1, axis=1), many)
     # One column beside the start takes up the change, on the side of the longer steps.
     total = density.sum(axis=0)
     on = total[::CELLS] < np.roll(total[CELLS - 1 :: CELLS], 1)
     there = np.where(on, np.arange(m), np.arange(m) - 1) % m
     for row in _passes(tied):
-        group = moved[2 * row : 2 * row + 3]
-        np.copyto(group, group.any(axis=0), where=tied[row][there])
+        marks = moved[2 * row : 2 * row + 3]
+        np.copyto(marks, marks.any(axis=0), where=tied[row][there])
     cell = np.where(on, np.arange(m) * CELLS, np.arange(m) * CELLS - 1) % n
     finest = np.where(moved, density[:, cell], 0.0).max(axis=0)
     wide = np.minimum(1.0 / np.maximum(finest, 1e-300), CHANGE * np.diff(ends)[there])
@@ -216,8 +210,8 @@ def _nodes(
     node[:, :-1] = moved | (joined != np.roll(joined, 1, axis=1))
     node |= np.isin(ends, knots)
     for row in _passes(tied):
-        group = node[2 * row : 2 * row + 3]
-        np.copyto(group, group.any(axis=0), where=np.append(tied[row], False) | np.append(False, tied[row]))
+        marks = node[2 * row : 2 * row + 3]
+        np.copyto(marks, marks.any(axis=0), where=np.append(tied[row], False) | np.append(False, tied[row]))
     one, at = np.nonzero(node)
     other, place = np.nonzero(moved)
     owner = np.concatenate([one, other])
@@ -226,23 +220,39 @@ def _nodes(
     starts = np.zeros((many, m + 1), dtype=bool)
     starts[:, :-1] = moved & on
     single = np.concatenate([starts[one, at], ~on[place]])
-    order = np.lexsort((where, owner))
-    owner, where, single = owner[order], where[order], single[order]
+    aside = theta[-1] - theta[0] + 1.0
+    key = where + aside * owner
+    order = key.argsort()
+    owner, where, single, key = owner[order], where[order], single[order], key[order]
     last = np.append(owner[1:] != owner[:-1], True)
-    inner = np.flatnonzero(~last)
-    phi = _cut(theta, node, density, owner[inner], where[inner], where[inner + 1], single[inner])
-    nodes, rows, even = [], [], []
-    for b in range(len(bands)):
-        own = np.flatnonzero(owner == 2 * b + 1)
-        nodes.append(where[own])
-        middle = 0.5 * (where[own[1:]] + where[own[:-1]])
-        block = np.clip(np.searchsorted(ends, middle, side="right") - 1, 0, m - 1)
-        even.append(tied[b, block])
-        # What is tied to a band that changes its rows need not change its own.
-        stretch = count[b, block]
-        changes = single[own[:-1]] & (np.roll(stretch, 1) != np.roll(stretch, -1))
-        rows.append(np.where(changes, 0, stretch))
-    return Plan(theta, phi, nodes, rows, even, lean)
+    phi, node_at = _cut(theta, node, density, owner, where, single, last, aside)
+    begin = np.concatenate([[0], node_at[last] + 1])
+    own = np.flatnonzero(~last & (owner % 2 == 1))
+    band = owner[own] // 2
+    middle = 0.5 * (where[own + 1] + where[own])
+    block = np.clip(np.searchsorted(ends, middle, side="right") - 1, 0, m - 1)
+    # What is tied to a band that changes its rows need not change its own.
+    rows = count[band, block]
+    first = np.flatnonzero(np.append(True, band[1:] != band[:-1]))
+    final = np.append(first[1:], len(band)) - 1
+    ahead, behind = np.arange(len(band)) - 1, np.arange(len(band)) + 1
+    ahead[first], behind[final] = final, first
+    changes = single[own] & (rows[ahead] != rows[behind])
+    column = np.stack([node_at[own], node_at[own + 1]], axis=1)
+    keys = phi + aside * np.repeat(np.arange(many), np.diff(begin))
+    angle = np.stack([where[own], where[own + 1]], axis=1)
+    low, high = (keys.searchsorted(angle + (aside * (owner[own] + k))[:, None]) for k in (-1, 1))
+    return Plan(
+        theta, phi, begin, band, np.where(changes, 0, rows), tied[band, block], np.stack([low, column, high]), lean
+    )
+
+
+def _beside(bands: Mask, many: int) -> Mask:
+    """Which owners (many, m) are bands with a mark (b, m), or edges of one."""
+    found = np.zeros((many, bands.shape[1]), dtype=bool)
+    for k in range(3):
+        found[k : many - 2 + k : 2] |= bands
+    return found
 
 
 def _passes(tied: Mask) -> list[int]:
@@ -252,12 +262,13 @@ def _passes(tied: Mask) -> list[int]:
 
 
 def _cut(
-    theta: Floats, nodes: Mask, density: Floats, owner: Index, start: Floats, stop: Floats, single: Mask
-) -> list[Floats]:
-    """Angles of every owner (d,), by stretches that lie one after the other, of steps per radian `density` (d, n).
+    theta: Floats, nodes: Mask, density: Floats, owner: Index, where: Floats, single: Mask, last: Mask, aside: float
+) -> tuple[Floats, Index]:
+    """Angles of all owners, one after the other, and the places of the nodes among them.
 
-    The density at an angle is that of the sharper cell beside it, linear to the middles of cells; none beyond the
-    starts of blocks that are `nodes` (d, m + 1).
+    owner, where  the nodes (s,), of which some are the last of their owners; single: one step from there to the next
+    The density at an angle, of steps per radian `density` (d, n), is that of the sharper cell beside it, linear to the
+    middles of cells; none beyond the starts of blocks that are `nodes` (d, m + 1).
     """
     d, n = density.shape
     left, right = density.copy(), density.copy()
@@ -274,16 +285,15 @@ def _cut(
     fine = np.append(np.stack([theta[:-1], theta[:-1] + half], axis=1).ravel(), theta[-1])
     # One table for all owners, one after the other.
     lift = np.append(0.0, np.cumsum(total[:-1, -1] + 1.0))[:, None]
-    aside = (theta[-1] - theta[0] + 1.0) * np.arange(d)
-    x, y = (fine + aside[:, None]).ravel(), (total + lift).ravel()
-    low, high = (np.interp(at + aside[owner], x, y) for at in (start, stop))
-    steps = np.where(single, 1, np.maximum(1, np.ceil(high - low - 1e-6))).astype(np.int64)
+    x, y = (fine + (aside * np.arange(d))[:, None]).ravel(), (total + lift).ravel()
+    level = np.interp(where + aside * owner, x, y)
+    rise = np.append(np.diff(level), 0.0)
+    steps = np.where(single | last, 1, np.maximum(1, np.ceil(rise - 1e-6))).astype(np.int64)
     if int(steps.sum()) > MAX_CELLS:
         raise NotConverged(f"the tolerance needs more than {MAX_CELLS} vertices; ask for a coarser one")
     first = np.cumsum(steps) - steps
     each = np.repeat(np.arange(len(owner)), steps)
     share = (np.arange(len(each)) - first[each]) / steps[each]
-    phi = np.interp(low[each] + (high - low)[each] * share, y, x) - aside[owner[each]]
-    phi[first] = start
-    parts = np.split(phi, first[np.flatnonzero(np.diff(owner)) + 1])
-    return [np.append(part, theta[-1]) for part in parts]
+    phi = np.interp(level[each] + rise[each] * share, y, x) - aside * owner[each]
+    phi[first] = where
+    return phi, first
