@@ -135,8 +135,8 @@ def swung_face(s: Floats, start: Number, pivot: Number, offset: Number) -> tuple
 
     start  that angle at zero lift, rad: cos(start) = (base + offset) / pivot
     """
-    beta = -s
-    beta[0] += start
+    # Of many variants an angle each may stand against one motion.
+    beta = np.stack(np.broadcast_arrays(start - s[0], -s[1], -s[2]))
     c, sn = np.cos(beta[0]), np.sin(beta[0])
     support = (pivot * c - offset, -pivot * sn * beta[1], -pivot * (c * beta[1] ** 2 + sn * beta[2]))
     return beta, np.stack(support)

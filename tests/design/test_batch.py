@@ -56,6 +56,24 @@ def test_pressures_are_found_where_a_wall_begins(name: str, values: dict[str, fl
             assert batch.figures[figure][0] == pytest.approx(exact[figure], rel=level), figure
 
 
+@pytest.mark.parametrize(
+    ("name", "key", "values"),
+    [
+        ("disc, flat face on an arm", "cam.base_radius", (40.0, 45.0)),
+        ("indexer, barrel", "limits.life_h", (1e3, 1e4)),
+        ("indexer, globoid", "cam.tip_clearance", (0.5, 0.6)),
+    ],
+)  # fmt: skip
+def test_one_key_alone_may_vary(name: str, key: str, values: tuple[float, float]) -> None:
+    """Arrays of one value stand against arrays of many: these had stopped with an error of numpy."""
+    data, _ = CASES[name](np.random.default_rng(3), 1)
+    both = evaluate(from_data(data), {key: np.array(values)})
+    for i, value in enumerate(values):
+        alone = evaluate(from_data(data), {key: np.array([value])})
+        for figure, column in both.figures.items():
+            assert column[i] == pytest.approx(alone.figures[figure][0], rel=1e-12), figure
+
+
 def test_what_cannot_exist_has_a_reason_and_no_figures() -> None:
     columns = {
         "cam.base_radius": np.array([34.0, 3.0, 5.0, -1.0]),
