@@ -60,6 +60,7 @@ def test_pressures_are_found_where_a_wall_begins(name: str, values: dict[str, fl
     ("name", "key", "values"),
     [
         ("disc, flat face on an arm", "cam.base_radius", (40.0, 45.0)),
+        ("drum, rib", "operation.speed", (100.0, 120.0)),
         ("indexer, barrel", "limits.life_h", (1e3, 1e4)),
         ("indexer, globoid", "cam.tip_clearance", (0.5, 0.6)),
     ],

@@ -191,7 +191,7 @@ class Motion:
             before + lift * f[0],
             (lift / width) * f[1],
             (lift / width**2) * f[2],
-            np.broadcast_to(side, f[0].shape),
+            np.broadcast_to(side, np.broadcast_shapes(side.shape, f[0].shape)),
         )
 
     def whenever(self, theta: Floats) -> Points:
