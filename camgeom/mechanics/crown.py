@@ -18,6 +18,8 @@ from camgeom.mechanics.hertz import CrownedContact, crowned_contact, point_conta
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.pressing import Pressing
 
+OUTSIDE = 10.0
+"""times a panel's largest squared pressure, below zero, at which the square outside of its ellipses is cut"""
 NEXT_TO_NONE = 1e-6
 """share of the roller's length with which its crown is taken to touch where its crest stands beyond the wall"""
 
@@ -82,11 +84,14 @@ class Crown:
         """Contact at places (..., p, n) along the roller, mm from where its crown touches.
 
         p² = p0² (1 - place² / along²), and p0 / along does not hang on the load: p² is smooth across its edge,
-        negative outside.
+        negative outside. A force that comes and goes on a panel must not make it jump: without force the panel's
+        steepest ellipse counts, and what is far outside of all its ellipses is cut.
         """
         ellipse = self.ellipse
         slope = np.divide(ellipse.pressure, ellipse.along, out=np.zeros_like(ellipse.along), where=ellipse.along > 0.0)
+        slope = np.where(ellipse.along > 0.0, slope, slope.max(axis=-1, keepdims=True))
         square = ellipse.pressure**2 - (slope * place) ** 2
+        square = np.maximum(square, -OUTSIDE * np.max(ellipse.pressure**2, axis=-1, keepdims=True))
         square = np.where(self.pressing.as_line.sound, square, 0.0)
         width = np.divide(ellipse.around, ellipse.pressure, out=np.zeros_like(slope), where=ellipse.pressure > 0.0)
         load = 0.5 * np.pi * width * np.maximum(square, 0.0) * np.sign(self.pressing.normal)
