@@ -80,6 +80,8 @@ class TurretKeys(Cam):
         assert isinstance(follower, TurretFollower)
         if follower.count % follower.stops:
             found.append(problem("follower.rollers", follower.count, f"a multiple of the {follower.stops} stops"))
+        if follower.count < 2:
+            found.append(problem("follower.rollers", follower.count, "at least 2, for the several starts of one stop"))
         if bool(self.keyway_width) != bool(self.keyway_depth):
             found.append(problem("cam.keyway_depth", self.keyway_depth, "width and depth both, or neither"))
         elif self.keyway_width and self.keyway_width >= self.bore:

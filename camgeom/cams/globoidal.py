@@ -25,6 +25,8 @@ from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollowe
 from camgeom.track.section import ROOTED
 from camgeom.track.turret import turret_tracks
 
+DISC = 0.65
+"""of the roller's diameter: half the thickness of the turret's disc, which stands out beyond its rollers"""
 MOST_PRELOAD = 0.01
 """of the roller's diameter; steel on steel approaches elastically by less before it yields"""
 
@@ -166,9 +168,10 @@ class GloboidalMechanism(Mechanism):
 
     @property
     def named(self) -> dict[str, float]:
-        """Radii of the turret's seat rf0 and over its rollers rfm, outside diameter De and depth h, mm.
+        """Radii of the turret's seat rf0 and over its rollers rfm, outside diameter De, depth h and height l, mm.
 
-        T/WLJC 15-2018, (7), (8), (11), (13), with the operators that its scan lost; h from the blank to the floor.
+        T/WLJC 15-2018, (7), (8), (11), (13), (34), with the operators that its scan lost; h from the blank to the
+        floor, l from the lower face of the turret's disc, as it is delivered, to the cam's axis.
         """
         low, high = self.contact
         return {
@@ -176,6 +179,7 @@ class GloboidalMechanism(Mechanism):
             "over_rollers_radius_mm": hypot(high, 0.5 * self.roller.diameter),
             "outside_diameter_mm": self.envelope[0],
             "groove_depth_mm": self.floor_radius - self.cam.globoid_radius,
+            "axis_height_mm": DISC * self.roller.diameter,
         }
 
     @property
@@ -314,7 +318,7 @@ class GloboidalMechanism(Mechanism):
     def turret(self) -> Turret:
         """The turret: a disc about its axis with the rollers on its rim."""
         follower, diameter, (seat, end) = self.follower, self.roller.diameter, self.contact
-        half = 0.65 * diameter
+        half = DISC * diameter
         return Turret(
             follower,
             TurretBody(self.tracks[0], follower.count, seat, -half, half, 0.7 * seat),

@@ -302,6 +302,9 @@ def _add_design(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--torque", metavar="NM", help="globoidal: load on the turret against the motion, default 0")
     sub.add_argument("--life", metavar="H", help="globoidal: life of rollers, bearings and cam, default 20000 h")
     sub.add_argument("--name", metavar="TEXT", help="globoidal: the profile's name")
+    sub.add_argument("--law", metavar="NAME", help="globoidal: the motion law; default by load and speed")
+    sub.add_argument("--accurate-dwell", action="store_true",
+                     help="globoidal: a law that slows down for longer than it speeds up")
     sub.add_argument("--pressure-angle", metavar="DEG", help="largest pressure angle, default 50 or the profile's")
     sub.add_argument("--contact-pressure", metavar="MPA", help="largest contact pressure, default the material's")
     sub.add_argument("--profile", metavar="FILE", help="all others: motion and follower to design for; or the starter")

@@ -20,7 +20,7 @@ KINDS = ("globoidal", *PLANAR, "end-face")
 OPTIONS: dict[str, tuple[str, ...]] = {
     "globoidal": (
         "stops", "motion_angle", "ratio", "center_distance", "envelope", "speed", "inertia", "torque", "life", "name",
-        "pressure_angle", "contact_pressure",
+        "pressure_angle", "contact_pressure", "law", "accurate_dwell",
     ),
     "end-face": ("profile", "pressure_angle", "contact_pressure"),
     **dict.fromkeys(PLANAR, ("profile", "pressure_angle", "convex_radius", "contact_pressure", "best_offset")),
@@ -101,7 +101,7 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
         raise UsageError(f"--ratio: needs a positive number (found {ratio:g})")
     stops = _number(arguments, "stops")
     if stops is None or stops != int(stops):
-        raise UsageError("--stops: needs a whole number from 2 to 48")
+        raise UsageError("--stops: needs a whole number from 1 to 48")
     wanted = Wanted(
         int(stops),
         float(angle or 0.0) if ratio is None else 360.0 * ratio / (1.0 + ratio),
@@ -114,6 +114,8 @@ def _globoidal(arguments: argparse.Namespace) -> Design:
         arguments.name or f"globoidal indexer {int(stops)} stops",
         _number(arguments, "pressure_angle", 50.0) or 0.0,
         _number(arguments, "contact_pressure"),
+        arguments.law,
+        arguments.accurate_dwell,
     )
     return design(wanted)
 

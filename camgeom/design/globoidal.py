@@ -93,7 +93,8 @@ class Wanted:
     """What the drive has to do: angles deg, lengths mm, speed r/min, inertia kg m², torque N m, life h, pressure MPa.
 
     Pressure angle and contact pressure are the largest allowed, the latter by default what the material bears. Either
-    the centre distance or the envelope (the largest length of cam and turret together) is given.
+    the centre distance or the envelope (the largest length of cam and turret together) is given. A law that is named
+    is taken; else load and speed choose it, or the accuracy in the dwell where that counts most.
     """
 
     stops: int
@@ -107,12 +108,14 @@ class Wanted:
     name: str = "globoidal indexer"
     pressure_angle: float = 50.0
     contact_pressure: float | None = None
+    law: str | None = None
+    accurate_dwell: bool = False
 
     def problems(self) -> list[Problem]:
         """What is out of range."""
         found = []
         for key, low, high in (
-            ("stops", 2, 48), ("motion_angle", 30.0, 330.0), ("speed", 0.1, 3000.0), ("inertia", 0.0, 1e4),
+            ("stops", 1, 48), ("motion_angle", 30.0, 330.0), ("speed", 0.1, 3000.0), ("inertia", 0.0, 1e4),
             ("torque", 0.0, 1e6), ("life", 1.0, 1e7), ("center_distance", 40.0, 1500.0), ("envelope", 80.0, 5000.0),
             ("pressure_angle", 15.0, 75.0), ("contact_pressure", 1.0, 1e5),
         ):
@@ -121,6 +124,12 @@ class Wanted:
                 found.append(Problem(f"--{key.replace('_', '-')}", "out of range", value, f"{low:g} to {high:g}"))
         if (self.center_distance is None) == (self.envelope is None):
             found.append(Problem("--center-distance", "give either the centre distance or the envelope"))
+        if self.law is not None and self.accurate_dwell:
+            found.append(Problem("--law", "give either the law or --accurate-dwell, which chooses one"))
+        smooth = [name for name, law in LAWS.items() if law.claims.order >= 2]
+        if self.law is not None and self.law not in smooth:
+            found.append(Problem("--law", "no law of continuous acceleration (section 7.2)", self.law,
+                                 ", ".join(smooth)))
         return found
 
 
@@ -269,11 +278,15 @@ def _tried(wanted: Wanted, trial: Candidate) -> tuple[tuple[Finding, ...], Model
 
 
 def _law(wanted: Wanted) -> tuple[str, Choice]:
-    """Motion law by load and speed (section 7 of the specification)."""
+    """Motion law as given, by the accuracy in the dwell, or by load and speed (section 7.4 of the specification)."""
     index, angle = 2.0 * pi / wanted.stops, radians(wanted.motion_angle)
     omega = wanted.speed * pi / 30.0
     inertial = wanted.inertia * index * (omega / angle) ** 2 * LAWS["modified-sine"].claims.am
-    if wanted.torque > 2.0 * inertial:
+    if wanted.law is not None:
+        name, why = wanted.law, "given"
+    elif wanted.accurate_dwell:
+        name, why = "universal-asymmetric", "accuracy in the dwell: it slows down for longer than it speeds up"
+    elif wanted.torque > 2.0 * inertial:
         name = "modified-constant-velocity"
         why = f"low speed, heavy load ({wanted.torque:.4g} N m against {inertial:.4g} N m of inertia): low Vm"
     elif wanted.speed > 400.0 and inertial > 5.0 * wanted.torque:

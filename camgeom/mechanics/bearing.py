@@ -122,6 +122,17 @@ def required_rating(load: ArrayLike, life_h: ArrayLike, roller_speed: ArrayLike,
     return np.asarray(np.asarray(load, dtype=np.float64) * (turns / MILLION) ** (1.0 / exponent))
 
 
+def borne_load(bearing: BearingLife, rating: Rating, life_h: float) -> float | None:
+    """Equivalent load, N, that a bearing bears for a life in hours at its mean speed and reliability (equation 37).
+
+    None where it does not turn, and with a_ISO, which changes with the load.
+    """
+    if rating.lubrication is not None or not float(bearing.speed) > 0.0:
+        return None
+    needed = required_rating(1.0, life_h / rating.reliability, bearing.speed, rating.kind.exponent)
+    return rating.dynamic / float(needed)
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class RoundStress:

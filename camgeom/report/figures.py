@@ -51,6 +51,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("cam_slice_life_h", "cam life, hardest place", "h"),
         ("bearing_life_h", "bearing life", "h"),
         ("bearing_rated_life_h", "bearing life, rated", "h"),
+        ("bearing_mean_load_n", "equivalent load of the bearing", "N"),
+        ("bearing_borne_load_n", "load that it bears for the wanted life", "N"),
         ("bearing_life_factor", "life factor a_ISO of the bearing", ""),
         ("bearing_static_safety", "static safety of the bearing", ""),
         ("film_ratio", "least film over roughness, lambda", ""),

@@ -345,7 +345,7 @@ class TurretFollower(Follower):
     face_width: ClassVar[float | None] = None
 
     kind: Literal["turret"]
-    stops: Annotated[int, Field(ge=2, le=48)] = Field(description="stops in one turn of the turret, 2 to 48")
+    stops: Annotated[int, Field(ge=1, le=48)] = Field(description="stops in one turn of the turret, 1 to 48")
     rollers: Annotated[int, Field(ge=2, le=192)] | None = Field(None, description="rollers; default: one per stop")
     pitch_radius: Length = Field(description="mm, turret axis to the middle of the roller's contact length")
     inertia: Inertia = Field(0.0, description="kg m2 of the turret and its load")

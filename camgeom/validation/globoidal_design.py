@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 from itertools import product
-from math import atan, cos, hypot, pi, radians, sin, sqrt
+from math import atan, atan2, cos, hypot, pi, radians, sin, sqrt
 
 import numpy as np
 
@@ -69,6 +69,34 @@ def _pressure_angle() -> Answer:
     below = PITCH**2 + (ROLLER * psi) ** 2
     ours = float(np.cos(_flank(ASIDE).pressure_angle())[0, 0])
     return Answer(ours, (Reading("root over the denominator", PITCH * psi / sqrt(below)),), PITCH * psi / below)
+
+
+def _induced() -> Answer:
+    """Relative curvature across the contact line, 1/mm, of cam and roller: by (18) with the chain (19) to (32).
+
+    Vectors in the frame of the cam, unit cam speed; the normal points out of the roller.
+    """
+    flank, program = _flank(ASIDE), machine(NAME).mechanism.program
+    point, normal = flank.x[:, 0, 0], flank.n[:, 0, 0]
+    (place, passing), (along, turning) = flank.pose.a[:2, :, 0], flank.pose.u[:2, :, 0]
+    upright = np.array([0.0, 0.0, 1.0])
+    cam = -float(np.cross(place, passing)[2]) / CENTRE**2 * upright
+    axis = np.cross(upright, place) / CENTRE
+    _, slope, bend = program.jet(np.array([ASIDE % (2.0 * pi)]), 2)[:, 0]
+    speed = float(np.cross(along, turning + np.cross(cam, along)) @ axis)
+    turret, gaining = speed * axis, speed * bend / slope * axis
+    arm, apart, round_ = point - place, turret - cam, np.cross(normal, along)
+    carried = np.cross(turret, arm)
+    sliding, turned = carried - np.cross(cam, point), np.cross(apart, normal)
+    first, mu1, mu2 = -1.0 / ROLLER, float(sliding @ round_), float(sliding @ along)
+    a1, a2 = first * mu1 + float(turned @ round_), float(turned @ along)
+    a3 = float(np.cross(turret, normal) @ sliding + normal @ (np.cross(apart, carried) + np.cross(gaining, arm)))
+    below = a3 + a1 * mu1 + a2 * mu2
+    one, two, mixed = first - a1**2 / below, -(a2**2) / below, -a1 * a2 / below
+    most = 0.5 * (one + two + hypot(one - two, 2.0 * mixed))
+    sigma, across = 0.5 * atan2(2.0 * mixed, one - two), atan2(a2, a1)
+    of_cam = most * cos(across - sigma) ** 2 + (one + two - most) * sin(across - sigma) ** 2
+    return Answer(float(flank.k_rel[0, 0]), (), abs(first * cos(across) ** 2 - of_cam))
 
 
 def _profile() -> Answer:
@@ -230,6 +258,8 @@ SOURCE = Source(
               _largest_angle, "Along the roller and on its surface it is larger: 32.7 degrees in this drive."),
         Entry("pressure angle", "Section 5.2", "allowed pressure angle", "50", "deg",
               lambda: Answer(TurretFollower.pressure_angle_limit)),
+        Entry("(18)-(32)", "Equations (18) to (32)", "relative curvature across the contact line", "", "1/mm", _induced,
+              f"{_SCAN[:-1]}; restored, they hold."),
         Entry("(33)", "Equation (33)", "least relative curvature of the tool changer", "0", "1/mm",
               lambda: Answer(float(findings(machine(NAME), ("relative-curvature",))[0].value or 0.0)), comparison=">"),
         Entry("(35) (36)", "Equations (35), (36)", "load at a contact limit of 1000 MPa", "", "N", _allowed_load,
@@ -251,8 +281,7 @@ SOURCE = Source(
         Entry("speed medium", "Section 9.1", "track speed up to which it is medium", "1", "m/s",
               partial(_class_bound, 0.6, 2.0), within=1e-6),
         Entry("stops least", "Section 3.2", "fewest stops", "1", "1", _least_stops,
-              "A turret with one stop is not offered: its single roller would have to leave and meet the cam at every "
-              "turn.", within=0.0),
+              "Of a cam with several starts: one roller alone could not be driven.", within=0.0),
         Entry("stops most", "Section 3.2", "stops beyond which a preload jams", "24", "1", _most_stops),
         Entry("law slow", "Section 7.4, 2)", "peak velocity, modified constant velocity over modified sine", "1", "1",
               partial(_claims, "vm", "modified-constant-velocity", "modified-sine"), comparison="<"),

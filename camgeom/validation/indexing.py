@@ -12,7 +12,15 @@ from math import pi, radians, sqrt
 
 import numpy as np
 
-from camgeom.dynamics.indexing.drive import TORSION, IndexingDrive, Term, assemble, definiteness, squared_frequencies
+from camgeom.dynamics.indexing.drive import (
+    TORSION,
+    IndexingDrive,
+    Term,
+    assemble,
+    contact_dyad,
+    definiteness,
+    squared_frequencies,
+)
 from camgeom.dynamics.indexing.modes import speed_classes
 from camgeom.dynamics.indexing.study import IndexingStudy
 from camgeom.dynamics.indexing.system import TorsionSystem
@@ -238,6 +246,22 @@ def _losses_of_16() -> Answer:
                   slip + 0.5 * d.contact_damping * s["theta2"] ** 2)
 
 
+def _losses_of_15() -> Answer:
+    """(15) with a friction of the cam and damping of its bending, the input at rest."""
+    d, s = replace(_drive(), cam_friction=0.7, cam_damping_x=11.0, cam_damping_y=13.0, cam_damping_z=17.0), STATE
+    printed = (d.input_damping + d.cam_friction) * s["theta1"] ** 2 + d.cam_damping_x * s["x1"] ** 2
+    printed += d.cam_damping_y * s["y1"] ** 2 + d.cam_damping_z * s["z1"] ** 2
+    return Answer(_energy(d.damping_terms(), "theta1 x1 y1 z1"), (), 0.5 * printed)
+
+
+def _losses_of_17() -> Answer:
+    """(17) at the steepest place of the motion."""
+    d, names, slope = _drive(), TORSION, _steepest()
+    x = np.array([STATE[name] for name in names])
+    ours = 0.5 * d.contact_damping * float(x @ contact_dyad(np.array([slope]), names)[0] @ x)
+    return Answer(ours, (), 0.5 * d.contact_damping * (STATE["theta2"] - slope * STATE["theta1"]) ** 2)
+
+
 def _chain() -> Answer:
     """Turret speed, rad/s, at mid-stroke and 1000 r/min: (19) prints d tau / d theta for it."""
     study = drive_study(rpm=1000.0)
@@ -288,8 +312,11 @@ SOURCE = Source(
                 ("(13)", "bending energy of the output shaft along y", "(12) has them right."),
             )
         ),
+        Entry("(15)", "Equation (15)", "losses of the input shaft", "", "W", _losses_of_15),
         Entry("(16)", "Equation (16)", "losses of the output shaft", "", "W", _losses_of_16,
               "The turret's own friction is Cf2 in (25); C12 is the contact's, which (17) has."),
+        Entry("(17)", "Equation (17)", "losses of the contact", "", "W", _losses_of_17,
+              "With d tau/d t of the turning cam, tau' theta1'."),
         Entry("(19)", "Equation (19)", "turret speed at mid-stroke, 1000 r/min", "", "rad/s", _chain,
               "Dot and prime are both printed as a dot; (25) holds for d tau/d theta."),
         Entry("(25)", "Equation (25)", "first frequency at mid-stroke of the printed equations", "", "Hz",

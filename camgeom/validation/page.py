@@ -63,12 +63,13 @@ def _facts(row: Row) -> tuple[str, ...]:
 
 def results(source: Source, rows: Sequence[Row]) -> tuple[Block, ...]:
     """The results of a source and the reasons to read beside them."""
-    heads = ("Item", "Where", "What", "Printed", "Ours", "Unit", "Difference", "Verdict")
+    heads = ("Item", "Where and what", "Printed", "Ours", "Unit", "Difference", "Verdict")
     own = [row for row in rows if row.source == source.short]
+    facts = ((item, f"{place}: {says}", *numbers) for item, place, says, *numbers in map(_facts, own))
     told = tuple((row.item, row.verdict, row.reason) for row in own if row.reason)
     caption = f"{source.reference}: {counted(own)}"
     return (
-        Table(caption, tuple(map(Column, heads)), tuple(map(_facts, own))),
+        Table(caption, tuple(map(Column, heads)), tuple(facts)),
         Table("Reasons", tuple(map(Column, ("Item", "Verdict", "Why"))), told),
     )
 

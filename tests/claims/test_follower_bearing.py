@@ -226,3 +226,16 @@ def test_a_yoke_type_is_filled_in_with_the_speed_of_its_page():
     assert roller is not None
     assert (roller.diameter, roller.dynamic_rating, roller.static_rating) == (62.0, 58200.0, 75300.0)
     assert (roller.max_static_load, roller.limiting_speed) == (35200.0, 2400.0)
+
+
+def test_the_load_that_is_borne_for_the_wanted_life():
+    """Equation 37 of T/WLJC 15-2018: at the life that the bearing has it is the load it carries; a_ISO has no such."""
+    plain = model(DISC, limits__bearing_reliability=95).duty.bearing
+    assert plain is not None
+    hours = plain.judged_h
+    for wanted, share in ((hours, 1.0), (hours / 8.0, 8.0**0.3)):
+        made = model(DISC, limits__bearing_reliability=95, limits__life_h=wanted)
+        data = compute(made, ("fatigue",)).data["fatigue"]
+        assert data["bearing_borne_load_n"] == pytest.approx(share * float(plain.mean_load), rel=1e-9)
+    oiled = model(DISC, **KNOWN, limits__life_h=hours)
+    assert "bearing_borne_load_n" not in compute(oiled, ("fatigue",)).data["fatigue"]

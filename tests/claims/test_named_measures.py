@@ -28,6 +28,9 @@ def test_the_tool_changers_measures() -> None:
     assert found["over_rollers_radius_mm"] == pytest.approx(95.35198, abs=1e-5)
     assert found["outside_diameter_mm"] == pytest.approx(241.6277, abs=1e-4)
     assert 20.0 < found["groove_depth_mm"] < 1.25 * (roller.length or 0.0)
+    assert model.mechanism.turret is not None
+    disc = model.mechanism.turret.body.high
+    assert found["axis_height_mm"] == pytest.approx(disc) == pytest.approx(20.8)
     (table,) = named(model)
     assert table.rows[0][0] == "Seat radius"
     assert follower.rotating

@@ -54,7 +54,7 @@ def test_wrong_input_is_refused_all_at_once():
     with pytest.raises(ProfileError) as refused:
         design(replace(USUAL, stops=0, speed=-1.0, center_distance=None))
     assert len(refused.value.problems) == 3
-    assert "2 to 48" in str(refused.value)
+    assert "1 to 48" in str(refused.value)
 
 
 def test_overload_is_said_with_its_reason():
@@ -94,3 +94,22 @@ def test_command_refuses_in_one_line(words, said, capsys):
     shown = capsys.readouterr()
     assert said in shown.err
     assert shown.out == ""
+
+
+def test_law_by_name_or_by_the_accuracy_in_the_dwell():
+    named = design(replace(USUAL, law="cycloidal"))
+    assert parse(named.text).motion[1].law == "cycloidal"
+    assert named.choices[0].why.startswith("given")
+    assert parse(design(replace(USUAL, accurate_dwell=True)).text).motion[1].law == "universal-asymmetric"
+    for changes in ({"law": "parabolic"}, {"law": "nonsense"}, {"law": "cycloidal", "accurate_dwell": True}):
+        with pytest.raises(ProfileError, match="--law"):
+            design(replace(USUAL, **changes))
+
+
+def test_one_stop_takes_a_cam_of_several_starts():
+    found = design(replace(USUAL, stops=1, motion_angle=330.0, center_distance=250.0, pressure_angle=65.0, torque=0.0))
+    assert all(f.passed or f.status == "warn" for f in found.findings)
+    profile = parse(found.text)
+    assert (profile.follower.stops, profile.follower.count) == (1, 6)
+    with pytest.raises(ProfileError, match=r"follower\.rollers"):
+        parse(found.text.replace("rollers = 6\n", ""))

@@ -221,7 +221,7 @@ class TestBlocks:
         assert first.growth_rate == pytest.approx(5061.720765, abs=6e-7)
         assert first.eigenvalue == pytest.approx(-1.675154e8, rel=1e-6)
         assert first.frequencies_squared == pytest.approx((-2.56210171e7, 5.13776431e8), rel=1e-8)
-        for part in ("2.446279e+08", "4.327453e+08", "load_bending", "cross_bending"):
+        for part in ("load_bending > 2.446279e+05 N/mm", "|cross_bending| < 4.327453e+05 N/mm"):
             assert part in str(first)
         divergent = [mode for mode in natural_modes(DRIVE, mt).modes if not mode.oscillates]
         assert len(divergent) == 2

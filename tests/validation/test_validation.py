@@ -145,6 +145,28 @@ def test_the_conjugate_cams_equations(quick: list[Row]) -> None:
         assert rows[item].verdict == "misprint", item
 
 
+def test_the_design_specifications_restored_chain_and_the_losses(quick: list[Row]) -> None:
+    """(18) to (32) of S3 and (15), (17) of S4, by the printed terms, against the product's own flank and matrices."""
+    rows = {(row.source, row.item): row for row in quick}
+    for key in (("S3", "(18)-(32)"), ("S3", "stops least"), ("S4", "(15)"), ("S4", "(17)")):
+        assert rows[key].verdict == "confirmed", key
+    assert rows["S3", "(18)-(32)"].printed == pytest.approx(rows["S3", "(18)-(32)"].computed, rel=1e-10)
+
+
+@pytest.mark.slow
+def test_the_growth_over_turns_of_stable_running() -> None:
+    """Mean peak of the turns 2 to 6, theory B.3: 2.39 and 3.7 (a motion that is not periodic: within a third)."""
+    means = []
+    for clearance in (0.01, 0.1, 1.0):
+        run = machine("conjugate_rocker", ("follower.clearance", clearance), ("impact.turns", 6)).impact
+        assert run is not None
+        turns = [run.problem.period * k for k in range(1, 7)]
+        means.append(sum(run.peak("acceleration", *span).value for span in zip(turns, turns[1:])) / 5.0)
+    assert means[0] == pytest.approx(6444.0, rel=1e-3)
+    assert means[1] / means[0] == pytest.approx(2.39, abs=0.01)
+    assert 3.2 < means[2] / means[1] < 4.8
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "camgeom" / "validation").glob("*.toml")))
 def test_a_machine_of_a_source_is_that_of_its_shipped_profile(name: str) -> None:
     """One set of printed data: what the validation and the profile of the same name both give is the same."""

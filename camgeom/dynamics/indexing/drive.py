@@ -115,8 +115,9 @@ class Indefinite:
     admissible: str
 
     def __str__(self) -> str:
+        unit = "N m/rad" if self.block == TORSION else "N/m"
         return (
-            f"stiffness of {', '.join(self.block)} is indefinite: eigenvalue {self.eigenvalue:.6e}, scaled "
+            f"stiffness of {', '.join(self.block)} is indefinite: eigenvalue {self.eigenvalue:.6e} {unit}, scaled "
             f"{self.scaled_eigenvalue:.6f}, a disturbance grows with {self.growth_rate:.6f} 1/s; "
             f"needs {self.admissible}"
         )
@@ -155,11 +156,14 @@ def _admissible(stiffness: Floats, labels: Sequence[str]) -> str:
         return f"{labels[0]} > 0"
     if len(stiffness) == 2 and np.all(np.diag(stiffness) > 0.0):
         first, second, cross = stiffness[0, 0], stiffness[1, 1], abs(stiffness[0, 1])
-        names = labels if len(labels) == 3 else ("first diagonal", "second diagonal", "coupling")
-        return (
-            f"{names[1]} > {cross * cross / first:.6e} or {names[0]} > {cross * cross / second:.6e} "
-            f"or |{names[2]}| < {sqrt(first * second):.6e}"
+        # The keys of a profile are in N/mm.
+        keys = len(labels) == 3
+        names, unit = (labels, " N/mm") if keys else (("first diagonal", "second diagonal", "coupling"), "")
+        least, other, most = (
+            f"{value * (1e-3 if keys else 1.0):.6e}{unit}"
+            for value in (cross * cross / first, cross * cross / second, sqrt(first * second))
         )
+        return f"{names[1]} > {least} or {names[0]} > {other} or |{names[2]}| < {most}"
     return "a positive diagonal and positive leading minors"
 
 

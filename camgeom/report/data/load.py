@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from camgeom.mechanics.bearing import borne_load
 from camgeom.mechanics.duty import MILLI, bearing_data, finite, least_safety, torque_data
 
 if TYPE_CHECKING:
@@ -80,7 +81,19 @@ def fatigue_data(model: Model) -> dict[str, Any]:
         if roller.designation is not None:
             data[f"{table.removesuffix('roller')}bearing_designation"] = roller.designation
     safety = least_safety(model.carriers)
-    return data | bearing_data(model.bearing) | ({} if safety is None else {"bearing_static_safety": finite(safety)})
+    data |= bearing_data(model.bearing) | _borne(model)
+    return data | ({} if safety is None else {"bearing_static_safety": finite(safety)})
+
+
+def _borne(model: Model) -> dict[str, Any]:
+    """The load that the weakest bearing bears for the wanted life; empty without one, and over several states."""
+    life = model.profile.limits.life_h
+    if life is None or model.state is not None:
+        return {}
+    pairs = ((duty.bearing, duty.rating) for duty in model.carriers)
+    borne = (borne_load(one, rating, life) for one, rating in pairs if one is not None and rating is not None)
+    loads = [load for load in borne if load is not None]
+    return {"bearing_borne_load_n": min(loads)} if loads else {}
 
 
 def together_data(model: Model) -> dict[str, Any]:

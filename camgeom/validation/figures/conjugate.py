@@ -9,7 +9,7 @@ from math import degrees, pi
 
 import numpy as np
 
-from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Panel, Series
+from camgeom.drawing.content import CAM_ANGLE, Axis, Block, Chart, Mark, Panel, Series
 from camgeom.dynamics.impact.run import ImpactRun
 from camgeom.maths import Floats
 from camgeom.validation.conjugate import CONTACTS, LINE, fixed, impact_run, peak
@@ -85,8 +85,8 @@ def growth() -> tuple[Block, ...]:
     for contact in CONTACTS:
         peaks = np.array([peak(contact, clearance) for clearance in SCALE])
         lines.append(Series(contact, x, peaks / peaks[0]))
-    lines.append(Series("printed: 2 and 6 times", x[[0, 4, 8]], np.array([1.0, 2.0, 12.0]), dots=True))
-    panel = Panel(Axis("Peak acceleration over that at 0.01 mm", "", zero=True), tuple(lines), height=1.2)
+    told = (Mark(0.1, 2.0, "printed: 2 times"), Mark(1.0, 12.0, "printed: 6 times that at 0.1 mm"))
+    panel = Panel(Axis("Peak acceleration over that at 0.01 mm", "", zero=True), tuple(lines), marks=told, height=1.2)
     return (Chart("Fig. 14: peak acceleration over the clearance, first turn", Axis("Clearance", "mm"), (panel,)),)
 
 

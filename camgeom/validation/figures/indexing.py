@@ -56,7 +56,7 @@ def accelerations() -> tuple[Block, ...]:
     angle = np.degrees(TURN)
     panels = tuple(
         Panel(Axis(f"{ACCELERATION}, {number(rpm)} r/min", "rad/s²"),
-              tuple(Series(law.replace("-", " "), angle, _turned(drive_study(law, rpm).steady)) for law in LAW_NAMES))
+              tuple(Series(law, angle, _turned(drive_study(law, rpm).steady)) for law in LAW_NAMES))
         for rpm in SPEEDS
     )  # fmt: skip
     speeds = tuple(
@@ -83,7 +83,7 @@ def peaks() -> tuple[Block, ...]:
     lines = []
     for law in LAW_NAMES:
         sweep = drive_study(law).over(SWEPT * RPM)
-        lines.append(Series(law.replace("-", " "), SWEPT, sweep.peaks["load_acceleration"].magnitude))
+        lines.append(Series(law, SWEPT, sweep.peaks["load_acceleration"].magnitude))
     bound = 4.0 * INDEX * (SWEPT * RPM / MOTION) ** 2
     rpm, value = np.array(PRINTED).T
     lines += [Series("no motion below", SWEPT, bound), Series("printed", rpm, value, dots=True)]
