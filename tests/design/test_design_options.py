@@ -22,7 +22,8 @@ OFFSET, FLAT = (["--profile", str(PROFILES / f"disc_{name}.toml")] for name in (
 OTHER = {
     "stops": "8", "motion-angle": "150", "ratio": "1.1", "center-distance": "160", "envelope": "400", "speed": "90",
     "inertia": "0.5", "torque": "20", "life": "9000", "name": "another", "pressure-angle": "22", "convex-radius": "60",
-    "contact-pressure": "250", "profile": str(PROFILES / "disc_flat_face.toml"), "best-offset": "",
+    "contact-pressure": "250", "profile": str(PROFILES / "disc_flat_face.toml"), "best-offset": "", "law": "cycloidal",
+    "accurate-dwell": "",
 }  # fmt: skip
 """another value of every option, so sharp that it decides"""
 OF_KIND = {
