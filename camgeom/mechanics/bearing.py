@@ -31,7 +31,8 @@ class BearingLife:
     life_h: L10 hours, infinite without load; mean_load: equivalent load, N; speed: mean roller speed, rad/s;
     static_safety: static rating over the largest load, infinite without load; None where no static rating is known;
     rated_h: L_n or L_nm hours at the reliability asked for, 0 where a_ISO does not apply (see `modified`);
-    ratio, factor: kappa and a_ISO; None where nothing is known of the lubrication; peak_speed: the largest, rad/s.
+    ratio, factor: kappa and a_ISO; None where nothing is known of the lubrication or nothing is loaded; peak_speed: the
+    largest, rad/s.
     """
 
     life_h: Floats
@@ -50,13 +51,18 @@ class BearingLife:
 
 
 def modified(life: BearingLife, rating: Rating) -> BearingLife:
-    """A basic life with a1, and with a_ISO where the lubrication is known (ISO 281:2007, equation 23)."""
+    """A basic life with a1, and with a_ISO where the lubrication is known (ISO 281:2007, equation 23).
+
+    What nothing loads has neither kappa nor a_ISO: no life of it hangs on its lubrication.
+    """
     from camgeom.mechanics.rating import life_factor, viscosity_ratio
 
     known = rating.lubrication
     if known is None:
         return replace(life, rated_h=np.asarray(rating.reliability * life.life_h))
     loaded = (life.mean_load > 0.0) & (life.speed > 0.0)
+    if not loaded.any():
+        return replace(life, rated_h=np.full(loaded.shape, np.inf))
     turning = np.where(loaded, life.speed, 1.0) * 60.0 / TURN
     ratio = viscosity_ratio(known.viscosity, turning, known.pitch_diameter)
     share = known.contamination * known.fatigue_limit / np.where(loaded, life.mean_load, 1.0)

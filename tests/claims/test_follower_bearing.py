@@ -239,3 +239,31 @@ def test_the_load_that_is_borne_for_the_wanted_life():
         assert data["bearing_borne_load_n"] == pytest.approx(share * float(plain.mean_load), rel=1e-9)
     oiled = model(DISC, **KNOWN, limits__life_h=hours)
     assert "bearing_borne_load_n" not in compute(oiled, ("fatigue",)).data["fatigue"]
+
+
+def test_a_roller_that_nothing_loads_has_no_viscosity_ratio():
+    # A rib's rollers: a steady load bears on the lower one alone, and the upper one
+    # failed with 0.02, the ratio at 1 rad/s.
+    bearing = {"dynamic_rating": 9800.0, "static_rating": 12500.0, "fatigue_load_limit": 1400.0, "contamination": 0.5,
+               "pitch_diameter": 14.0}  # fmt: skip
+    data: dict[str, Any] = {
+        "cam": {"kind": "cylindrical", "form": "rib", "diameter": 132, "length": 120, "start": 50, "groove_depth": 13,
+                "rib_thickness": 20},
+        "follower": {"kind": "translating", "mass": 3}, "roller": {"shape": "cylinder", "diameter": 22, "length": 12,
+                                                                   **bearing},
+        "motion": [{"until": 120, "to": 20, "law": "modified-sine"}, {"until": 280, "to": 0, "law": "3-4-5"},
+                   {"until": 360}],
+        "operation": {"speed": 20, "force": [{"expression": "300"}]},
+        "lubricant": {"viscosity_40": 100.0, "viscosity_100": 11.0, "temperature": 60.0},
+    }  # fmt: skip
+    made = camgeom.read(data)
+    upper, lower = (duty.bearing for duty in made.carriers)
+    assert lower is not None
+    assert upper is not None
+    assert float(upper.mean_load) == 0.0
+    assert (upper.ratio, upper.factor, upper.judged_h) == (None, None, float("inf"))
+    assert lower.ratio is not None
+    (told,) = said(made, "bearing-lubrication")
+    assert (told.level, told.value) == ("warn", pytest.approx(float(lower.ratio)))
+    hotter = made.with_(lubricant__temperature=90.0)
+    assert [f.level for f in said(hotter, "bearing-lubrication")] == ["fail"]
