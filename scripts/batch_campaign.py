@@ -200,7 +200,7 @@ def faced(data: Data, columns: dict[str, Floats], face: str, **more: float) -> t
 
 def flat(rng: np.random.Generator, n: int) -> tuple[Data, dict[str, Floats]]:
     data, columns = faced(*disc_roller(rng, n), "flat")
-    del columns["operation.guide_friction"]
+    del columns["operation.guide_friction"], data["operation"]["guide_friction"]
     return data, columns | {"cam.base_radius": rng.uniform(20.0, 60.0, n), "follower.offset": rng.uniform(-5.0, 5.0, n)}
 
 

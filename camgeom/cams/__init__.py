@@ -170,6 +170,12 @@ NO_PRESSURE = idle(
         for key in ("elastic_modulus", "poisson", "contact_limit", "hardness", "case_depth_mm")
     ),
 )
+NO_FILM_OR_WEAR = idle(
+    "neither film nor wear is known of a knife edge, which touches along no width",
+    "lubricant.pressure_viscosity",
+    *(f"limits.{key}" for key in ("film_ratio", "warn_film_ratio", "wear_um")),
+    *(f"material.{body}.{key}" for body in ("cam", "roller") for key in ("roughness_um", "wear_rate")),
+)
 
 
 def keyway_idle(bore: float) -> dict[str, str]:

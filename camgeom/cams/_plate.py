@@ -8,7 +8,7 @@ from math import acos, cos, pi, sin
 
 import numpy as np
 
-from camgeom.cams import NO_LIFE, NO_PRESSURE, idle, problem
+from camgeom.cams import NO_FILM_OR_WEAR, NO_LIFE, NO_PRESSURE, idle, problem
 from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
@@ -191,7 +191,10 @@ def mark_walls(
     return tuple(walls)
 
 
-SQUARE = idle("the pressure angle of a flat face that slides is always 0", "limits.warn_pressure_angle_deg")
+SQUARE = idle("the pressure angle of a flat face that slides is always 0", "limits.warn_pressure_angle_deg") | idle(
+    "a flat face square to its slide gives no side thrust: give a friction in N", "operation.guide_friction"
+)
+"""What means nothing for a flat face that slides square to itself."""
 
 
 def face_idle(face: str) -> dict[str, str]:
@@ -202,7 +205,7 @@ def face_idle(face: str) -> dict[str, str]:
     if face != "flat":
         found |= idle("only face = 'flat' has a width and an offset", "follower.face_width", "follower.face_offset")
     if face == "knife":
-        found |= NO_LIFE | NO_PRESSURE
+        found |= NO_LIFE | NO_PRESSURE | NO_FILM_OR_WEAR
     if face in ("flat", "knife"):
         margins = ("limits.undercut_margin", "limits.warn_undercut_margin")
         found |= idle("no roller can undercut this cam; folds are judged by face-curvature", *margins)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 THICKER = "a thicker oil, a lower temperature, smoother surfaces or more speed; below 1 the surfaces touch"
+KNIFE = "neither film nor wear is known of a knife edge, which touches along no width"
 SLIDES = "a harder pair or a better oil (a smaller wear_rate), a wider cam, less load or sliding"
 
 
@@ -22,6 +23,9 @@ def film(model: Model) -> Iterable[Finding | NotJudged]:
         return
     if model.mechanism.carriage is not None:
         yield NotJudged("film", "where the plate turns round nothing draws oil in: no film of a linear cam is known")
+        return
+    if _knife(model):
+        yield NotJudged("film", KNIFE)
         return
     if missing := _missing(model):
         yield NotJudged("film", f"give {', '.join(missing)}: nothing is known of the film between roller and cam"
@@ -45,6 +49,11 @@ def film(model: Model) -> Iterable[Finding | NotJudged]:
                  cam_angle=least.cam_angle, where=f"{where}, {1e3 * found.thickness:.3g} um thick{beyond}")  # fmt: skip
 
 
+def _knife(model: Model) -> bool:
+    """Whether a knife edge touches the cam: the follower without a roller that has no contact pressure."""
+    return model.setup.roller is None and model.carriers[0].peak_pressure is None
+
+
 def _missing(model: Model) -> list[str]:
     """The keys that a film takes and the profile leaves out."""
     oil, material = model.profile.oil, model.profile.material
@@ -60,8 +69,11 @@ def wear(model: Model) -> Iterable[Finding | NotJudged]:
     """Depth that wears off either surface over life_h, over all operating states."""
     if not model.carriers:
         return
+    if _knife(model):
+        yield NotJudged("wear", KNIFE)
+        return
     limits, hourly = model.profile.limits, model.wear_per_hour
-    if model.setup.roller is None and not hourly and model.carriers[0].peak_pressure is not None:
+    if model.setup.roller is None and not hourly:
         yield NotJudged("wear", "the face slides: give material.cam.wear_rate and material.roller.wear_rate")
     for body, depth in hourly.items():
         if limits.life_h is None or limits.wear_um is None:

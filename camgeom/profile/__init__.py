@@ -407,7 +407,7 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     if profile.station:
         from camgeom.profile.station import station_problems
 
-        idle += station_problems(profile)
+        idle += station_problems(profile, setup)
     if profile.operation is not None:
         idle += _forces("operation", profile.operation.force, profile.operation.speed, profile, setup)
         for index, state in enumerate(profile.operating_states):

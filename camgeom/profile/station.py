@@ -19,6 +19,7 @@ from camgeom.track.follower import Inertia, Mass
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
+    from camgeom.track.follower import Setup
 
 OWN = ("mass", "inertia")
 """keys of the follower; all others but `angle` are those of [operation]"""
@@ -58,7 +59,7 @@ class Station(Section):
         return first.model_copy(update={"follower": follower, "operation": operation, "station": ()})
 
 
-def station_problems(profile: Profile) -> Iterator[Problem]:
+def station_problems(profile: Profile, setup: Setup) -> Iterator[Problem]:
     """What no station knows alone: cams that have room for one follower, two at one place, keys that mean nothing."""
     if not profile.cam.STATIONS:
         yield Problem("station", "means nothing here", None, "", "discs, drums, end faces and conjugate pairs have "
@@ -67,6 +68,8 @@ def station_problems(profile: Profile) -> Iterator[Problem]:
     idle = {"mass": "of a translating follower; a rotating one has an inertia"} if profile.rotating else {
         "inertia": "of a swinging follower; a translating one has a mass"}  # fmt: skip
     if profile.operation is not None:
+        of_cam = profile.cam.idle(setup)
+        idle |= {key.removeprefix("operation."): of_cam[key] for key in of_cam if key.startswith("operation.")}
         idle |= profile.operation.idle(profile.rotating)
     taken = set[float]()
     for number, station in enumerate(profile.stations):

@@ -231,6 +231,18 @@ def test_a_knife_edge_is_not_asked_for_its_hardness() -> None:
             model("disc_flat_face", **knife, **{f"material__cam__{key}": 1.0})
 
 
+def test_a_knife_edge_has_no_film_and_no_wear_and_no_limit_of_them_passes_in_silence() -> None:
+    knife = {"follower__face": "knife", "follower__face_width": None, "limits__contact_pressure_mpa": None}
+    words = judge(model("disc_flat_face", **knife), ["film", "wear"]).not_judged
+    assert [(word.check, "knife edge" in word.reason) for word in words] == [("film", True), ("wear", True)]
+    rates = {"material__cam__wear_rate": 1e-8, "material__roller__wear_rate": 1e-8}
+    for key, value in {**rates, "limits__wear_um": 5.0}.items():
+        with pytest.raises(ProfileError, match=key.replace("__", ".")):
+            model("disc_flat_face", **knife, **{**rates, key: value})
+    worn = model("disc_flat_face", **rates, limits__wear_um=1e-3, limits__life_h=1000.0)
+    assert set(levels(worn, "wear").values()) == {"fail"}
+
+
 def test_relative_curvature_says_where() -> None:
     (finding,) = said(model("pin_insertion"), "relative-curvature")
     assert finding.where.startswith("groove, at ")

@@ -179,6 +179,8 @@ def test_what_a_station_cannot_say_is_refused() -> None:
         model_of("disc, roller", station=[{"angle": 360.0}])
     with pytest.raises(ProfileError, match=r"station\[1\]\.angle: is taken"):
         model_of("disc, roller", station=[{"angle": 90.0}, {"angle": 90.0}])
+    with pytest.raises(ProfileError, match=r"station\[0\]\.guide_friction: means nothing here.*no side thrust"):
+        model_of("disc, flat face", station=[{"angle": 90.0, "guide_friction": 0.1}])
     with pytest.raises(ProfileError, match=r"station\[0\]\.friction: means nothing here"):
         model_of("disc, roller", operation=None, station=[{"angle": 90.0, "friction": 1.0}])
     with pytest.raises(ProfileError, match=r"dynamics\.shaft_stiffness: couples all followers"):

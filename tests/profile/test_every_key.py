@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 from collections.abc import Container, Iterator
 from contextlib import suppress
 from functools import cache
@@ -55,6 +56,7 @@ EXEMPT = {
 """Keys that change no figure, with the reason."""
 EXEMPT_OF = {
     ("disc, arm with flat face", "limits.warn_pressure_angle_deg"): "a flat face through the pivot pushes square to it",
+    ("disc, arm with flat face", "follower.arm"): "asked of every arm; a face through the pivot touches where it does",
     **{
         ("drum, impact", f"impact.{key}"): "a groove slides past its roller far above the slip_speed"
         for key in ("static_friction", "stick_speed", "slip_speed")
@@ -127,7 +129,13 @@ def stage(data: Data, number: int, model: list[Model]) -> str:
         found: object = compute(model[0], STAGES[number]).data if number < len(STAGES) else tool_files(model[0])
     except CamgeomError as error:
         return f"{type(error).__name__}: {error}"
-    return json.dumps(found, sort_keys=True, default=str)
+    return re.sub(r"-?\d+\.\d+(e[-+]?\d+)?", _rounded, json.dumps(found, sort_keys=True, default=str))
+
+
+def _rounded(number: re.Match[str]) -> str:
+    """A number as far as it is one of the design: seven digits, and nothing of what is rounding beside one."""
+    value = float(number[0])
+    return f"{value:.7g}" if abs(value) > 1e-12 else "0"
 
 
 @cache
