@@ -30,6 +30,7 @@ from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Track
 from camgeom.track.follower import Setup
+from camgeom.track.runout import walled
 from camgeom.track.survey import Survey
 
 if TYPE_CHECKING:
@@ -284,10 +285,15 @@ class Model(Sealed):
     @fact
     def flanks(self) -> tuple[Survey, ...]:
         """A survey of every track: pressure angle, curvature, undercut margin, sliding, with refined extremes."""
-        foot = self.mechanism.wall_foot
-        cutting = self.mechanism.cutting
-        pairs = zip(map(cutting, self.tracks), map(cutting, self.cutters))
-        inside = self.mechanism.inside if self.mechanism.runs_out else None
+        mechanism, turret = self.mechanism, self.mechanism.turret
+        foot, cutting = mechanism.wall_foot, mechanism.cutting
+        pairs = list(zip(map(cutting, self.tracks), map(cutting, self.cutters)))
+        inside = mechanism.inside if mechanism.runs_out else None
+        if turret is not None and not turret.take_turns:
+            # A roller bears beyond where its middle leaves the cam, as long as any of its wall is there.
+            inside = mechanism.inside
+            borne = [walled(cutting(track), inside) for track in turret.bearing]
+            pairs = [(track, cutting(tool)) for track, tool in zip(borne, self.cutters) if track is not None]
         return tuple(Survey(track, cutter, foot, inside) for track, cutter in pairs)
 
     @fact

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -85,6 +86,26 @@ def missing(track: Track, side: float, inside: Inside) -> tuple[tuple[float, flo
     if track.closed and len(stretches) > 1 and stretches[0][0] == track.span[0] and stretches[-1][1] == track.span[1]:
         stretches = [*stretches[1:-1], (stretches[-1][0], stretches[0][1] + TURN)]
     return tuple(stretches)
+
+
+def walled(track: Track, inside: Inside) -> Track | None:
+    """The track from the first cam angle to the last at which either flank is beside its roller; None: at none is.
+
+    A closed track is all of its turn.
+    """
+    low, high = sorted(track.meridian.parameter(d) for d in track.contact)
+    stations = np.linspace(low, high, PLACES)
+
+    def some(phi: Floats) -> Mask:
+        column = Column(track, phi)
+        return np.asarray(np.any([inside(column.wall(side, stations)).any(axis=1) for side in track.sides], axis=0))
+
+    first, changes = _changes(track, some)
+    edges = [track.span[0], *changes.tolist(), track.span[1]]
+    held = [(a, b) for k, (a, b) in enumerate(zip(edges, edges[1:])) if (k % 2 == 0) == first]
+    if not held:
+        return None
+    return track if track.closed else replace(track, span=(held[0][0], held[-1][1]))
 
 
 def _changes(track: Track, state: Callable[[Floats], Mask]) -> tuple[bool, Floats]:

@@ -19,10 +19,13 @@ from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.track import Track
 from camgeom.track.flank import Flank
+from camgeom.track.runout import Inside, touching
 from camgeom.track.section import Column, Level
 
 PER_TURN = 720
 STATIONS = 9
+HAIR = 1e-9
+"""share of what is left of a contact line by which stations lie within an end at which it runs out"""
 TIED = 1e-13
 """share by which an extreme has to surpass that of another contact to stand in its place"""
 FLANKS = {"flank +": 1.0, "flank -": -1.0}
@@ -129,13 +132,14 @@ class Survey:
     track   the roller itself: its contact stretch is what pressure angle and relative curvature are asked on
     cutter  the tool that cuts: its wall, from the tip to the end of the contact, is what undercut is asked on
     foot    the surface at which that wall ends where it does not reach down to the tool's tip, and a delta near it
-    inside  which contact points (3, ...) are on the cam, where rollers leave it on purpose: no other counts
+    inside  which contact points (3, ...) are on the cam, where rollers come and go: no other counts, and stations lie
+            over what is left of a contact line that runs out of the cam
     """
 
     track: Track
     cutter: Track
     foot: tuple[Level, float] | None = None
-    inside: Callable[[Floats], npt.NDArray[np.bool_]] | None = None
+    inside: Inside | None = None
 
     @cached_property
     def _grid(self) -> Grid:
@@ -170,15 +174,32 @@ class Survey:
 
     def flank(self, side: float) -> Flank:
         """The sampled flank over the contact stretch, (n, m)."""
-        return next(contact.sampled for contact in self.contacts if contact.side == side)
+        return next(contact.sampled for contact in self._whole if contact.side == side)
 
     @cached_property
     def contacts(self) -> tuple[FlankContact, ...]:
-        """The flanks over the contact stretch."""
+        """The flanks over the contact stretch, as far as it is on the cam."""
+        if self.inside is None:
+            return self._whole
+        track, grid = self.track, self._grid
+        return tuple(FlankContact(track, side, grid, partial(self._left, track, side)) for side in track.sides)
+
+    @cached_property
+    def _whole(self) -> tuple[FlankContact, ...]:
         return self._over(self.stations)
 
     def _over(self, stations: Floats) -> tuple[FlankContact, ...]:
         return tuple(FlankContact(self.track, side, self._grid, stations) for side in self.track.sides)
+
+    def _left(self, track: Track, side: float, phi: Floats) -> Floats:
+        """Stations (n, m) over what is left at each angle of the contact line of the roller, or of the tool."""
+        assert self.inside is not None
+        first, last = sorted(track.meridian.parameter(d) for d in track.contact)
+        low, high = touching(track, side, phi, self.inside)
+        # By a hair within: where it runs out rounding may put a point off the cam.
+        hair = HAIR * (high - low)
+        low, high = np.where(low > first, low + hair, low), np.where(high < last, high - hair, high)
+        return np.asarray(low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, STATIONS))
 
     def _counted(self, what: Callable[[Flank], Floats], beyond: float) -> Callable[[Flank], Floats]:
         """The quantity where the contact is on the cam, `beyond` (never the extreme) where it is not."""
@@ -217,12 +238,19 @@ class Survey:
         """Smallest undercut margin 1 - r k over the cut wall, down to the tool's end."""
         plain = self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended
         # A rounded tool lies within the sharp one: where that one leaves no fold, its root has none.
-        wall = self._wall(self.cutter.tip)
-        walls = (
-            FlankContact(self.cutter, side, self._grid, wall if plain else partial(self._footed, side))
-            for side in self.cutter.sides
-        )
+        walls = (FlankContact(self.cutter, side, self._grid, self._cut(side, plain)) for side in self.cutter.sides)
         return smallest(walls, self._counted(lambda flank: flank.margin, np.inf))
+
+    def _cut(self, side: float, plain: bool) -> Floats | Callable[[Floats], Floats]:
+        """Stations over the cut wall; plain: it goes down to the tool's tip."""
+        cutter = self.cutter
+        if not plain:
+            return partial(self._footed, side)
+        wall = self._wall(cutter.tip)
+        if self.inside is None:
+            return wall
+        low, high = cutter.meridian.jet(wall[[0, -1]])[0].tolist()
+        return partial(self._left, replace(cutter, contact=(low, high)), side)
 
     def _footed(self, side: float, phi: Floats) -> Floats:
         """Stations (n, m) over a wall whose foot is at another place of the roller at each angle.

@@ -16,7 +16,7 @@ import numpy as np
 
 from camgeom.cams._turret import TurretKeys
 from camgeom.design.batch.legs import FINE, program_of
-from camgeom.design.batch.motion import REACH, SAMPLES, Ints, Motion, Points, vertex
+from camgeom.design.batch.motion import SAMPLES, Ints, Motion, Points
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
 from camgeom.design.batch.variants import Mask, Variants
 from camgeom.maths import Floats
@@ -26,9 +26,17 @@ from camgeom.mechanics.life import hours
 from camgeom.mechanics.load import Demand
 from camgeom.model.loads import DEGREES
 from camgeom.track.follower import TurretFollower
+from camgeom.track.runout import PLACES
 
-ROUNDS = 2
-"""times that a largest quantity is laid a parabola through, each about where the one before has its top"""
+ROUNDS = 6
+FAN = 9
+"""times that a largest quantity is looked for among so many fine steps, each between the neighbours of the last"""
+KEPT = 4
+"""pieces of the motion, of all rollers, in which it is looked for"""
+Ends = tuple[Floats, Floats, Floats]
+"""Of a wall along the roller, mm, and its distance from the roller's axis, mm."""
+Held = tuple[Floats, Floats, Mask]
+"""From where to where a wall has the cam beside it, mm, and whether it has."""
 SHARED = {
     "slice": {"contact.peak_slice_pressure_mpa", "fatigue.cam_life_h"},
     "middle": {"contact.peak_pressure_mpa"},
@@ -85,7 +93,6 @@ class Indexer(ABC):
         self.roller, self.length = 0.5 * number("roller.diameter"), number("roller.length")
         self.cutter = self.roller + self.gap
         self.circle = number("follower.pitch_radius")
-        self.reach = np.arcsin(np.minimum(1.0, 0.5 * self.width / self.circle))
         # A figure of every variant, also where only keys are varied on which no geometry rests.
         self.low, self.high = (variants.full(end) for end in self.contact())
         self.asked = {word for word, names in SHARED.items() if not names.isdisjoint(figures)}
@@ -132,11 +139,11 @@ class Indexer(ABC):
         """The pitch surface at a place along the rollers."""
 
     @abstractmethod
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat) -> Floats:
-        """tan² of the pressure angle, at the worse flank's surface or at the axis."""
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
+        """tan² of the pressure angle, at the surface of the wall on a side or at the axis."""
 
     @abstractmethod
-    def stretch(self, seat: Seat, side: Floats) -> tuple[Floats, Floats]:
+    def stretch(self, seat: Seat, side: Floats | float, ends: Ends) -> tuple[Floats, Floats]:
         """Places along the rollers, mm, between which the walls on a side have the cam beside them; empty: none."""
 
     def refuse_shared(self) -> None:
@@ -171,115 +178,107 @@ class Indexer(ABC):
         return self.motion.samples.of(np.flatnonzero(np.concatenate([moving, rests])))
 
     @cached_property
-    def _surveyed(self) -> tuple[Floats, Ints, Seat, Mask]:
-        """The rollers while their middles are beside the cam: offsets (k,), which samples of all of theirs that is for
-        some variant, (m,) of k P, the seats there, and where they are, (m, n)."""
-        offsets, points = self.offsets(self.reach), self.points
-        roller, sample = np.nonzero(self.beside(points, offsets, self.reach))
+    def _surveyed(self) -> tuple[Floats, Ints, Points, Seat, Floats]:
+        """The rollers while they may be beside the cam: offsets (k,), which samples of all of theirs that is for some
+        variant, (m,) of k P, the points, the seats there, and their offsets (m, 1)."""
+        offsets, points = self.offsets(self.clear), self.points
+        roller, sample = np.nonzero(self.beside(points, offsets, self.clear))
         near, at = points.of(sample), offsets[roller][:, None]
-        return offsets, roller * len(points.s) + sample, self.seat(near, at), np.abs(near.s + at) <= self.reach
+        return offsets, roller * len(points.s) + sample, near, self.seat(near, at), at
 
     @staticmethod
     def beside(points: Points, offsets: Floats, limit: Floats) -> Mask:
         """Whether rollers at offsets (k,) are within +-limit of the line of centres for some variant, (k, P)."""
         return np.asarray((np.abs(points.s + offsets[:, None, None]) <= limit).any(axis=2))
 
-    @cached_property
-    def _ends(self) -> tuple[Seat, Mask] | None:
-        """The rollers as they come beside the cam and leave it: seats (e, n), and whether they do, (e, n)."""
-        levels = [(end - offset, offset) for offset in self._surveyed[0] for end in (-self.reach, self.reach)]
-        inner = [(np.broadcast_to(level, (self.motion.size,)), offset) for level, offset in levels
-                 if np.any((level > 0.0) & (level < self.advance))]
-        if not inner:
-            return None
-        lifts, at = np.stack([level for level, _ in inner]), np.array([[offset] for _, offset in inner])
-        points = self.motion.reached(np.clip(lifts, 0.0, self.advance))
-        return self.seat(points, at), (lifts > 0.0) & (lifts < self.advance)
+    def held(self, points: Points, seat: Seat, offsets: Floats, side: Floats | float, ends: Ends) -> Held:
+        """Ends of what a wall on a side has of the cam beside it, mm, and whether it has: as `track.runout.touching`
+        finds it, at one of its places along the roller.
 
-    def _worst(self, what: Callable[[Floats, Seat], Floats], *stations: Floats) -> Floats:
-        """Largest of a quantity over the turn, all rollers beside the cam, and some places along them, (n,)."""
-        offsets, rows, seat, here = self._surveyed
-        values = what(stations[0], seat)
-        for station in stations[1:]:
-            np.maximum(values, what(station, seat), out=values)
-        row, piece, step, best = self._candidates(offsets, rows, here, values)
-        at = offsets[row]
-        for _ in range(ROUNDS):
-            near = self.motion.at(piece, step + REACH * np.array([-1, 0, 1])[:, None, None])
-            beside = self.seat(near, at)
-            tried = [vertex(*what(station, beside)) for station in stations]
-            move = np.rint(tried[0][0] * REACH).astype(np.intp)
-            step = np.clip(step + move, REACH, FINE - REACH)
-        for share, value in tried:
-            # It is smooth beyond the edge of the cam, but of no account there.
-            place = near.s[1] + 0.5 * share * (near.s[2] - near.s[0])
-            best = np.maximum(best, np.where(np.abs(place + at) <= self.reach, value, -np.inf).max(axis=0))
-        if self._ends is not None:
-            seats, there = self._ends
-            for station in stations:
-                best = np.maximum(best, np.where(there, what(station, seats), -np.inf).max(axis=0))
+        ends  of the wall along the roller, mm, and its distance from the roller's axis, mm
+        """
+        low, high, _ = ends
+        begin, stop = self.stretch(seat, side, ends)
+        step = (high - low) / (PLACES - 1)
+        meets = np.floor((stop - low) / step + 1e-9) >= np.ceil((begin - low) / step - 1e-9)
+        return begin, stop, (np.abs(points.s + offsets) <= self.clear) & (stop > begin) & meets
+
+    @cached_property
+    def touched(self) -> Ends:
+        """Of the rollers."""
+        return self.low, self.high, self.roller
+
+    def _worst(self, what: Callable[[Floats, Seat, float], Floats], ends: Ends, at: Floats | None = None) -> Floats:
+        """Largest of a quantity over the turn, all rollers and both walls, at both ends of what a wall has of the cam
+        beside it, or at one place along the rollers, (n,)."""
+        offsets, rows, near, seat, here = self._surveyed
+        best = np.full(self.motion.size, -np.inf)
+        for side in (1.0, -1.0):
+            for end in range(2 if at is None else 1):
+
+                def value(points: Points, offset: Floats, beside: Seat, side: float = side, end: int = end) -> Floats:
+                    *reached, on = self.held(points, beside, offset, side, ends)
+                    if ends is not self.touched:
+                        # A wall counts while a roller bears on either.
+                        bears = [self.held(points, beside, offset, s, self.touched)[2] for s in (1.0, -1.0)]
+                        on &= bears[0] | bears[1]
+                    if at is not None:
+                        on = on & (reached[0] <= at) & (at <= reached[1])
+                    return np.where(on, what(reached[end] if at is None else at, beside, side), -np.inf)
+
+                values = value(near, here, seat)
+                row, piece, low, high, top = self._candidates(len(offsets), rows, values)
+                best = np.maximum(best, top)
+                offset = np.repeat(offsets[row], FAN, axis=0)
+                for _ in range(ROUNDS):
+                    steps = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)[:, None]
+                    points = self.motion.at(np.repeat(piece, FAN, axis=0), steps.reshape(-1, self.motion.size))
+                    found = value(points, offset, self.seat(points, offset)).reshape(steps.shape)
+                    peak = found.argmax(axis=1)[:, None]
+                    beside_it = (np.clip(peak + k, 0, FAN - 1) for k in (-1, 1))
+                    low, high = (np.take_along_axis(steps, k, axis=1)[:, 0] for k in beside_it)
+                    best = np.maximum(best, found.max(axis=(0, 1)))
         return best
 
-    def _candidates(self, offsets: Floats, rows: Ints, here: Mask, values: Floats) -> tuple[Ints, Ints, Ints, Floats]:
-        """Roller, piece and fine step of the two largest peaks of the samples surveyed, (2, n) each, and the largest
+    def _candidates(self, rollers: int, rows: Ints, values: Floats) -> tuple[Ints, Ints, Floats, Floats, Floats]:
+        """Roller, piece and the fine steps about the largest samples of the best pieces, (c, n) each, and the largest
         sample, (n,)."""
-        rollers, size, moving = len(offsets), self.motion.size, self.motion.moving
-        every = np.full((2, rollers, len(self.points.s), size), -np.inf)
-        every[0].reshape(-1, size)[rows] = np.where(here, values, -np.inf)
-        every[1].reshape(-1, size)[rows] = values
-        one = np.arange(size)
-        v, beyond = every[:, :, : moving * PER].reshape(2, rollers * moving, PER, size)
-        top = v.argmax(axis=1)
-        most = np.take_along_axis(v, top[:, None], axis=1)[:, 0]
-        middle = np.clip(top, 1, PER - 2)
-        three = [np.take_along_axis(beyond, middle[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1)]
-        smooth = np.isfinite(most) & np.isfinite(three[0]) & np.isfinite(three[1]) & np.isfinite(three[2])
-        at, peak = vertex(*(np.where(smooth, each, 0.0) for each in three))
-        # Beyond the edge of the cam a quantity goes on, but is of no account there.
-        begin = np.tile(PER * np.arange(moving), rollers)[:, None] + middle
-        lift = np.broadcast_to(self.points.s, (len(self.points.s), size))
-        low, high = (lift[begin + k, one] + np.repeat(offsets, moving)[:, None] for k in (-1, 1))
-        smooth &= np.abs(0.5 * (low + high + at * (high - low))) <= self.reach
-        rest = every[0, :, moving * PER :].reshape(-1, size)
-        height = np.concatenate([np.where(smooth, peak, most), rest])
-        first = height.argmax(axis=0)
-        height[first, one] = -np.inf
-        row = np.stack([first, height.argmax(axis=0)])
-        still = row >= rollers * moving
-        place = np.where(smooth, middle + at, top)[np.where(still, 0, row), one] * STEP
-        rests = max(len(rest) // rollers, 1)
-        roller: Ints = np.where(still, (row - rollers * moving) // rests, row // moving)
-        piece = np.where(still, moving + (row - rollers * moving) % rests, row % moving)
-        step = np.where(still, FINE // 2, np.clip(np.rint(place), REACH, FINE - REACH)).astype(np.intp)
-        found = np.maximum(most.max(axis=0), rest.max(axis=0, initial=-np.inf))
-        return roller.astype(np.intp), piece.astype(np.intp), step, np.asarray(found)
+        size, moving = self.motion.size, self.motion.moving
+        every = np.full((rollers, len(self.points.s), size), -np.inf)
+        every.reshape(-1, size)[rows] = values
+        v = every[:, : moving * PER].reshape(rollers * moving, PER, size)
+        top, most = v.argmax(axis=1), v.max(axis=1)
+        row = np.argsort(-most, axis=0)[:KEPT]
+        middle = np.take_along_axis(top, row, axis=0) * float(STEP)
+        low, high = np.maximum(middle - STEP, 0.0), np.minimum(middle + STEP, float(FINE))
+        return row // moving, row % moving, low, high, every.max(axis=(0, 1))
 
-    def angle(self, surface: bool, *stations: Floats) -> Floats:
-        """Largest pressure angle, deg."""
-        tangent = self._worst(lambda delta, seat: self.tangent2(surface, delta, seat), *stations)
-        return np.asarray(np.degrees(np.arctan(np.sqrt(np.maximum(tangent, 0.0)))))
+    def angle(self, surface: bool, at: Floats | None = None) -> Floats:
+        """Largest pressure angle, deg, on the walls, or at a place along the rollers: infinite, always off the cam."""
+        tangent = self._worst(lambda delta, seat, side: self.tangent2(surface, delta, seat, side), self.touched, at)
+        return np.where(tangent >= 0.0, np.degrees(np.arctan(np.sqrt(np.maximum(tangent, 0.0)))), np.inf)
 
     @cached_property
     def margin(self) -> Floats:
         """Least margin against undercut over the cut wall, 1."""
 
-        def folding(delta: Floats, seat: Seat) -> Floats:
+        def folding(delta: Floats, seat: Seat, side: float) -> Floats:
             line = self.line(seat, delta)
-            bend = np.abs(line.bend)
+            bend = side * line.bend
             return np.asarray((0.5 * self.cutter) * (bend + np.sqrt(bend * bend + 4.0 * line.twist2)))
 
-        return np.asarray(1.0 - self._worst(folding, *self.wall))
+        return np.asarray(1.0 - self._worst(folding, (*self.wall, self.cutter)))
 
     def relative_radius(self, sign: float) -> Floats:
-        """Largest of the relative radius times sign, mm: +1 on the wall where it is larger, -1 where it is less."""
+        """Largest of the relative radius times sign, mm."""
 
-        def radius(delta: Floats, seat: Seat) -> Floats:
+        def radius(delta: Floats, seat: Seat, side: float) -> Floats:
             line = self.line(seat, delta)
             turned = self.roller * self.roller * line.twist2
-            bend = self.roller * np.abs(line.bend)
-            return np.asarray(sign * self.roller * (1.0 + sign * bend - turned) / (1.0 + turned))
+            rest = 1.0 - (self.roller * side) * line.bend - turned
+            return np.asarray(sign * self.roller * rest / (1.0 + turned))
 
-        return self._worst(radius, self.low, self.high)
+        return self._worst(radius, self.touched)
 
     # Load
 

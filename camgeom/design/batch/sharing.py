@@ -17,7 +17,6 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.hertz import flexibility
 from camgeom.mechanics.load import QUIET
-from camgeom.track.runout import PLACES
 from camgeom.track.turret import SLICES
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ class Sharing:
         torque = self.cam.torque(points)
         side = (self.cam.pushing * np.copysign(1.0, torque))[sample]
         seat = self.cam.seat(near, at)
-        begin, stop, on = self._bearing(near, seat, at, side)
+        begin, stop, on = self.cam.held(near, seat, at, side, self.cam.touched)
         cover = np.where(on, stop - begin, 0.0) / 6.0
         ends = [self.cam.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
         first = cover * (ends[0] + 4.0 * ends[1] + ends[2])
@@ -106,14 +105,6 @@ class Sharing:
         inner = self.cam.low + share * (SLICES // 2)
         return np.maximum(inner, begin), np.minimum(inner + share, stop)
 
-    def _bearing(self, points: Points, seat: Seat, offsets: Floats, side: Floats) -> tuple[Floats, Floats, Mask]:
-        """Ends of what the rollers touch, mm, and whether they touch: as `track.runout.touching` finds it, at one of
-        its places along the roller."""
-        begin, stop = self.cam.stretch(seat, side)
-        step = self.cam.length / (PLACES - 1)
-        meets = np.floor((stop - self.cam.low) / step + 1e-9) >= np.ceil((begin - self.cam.low) / step - 1e-9)
-        return begin, stop, (np.abs(points.s + offsets) <= self.cam.clear) & (stop > begin) & meets
-
     def _square(self, seat: Seat, delta: Floats, side: Floats) -> Floats:
         """Lever times relative curvature of the wall on a side at places along the rollers."""
         line = self.cam.line(seat, delta)
@@ -127,7 +118,7 @@ class Sharing:
         torque = self.cam.torque(points)
         side = np.where(torque >= 0.0, self.cam.pushing, -self.cam.pushing)
         seat = self.cam.seat(points, offsets)
-        begin, stop, beside = self._bearing(points, seat, offsets, side)
+        begin, stop, beside = self.cam.held(points, seat, offsets, side, self.cam.touched)
         edges = self.cam.low + (self.cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None, None, None]
         first, last = np.maximum(begin, edges[:-1]), np.minimum(stop, edges[1:])
         cover = np.where(beside, np.maximum(last - first, 0.0), 0.0)
@@ -229,7 +220,7 @@ class Sharing:
             between = 0.5 * (low + high)
             points = motion.at(piece, between)
             side = np.where(self.cam.torque(points) >= 0.0, self.cam.pushing, -self.cam.pushing)
-            begin, stop, on = self._bearing(points, self.cam.seat(points, at), at, side)
+            begin, stop, on = self.cam.held(points, self.cam.seat(points, at), at, side, self.cam.touched)
             if middle:
                 first, last = self._inner(begin, stop)
                 on &= first < last

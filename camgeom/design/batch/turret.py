@@ -24,7 +24,7 @@ import numpy as np
 from camgeom.cams._turret import TurretKeys
 from camgeom.cams.globoidal import Globoidal
 from camgeom.design.batch import Batch
-from camgeom.design.batch.indexer import Indexer, Line, Seat
+from camgeom.design.batch.indexer import Ends, Indexer, Line, Seat
 from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.motion import motion_figures, motion_of
 from camgeom.design.batch.variants import Variants
@@ -125,6 +125,7 @@ def _figure(cam: Indexer, name: str) -> Floats:
 
 
 Place = Callable[[Seat, Floats, Floats], Floats]
+"""Something of the contact points at places along rollers, by the signed distance of the wall from their axes, mm"""
 
 
 @final
@@ -206,50 +207,51 @@ class Globoid(Indexer):
         twist = self.centre * seat.one / form
         return Line(bend, twist * twist, away * delta / root)
 
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat) -> Floats:
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
         """tan² at the axis; at the surface (r / delta)² more."""
         tangent = delta * seat.one / (self.centre - delta * seat.cos)
         found = tangent * tangent
         return np.asarray(found + (self.roller / delta) ** 2 if surface else found)
 
-    def _arm(self, seat: Seat, side: Floats, delta: Floats) -> tuple[Floats, Floats, Floats]:
+    def _arm(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats, Floats]:
         """How far a place along the roller is from the cam's axis, mm, its speed, mm/rad, and roller radius by the
         root of the sum of their squares."""
         away, swept = self.centre - delta * seat.cos, delta * seat.one
         form = away * away
         form = form + swept * swept
-        return away, swept, np.asarray(side * self.roller / np.sqrt(form, out=form))
+        return away, swept, np.asarray(r / np.sqrt(form, out=form))
 
-    def _rim(self, seat: Seat, side: Floats, delta: Floats) -> Floats:
+    def _rim(self, seat: Seat, r: Floats, delta: Floats) -> Floats:
         """Distance of the contact point from the turret's axis, seen along the cam, mm."""
-        away, swept, arm = self._arm(seat, side, delta)
+        away, swept, arm = self._arm(seat, r, delta)
         z = delta * seat.sin + arm * away * seat.cos
         away = away * (1.0 + arm * seat.sin)
         swept = swept * arm
         rim = self.centre - np.sqrt(away * away + swept * swept)
         return np.sqrt(rim * rim + z * z)
 
-    def _height(self, seat: Seat, side: Floats, delta: Floats) -> Floats:
+    def _height(self, seat: Seat, r: Floats, delta: Floats) -> Floats:
         """Height z of the contact point, mm."""
-        away, _, arm = self._arm(seat, side, delta)
+        away, _, arm = self._arm(seat, r, delta)
         return np.asarray(delta * seat.sin + arm * away * seat.cos)
 
-    def stretch(self, seat: Seat, side: Floats) -> tuple[Floats, Floats]:
+    def stretch(self, seat: Seat, side: Floats | float, ends: Ends) -> tuple[Floats, Floats]:
         """From the globoid, or the end faces, to the roller's end: roots of smooth functions by two secant steps."""
-        low, high, half, outside = self.low, self.high, 0.5 * self.width, self.outside
-        near, far = self._rim(seat, side, low), self._rim(seat, side, high)
+        (low, high, r), half, outside = ends, 0.5 * self.width, self.outside
+        r = side * r
+        near, far = self._rim(seat, r, low), self._rim(seat, r, high)
         wide = high - low
 
         def root(what: Place, at_low: Floats, at_high: Floats, level: Floats) -> Floats:
             slope = (at_high - at_low) / wide
             slope = np.where(np.abs(slope) > 1e-12, slope, 1e-12)
             x = np.clip(low + (level - at_low) / slope, low, high)
-            x = x + (level - what(seat, side, x)) / slope
+            x = x + (level - what(seat, r, x)) / slope
             return np.clip(x, low, high)
 
         begin = np.where(near >= outside, low, root(self._rim, near, far, outside))
         stop = np.where(far >= outside, high, low)
-        z_low, z_high, z_begin = (self._height(seat, side, delta) for delta in (low, high, begin))
+        z_low, z_high, z_begin = (self._height(seat, r, delta) for delta in (low, high, begin))
         leaves, comes = np.abs(z_high) > half, np.abs(z_begin) > half
         if np.any(leaves | comes):
             level = np.where(leaves, np.sign(z_high), np.sign(z_begin)) * half
@@ -330,46 +332,46 @@ class Barrel(Indexer):
         twist = b / form
         return Line((a * z - b * y) / (form * root), twist * twist, arm * delta / root)
 
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat) -> Floats:
-        """The contact's arm about the turret along the normal, at the surface by r longer, over that across it."""
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
+        """The contact's arm about the turret along the normal, at a surface by r further on, over that across it."""
         rate, b, _, _, arm, across = seat.kept
         a = rate - delta
-        along = np.abs(b * seat.cos + a * seat.sin) * self.circle
+        along = (b * seat.cos + a * seat.sin) * self.circle
         if surface:
-            along = along + self.roller * np.sqrt(a * a + across)
+            along = along + (side * self.roller) * np.sqrt(a * a + across)
         tangent = along / (arm * delta)
         return np.asarray(tangent * tangent)
 
-    def stretch(self, seat: Seat, side: Floats) -> tuple[Floats, Floats]:
+    def stretch(self, seat: Seat, side: Floats | float, ends: Ends) -> tuple[Floats, Floats]:
         """To the drum's outside, between the end faces: z(delta) is monotone, its root known."""
-        r, half = self.roller, 0.5 * self.width
+        (low, high, r), half = ends, 0.5 * self.width
         rate, b, _, _, _, across = seat.kept
         y, z = self.centre - self.circle * seat.cos, self.circle * seat.sin
         outer = self.high * self.high
-        stop = self.high
+        stop = high
         for _ in range(3):
             a = rate - stop
             beside = y - (side * r) * b / np.sqrt(a * a + across)
             stop = np.sqrt(np.maximum(outer - beside * beside, 0.0))
-        stop = np.clip(stop, self.low, self.high)
+        stop = np.clip(stop, low, high)
 
         def height(delta: Floats) -> Floats:
             a = rate - delta
             return np.asarray(z + (side * r) * a / np.sqrt(a * a + across))
 
-        z_low, z_stop = height(self.low), height(stop)
+        z_low, z_stop = height(low), height(stop)
         comes, leaves = np.abs(z_low) > half, np.abs(z_stop) > half
         arm = np.where(leaves, np.sign(z_stop), np.sign(z_low)) * half - z
         edge = rate - side * arm * np.abs(b) / np.sqrt(np.maximum(r * r - arm * arm, 1e-30))
-        edge = np.clip(edge, self.low, stop)
-        begin = np.where(comes, np.where(leaves, stop, edge), self.low)
+        edge = np.clip(edge, low, stop)
+        begin = np.where(comes, np.where(leaves, stop, edge), low)
         return begin, np.where(leaves, np.maximum(edge, begin), stop)
 
 
 KINDS: dict[str, type[Globoid] | type[Barrel]] = {"globoidal": Globoid, "cylindrical-index": Barrel}
 FIGURES: dict[str, Callable[[Indexer], Floats]] = {
-    "flank.max_pressure_angle_deg": lambda i: i.angle(True, i.low, i.high),
-    "flank.max_axis_pressure_angle_deg": lambda i: i.angle(False, i.low, i.high),
+    "flank.max_pressure_angle_deg": lambda i: i.angle(True),
+    "flank.max_axis_pressure_angle_deg": lambda i: i.angle(False),
     "flank.pitch_radius_mm": lambda i: i.quoted,
     "flank.pitch_pressure_angle_deg": lambda i: i.angle(True, i.quoted),
     "flank.undercut_margin": lambda i: i.margin,

@@ -150,7 +150,8 @@ def _quoted(model: Model) -> dict[str, Any]:
     if radius is None or model.planar is not None:
         return {}
     at = max((s.pressure_angle_at(radius) for s in model.flanks), key=lambda e: e.value)
-    return {"pitch_radius_mm": radius, "pitch_pressure_angle_deg": degrees(at.value)}
+    # A roller may stand in the cam with less than half of its length.
+    return {"pitch_radius_mm": radius} | ({"pitch_pressure_angle_deg": degrees(at.value)} if at.value >= 0.0 else {})
 
 
 def blank_data(model: Model) -> dict[str, Any]:
