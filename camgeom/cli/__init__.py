@@ -360,15 +360,14 @@ _OPTIONS: dict[str, Callable[[argparse.ArgumentParser], None]] = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error is one message on stderr."""
     console = Console()
-    # Plugins of pydantic are for its own extensions; looking for them reads every installed package.
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    words = list(sys.argv[1:] if argv is None else argv)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            # A name in letters that the terminal lacks must not end the command.
-            stream.reconfigure(errors="backslashreplace")
     try:
-        status = _run(words, console)
+        # Plugins of pydantic are for its own extensions; looking for them reads every installed package.
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                # A name in letters that the terminal lacks must not end the command.
+                stream.reconfigure(errors="backslashreplace")
+        status = _run(list(sys.argv[1:] if argv is None else argv), console)
         if sys.stdout is not None:
             sys.stdout.flush()
         return status

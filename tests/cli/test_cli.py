@@ -221,7 +221,11 @@ def test_interrupt_is_status_130(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camgeom.report.delivery.compute", interrupted)
+    with monkeypatch.context() as patch:
+        patch.setattr("camgeom.report.delivery.compute", interrupted)
+        assert run(capsys, "check", profile) == (130, "", "camgeom: interrupted\n")
+    # Before anything is begun, too.
+    monkeypatch.setattr(type(os.environ), "setdefault", interrupted)
     assert run(capsys, "check", profile) == (130, "", "camgeom: interrupted\n")
 
 
