@@ -159,7 +159,7 @@ def test_starter_passes_its_checks():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("stops = 8", "stops = 0", "2"),
+        ("stops = 8", "stops = 0", "at least 1"),
         ("stops = 8", "stops = 49", "48"),
         ("pitch_radius = 90", "pitch_radius = 180", "below the centre distance 180"),
         ("diameter = 30", "diameter = 62", "distance of neighbouring rollers"),

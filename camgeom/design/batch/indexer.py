@@ -28,11 +28,12 @@ from camgeom.model.loads import DEGREES
 from camgeom.track.follower import TurretFollower
 from camgeom.track.runout import PLACES
 
-ROUNDS = 6
+SIDES = 1.0, -1.0
+ROUNDS = 4
 FAN = 9
 """times that a largest quantity is looked for among so many fine steps, each between the neighbours of the last"""
 KEPT = 4
-"""pieces of the motion, of all rollers, in which it is looked for"""
+"""pieces of the motion, of all rollers, in which it is looked for first; then in the one that holds the largest"""
 Ends = tuple[Floats, Floats, Floats]
 """Of a wall along the roller, mm, and its distance from the roller's axis, mm."""
 Held = tuple[Floats, Floats, Mask]
@@ -208,35 +209,57 @@ class Indexer(ABC):
         """Of the rollers."""
         return self.low, self.high, self.roller
 
+    def _walled(self, points: Points, seat: Seat, offsets: Floats, side: float, ends: Ends) -> Held:
+        """The same; of walls that are not the rollers' where a roller bears on either."""
+        begin, stop, on = self.held(points, seat, offsets, side, ends)
+        if ends is not self.touched:
+            on &= np.logical_or(*(self.held(points, seat, offsets, each, self.touched)[2] for each in SIDES))
+        return begin, stop, on
+
+    @cached_property
+    def _walls(self) -> dict[bool, dict[float, Held]]:
+        """What is walled at the samples surveyed, (m, n), by whether the walls are the rollers' and by side."""
+        _, _, near, seat, at = self._surveyed
+        rollers = {side: self.held(near, seat, at, side, self.touched) for side in SIDES}
+        bears = np.logical_or(*(on for _, _, on in rollers.values()))
+        cut = {side: self.held(near, seat, at, side, self.cut) for side in SIDES}
+        return {True: rollers, False: {side: (begin, stop, on & bears) for side, (begin, stop, on) in cut.items()}}
+
+    @cached_property
+    def cut(self) -> Ends:
+        """Of what the tool leaves."""
+        return (*self.wall, self.cutter)
+
     def _worst(self, what: Callable[[Floats, Seat, float], Floats], ends: Ends, at: Floats | None = None) -> Floats:
         """Largest of a quantity over the turn, all rollers and both walls, at both ends of what a wall has of the cam
         beside it, or at one place along the rollers, (n,)."""
-        offsets, rows, near, seat, here = self._surveyed
+        offsets, rows, _, seat, _ = self._surveyed
         best = np.full(self.motion.size, -np.inf)
-        for side in (1.0, -1.0):
+        for side in SIDES:
             for end in range(2 if at is None else 1):
 
-                def value(points: Points, offset: Floats, beside: Seat, side: float = side, end: int = end) -> Floats:
-                    *reached, on = self.held(points, beside, offset, side, ends)
-                    if ends is not self.touched:
-                        # A wall counts while a roller bears on either.
-                        bears = [self.held(points, beside, offset, s, self.touched)[2] for s in (1.0, -1.0)]
-                        on &= bears[0] | bears[1]
-                    if at is not None:
-                        on = on & (reached[0] <= at) & (at <= reached[1])
-                    return np.where(on, what(reached[end] if at is None else at, beside, side), -np.inf)
+                def value(beside: Seat, held: Held, side: float = side, end: int = end) -> Floats:
+                    begin, stop, on = held
+                    place = at if at is not None else (begin, stop)[end]
+                    on = on if at is None else on & (begin <= at) & (at <= stop)
+                    return np.where(on, what(place, beside, side), -np.inf)
 
-                values = value(near, here, seat)
+                values = value(seat, self._walls[ends is self.touched][side])
                 row, piece, low, high, top = self._candidates(len(offsets), rows, values)
                 best = np.maximum(best, top)
-                offset = np.repeat(offsets[row], FAN, axis=0)
                 for _ in range(ROUNDS):
                     steps = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)[:, None]
                     points = self.motion.at(np.repeat(piece, FAN, axis=0), steps.reshape(-1, self.motion.size))
-                    found = value(points, offset, self.seat(points, offset)).reshape(steps.shape)
+                    offset = np.repeat(offsets[row], FAN, axis=0)
+                    beside = self.seat(points, offset)
+                    found = value(beside, self._walled(points, beside, offset, side, ends)).reshape(steps.shape)
                     peak = found.argmax(axis=1)[:, None]
                     beside_it = (np.clip(peak + k, 0, FAN - 1) for k in (-1, 1))
                     low, high = (np.take_along_axis(steps, k, axis=1)[:, 0] for k in beside_it)
+                    # Once looked at finely, the piece that holds the largest is known.
+                    first = found.max(axis=1).argmax(axis=0)[None]
+                    row, piece = (np.take_along_axis(v, first, axis=0) for v in (row, piece))
+                    low, high = (np.take_along_axis(v, first, axis=0) for v in (low, high))
                     best = np.maximum(best, found.max(axis=(0, 1)))
         return best
 
@@ -267,7 +290,7 @@ class Indexer(ABC):
             bend = side * line.bend
             return np.asarray((0.5 * self.cutter) * (bend + np.sqrt(bend * bend + 4.0 * line.twist2)))
 
-        return np.asarray(1.0 - self._worst(folding, (*self.wall, self.cutter)))
+        return np.asarray(1.0 - self._worst(folding, self.cut))
 
     def relative_radius(self, sign: float) -> Floats:
         """Largest of the relative radius times sign, mm."""
