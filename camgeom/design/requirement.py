@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -71,10 +72,9 @@ def free(text: str) -> Free:
     key, equals, written = text.partition("=")
     ends = written.split(":")
     if not equals or len(ends) != 2:
-        try:
+        # What is no axis of values is told below with the forms there are.
+        with suppress(ProfileError):
             return Free(axis(text))
-        except ProfileError:
-            pass
     try:
         low, high = (float(end) for end in ends)
         if not (math.isfinite(low) and math.isfinite(high) and low < high):

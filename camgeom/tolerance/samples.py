@@ -157,11 +157,6 @@ class Drawn:
         return float(ranked[min(len(ranked) - 1, int(np.ceil(share * len(ranked))) - 1)])
 
 
-def share_within(figure: Floats, limit: float) -> float:
-    """Share of the machines whose figure is within a limit."""
-    return float(np.mean(figure <= limit))
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class Machines:
