@@ -166,6 +166,27 @@ def test_a_velocity_below_the_mean_one_is_proven_impossible(aim: Any) -> None:
     assert steady.peaks["acceleration"] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_velocity_a_little_above_the_mean_one_has_its_law_or_the_proof() -> None:
+    """Ramps shorter than a span of the even mesh: V² / (V - 1) and, with a continuous acceleration, 4 V³ / (V - 1)²."""
+    for velocity in (1.01, 1.001, 1.0005):
+        level, jerk = velocity**2 / (velocity - 1.0), 4.0 * velocity**3 / (velocity - 1.0) ** 2
+        wish, smooth = Wish("peak-acceleration", velocity=velocity, **FREE), Wish("jerk", velocity=velocity)
+        law, softest = found(wish), found(smooth)
+        assert law.value == pytest.approx(level, rel=1e-7)
+        assert law.bound == pytest.approx(level, rel=1e-6)
+        assert softest.value == pytest.approx(jerk, rel=1e-6)
+        assert jerk * (1.0 - 5e-4) < softest.bound <= jerk * (1.0 + 1e-9)
+        within(wish, law)
+        within(smooth, softest)
+    assert isinstance(best(Wish("jerk", velocity=1.001, acceleration=1001.0)), Impossible)
+    assert found(Wish("jerk", velocity=1.001, acceleration=2.1 * 1002.001)).value > 0.0
+    with pytest.raises(NotConverged, match="every law's peak acceleration is beyond 2502"):
+        best(Wish("jerk", velocity=1.0004))
+    refused = best(Wish("jerk", velocity=1.0004, acceleration=120.0))
+    assert isinstance(refused, Impossible)
+    assert set(refused.relaxed) == {"velocity"}
+
+
 def test_a_band_that_no_law_keeps_is_proven_so_with_what_would_do() -> None:
     wish = Wish("peak-acceleration", jerk=200.0, residual=0.01, band=(1.5, 3.0))
     refused = best(wish)

@@ -20,7 +20,7 @@ from camgeom.motion.optimal.bound import weigh
 from camgeom.motion.optimal.programme import Purse
 from camgeom.motion.optimal.search import Found, find
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks
-from camgeom.motion.optimal.wish import ALL, LIMITS, Task, Wish
+from camgeom.motion.optimal.wish import ALL, EVEN, LIMITS, Task, Wish
 from camgeom.motion.table import Piece
 
 __all__ = ["Best", "Impossible", "Wish", "best"]
@@ -97,7 +97,7 @@ class Impossible:
     def reason(self) -> str:
         """The proof in a sentence."""
         names = [name for name in LIMITS if name in self.clash]
-        asked = " and ".join(f"{name} {getattr(self.wish, name):.6g}" for name in names) or "these ends"
+        asked = " and ".join(f"{name} {getattr(self.wish, name):.9g}" for name in names) or "these ends"
         monotone = ", never turning back," if self.wish.monotone else ""
         loosen = " or ".join(f"{name} {_up(value)}" for name, value in self.relaxed.items())
         advice = f"; the smallest relaxation of one alone: {loosen}" if loosen else ""
@@ -154,7 +154,8 @@ def _tried(wish: Wish) -> Best | Impossible | str:
 def sought(wish: Wish) -> Best | Impossible:
     """What `best` keeps, computed. Raises NotConverged."""
     purse = Purse()
-    found = find(Task.of(wish), None, purse)
+    even = wish.nearly_even
+    found = None if even else find(Task.of(wish), None, purse)
     if found is None and (wish.given or wish.monotone):
         proof = find(Task.of(wish, ALL), None, purse) if wish.given else None
         if proof is not None and proof.bound > 1.0:
@@ -163,8 +164,14 @@ def sought(wish: Wish) -> Best | Impossible:
             # The mean velocity is 1 and an end is slower. No mesh tells: without a limit on it the acceleration grows.
             factor = 1.0 / wish.velocity
             return Impossible(wish, factor, factor, {"velocity": 1.0}, {})
-        if proof is not None:
+        if proof is not None and not even:
             found = find(Task.of(wish), proof.shape, purse)
+    if even:
+        raise NotConverged(
+            f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: every "
+            f"law's peak acceleration is beyond {wish.steepest:.4g}, and ramps so short are not solved; from {EVEN:.9g} "
+            f"on they are"
+        )
     if found is None:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")
     shape = _exact(wish, found.shape)
@@ -179,6 +186,8 @@ def _impossible(wish: Wish, proof: Found, purse: Purse) -> Impossible:
     clash = {name: share / total for name, share in shares.items() if share > SHOWN * total}
     relaxed = {}
     for name in clash:
+        if wish.nearly_even and name != "velocity":
+            continue  # ramps as short as that velocity leaves are not solved
         try:
             alone = find(Task.of(wish, name), None, purse)
         except NotConverged:

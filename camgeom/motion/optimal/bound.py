@@ -23,8 +23,8 @@ from camgeom.motion.optimal.programme import Multipliers
 from camgeom.motion.optimal.shape import Shape, decay
 from camgeom.motion.optimal.wish import LIMITS, Task
 
-CELLS = 2048
-"""cells that the integrals are taken over; what a cell's curvature can hide is added"""
+CELLS, FEWEST = 2048, 16
+"""cells that the integrals are taken over, and those of a short span at least; what a cell's curvature can hide is added"""
 SILENT = 1e-9
 """a multiplier below this share of the largest is rounding"""
 
@@ -62,6 +62,7 @@ class _Field:
         at_middle, total_middle = self._rest(self.middle)
         left = (self.middle[:, None] < places) @ net
         right = left.copy()
+        level = np.zeros(len(self.h), dtype=bool)
         for first, last in cruises(shape):
             inside = (self.middle > shape.x[first]) & (self.middle < shape.x[last])
             cells = np.flatnonzero(inside)
@@ -70,6 +71,7 @@ class _Field:
             held = np.clip(at[cells[0] : cells[-1] + 2], min(before, after), max(before, after))
             held = np.minimum.accumulate(held) if before > after else np.maximum.accumulate(held)
             left[cells], right[cells] = held[:-1], held[1:]
+            level[cells] = (held[:-1] == at[cells]) & (held[1:] == at[cells + 1])
         gained = np.concatenate([[0.0], np.cumsum(0.5 * self.h * (left + right))])
         self.total = total - gained
         self.total_middle = total_middle - gained[:-1] - self.h * (3.0 * left + right) / 8.0
@@ -78,7 +80,9 @@ class _Field:
         self.above, self.below = float(falls[falls > 0.0].sum()), float(-falls[falls < 0.0].sum())
         size = np.abs(self.wave) * np.exp(np.maximum(0.0, -self.k.real))
         rate = np.abs(self.k)
-        self.slope, self.bend = 2.0 * float(abs(self.y[1]) + size @ rate), 2.0 * float(size @ rate**2)
+        self.bend = 2.0 * float(size @ rate**2)
+        # Where the density keeps g at zero, W bends by no more than what g's own curve leaves of it within a cell.
+        self.slope: Floats = np.where(level, self.h * self.bend, 2.0 * float(abs(self.y[1]) + size @ rate))
 
     def _rest(self, x: Floats) -> tuple[Floats, Floats]:
         """g without the velocity's part, and its integral from 0, at x (n,)."""
@@ -104,12 +108,12 @@ def _runs(chosen: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
 def _nodes(places: Floats) -> Floats:
     """Nodes over 0 .. 1, the given places among them."""
     edges = distinct(np.concatenate([places, [0.0, 1.0]]))
-    counts = np.maximum(1, np.ceil(CELLS * np.diff(edges))).astype(int)
+    counts = np.maximum(FEWEST, np.ceil(CELLS * np.diff(edges))).astype(int)
     parts = [np.linspace(low, high, n, endpoint=False) for low, high, n in zip(edges[:-1], edges[1:], counts)]
     return np.concatenate([*parts, [1.0]])
 
 
-def _sizes(low: Floats, middle: Floats, high: Floats, h: Floats, bend: float) -> Floats:
+def _sizes(low: Floats, middle: Floats, high: Floats, h: Floats, bend: Floats | float) -> Floats:
     """Upper bounds of the integral of |f| over cells from three values; `bend` bounds |f''|.
 
     Where f keeps its sign Simpson's rule is exact to rounding; where it may change the chord is taken, and what the
@@ -177,7 +181,7 @@ def _with_jerk(task: Task, field: _Field, shape: Shape, m: Multipliers) -> tuple
         v, v_middle, a, a_middle = *_velocity(shape, field.x, field.middle), *_levels(shape, field.x, field.middle)
         total, total_middle = total - v / size, total_middle - v_middle / size
         g = g[0] - a[:-1] / size, g[1] - a_middle / size, g[2] - a[1:] / size
-        slope += float(np.abs(shape.jerk).max()) / size
+        slope = slope + float(np.abs(shape.jerk).max()) / size
     span = np.clip(np.searchsorted(shape.x, field.middle) - 1, 0, len(shape.h) - 1)
     mean = np.bincount(span, field.h * (total[:-1] + 4.0 * total_middle + total[1:]) / 6.0, len(shape.h)) / shape.h
     level = mean + m.jerk

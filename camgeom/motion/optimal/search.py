@@ -12,7 +12,7 @@ from camgeom.maths import Floats
 from camgeom.motion.optimal.bound import cruises, lower_bound
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Purse, Solved, stiffness
 from camgeom.motion.optimal.shape import Shape, moment_parts, residual_peaks, values
-from camgeom.motion.optimal.wish import Task
+from camgeom.motion.optimal.wish import Task, Wish
 
 SPANS = 64
 """of the mesh that the build is found on"""
@@ -82,8 +82,8 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
     Raises NotConverged where the purse, one of its own by default, is spent.
     """
     purse = purse or Purse()
-    even = Shape(np.linspace(0.0, 1.0, SPANS + 1), np.zeros(SPANS + task.smooth))
-    mesh, cuts = even if begun is None else refined(begun), NO_CUTS
+    x = _mesh(task.wish)
+    mesh, cuts = Shape(x, np.zeros(len(x) - 1 + task.smooth)) if begun is None else refined(begun), NO_CUTS
     if mesh.smooth != task.smooth:
         mesh = Shape(mesh.x, np.zeros(len(mesh.h) + task.smooth))
     if task.mean:
@@ -93,7 +93,7 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
         solved, cuts = _on_mesh(task, mesh, cuts, purse)
         if solved is None:
             break
-        begin = joined(solved.shape, 1.01 * float(solved.shape.h.max()))
+        begin = joined(solved.shape)
         settled, cuts = _settled(task, begin, solved.value, cuts, purse)
         if settled is None:
             # The mesh has a law all the same, though with more breaks than it needs.
@@ -110,6 +110,21 @@ def find(task: Task, begun: Shape | None = None, purse: Purse | None = None) -> 
             break
         mesh = refined(settled.shape)
     return best
+
+
+def _mesh(wish: Wish) -> Floats:
+    """Breaks of the first mesh: even, and finer towards both ends where a limit of the velocity leaves short ramps.
+
+    Even spans that are as long as the longest ramp hold no law.
+    """
+    even = np.linspace(0.0, 1.0, SPANS + 1)
+    if wish.longest_ramp >= 4.0 / SPANS:
+        return even
+    fine = wish.longest_ramp / 16.0
+    steps = fine * 1.3 ** np.maximum(0.0, np.arange(-16.0, np.log(1.0 / (SPANS * fine)) / np.log(1.3)))
+    near = np.cumsum(steps)
+    inner = even[(even > near[-1] + 0.5 / SPANS) & (even < 1.0 - near[-1] - 0.5 / SPANS)]
+    return np.concatenate([[0.0], near, inner, 1.0 - near[::-1], [1.0]])
 
 
 def _least_square(task: Task, mesh: Shape) -> Found | None:
@@ -173,7 +188,7 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
             shape, value, merit = trial.shape, trial.value, now
             stiff = stiffness(task, shape, m)
         if missed <= EXACT and over <= kept(task):
-            less = joined(trial.shape)
+            less = joined(trial.shape, 1.01 * CLOSEST)
             if len(less.x) < len(shape.x):
                 shape, value, merit, reach, stiff = less, trial.value, np.inf, 4.0 * CLOSEST, None
                 continue
@@ -207,12 +222,14 @@ def _on_mesh(task: Task, mesh: Shape, cuts: Cuts, purse: Purse, exact: float = R
     return solved, cuts
 
 
-def joined(shape: Shape, closest: float = 1.01 * CLOSEST) -> Shape:
-    """The shape without breaks at which nothing changes, and with one break for two that close in on a passing span."""
-    shape = merged(shape)
+def joined(shape: Shape, closest: float | None = None) -> Shape:
+    """The shape without breaks at which nothing changes, and with one break for two that close in on a passing span:
+    one as short as `closest`, or a single span of the mesh, in which the break is that belongs there."""
+    mesh, shape = shape.x, merged(shape)
     x, a, rate = shape.x, shape.a, shape.jerk if shape.smooth else shape.a
+    short = np.diff(np.searchsorted(mesh, x)) == 1 if closest is None else shape.h <= closest
     passing = np.zeros(len(shape.h), dtype=bool)
-    passing[1:-1] = (shape.h[1:-1] <= closest) & ((rate[1:-1] - rate[:-2]) * (rate[2:] - rate[1:-1]) > 0.0)
+    passing[1:-1] = short[1:-1] & ((rate[1:-1] - rate[:-2]) * (rate[2:] - rate[1:-1]) > 0.0)
     kept_x, kept_a = [x[0]], [a[0]]
     k = 1
     while k < len(x) - 1:

@@ -11,6 +11,8 @@ AIMS: tuple[Aim, ...] = ("peak-acceleration", "jerk", "rms-acceleration", "resid
 LIMITS = ("velocity", "acceleration", "jerk", "residual")
 ALL = "all limits"
 """the aim of a proof: the least factor on every limit that some law keeps"""
+EVEN = 1.0005
+"""a limit of the velocity, the mean being 1, below which ramps are too short for the programmes' digits"""
 
 
 @final
@@ -49,6 +51,31 @@ class Wish:
     def moments(self) -> tuple[float, float]:
         """What the integrals of s'' and of (1 - x) s'' must be, so that the law ends where and as it should."""
         return self.end[0] - self.start[0], 1.0 - self.start[0]
+
+    @property
+    def _lacks(self) -> tuple[float, ...]:
+        """How far each end is below the limit of the velocity, of ends that are slower than the mean."""
+        return tuple(self.velocity - v for v, _ in (self.start, self.end) if v < 1.0)
+
+    @property
+    def longest_ramp(self) -> float:
+        """Share of the travel that a straight ramp from the slower end can take, inf where the velocity bounds none.
+
+        The mean velocity is 1: a ramp of share r up to a limit V from u gives away r (V - u) / 2 of the V - 1 there are.
+        """
+        if not 1.0 < self.velocity < math.inf or not self._lacks:
+            return math.inf
+        return 2.0 * (self.velocity - 1.0) / max(self._lacks)
+
+    @property
+    def steepest(self) -> float:
+        """The acceleration that every law reaches: ramps of it from both ends give away the sum of (V - u)² / (2 A)."""
+        return sum(lack**2 for lack in self._lacks) / (2.0 * (self.velocity - 1.0))
+
+    @property
+    def nearly_even(self) -> bool:
+        """Whether a limit of the velocity leaves ramps that are shorter than those that can be solved."""
+        return self.longest_ramp < 2.0 * (1.0 - 1.0 / EVEN) * (1.0 - 1e-9)
 
 
 @final
