@@ -39,7 +39,7 @@ from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
 from camgeom.body.tetra_solver import TetraElastic
-from camgeom.body.volume import NO_LOAD, NO_RING
+from camgeom.body.volume import NO_LOAD, NO_RING, unfilled
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
@@ -185,8 +185,7 @@ def unmeshed(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
         return "takes one pressed body, and a pair's two discs press in turn" if pair else ""
     if isinstance(parts[0], IndexingCut | CutBlank):
         return NEEDS if find_spec("pytetwild") is None else ""
-    ring = isinstance(parts[0], EndFaceRing) or groove_of(parts[0], cutters) is not None
-    return "" if ring else f"needs the body's volume: {NO_RING}"
+    return f"needs the body's volume: {reason}" if (reason := unfilled(parts, cutters)) else ""
 
 
 def below_roller(

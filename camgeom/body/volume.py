@@ -147,6 +147,14 @@ class PressedBy:
     turret: TurretDuty | None = None
 
 
+def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
+    """Why a body is neither meshed as a ring nor filled, told before anything is computed; empty where it may be."""
+    filled_or_ring = isinstance(parts[0], EndFaceRing | IndexingCut | CutBlank) or all(
+        isinstance(one, Prism) for one in parts
+    )
+    return "" if filled_or_ring or groove_of(parts[0], cutters) is not None else NO_RING
+
+
 def volume_of(
     parts: Sequence[Part], cutters: tuple[Track, ...], pressing: PressedBy, material: Material, angle: float | None,
     surface: Callable[[], Mesh],

@@ -9,6 +9,7 @@ h5py even where no HDF5 is wanted.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from camgeom.errors import ExportError
+from camgeom.errors import CamgeomError, ExportError
 from camgeom.export import writer
 from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
@@ -27,13 +28,21 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Index = npt.NDArray[np.int64]
-CAMS = "all with a bore but ribs of drums"
+CAMS = "with a bore and one track; no ribs of drums, no linear"
 KINDS = {"hexahedron20": ("C3D20", "Hexahedron_20"), "tetra10": ("C3D10", "Tetrahedron_10")}
 """names of the elements in Abaqus' and XDMF's files"""
 
 
 def _missing(model: Model) -> str:
-    return "" if model.profile.operation is not None else "there is no [operation]: no load for a volume file"
+    if model.profile.operation is None:
+        return "there is no [operation]: no load for a volume file"
+    from camgeom.body.groove import NO_BORE
+    from camgeom.body.volume import unfilled
+
+    reason = ""
+    with suppress(CamgeomError):  # what keeps the body from being made at all is told where it is made
+        reason = unfilled(model.parts, model.cutters)
+    return reason or ("" if model.mechanism.bore is not None else NO_BORE)
 
 
 @writer(".volume.inp", "elements, sets, load and one linear step: input of CalculiX and Abaqus", takes="volume",

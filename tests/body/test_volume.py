@@ -146,8 +146,25 @@ def test_end_face_nodes_stand_on_the_true_face() -> None:
     ("pin_insertion", {"bore": 0.0, "keyway_width": 0.0, "keyway_depth": 0.0}, "without a bore"),
 ])  # fmt: skip
 def test_what_is_not_meshed_says_why(name: str, cam: dict[str, Any], word: str) -> None:
+    model = Model(from_data(changed(name, cam=cam)))
     with pytest.raises(DesignError, match=word):
-        _ = Model(from_data(changed(name, cam=cam))).volume
+        _ = model.volume
+    if word != "folded":
+        assert word in format_of("volume.inp").missing(model)
+
+
+@pytest.mark.parametrize("name", ["linear_groove", "two_groove_drum", "both_faces_disc"])
+def test_no_volume_is_offered_of_a_body_that_has_none(name: str) -> None:
+    model = Model(from_data(changed(name)))
+    assert "plates that slide, bodies with several tracks" in format_of("volume.inp").missing(model)
+    with pytest.raises(DesignError, match="several tracks"):
+        _ = model.volume
+
+
+@pytest.mark.parametrize("name", ["pin_insertion", "disc_face_groove", "conjugate_rocker", "tool_changer",
+                                  "feeder_runout"])  # fmt: skip
+def test_a_volume_is_offered_of_a_body_that_may_have_one(name: str) -> None:
+    assert format_of("volume.vtu").missing(Model(from_data(changed(name)))) == ""
 
 
 def test_the_load_of_a_groove_that_runs_out_is_that_of_the_duty() -> None:
