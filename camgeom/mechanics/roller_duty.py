@@ -620,6 +620,11 @@ class RollerDuty:
         place = self._at(self.slice_places[worst], angle, self.slices.pressure[worst])
         return Extreme(float(peak.pressure[worst]), angle, place)
 
+    @property
+    def hardest_wall(self) -> int:
+        """The wall that bears where the pressure is largest: 1 behind, -1 ahead."""
+        return 1 if self._at(self.pressing.pushed, self.least_peak.cam_angle) >= 0.0 else -1
+
     def _at(self, values: Floats, cam_angle: float, judged: Floats | None = None) -> float:
         """A quantity (p, n) at a cam angle, rad; at a jump on its side where the pressure, or `judged`, is larger."""
         harder = self.hardest_pressure if judged is None else judged

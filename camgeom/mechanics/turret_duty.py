@@ -607,6 +607,18 @@ class TurretDuty:
         return None if self.no_stress else self.least_peak
 
     @property
+    def hardest_contact(self) -> tuple[int, float, int]:
+        """Track, angle, rad, counted through all turns of its roller, and wall (as in `pressure_at`) of the largest
+        pressure."""
+        n = int(np.abs(self.theta - self.least_peak.cam_angle).argmin())
+        k = int(self.pressure[n].max(axis=-1).argmax())
+        wall = 0 if self.turret_torque[n] >= 0.0 else 1
+        if self._by_slices:
+            wall = int(self._on_walls[0][:, n, k].max(axis=-1).argmax())
+        track, turn = self.engagement.places[k]
+        return track, turn * TURN + float(self.theta[n]), wall
+
+    @property
     def no_stress(self) -> str:
         """Why no largest pressure can be given, and what to give so that it can; empty where there is one."""
         return "" if self.finite is None else self.finite.no_stress

@@ -168,9 +168,9 @@ def sought(wish: Wish) -> Best | Impossible:
             found = find(Task.of(wish), proof.shape, purse)
     if even:
         raise NotConverged(
-            f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: every "
-            f"law's peak acceleration is beyond {wish.steepest:.4g}, and ramps so short are not solved; from {EVEN:.9g} "
-            f"on they are"
+            f"a limit of the velocity of {wish.velocity:.9g} leaves a ramp {wish.longest_ramp:.2g} of the travel: "
+            f"every law's peak acceleration is beyond {wish.steepest:.4g}, and ramps so short are not solved; from "
+            f"{EVEN:.9g} on they are"
         )
     if found is None:
         raise NotConverged("no law was found for these limits and none was proven impossible; loosen one a little")

@@ -24,7 +24,7 @@ from camgeom.motion.optimal.shape import Shape, decay
 from camgeom.motion.optimal.wish import LIMITS, Task
 
 CELLS, FEWEST = 2048, 16
-"""cells that the integrals are taken over, and those of a short span at least; what a cell's curvature can hide is added"""
+"""cells that the integrals are taken over, and those of a short span; what a cell's curvature can hide is added"""
 SILENT = 1e-9
 """a multiplier below this share of the largest is rounding"""
 

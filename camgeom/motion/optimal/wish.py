@@ -61,7 +61,7 @@ class Wish:
     def longest_ramp(self) -> float:
         """Share of the travel that a straight ramp from the slower end can take, inf where the velocity bounds none.
 
-        The mean velocity is 1: a ramp of share r up to a limit V from u gives away r (V - u) / 2 of the V - 1 there are.
+        The mean velocity is 1: a ramp of share r from u up to the limit V takes r (V - u) / 2 of the V - 1 there are.
         """
         if not 1.0 < self.velocity < math.inf or not self._lacks:
             return math.inf

@@ -53,7 +53,7 @@ def cam_meshes(model: Model) -> tuple[tuple[str, Mesh], ...]:
 
 def pressed_rows(model: Model) -> Floats:
     """Heights z, mm, between which the pressure of a planar cam's roller changes: its wall has vertices at its ends."""
-    duties = [duty for one in model.grooves if one.planar is not None and one.profile.operation for duty in one.duties]
+    duties = [duty for one in model.bindings if one.planar is not None and one.profile.operation for duty in one.duties]
     rows = []
     for duty in duties:
         low, high = sorted(duty.track.contact)

@@ -24,7 +24,11 @@ from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
 
 if TYPE_CHECKING:
+    from camgeom.maths.extremum import Extreme
+    from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.model import Model
+    from camgeom.track.planar import Planar
+    from camgeom.track.touch import Touch
 
 FRAMES = 181
 ACROSS, ALONG = 721, 13
@@ -91,7 +95,88 @@ class _Samples:
 
 
 def fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
-    """Results on the vertices (v,) of a cam body, NaN away from the flanks."""
+    """Results on the vertices (v,) of a cam body, NaN away from the flanks.
+
+    The vertex nearest to where a follower presses hardest has that pressure: what is pressed may be narrower than the
+    mesh, and than the samples that its vertices are looked up in.
+    """
+    found = _painted(model, mesh)
+    if "pressure" in found:
+        spots = kept(model, "hardest places", lambda: [spot for one in model.grooves for spot in hardest_places(one)])
+        for point, value in spots:
+            at = _vertex(mesh, point)
+            found["pressure"][at] = np.fmax(found["pressure"][at], value)
+    return found
+
+
+def _vertex(mesh: Mesh, point: Floats) -> npt.NDArray[np.intp]:
+    """The vertex of the flanks nearest to a point (3,), none where that is of another body; without a height all above
+    each other."""
+    wall = np.unique(mesh.faces[mesh.group_faces("flank")]).astype(np.intp)
+    x = mesh.vertices[wall]
+    if np.isnan(point[2]):
+        far = np.hypot(*(x[:, :2] - point[:2]).T)
+        return np.asarray(wall[far <= far.min() + LEVEL])
+    if not x[:, 2].min() - LEVEL <= point[2] <= x[:, 2].max() + LEVEL:
+        return np.asarray(wall[:0])
+    return np.asarray(wall[[np.linalg.norm(x - point, axis=1).argmin()]])
+
+
+def hardest_places(model: Model) -> list[tuple[Floats, float]]:
+    """Where the followers on a track press it hardest: points (3,), cam frame, of height NaN where that is at all
+    heights, and the largest pressures, MPa, as the check tells them."""
+    found: list[tuple[Floats, float]] = []
+    for one in model.mates:
+        state = one.hardest_state
+        if state.duties:
+            touches = () if state.planar is None else state.planar.touches
+            own = [(one,) for one in touches] if len(state.duties) > 1 and touches else [touches] * len(state.duties)
+            each: list[tuple[Floats, float] | None] = [_hardest_of(*pair) for pair in zip(state.duties, own)]
+        elif state.drive is not None and state.planar is not None:
+            each = [_hardest_touch(state.drive.peak_pressure, state.planar)]
+        else:
+            each = [_hardest_roller(state)]
+        found += [spot for spot in each if spot is not None and np.isfinite(spot[1])]
+    return found
+
+
+def _hardest_of(duty: RollerDuty, touches: tuple[Touch, ...]) -> tuple[Floats, float]:
+    peak, behind = duty.least_peak, duty.hardest_wall > 0
+    phi = np.array([peak.cam_angle])
+    if touches:
+        touch = next(one for one in touches if len(touches) == 1 or (one.way > 0.0) == behind)
+        return np.append(touch.at(phi).curve.points[:, 0], peak.place), peak.value
+    t = np.array([duty.track.meridian.parameter(peak.place)])
+    walls = [Flank(duty.track, phi, t, side) for side in duty.track.sides]
+    wall = next((one for one in walls if one.behind == behind), walls[0])
+    return wall.points[0, 0], peak.value
+
+
+def _hardest_touch(peak: Extreme | None, planar: Planar) -> tuple[Floats, float] | None:
+    if peak is None:
+        return None
+    touch = next(one for one in planar.touches if one.name == peak.where)
+    return np.append(touch.at(np.array([peak.cam_angle])).curve.points[:, 0], np.nan), peak.value
+
+
+def _hardest_roller(model: Model) -> tuple[Floats, float] | None:
+    duty = model.turret_duty
+    if duty is None:
+        return None
+    number, phi, wall = duty.hardest_contact
+    track = model.flanks[number].track
+    t = np.array([track.meridian.parameter(duty.least_peak.place)])
+    flanks = [Flank(track, np.array([phi]), t, side) for side in track.sides]
+    return flanks[[_wall(one)[0] for one in flanks].index(wall)].points[0, 0], duty.least_peak.value
+
+
+def _wall(flank: Flank) -> npt.NDArray[np.intp]:
+    """Which wall of a turret's roller a flank is, (n,): 0 that of a negative lever, else 1."""
+    return np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
+
+
+def _painted(model: Model, mesh: Mesh) -> dict[str, Floats]:
+    """Results on the vertices (v,), of the nearest sample of a flank or place of a profile."""
     if len(model.grooves) > 1:
         # A vertex belongs to one groove: the others know nothing of it.
         each = [_fields_of(one, mesh) for one in model.grooves]
@@ -152,12 +237,14 @@ def _sampled(model: Model) -> _Samples:
         for side in survey.track.sides:
             flank = Flank(survey.track, phi, t, side)
             results = {"pressure_angle": np.degrees(flank.pressure_angle()).ravel(), "curvature": flank.k_rel.ravel()}
-            state = model.hardest_state
-            if number == 0 and model.planar is None and state.duties and bool(np.all(state.duty.slices.sound)):
-                results["pressure"] = _pressure(state, flank, phi, t).ravel()
+            states = [one.hardest_state for one in model.mates]
+            state = states[0]
+            sound = all(one.duties and bool(np.all(one.duty.slices.sound)) for one in states)
+            if number == 0 and model.planar is None and sound:
+                each = [_pressure(one, flank, phi, t) for one in states]
+                results["pressure"] = np.maximum.reduce(each).ravel()
             elif state.turret_duty is not None and model.planar is None:
-                wall = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
-                results["pressure"] = state.turret_duty.pressure_at(number, phi, t, wall).ravel()
+                results["pressure"] = state.turret_duty.pressure_at(number, phi, t, _wall(flank)).ravel()
             parts.append((flank.points.reshape(-1, 3), np.repeat(phi, ALONG), results, number))
     names = sorted({name for part in parts for name in part[2]})
     blank = [np.full(len(part[1]), np.nan) for part in parts]
@@ -208,8 +295,9 @@ def profile_fields(model: Model, mesh: Mesh) -> dict[str, Floats]:
         at = touch.at(phi)
         points.append(at.curve.points.T)
         values.append({"pressure_angle": np.degrees(np.abs(at.pressure_angle)), "curvature": at.relative})
-        if (pressure := _touch_pressure(model.hardest_state, number, phi, heights)) is not None:
-            values[-1]["pressure"] = pressure
+        mates = [_touch_pressure(one.hardest_state, number, phi, heights) for one in model.mates]
+        if pressed := [pressure for pressure in mates if pressure is not None]:
+            values[-1]["pressure"] = np.maximum.reduce(pressed)
     distance, nearest = _nearest(np.concatenate(points), mesh.vertices[:, :2])
     wall = np.zeros(len(mesh.vertices), dtype=bool)
     wall[mesh.faces[mesh.group_faces("flank")]] = True
