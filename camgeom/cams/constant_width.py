@@ -32,6 +32,7 @@ from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Wall
+from camgeom.solid.frame import FramePlate
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.solid.prism import Loop, Prism
 from camgeom.track import Track
@@ -39,6 +40,12 @@ from camgeom.track.follower import FrameFollower, Setup
 from camgeom.track.outline import FaceOutline, FlatFace, Outline, RollerOutline
 from camgeom.track.sliding import Slider, SlidingFace
 from camgeom.track.touch import Touch
+
+PLATE = (
+    "plate_length", "plate_width", "plate_thickness", "window_width", "face_height", "window_radius", "guide_bore",
+    "guide_spacing",
+)  # fmt: skip
+"""keys of a frame that is made as a part"""
 
 
 @final
@@ -73,11 +80,18 @@ class ConstantWidth(Cam):
 
     def idle(self, setup: Setup) -> dict[str, str]:
         """Keys of the other of frame (flat faces) and yoke (rollers)."""
-        found = NO_DRUM | REGULAR | NO_ROOT | NO_GAPS | keyway_idle(self.bore)
+        found = NO_DRUM | REGULAR | NO_ROOT | keyway_idle(self.bore)
         faces = {key: why for key, why in face_idle("flat").items() if key.startswith(("limits.", "material."))}
-        if setup.roller is None:
-            return found | faces | SQUARE | idle("a frame has no rollers", "impact.roller_inertia")
-        return found | idle("a yoke's rollers touch the cam, no faces", "follower.face_width")
+        if setup.roller is not None:
+            plate = idle("a yoke carries rollers, and is not made as a part", *(f"follower.{key}" for key in PLATE))
+            return found | NO_GAPS | plate | idle("a yoke's rollers touch the cam, no faces", "follower.face_width")
+        found |= faces | SQUARE | idle("a frame has no rollers", "impact.roller_inertia")
+        follower = setup.follower
+        assert isinstance(follower, FrameFollower)
+        if follower.plate_length is None and follower.plate_width is None:
+            reason = "no plate: give follower.plate_length, plate_width and face_width, mm, and the frame is a part"
+            return found | NO_GAPS | idle(reason, *(f"follower.{key}" for key in PLATE[2:]))
+        return found if follower.guide_bore else found | idle("no guide_bore", "follower.guide_spacing")
 
     def problems(self, setup: Setup) -> list[Problem]:
         """What cannot be built, with key, value and allowed range."""
@@ -89,7 +103,39 @@ class ConstantWidth(Cam):
         low, high = lift_range(setup.program)
         if low < -1e-9 * max(high, 1.0):
             found.append(problem("motion.to", low, "0 or above: the rise half starts from the lowest position"))
+        follower = setup.follower
+        assert isinstance(follower, FrameFollower)
+        length, width = follower.plate_length, follower.plate_width
+        if roller is None and (length or width):
+            sizes = {"plate_length": length, "plate_width": width, "face_width": follower.face_width}
+            missing = [Problem(f"follower.{key}", "a frame that is made as a part needs it", None, "a length in mm")
+                       for key, value in sizes.items() if value is None]  # fmt: skip
+            plate = frame_plate(self, follower, high)
+            found += missing or (plate.problems() if plate is not None else [])
         return found
+
+
+def frame_plate(cam: ConstantWidth, follower: FrameFollower, stroke: float) -> FramePlate | None:
+    """The frame as it stands at zero lift; None where the profile does not make it a part."""
+    length, width, face = follower.plate_length, follower.plate_width, follower.face_width
+    if length is None or width is None or face is None:
+        return None
+    window = face if follower.window_width is None else follower.window_width
+    spacing = 0.5 * (window + width) if follower.guide_spacing is None else follower.guide_spacing
+    return FramePlate(
+        middle=-0.5 * stroke,
+        height=0.5 * cam.width,
+        length=length,
+        width=width,
+        thickness=follower.plate_thickness or cam.width,
+        opening=2.0 * cam.base_radius + stroke + follower.clearance,
+        window=window,
+        face=face,
+        rise=follower.face_height,
+        corner=follower.window_radius,
+        bore=follower.guide_bore,
+        spacing=spacing,
+    )
 
 
 @final
@@ -109,7 +155,8 @@ class ConstantWidthMechanism(Mechanism):
     def contact(self) -> tuple[float, float]:
         """Heights z between which cam and follower touch, mm."""
         width = self.cam.width
-        length = min(width, (self.roller.length if self.roller else None) or width)
+        held = self.roller.length if self.roller else self.frame.thickness if self.frame else None
+        length = min(width, held or width)
         return 0.5 * (width - length), 0.5 * (width + length)
 
     @property
@@ -188,8 +235,14 @@ class ConstantWidthMechanism(Mechanism):
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
-        """The disc itself, and profile to bore."""
-        return (disc_wall("cam", self.width), *bore_walls("profile", self.outlines["profile"], self.bore))
+        """The disc itself, profile to bore, and what is left of the frame."""
+        own = disc_wall("cam", self.width), *bore_walls("profile", self.outlines["profile"], self.bore)
+        return own if self.frame is None else (*own, *self.frame.walls)
+
+    @cached_property
+    def frame(self) -> FramePlate | None:
+        """The frame as a part."""
+        return None if self.roller else frame_plate(self.cam, self.follower, lift_range(self.program)[1])
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

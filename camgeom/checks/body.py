@@ -19,7 +19,7 @@ CONTACT_SLACK = 1e-7
 @check("watertight", "body", "solid")
 def watertight(model: Model) -> Iterable[Finding]:
     """Every body closed and oriented, one shell, of the expected genus; one that crosses itself is no body."""
-    for solid in model.solids:
+    for solid, _ in model.workpieces:
         mesh = solid.mesh
         advice = (
             f"{solid.name}: watertight {mesh.watertight}, shells {mesh.components}, genus {mesh.genus} where "
@@ -31,7 +31,7 @@ def watertight(model: Model) -> Iterable[Finding]:
 @check("chord-error", "body", "solid")
 def chord_error(model: Model) -> Iterable[Finding]:
     """Chord error of the mesh against the tolerance asked for."""
-    for solid in model.solids:
+    for solid, _ in model.workpieces:
         advice = "ask for a coarser tolerance"
         yield judged("chord-error", solid.chord_error, "<=", model.tolerance, "mm", advice, where=solid.name)
 

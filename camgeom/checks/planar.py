@@ -87,6 +87,22 @@ def pivot(model: Model) -> Iterable[Finding]:
     )  # fmt: skip
 
 
+@check("window", "planar")
+def window(model: Model) -> Iterable[Finding]:
+    """From the circle that the cam sweeps to the sides of its frame's window, mm; the frame moves along them."""
+    plate = model.mechanism.frame
+    if plate is None:
+        return
+    assert model.planar is not None
+    swept, limit = model.planar.largest_radius, model.profile.limits.clearance_mm
+    needed = 2.0 * (swept.value + limit)
+    yield judged(
+        "window", 0.5 * plate.window - swept.value, ">", limit, "mm",
+        f"the cam runs into the side of the window: make follower.window_width more than {needed:.6g} mm",
+        slack=-NO_GAP, cam_angle=swept.cam_angle, where="side of the frame's window",
+    )  # fmt: skip
+
+
 @check("width", "planar")
 def constant_width(model: Model) -> Iterable[Finding]:
     """Largest deviation from the constant width all round."""

@@ -162,6 +162,11 @@ def moving_mass(model: Model) -> Iterable[Finding]:
         advice = "cam.moving_mass is that of the plate and of what carries it"
         yield judged("moving-mass", drive.mass, ">=", own, "kg", advice, slack=MASS_SLACK * own,
                      where="cam.moving_mass, against the plate's own")  # fmt: skip
+    if stated and model.frame_mass is not None:
+        own = model.frame_mass
+        advice = "follower.mass and operation.load_mass are those of the frame's plate and of all that it carries"
+        yield judged("moving-mass", follower.moving(operation.load_mass, 0.0), ">=", own, "kg", advice,
+                     where="follower, against the frame's own plate")  # fmt: skip
 
 
 @check("hardness", "operation")

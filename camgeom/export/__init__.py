@@ -20,6 +20,7 @@ from camgeom.maths.mesh import Mesh
 if TYPE_CHECKING:
     from camgeom.model import Model
 
+NO_PLATE = "the follower is no frame with a plate: give follower.plate_length, plate_width and face_width"
 Colour = tuple[float, float, float]
 """Red, green, blue, each 0 to 1 (sRGB)."""
 _Function = TypeVar("_Function", bound=Callable[..., int])
@@ -147,7 +148,7 @@ def write_mesh(
 def write(model: Model, path: Path | str, **options: Any) -> int:
     """Write a model to a file, the format by extension; returns the bytes written.
 
-    Formats of triangles get `model.solids`, the others the model itself or the attribute that the format names.
+    Formats of triangles get `model.workpieces`, the others the model itself or the attribute that the format names.
     `options` and errors as in `write_mesh`; what computing the solid raises passes through.
     """
     form = format_of(path)
@@ -155,5 +156,5 @@ def write(model: Model, path: Path | str, **options: Any) -> int:
         if form.extension == ".stl":
             # Of all formats of triangles it alone may be coarser than the mesh.
             options = {"tolerance": model.tolerance, **options}
-        return write_mesh([Body(solid.name, solid.mesh) for solid in model.solids], path, **options)
+        return write_mesh([Body(solid.name, solid.mesh) for solid, _ in model.workpieces], path, **options)
     return form.write(Path(path), model if form.takes == "model" else getattr(model, form.takes), **options)

@@ -5,8 +5,8 @@ of exact points on a layer `..._POLYLINE`. Their measured distances from the exa
 drawing, and with the curve's name in the entity's extended data (application CAMGEOM). The entities of one view share
 its origin; views after the first stand above it, at an origin that their notes give.
 
-The views are outlines and tool paths of planar cams, developed grooves, and the indexing turret. A planar cam stands in
-the cam frame, seen from +Z; other views say in their notes where they are.
+The views are outlines and tool paths of planar cams, developed grooves, the indexing turret, and a frame. A planar
+cam stands in the cam frame, seen from +Z; other views say in their notes where they are.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from camgeom.export.files import atomic_write, moment
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
+from camgeom.solid.frame import FramePlate
 from camgeom.solid.mechanism import Drum
 from camgeom.solid.prism import GroovedPlate, Loop, Prism
 from camgeom.track import TURN, Arc, Swing, Track
@@ -44,16 +45,21 @@ DEVIATION = 1e-4
 APPLICATION = "CAMGEOM"
 COLOURS = {
     "PROFILE": 7, "PITCH": 5, "CUTTER": 1, "FLANK": 7, "CENTRE_LINE": 5, "BLANK": 8, "BORE": 3, "CENTRE": 4,
-    "TURRET": 6, "ROLLERS": 2, "MARK": 3, "NOTES": 9,
+    "TURRET": 6, "ROLLERS": 2, "MARK": 3, "NOTES": 9, "FRAME": 6, "HIDDEN": 8,
 }  # fmt: skip
 """AutoCAD colour index by layer (the part before _SPLINE or _POLYLINE)"""
-LINES = {"PITCH": "CENTER", "CUTTER": "DASHED", "CENTRE_LINE": "CENTER", "CENTRE": "CENTER", "BLANK": "CONTINUOUS"}
+LINES = {
+    "PITCH": "CENTER", "CUTTER": "DASHED", "CENTRE_LINE": "CENTER", "CENTRE": "CENTER", "BLANK": "CONTINUOUS",
+    "HIDDEN": "DASHED",
+}  # fmt: skip
 DEVELOPED = {"profile": "FLANK", "pitch": "CENTRE_LINE"}
 GAP = 0.15
 """of a view's height, left free between views"""
 
 
-@writer(".dxf", "profiles, pitch and cutter curves, developed grooves, turret: splines and polylines", takes="model")
+@writer(
+    ".dxf", "profiles, pitch and cutter curves, developed grooves, turret, frame: splines and polylines", takes="model"
+)
 def write_dxf(path: Path, model: Model, deviation: float = DEVIATION, chord: float | None = None) -> int:
     """Write the flat views of a cam; returns the bytes written.
 
@@ -198,7 +204,7 @@ def _draw(document: Any, space: Any, one: _Drawn, origin: Floats, height: float)
     text.set_location((float(high[0]) + origin[0] + 3.0 * height, float(high[1]) + origin[1]))
 
 
-Layer = Literal["blank", "bore", "centre", "turret", "rollers", "mark"]
+Layer = Literal["blank", "bore", "centre", "turret", "rollers", "mark", "frame", "hidden"]
 
 
 @dataclass(frozen=True)
@@ -252,7 +258,27 @@ def plane_views(model: Model, cutter_radius: float | None = None) -> tuple[Plane
         views += _drum(model, model.mechanism.drum)
     if model.mechanism.turret is not None:
         views.append(_turret(model, model.mechanism.turret.follower))
+    if model.mechanism.frame is not None:
+        views.append(_frame(model.mechanism.frame))
     return tuple(views)
+
+
+def _frame(plate: FramePlate) -> PlaneView:
+    """The frame of a constant-width cam: outside, window and the edges of its guide bores, exact lines and arcs."""
+    (low, high), side = plate.ends, 0.5 * plate.width
+    corners = ((low, -side), (high, -side), (high, side), (low, side))
+    starts, bulges = zip(*((side.start, side.bulge) for side in plate.sides))
+    window = Stroke("frame", starts, bulges, closed=True)
+    radius = 0.5 * plate.bore
+    hidden = [Stroke("hidden", ((low, y + way), (high, y + way))) for y in plate.rods for way in (-radius, radius)]
+    axes = [Stroke("centre", ((low, y), (high, y))) for y in (0.0, *plate.rods)]
+    notes = [
+        "frame seen from +Z at zero lift, origin on the cam axis",
+        f"{plate.thickness:.9g} mm thick, {plate.opening:.9g} mm between its faces",
+    ]
+    if plate.bore:
+        notes.append(f"hidden lines: 2 guide bores of {plate.bore:.9g} mm, {plate.spacing:.9g} mm apart, through")
+    return PlaneView("frame", (), (), (Stroke("frame", corners, closed=True), window, *hidden, *axes), (), tuple(notes))
 
 
 def _outline_curve(name: str, role: Role, outline: Outline) -> PlaneCurve:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camgeom.errors import CamgeomError, ExportError
-from camgeom.export import writer
+from camgeom.export import NO_PLATE, writer
 from camgeom.export.files import atomic_write, write_csv
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
@@ -165,6 +165,8 @@ ACROSS = 3
 """points along the roller"""
 INSET = 0.1
 """share of the touched stretch that is left free at its ends"""
+FRAME_STEP = 5.0
+"""mm between points of a frame"""
 COLUMNS = (
     "flank", "cam_angle_deg", "station_mm", "x_mm", "y_mm", "z_mm", "normal_x", "normal_y", "normal_z",
     "polar_angle_deg", "polar_radius_mm", "pitch_x_mm", "pitch_y_mm", "pitch_z_mm", "pitch_angle_deg",
@@ -204,6 +206,27 @@ def _inspection_rows(surface: FlankSurface, step: float, across: int) -> Floats:
     angle = np.degrees(surface.angle(phi))
     columns = [angle, surface.station(t), *patch.x, *patch.n, *_polar(patch.x), *pitch, *_polar(pitch)]
     return np.column_stack(columns) + 0.0  # no negative zeros
+
+
+FRAME_COLUMNS = ("face", "x_mm", "y_mm", "z_mm", "normal_x", "normal_y", "normal_z")
+
+
+@writer(
+    ".frame.points.csv", "inspection points of the frame: faces, window, guide bores, with normals, CSV; exact",
+    takes="model", cams="frames with a plate",
+    missing=lambda model: "" if model.mechanism.frame is not None else NO_PLATE,
+)
+def write_frame_points(path: Path, model: Model, step: float = FRAME_STEP) -> int:
+    """Write nominal points of the frame as it stands at zero lift, cam frame; returns the bytes written.
+
+    step  mm between points along the window and the guide bores. Normals point out of the material. Raises ExportError
+    where the frame is no part, or the file cannot be written.
+    """
+    plate = model.mechanism.frame
+    if plate is None:
+        raise ExportError(f"{path}: {NO_PLATE}")
+    rows = ((f"{name},", np.hstack([points, normals]) + 0.0) for name, points, normals in plate.points(step))
+    return write_csv(path, FRAME_COLUMNS, rows)
 
 
 def _polar(x: Floats) -> tuple[Floats, Floats]:

@@ -339,6 +339,25 @@ class Model(Sealed):
         return turret.body.solid(self.tolerance) if turret else None
 
     @fact
+    def frame(self) -> Solid | None:
+        """The frame about the cam as it stands at zero lift; None where the profile does not make it a part."""
+        plate = self.mechanism.frame
+        return plate.solid(self.tolerance) if plate else None
+
+    @property
+    def frame_mass(self) -> float | None:
+        """Of the frame's plate, kg, of the density of `material.roller`; None where it is no part."""
+        plate = self.mechanism.frame
+        return plate.volume * self.profile.material.roller.density * 1e-9 if plate else None
+
+    @property
+    def workpieces(self) -> tuple[tuple[Solid, float], ...]:
+        """Everything that is made, with its density, kg/m3: the bodies of the cam, and a frame that is a part."""
+        material = self.profile.material
+        frame = () if self.frame is None else ((self.frame, material.roller.density),)
+        return (*((solid, material.cam.density) for solid in self.solids), *frame)
+
+    @fact
     def clearances(self) -> tuple[Clearance, ...]:
         """Least distance between every roller, face or edge and the final mesh over the whole turn."""
         return self.clearances_with(0.0)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from camgeom.errors import Problem
-from camgeom.track.follower import AnyRoller, CrownedRoller, Setup, TurretFollower
+from camgeom.track.follower import AnyRoller, CrownedRoller, FrameFollower, Setup, TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -66,8 +66,10 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
             "a follower without a roller has no bearing" if not rollers else
             "give roller.static_rating (and dynamic_rating): the safety is that rating over the largest load"
         )  # fmt: skip
-    if dynamics is None or dynamics.kind != "indexing" or dynamics.turret_inertia is not None:
-        found["material.roller.density"] = "only the turret of an indexing drive without a turret_inertia is weighed"
+    weighed = dynamics is not None and dynamics.kind == "indexing" and dynamics.turret_inertia is None
+    if not weighed and not (isinstance(setup.follower, FrameFollower) and setup.follower.plate_length is not None):
+        reason = "only the turret of an indexing drive without a turret_inertia, and a frame's plate, are weighed"
+        found["material.roller.density"] = reason
     found["material.roller.bending_limit"] = "the roller's body is not solved; give material.cam.bending_limit"
     if profile.operation is not None:
         found |= _under("operation", profile.operation.idle(profile.rotating))

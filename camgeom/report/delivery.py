@@ -156,7 +156,7 @@ def _rounded(model: Model) -> str:
     """What an STL's 32-bit coordinates add to a fine tolerance; empty where it is little."""
     from camgeom.export.triangles import NOTED, rounding
 
-    lost = max(rounding(solid.mesh) for solid in model.solids)
+    lost = max(rounding(solid.mesh) for solid, _ in model.workpieces)
     if lost <= NOTED * model.tolerance:
         return ""
     moved = f"32-bit coordinates move vertices by up to {lost:.2g} mm"

@@ -11,6 +11,8 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("plate_length_mm", "length of the plate", "mm"),
         ("plate_width_mm", "width of the plate", "mm"),
         ("plate_thickness_mm", "thickness of the plate", "mm"),
+        ("frame_opening_mm", "between the faces of the frame", "mm"),
+        ("frame_mass_kg", "mass of the frame's plate", "kg"),
     ),
     "flank": (
         ("max_pressure_angle_deg", "largest pressure angle", "deg"),

@@ -63,7 +63,7 @@ def format_rows() -> list[dict[str, str]]:
 def write(model: Model, path: Path | str, **options: Any) -> int:
     """Write a model to a file, the format by extension; returns the bytes written.
 
-    Formats of triangles get `model.solids`, the others the model itself or the attribute that the format names;
+    Formats of triangles get `model.workpieces`, the others the model itself or the attribute that the format names;
     `options` go to the writer. Raises ExportError where the extension is unknown or the file cannot be written,
     DesignError or NotConverged, naming the file, where the design has no such product; an earlier file then stands.
     """
@@ -88,7 +88,10 @@ RESULTS = {
 
 
 def _coloured(model: Model) -> list[Body]:
-    """The bodies with the results on their flanks; a planar cam's with rows where its roller's pressure changes."""
+    """The bodies with the results on their flanks; a planar cam's with rows where its roller's pressure changes.
+
+    What goes with the cam, a frame, has zeros.
+    """
     from camgeom.report.sections.bodies import pressed_rows
     from camgeom.report.sections.mechanism import fields
 
@@ -96,10 +99,14 @@ def _coloured(model: Model) -> list[Body]:
     meshes = [(solid.name, rowed(solid.mesh, rows, "flank")) for solid in model.solids]
     found = [fields(model, mesh) for _, mesh in meshes]
     named = {RESULTS[key]: key for key in found[0] if all(key in each for each in found)}
-    return [
+    bodies = [
         Body(name, replace(mesh, fields={label: np.nan_to_num(each[key]) for label, key in named.items()}))
         for (name, mesh), each in zip(meshes, found)
     ]
+    for solid, _ in model.workpieces[len(meshes) :]:
+        nothing = np.zeros(len(solid.mesh.vertices))
+        bodies.append(Body(solid.name, replace(solid.mesh, fields=dict.fromkeys(named, nothing))))
+    return bodies
 
 
 EXTRAS = {

@@ -24,6 +24,7 @@ from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, Turret
 if TYPE_CHECKING:
     from camgeom.solid import Part
     from camgeom.solid.blank import Blank, Bore, Wall
+    from camgeom.solid.frame import FramePlate
     from camgeom.solid.prism import FaceGroove
     from camgeom.solid.turret import StackedTurret, TurretBody
     from camgeom.track.beside import Neighbour
@@ -298,6 +299,11 @@ class Mechanism(ABC):
     @property
     def turret(self) -> Turret | None:
         """The indexing turret."""
+        return None
+
+    @property
+    def frame(self) -> FramePlate | None:
+        """The frame about the cam as it stands at zero lift, where the profile makes it a part."""
         return None
 
     @property

@@ -195,16 +195,16 @@ def wall(builder: Builder, loop: Loop, z0: float, z1: float, tolerance: float, i
     """Add the wall of an outline between two heights; `inside` for the wall of a hole."""
     grid = outline_grid(loop.outline, tolerance)
     plane = grid.points[:2, :-1, 0].T
-    return _raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
+    return raised(builder, plane, [loop.name] * len(plane), z0, z1, inside, grid.chord_error)
 
 
 def bore_wall(builder: Builder, bore: Bore, z0: float, z1: float, tolerance: float) -> LoopWall:
     """Add the wall of a bore with its keyway."""
     plane, names = bore.outline(tolerance)
-    return _raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
+    return raised(builder, plane, names, z0, z1, True, min(tolerance, 0.5 * bore.diameter))
 
 
-def _raised(
+def raised(
     builder: Builder, plane: Floats, names: list[str], z0: float, z1: float, inside: bool, error: float
 ) -> LoopWall:
     if (polygon_area(plane) < 0.0) != inside:

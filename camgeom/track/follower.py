@@ -378,6 +378,30 @@ class FrameFollower(Follower):
     mass: Mass = Field(0.0, description="kg")
     clearance: Gap = Field(0.0, description="mm, total play between frame and cam")
     face_width: Length | None = Field(None, description="mm, width of each face, centred on the cam axis")
+    plate_length: Length | None = Field(
+        None, description="mm, outside of the frame's plate along its motion; with plate_width and face_width the "
+        "frame is made as a part"
+    )
+    plate_width: Length | None = Field(None, description="mm, outside of the frame's plate across its motion")
+    plate_thickness: Length | None = Field(
+        None, description="mm, of the plate along the cam axis, both about one middle plane; default: the cam's width"
+    )
+    window_width: Length | None = Field(
+        None, description="mm, width of the plate's window, which the cam turns in; default: the faces', face_width"
+    )
+    face_height: Gap = Field(
+        0.0, description="mm, by which faces narrower than the window stand out of its ends, as pads or shims do"
+    )
+    window_radius: Gap = Field(
+        0.0, description="mm, of the window's corners beside such faces, as the tool leaves them; 0: sharp"
+    )
+    guide_bore: Gap = Field(
+        0.0, description="mm, diameter of two bores for guide rods, through the bars beside the window along the "
+        "motion; 0 leaves them out"
+    )
+    guide_spacing: Length | None = Field(
+        None, description="mm, between the axes of the guide bores; default: in the middle of the bars"
+    )
 
     def moving(self, load_mass: float, load_inertia: float) -> float:
         """Mass, kg, of the frame with its load."""

@@ -17,6 +17,7 @@ from camgeom.model import Model
 from camgeom.report.data.load import contact_data
 from camgeom.report.data.load import fatigue_data as contact_fatigue
 from camgeom.report.result import compute
+from tests.places import BARE
 from tests.reference.profiles import model, said
 
 
@@ -395,7 +396,7 @@ def yoke(force: str, **keys: Any) -> Model:
     """A constant-width cam between two rollers."""
     roller = {"shape": "cylinder", "diameter": 30.0, "length": 14.0}
     motion = ({"until": 140.0, "to": 30.0, "law": "cycloidal"}, {"until": 180.0})
-    return model("constant_width_press", follower__face_width=None, impact=None, reproduces=None, roller=roller,
+    return model("constant_width_press", **BARE, follower__face_width=None, impact=None, reproduces=None, roller=roller,
                  motion=motion, operation__force=({"expression": force},), limits=keys)  # fmt: skip
 
 

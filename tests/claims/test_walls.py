@@ -78,7 +78,7 @@ def dense(points: Floats) -> Floats:
 @pytest.mark.parametrize(("name", "wall"), [(name, wall) for name, walls in PLATES.items() for wall in walls])
 def test_walls_of_plates_are_those_of_the_mesh_and_judged_on_both_sides(name: str, wall: str) -> None:
     model = profile(name)
-    assert sorted(place.name for place in model.walls) == sorted(PLATES[name])
+    assert sorted(place.name for place in model.walls if "frame" not in place.name) == sorted(PLATES[name])
     place = next(place for place in model.walls if place.name == wall)
     thickness = measured(model, wall)
     assert place.thickness == pytest.approx(thickness, rel=2e-4)

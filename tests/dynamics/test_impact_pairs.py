@@ -4,7 +4,6 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +21,8 @@ from camgeom.motion import Program, Segment
 from camgeom.profile import parse
 from camgeom.track import Slide, Straight, Swing, Track
 from camgeom.track.follower import CylinderRoller, Setup, TranslatingFollower
+from tests.places import PLATE, PROFILES
 from tests.reference.impact_reference import LOWEST, b1_pair, b1_problem, frame_pair, pressure_angle, rise_return_lift
-
-PROFILES = Path(__file__).resolve().parents[2] / "profiles"
 
 
 def slide_program(stroke: float = 30.0, law: str = "cycloidal") -> Program:
@@ -48,9 +46,10 @@ def slide_pair(
     return planar_pair(program, cam.mechanism(setup).touches, clearance, "chord")
 
 
-def profile_pair(name: str, extra: str = "", without: str = "face_width = 90") -> Pair:
-    """The pair of a profile with 1 mm of play."""
-    text = (PROFILES / f"{name}.toml").read_text().partition("[impact]")[0].replace(without, "")
+def profile_pair(name: str, extra: str = "") -> Pair:
+    """The pair of a profile with 1 mm of play; a frame's as no part, with faces as wide as they have to be."""
+    text = (PROFILES / f"{name}.toml").read_text().partition("[impact]")[0]
+    text = "".join(line for line in text.splitlines(True) if line.partition(" =")[0] not in ("face_width", *PLATE))
     model = Model(parse(f"{text}\n{extra}\n[impact]\nclearance = 1\n"))
     return impact_pair(model.profile, model.mechanism)
 

@@ -133,6 +133,7 @@ def test_the_result_says_what_the_step_file_holds(tmp_path: Path, capsys: pytest
     (entry,) = json.loads((tmp_path / "result.json").read_text())["step"]
     assert entry["file"].endswith(".step")
     assert (tmp_path / entry["file"]).exists()
-    (body,) = entry["bodies"]
+    body, frame = entry["bodies"]
     assert (body["name"], body["faces"], body["count"]) == ("cam", "exact", 1)
+    assert (frame["name"], frame["faces"], frame["count"]) == ("frame", "exact", 1)
     assert 0.0 < body["deviation_mm"] <= 1e-5

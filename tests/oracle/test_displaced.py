@@ -16,7 +16,7 @@ from camgeom.tolerance.causes import Approaches, applicable, default_pivots, lin
 from camgeom.tolerance.contacts import contacts
 from camgeom.track import Swing
 from tests.oracle.displaced import ZERO, Moved, Touching, face_contact, followers_of
-from tests.places import ROOT
+from tests.places import PLATE, ROOT
 from tests.reference.rising_disc import ROLLER, rising_disc
 
 E = 0.02
@@ -44,7 +44,8 @@ def _shipped(name: str, **changes: Any) -> dict[str, Any]:
 
 def _yoke() -> dict[str, Any]:
     data = _shipped("constant_width_press", follower__clearance=0.0)
-    data["follower"].pop("face_width", None)
+    for key in ("face_width", *PLATE):
+        data["follower"].pop(key, None)
     return data | {"roller": {"shape": "cylinder", "diameter": 30.0, "length": 10.0}}
 
 

@@ -88,6 +88,10 @@ CASES: dict[str, tuple[str, Data]] = {
                           {"cam.kind": "conjugate", "follower.clearance": 0.02, "return_roller.dynamic_rating": 7000.0,
                            "operation.speed": 1200.0, "operation.spring_rate": None, "operation.spring_preload": None}),
     "frame": (_starter("constant-width"), {"roller": None}),
+    "frame, plate": (_starter("constant-width"), {"roller": None, "operation.load_mass": 1.0, **{
+        f"follower.{key}": size for key, size in {
+            "plate_length": 150.0, "plate_width": 185.0, "plate_thickness": 20.0, "window_width": 150.0,
+            "face_height": 4.0, "window_radius": 3.0, "guide_bore": 8.0, "guide_spacing": 168.0}.items()}}),
     "yoke": (_starter("constant-width"), {"roller": {"diameter": 16.0, "length": 10.0}, "follower.face_width": None}),
     "globoid": (_profile("tool_changer"), {"dynamics": None}),
     "barrel": (_starter("cylindrical-index"), {"dynamics": None}),
@@ -107,7 +111,10 @@ CASES: dict[str, tuple[str, Data]] = {
 """Cams with their followers, and solvers and tools: a profile and what is changed in it (None takes away)."""
 MILD: Data = {
     "follower.offset": 3.0, "follower.face_radius": 50.0, "follower.face_width": 25.0, "follower.face_offset": 2.0,
-    "follower.clearance": 0.03, "follower.pivot_distance": 80.0, "follower.start_angle": -3.0, "follower.rollers": 16,
+    "follower.clearance": 0.03, "follower.plate_length": 152.0, "follower.plate_width": 186.0,
+    "follower.plate_thickness": 12.0, "follower.window_width": 151.0, "follower.face_height": 4.5,
+    "follower.window_radius": 2.5, "follower.guide_bore": 7.0, "follower.guide_spacing": 167.0,
+    "follower.pivot_distance": 80.0, "follower.start_angle": -3.0, "follower.rollers": 16,
     "cam.diameter": 190.0, "cam.groove_depth": 9.0, "cam.running_clearance": 0.02, "cam.center_distance": 112.0,
     "cam.pitch_radius": 45.0, "cam.rib_thickness": 11.0, "cam.bore": 12.0, "cam.keyway_width": 4.0,
     "cam.keyway_depth": 2.0, "cam.mark_radius": 20.0, "cam.mark_diameter": 5.0, "cam.return_arm": 95.0,

@@ -17,7 +17,7 @@ from camgeom.report.page import verdict_box
 from camgeom.report.sections.bodies import face_bodies
 from camgeom.report.sections.life import life
 from camgeom.report.sections.motion import segments
-from tests.places import PROFILES
+from tests.places import BARE, PROFILES
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_a_flat_face_is_as_wide_as_stated_wherever_it_is_looked_at(flat: Model) 
 
 @pytest.mark.parametrize("stated", [40.0, 200.0])
 def test_the_faces_of_a_frame_are_as_wide_as_stated_and_it_clears_the_cam(stated: float) -> None:
-    model = camgeom.read(PROFILES / "constant_width_press.toml").with_(follower__face_width=stated)
+    model = camgeom.read(PROFILES / "constant_width_press.toml").with_(**BARE, follower__face_width=stated)
     ((_, mesh, _),) = face_bodies(model, np.zeros(1))
     near = mesh.vertices[np.abs(mesh.vertices[:, 0]) < 1e-9]
     assert np.ptp(near[:, 1]) == pytest.approx(stated)

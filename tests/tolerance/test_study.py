@@ -25,7 +25,7 @@ from camgeom.tolerance.seat import walls_of
 from camgeom.tolerance.sensitivity import Loaded, Sensitivities
 from camgeom.tolerance.study import tolerance_data
 from camgeom.track.turret import Engagement
-from tests.places import ROOT
+from tests.places import BARE, ROOT
 from tests.reference.profiles import model
 from tests.reference.rising_disc import rising_disc
 
@@ -408,7 +408,7 @@ def test_both_walls_of_a_constant_width_cam_are_its_one_profile(
     data = {**errors, "distribution": "worst", "samples": 20_000, "backlash_limit": 30.0, "yield": 0.5}
     made = model("constant_width_press", impact=None, reproduces=None, motion=motion, operation__friction=0.0,
                  operation__force=({"expression": "200"},), limits={}, follower__clearance=0.02, tolerance=data,
-                 **({} if roller is None else {"roller": roller, "follower__face_width": None}))  # fmt: skip
+                 **({} if roller is None else {"roller": roller, "follower__face_width": None, **BARE}))  # fmt: skip
     play = made.tolerances.drawn.backlash
     assert np.mean(play <= (0.03 if play.max() < 1.0 else 30.0)) == pytest.approx(yielded, abs=0.02)
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camgeom.errors import ExportError
-from camgeom.export import writer
+from camgeom.export import NO_PLATE, writer
 from camgeom.export.files import atomic_write
 from camgeom.export.step.brep import Assembly, Brep, Facets
 from camgeom.export.step.file import Schema, step_text
@@ -29,7 +29,7 @@ from camgeom.export.step.file import Schema, step_text
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-NO_ROLLERS = "the follower has no rollers to place beside the cam"
+NO_ROLLERS = "the follower has no rollers to place beside the cam, and no frame that is a part"
 
 
 def write_step(path: str | Path, shape: Brep | Facets | Assembly, schema: Schema = "AP242") -> int:
@@ -62,14 +62,26 @@ def write_ap214(path: Path, model: Model, tolerance: float | None = None) -> int
 
 
 @writer(
-    ".assembly.step", "STEP AP242: the cam with its turret and rollers, placed", takes="model",
-    cams="cams with rollers", missing=lambda model: "" if model.mechanism.roller is not None else NO_ROLLERS,
+    ".assembly.step", "STEP AP242: the cam with its turret and rollers, or its frame, placed", takes="model",
+    cams="cams with rollers or a frame's plate",
+    missing=lambda model: "" if model.mechanism.roller is not None or model.mechanism.frame is not None else NO_ROLLERS,
 )
 def write_assembly(path: Path, model: Model, schema: Schema = "AP242", tolerance: float | None = None) -> int:
     """Write the cam's bodies with what they drive, as it stands at cam angle zero; options as `write_model`."""
     from camgeom.export.step.bodies import assembly_of
 
     return _written(path, model, assembly_of, schema, tolerance)
+
+
+@writer(
+    ".frame.step", "STEP AP242: the frame of a constant-width cam alone", takes="model", cams="frames with a plate",
+    missing=lambda model: "" if model.mechanism.frame is not None else NO_PLATE,
+)
+def write_frame(path: Path, model: Model, schema: Schema = "AP242", tolerance: float | None = None) -> int:
+    """Write the frame as it stands at zero lift; options as `write_model`."""
+    from camgeom.export.step.bodies import frame_of
+
+    return _written(path, model, frame_of, schema, tolerance)
 
 
 def _written(

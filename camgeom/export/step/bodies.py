@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camgeom.errors import CamgeomError, DesignError
-from camgeom.export import Colour
+from camgeom.errors import CamgeomError, DesignError, ExportError
+from camgeom.export import NO_PLATE, Colour
 from camgeom.export.step import NO_ROLLERS
 from camgeom.export.step.brep import Assembly, Brep, Facets, Placed
 from camgeom.export.step.cut import cut_solid
@@ -65,9 +65,22 @@ def model_bodies(model: Model, tolerance: float = TOLERANCE) -> Brep | Facets | 
         bodies: list[Brep | Facets] = [_facets(model, index, error) for index in range(len(model.solids))]
     else:
         bodies = [_body(model, index, tolerance) for index in range(len(model.parts))]
+    if model.mechanism.frame is not None:
+        bodies.append(frame_of(model, tolerance))
     if len(bodies) == 1:
         return bodies[0]
     return Assembly(model.profile.name, tuple(Placed(body) for body in bodies))
+
+
+def frame_of(model: Model, tolerance: float = TOLERANCE) -> Brep:
+    """The frame about the cam as it stands at zero lift. Raises ExportError where it is no part."""
+    plate = model.mechanism.frame
+    if plate is None:
+        raise ExportError(NO_PLATE)
+    from camgeom.export.step.frame import frame_solid
+
+    density = model.profile.material.roller.density * 1e-9
+    return replace(frame_solid(plate, tolerance), colour=TURRET_COLOUR, density=density)
 
 
 def _body(model: Model, index: int, tolerance: float) -> Brep | Facets:
@@ -105,12 +118,12 @@ def notes(shape: Brep | Facets | Assembly) -> list[dict[str, Any]]:
 
 
 def assembly_of(model: Model, tolerance: float = TOLERANCE) -> Assembly:
-    """The cam's bodies, and its turret with rollers, or the rollers of its tracks.
+    """The cam's bodies, and its turret with rollers, the rollers of its tracks, or the frame about it.
 
-    Raises DesignError where the follower has no rollers or the cam is undercut.
+    Raises DesignError where the follower has no rollers and is no part, or the cam is undercut.
     """
     turret = model.mechanism.turret
-    if turret is None and not model.tracks:
+    if turret is None and not model.tracks and model.mechanism.frame is None:
         raise DesignError(NO_ROLLERS)
     body = turret.body if turret else None
     cam = model_bodies(model, tolerance)

@@ -162,13 +162,21 @@ def blank_data(model: Model) -> dict[str, Any]:
                 "volume_mm3": length * width * thickness}  # fmt: skip
     diameter, length = model.envelope
     whole = {"diameter_mm": diameter, "length_mm": length, "volume_mm3": 0.25 * pi * diameter**2 * length}
+    plate, mass = model.mechanism.frame, model.frame_mass
+    if plate is not None and mass is not None:
+        whole |= {"frame_length_mm": plate.length, "frame_width_mm": plate.width, "frame_thickness_mm": plate.thickness,
+                  "frame_opening_mm": plate.opening, "frame_mass_kg": mass}  # fmt: skip
     return whole | model.mechanism.named
 
 
 def solid_data(model: Model) -> dict[str, Any]:
     """The body (for several, sums and the list of them)."""
-    bodies = []
-    for solid, mass in zip(model.solids, model.mass):
+    from camgeom.maths.mesh import mass_properties
+    from camgeom.model.body import MassProperties
+
+    made, bodies = model.workpieces, []
+    beside = (MassProperties(*mass_properties(solid.mesh, density)) for solid, density in made[len(model.mass) :])
+    for (solid, _), mass in zip(made, (*model.mass, *beside)):
         mesh = solid.mesh
         bodies.append(
             {

@@ -265,6 +265,11 @@ def face_bodies(model: Model, phi: Floats) -> tuple[tuple[str, Mesh, Floats], ..
         return ()
     outline, width, span = mechanism.touches[0].outline, mechanism.width, mechanism.span_between
     stated = model.profile.follower.face_width
+    if mechanism.frame is not None:
+        mesh = mechanism.frame.solid(max(model.tolerance, FINENESS * mechanism.frame.length)).mesh
+        moved = np.zeros((len(phi), 3, 4))
+        moved[:, range(3), range(3)], moved[:, 0, 3] = 1.0, mechanism.program.jet(phi, 0)[0]
+        return (("frame", mesh, moved),)
     if span is not None and mechanism.base_radius is not None:
         mesh = frame(span, mechanism.base_radius, width, stated)
         reach = mechanism.base_radius + mechanism.program.jet(phi, 0)[0]

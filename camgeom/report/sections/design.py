@@ -64,7 +64,7 @@ def views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     shown = kept(model, "section drawings", lambda: (
         axial(model, meshes), *(across(one, meshes) for one in (model.grooves if flat else (model,)))
     ))  # fmt: skip
-    return (*shown[1:], shown[0]) if flat else shown
+    return (*shown[1:], shown[0], *frame_view(model)) if flat else shown
 
 
 Meshes = tuple[tuple[str, Mesh], ...]
@@ -79,7 +79,40 @@ def part_views(model: Model, meshes: Meshes) -> tuple[Drawing, ...]:
     across_each = [_section(model, mesh, name if several else "") for name, mesh in meshes]
     if len(model.grooves) > 1 and _plate(model):
         across_each = [_section(one, meshes[0][1], "") for one in model.grooves]
-    return (replace(_alone(model, meshes), caption=caption), *across_each[:MOST_SECTIONS])
+    return (replace(_alone(model, meshes), caption=caption), *across_each[:MOST_SECTIONS], *frame_view(model))
+
+
+def frame_view(model: Model) -> tuple[Drawing, ...]:
+    """The frame that is a part, cut through its middle plane, with its sizes; none of other cams."""
+    plate, mass = model.mechanism.frame, model.frame_mass
+    if plate is None or model.frame is None or mass is None:
+        return ()
+    mesh, level = model.frame.mesh, plate.height * (1.0 + 1e-9)
+    (low, high), middle, side, near = plate.ends, plate.middle, 0.5 * plate.width, 0.5 * plate.opening
+    face, wide = 0.5 * plate.face, 0.5 * plate.window
+    over = 0.04 * plate.length
+    paths = [Path(np.array([[low - over, y], [high + over, y]]), "axis") for y in (0.0, *plate.rods)]
+    paths += _behind((("frame", mesh),), 2, level, ACROSS)
+    dimensions = [
+        Dimension((middle - near, 0.0), (middle + near, 0.0), number(plate.opening, 7), "below"),
+        Dimension((low, -side), (high, -side), number(plate.length, 6), "below"),
+        Dimension((low, -side), (low, side), number(plate.width, 6), "left"),
+        Dimension((middle + near, -face), (middle + near, face), number(plate.face, 6), "right"),
+    ]
+    if plate.rise:
+        reach = near + plate.rise
+        dimensions += [Dimension((middle - reach, wide), (middle + reach, wide), number(2.0 * reach, 7), "above"),
+                       Dimension((middle, -wide), (middle, wide), number(plate.window, 6), "right")]  # fmt: skip
+    leaders = []
+    if plate.corner:
+        leaders.append(Leader((middle - near - 0.7 * plate.rise, wide), f"4 × R{number(plate.corner, 6)}"))
+    if plate.bore:
+        dimensions.append(Dimension((high, plate.rods[0]), (high, plate.rods[1]), number(plate.spacing, 6), "right"))
+        leaders.append(Leader((low, plate.rods[1]), f"2 × ⌀ {number(plate.bore, 6)}"))
+    caption = (f"Frame, {number(plate.thickness, 6)} mm thick, {number(mass, 4)} kg; section at "
+               f"z = {number(plate.height, 6)} mm, seen from +Z")  # fmt: skip
+    region = Region(_flat(outlines(mesh, 2, level), ACROSS))
+    return (Drawing(caption, tuple(paths), (), tuple(dimensions), tuple(leaders), (region,)),)
 
 
 MOST_SECTIONS = 3

@@ -278,3 +278,5 @@ def _solid(model: Model) -> Iterator[Figure]:
         yield Figure("Largest diameter", diameter, "mm", f"{number(length)} mm along the axis")
     mass = sum(one.mass for one in model.mass)
     yield Figure("Cam mass", mass, "kg", f"{number(sum(one.volume for one in model.mass) / 1e3)} cm³")
+    if model.frame_mass is not None and (plate := model.mechanism.frame) is not None:
+        yield Figure("Frame mass", model.frame_mass, "kg", f"{number(plate.volume / 1e3)} cm³, its plate alone")

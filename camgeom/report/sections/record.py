@@ -84,7 +84,7 @@ def flank_rows(survey: Survey) -> list[tuple[Cell, ...]]:
 def solid_rows(model: Model) -> list[tuple[Cell, ...]]:
     """Bodies against the roller that made them, and closedness."""
     try:
-        solids = model.solids
+        solids = [solid for solid, _ in model.workpieces]
     except CamgeomError as error:
         return [("Solid", str(error), None, None, "", False)]
     rows: list[tuple[Cell, ...]] = []
