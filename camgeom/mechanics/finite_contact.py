@@ -11,6 +11,7 @@ Fredriksson, doi 10.1115/1.3261081): **approximate**, since a quarter-space asks
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import inf, pi, sqrt
 from typing import final
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats, gauss_rule
-from camgeom.maths.frozen import cached_property
+from camgeom.maths.frozen import cached_property, frozen
 from camgeom.mechanics import hertz
 from camgeom.mechanics.halfspace import NOWHERE, Even, Influence, Strips, pressed
 
@@ -35,6 +36,8 @@ COARSE = (24, 32)
 ROUNDS = 30
 WINDOW = 1.12
 """window over the contact found before"""
+KNOWN = 128
+"""contacts that are kept"""
 
 
 @final
@@ -339,6 +342,7 @@ def _beyond(square: Floats) -> Floats:
     return np.asarray(np.where((square == 0.0) & (total == 0.0), total.min(initial=0.0), total))
 
 
+@lru_cache(maxsize=KNOWN)
 def press(
     bodies: Bodies,
     load: float,
@@ -351,7 +355,7 @@ def press(
 
     Even cells where it ends a cell before the roller does, `strips` that grow from the ends where they bear.
     checked: once with half as many cells before, from which the error is told. Raises NotConverged where the contact is
-    not found.
+    not found. The latest are kept: the rigid load, its states and its lives ask for the same ones.
     """
     rough = _found(bodies, load)
     patches: list[Patch] = []
@@ -361,7 +365,7 @@ def press(
         else:
             rough = _on_cells(bodies, load, rough, across // part, along // part)
         patches.append(rough)
-    return replace(rough, error=abs(patches[0].peak[0] / rough.peak[0] - 1.0) if checked else inf)
+    return frozen(replace(rough, error=abs(patches[0].peak[0] / rough.peak[0] - 1.0) if checked else inf))
 
 
 def _found(bodies: Bodies, load: float) -> Patch:

@@ -32,6 +32,8 @@ from camgeom.track.clearance import least_clearance
 from camgeom.track.section import Column, CrossSection, FlooredSection, GrooveSection, Level, RootedSection
 
 MOST_ROLLERS = 360
+FACETS = 0.25
+"""sag of a roller's facets over what stands between two of its positions, where those are fewer than asked"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,13 +150,14 @@ class RollerUnion(QuickPart):
         if any(track.root for track in self.tracks):
             raise DesignError("the body of an undercut drum is made of straight rollers, with a sharp root: leave out "
                               "the corner radius, or mend the undercut")  # fmt: skip
-        tools = [unite(self._positions(track, tolerance)) for track in self.tracks]
-        mesh = subtract(self.blank.mesh(tolerance), tools)
+        made = [self._positions(track, tolerance) for track in self.tracks]
+        mesh = subtract(self.blank.mesh(tolerance), [unite(bodies) for bodies, _ in made])
         deepest = min(least_clearance(track, mesh.vertices).value for track in self.tracks)
-        return Solid(self.name, mesh, tolerance + max(0.0, -deepest), UNION, mesh.genus)
+        return Solid(self.name, mesh, max(sag for _, sag in made) + max(0.0, -deepest), UNION, mesh.genus)
 
-    def _positions(self, track: Track, tolerance: float) -> list[Mesh]:
-        """Roller bodies at equal steps of their largest travel."""
+    def _positions(self, track: Track, tolerance: float) -> tuple[list[Mesh], float]:
+        """Roller bodies at equal steps of their largest travel, and the sag of their facets, mm: the tolerance, or
+        a share of what stands between two positions where that is more."""
         if not isinstance(track.meridian, Straight):
             raise DesignError("an undercut body is made of straight rollers (cylinder or cone) only")
         fine = np.linspace(*track.span, 7201)
@@ -165,13 +168,14 @@ class RollerUnion(QuickPart):
         radius = track.meridian.radius
         count = min(MOST_ROLLERS, max(24, ceil(path[-1] / np.sqrt(8.0 * radius * tolerance))))
         phi = np.interp(np.linspace(0.0, path[-1], count + 1), path, fine)[: -1 if track.closed else None]
-        return [self._body(track, float(p), tolerance) for p in phi]
+        sag = max(tolerance, FACETS * (path[-1] / count) ** 2 / (8.0 * radius))
+        return [self._body(track, float(p), sag) for p in phi], sag
 
-    def _body(self, track: Track, phi: float, tolerance: float) -> Mesh:
+    def _body(self, track: Track, phi: float, sag: float) -> Mesh:
         """The roller standing at one cam angle, from its tip to `beyond`."""
         low, high = sorted((track.tip, self.beyond))
         r = track.meridian.jet(np.array([low, high]))[3]
-        upright = Blank(((float(r[0]), low), (float(r[1]), high)), names=("flank",)).mesh(tolerance)
+        upright = Blank(((float(r[0]), low), (float(r[1]), high)), names=("flank",)).mesh(sag)
         pose = track.pose(np.array([phi]), 0)
         u = pose.u[0][:, 0]
         side = np.cross(u, [0.0, 0.0, 1.0] if abs(u[2]) < 0.9 else [1.0, 0.0, 0.0])

@@ -19,7 +19,8 @@ PER_TURN = 1440
 HALVINGS = 40
 """halvings of a step of the cam angle, or along the roller: down to rounding"""
 AT_ONCE = 3
-"""halvings done at once, since so few points cost less than asking again"""
+FEW = 150
+"""halvings done at once for few rows, whose points cost less than asking again"""
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
@@ -48,13 +49,14 @@ def touching(
         return ends[0], ends[1]
     column = whole.at(rows)
     on, off = ends[:, rows], stations[np.clip(at[:, rows] + ((-1,), (1,)), 0, PLACES - 1)]
-    shares = np.arange(1 << AT_ONCE) / (1 << AT_ONCE)
-    for _ in range(-(-halvings // AT_ONCE)):
+    at_once = AT_ONCE if len(rows) < FEW else 1
+    shares = np.arange(1, 1 << at_once) / (1 << at_once)
+    for _ in range(AT_ONCE * -(-halvings // AT_ONCE) // at_once):
         t = on[:, :, None] + shares * (off - on)[:, :, None]
         held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(rows), 2, -1).swapaxes(0, 1)
         # What is held without a break from where the wall is.
-        last = np.where(held[:, :, 1:].all(axis=2), len(shares) - 1, held[:, :, 1:].argmin(axis=2))
-        after = np.concatenate((t, off[:, :, None]), axis=2)
+        last = np.where(held.all(axis=2), len(shares), held.argmin(axis=2))
+        after = np.concatenate((on[:, :, None], t, off[:, :, None]), axis=2)
         on, off = (np.take_along_axis(after, (last + k)[:, :, None], axis=2)[:, :, 0] for k in (0, 1))
     ends[:, rows] = on
     return ends[0], ends[1]
