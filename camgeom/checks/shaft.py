@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING
 
 from camgeom.checks import LIFTED, NO_OPERATION, check, refuse_coarse, solved
@@ -12,6 +13,7 @@ from camgeom.checks.verdict import Finding, NotJudged, judged
 if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
     from camgeom.model import Model
+    from camgeom.model.output import Output
 
 TORQUE = "less mass, force or speed, more angle for the motion, a smoother law, or a stronger drive"
 FORCE = "less mass, load or speed, a gentler motion, or a smoother or longer way round of the plate's drive"
@@ -100,9 +102,41 @@ def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
     if limit is not None:
         yield judged("output-torque", 1e-3 * peak.value, "<=", limit, "N m", OUTPUT, cam_angle=peak.cam_angle,
                      where=peak.where)  # fmt: skip
-    else:
+    elif model.profile.output_shaft is None:
         yield NotJudged("output-torque", "give limits.output_torque_n_m, what the output shaft may carry: it takes "
                         f"{1e-3 * peak.value:.4g} N m {peak.where}")  # fmt: skip
+
+
+@solved("output-shaft", "turret load", slow=True)
+def output_shaft(model: Model) -> Iterable[Finding]:
+    """Equivalent stress of the output shaft at the section that [output_shaft] gives."""
+    spec, found = model.profile.output_shaft_spec, _output(model)
+    if spec is None or found is None or found.stress is None:
+        return
+    advice = f"a thicker shaft, or {OUTPUT}"
+    yield judged("output-shaft", found.stress, "<=", spec.stress_limit, "MPa", advice,
+                 cam_angle=found.torque.cam_angle, where=f"bent and twisted, {found.torque.where}")  # fmt: skip
+
+
+@solved("bolts", "turret load", slow=True)
+def bolts(model: Model) -> Iterable[Finding]:
+    """Safety of the bolts of [output_shaft] against slipping, and against shear should they slip."""
+    found, limits = _output(model), model.profile.limits
+    if found is None or found.bolts is None:
+        return
+    more = "more or larger bolts, a higher grade, a larger circle"
+    each = (("slip", found.slip_safety, limits.bolt_slip_safety, f"{more}, or tighten them more evenly"),
+            ("shear", found.shear_safety, limits.bolt_shear_safety, more))  # fmt: skip
+    for word, safety, least, advice in each:
+        yield judged("bolts", inf if safety is None else safety, ">=", least, "1", advice, unlimited=True,
+                     cam_angle=found.torque.cam_angle, where=f"{word}, {found.torque.where}")  # fmt: skip
+
+
+def _output(model: Model) -> Output | None:
+    """The load of the output shaft, where the profile gives one; what is solved has to be fine enough."""
+    if model.output is not None and model.profile.dynamics_spec is not None:
+        refuse_coarse(model)
+    return model.output
 
 
 @solved("start-torque", "dynamics", "shaft", turn="start")

@@ -332,7 +332,7 @@ GEOMETRY = ("setup", "mechanism", "tracks", "cutters", "flanks", "clearances", "
 SHAPE = ("parts", "solids", "walls")
 """Facts of its body that rest on them, on the tool's corner and on [output]."""
 LOADING = frozenset({"name", "operation", "duty", "station", "material", "lubricant", "limits", "drawing", "dynamics",
-                     "impact", "cutter", "tolerance"})  # fmt: skip
+                     "impact", "cutter", "tolerance", "output_shaft"})  # fmt: skip
 """sections of a profile on which none of these rest, but for the corner of the [cutter]"""
 
 

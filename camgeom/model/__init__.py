@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from camgeom.mechanics.roller_duty import RollerDuty
     from camgeom.mechanics.slide_drive import SlideDrive
     from camgeom.mechanics.turret_duty import TurretDuty
+    from camgeom.model.output import Output
     from camgeom.model.together import Shaft
     from camgeom.profile.duty import RunningState
     from camgeom.solid import Part, Solid
@@ -610,6 +611,16 @@ class Model(Sealed):
         from camgeom.model.vibration import output_torque_of
 
         return output_torque_of(self)
+
+    @fact
+    def output(self) -> Output | None:
+        """What the drive asks of the shaft and the bolts of [output_shaft]; None without that table, or a load."""
+        spec = self.profile.output_shaft_spec
+        if spec is None:
+            return None
+        from camgeom.model.output import output_of
+
+        return output_of(self, spec)
 
     @fact
     def impact(self) -> ImpactRun | None:

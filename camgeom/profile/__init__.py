@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from camgeom.dynamics.spec import DynamicsSpec
     from camgeom.machining.spec import CutterSpec
     from camgeom.mechanics.lubricant import Lubricant
+    from camgeom.mechanics.output_shaft import OutputShaft
     from camgeom.profile.duty import OperatingState
     from camgeom.profile.own_track import OwnTrack
     from camgeom.profile.station import Station
@@ -106,6 +107,9 @@ class Profile(Section):
     material: Materials = Field(Materials(), description="the two bodies in contact")
     lubricant: SerializeAsAny[Section] | None = Field(
         None, description="the lubricant of roller and cam, and of the bearing"
+    )
+    output_shaft: SerializeAsAny[Section] | None = Field(
+        None, description="output shaft of a turret, and the bolts that carry its torque"
     )
     output: Output = Field(Output(), description="what is written")
     limits: Limits = Field(Limits(), description="what the checks judge against")
@@ -212,6 +216,15 @@ class Profile(Section):
         from camgeom.mechanics.lubricant import Lubricant
 
         return self.lubricant if isinstance(self.lubricant, Lubricant) else None
+
+    @property
+    def output_shaft_spec(self) -> OutputShaft | None:
+        """The [output_shaft] section with its own type."""
+        if self.output_shaft is None:
+            return None
+        from camgeom.mechanics.output_shaft import OutputShaft
+
+        return self.output_shaft if isinstance(self.output_shaft, OutputShaft) else None
 
     @property
     def fastest(self) -> float | None:

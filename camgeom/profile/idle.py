@@ -42,7 +42,7 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     if not profile.cam.SLIDES:
         found["limits.drive_force_n"] = "only a linear cam's plate is driven along its travel"
     if not turret:
-        found["limits.output_torque_n_m"] = "only a turret has an output shaft"
+        found["limits.output_torque_n_m"] = found["output_shaft"] = "only a turret has an output shaft"
     elif setup.program.advance:
         found["operation.spring_rate"] = (
             "a turret that goes on in one direction would wind it up: give its torque as an [[operation.force]]"
@@ -58,6 +58,10 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
             reason = "no end of a logarithmic crown bears: it falls away without a bound towards both"
             found[f"{table}.{ENDS[-1]}"] = reason
         found |= _of_bearing(profile, table, roller)
+    joint = profile.output_shaft_spec
+    if joint is None or joint.bolts is None:
+        reason = "give the bolts of [output_shaft]"
+        found |= {f"limits.{key}": reason for key in ("bolt_slip_safety", "bolt_shear_safety")}
     if not any(roller.dynamic_rating for roller in rollers.values()):
         found["limits.bearing_reliability"] = RATED if rollers else "a follower without a roller has no bearing"
     found |= _of_film(profile)

@@ -82,6 +82,7 @@ OPTIONAL_SECTIONS = {
     "cutter": ("camgeom.machining.spec", "CutterSpec"),
     "tolerance": ("camgeom.tolerance.spec", "ToleranceSpec"),
     "lubricant": ("camgeom.mechanics.lubricant", "Lubricant"),
+    "output_shaft": ("camgeom.mechanics.output_shaft", "OutputShaft"),
 }
 """Sections whose module is imported only when a profile has them."""
 

@@ -242,6 +242,13 @@ class Limits(Section):
         None, description="N m, largest torque of a turret's output shaft: with vibration and from rest; rigid, of all "
         "that turns with it, where there is no [dynamics]"
     )
+    bolt_slip_safety: Annotated[float, Field(ge=1.0, le=100.0)] = Field(
+        1.8, description="1, least safety of the bolts of [output_shaft] against slipping; VDI 2230-1 asks for 1.8 "
+        "where the torque alternates, for 1.2 where it rests"
+    )
+    bolt_shear_safety: Annotated[float, Field(ge=1.0, le=100.0)] = Field(
+        1.1, description="1, least safety against shearing them off, should they slip (VDI 2230-1)"
+    )
     bearing_static_safety: Annotated[float, Field(gt=0.0, le=1e6)] = Field(
         1.0, description="1, least static safety of the roller's bearing: static_rating over its largest load (ISO 76)"
     )

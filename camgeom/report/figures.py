@@ -45,6 +45,15 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("least_apart_mm", "least distance between rollers", "mm"),
         ("cam_life_h", "cam life under all followers", "h"),
     ),
+    "output_shaft": (
+        ("torque_n_m", "peak torque of output shaft and bolts", "N m"),
+        ("stress_mpa", "equivalent stress of the output shaft", "MPa"),
+        ("preload_n", "preload of a bolt, largest", "N"),
+        ("least_preload_n", "preload of a bolt, least", "N"),
+        ("grip_torque_n_m", "torque at which the bolts slip", "N m"),
+        ("slip_safety", "safety of the bolts against slipping", ""),
+        ("shear_safety", "safety of the bolts against shear", ""),
+    ),
     "fatigue": (
         ("roller_life_h", "roller life, quoted place", "h"),
         ("roller_slice_life_h", "roller life, hardest place", "h"),

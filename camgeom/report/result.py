@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths.overflow import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
-from camgeom.report.data.load import contact_data, fatigue_data, together_data
+from camgeom.report.data.load import contact_data, fatigue_data, output_data, together_data
 from camgeom.report.data.solved import dynamics_data, impact_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
@@ -30,7 +30,7 @@ LOADED = {"contact", "fatigue", "dynamics", "tolerance"}
 """products that are another follower's own, on a track that all of them share"""
 OWN = {"motion", "flank"}
 """products that it has of its own where its track is its own"""
-RIDES = {"impact": "dynamics", "together": "contact"}
+RIDES = {"impact": "dynamics", "together": "contact", "output_shaft": "contact"}
 """sections that are made with another product"""
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": tuple(name for name in PRODUCTS if name != "body"),
@@ -212,6 +212,7 @@ SOURCES: dict[str, Source] = {
     "solid": (solid_data, lambda model: ""),
     "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "together": (together_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "output_shaft": (output_data, lambda model: _unless(model.output, "the profile has no [output_shaft]")),
     "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "body": (body_data, lambda model: _unless(model.root_stress, NO_ROOT)),
     "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),

@@ -22,6 +22,7 @@ SECTIONS = {
     "solid": "the bodies: volume, mass, inertia, mesh and its error",
     "contact": "forces, pressures and torques of the rigid follower, with their cam angles",
     "together": "what several followers on one track do together: torque of the shaft, least distance, the cam's life",
+    "output_shaft": "what output shaft and bolts of a turret bear",
     "fatigue": "lives of roller, cam, face and bearing, film, friction and wear",
     "body": "stress at the root of a groove",
     "dynamics": "vibration; `impact` in it are the impacts in the clearance",

@@ -83,8 +83,8 @@ def measure(
     """The figures of one variant (of these names; default all), its verdict and the reason of that."""
     result = compute(model, products, checks)
     figures: Figures = {}
-    for section in ("motion", "blank", "flank", "solid", "contact", "fatigue", "dynamics", "impact", "cutter",
-                    "tolerance"):  # fmt: skip
+    for section in ("motion", "blank", "flank", "solid", "contact", "output_shaft", "fatigue", "dynamics", "impact",
+                    "cutter", "tolerance"):  # fmt: skip
         figures |= _flat(result.data.get(section, {}), section)
     for row in result.data.get("fatigue", {}).get("conventions", ()):
         figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")

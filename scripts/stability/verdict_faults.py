@@ -835,6 +835,8 @@ WITHOUT = {
     "free-ends": "a key that says nothing beside a crown: tests/mechanics/test_finite_turn.py",
     "curvature-jumps": "names places and judges nothing",
     "vibration": "tells what is missing and judges nothing",
+    "bolts": "output shafts are no part of the designs: tests/claims/test_output_shaft.py",
+    "output-shaft": "the same",
     "window": "frames of the designs are no parts: tests/solid/test_frame.py",
     "width": "a frame's return is made from its rise, so that the width is constant",
     "pair": "the return disc is made from the main one, its gap is the clearance",

@@ -108,6 +108,29 @@ def together_data(model: Model) -> dict[str, Any]:
     return data
 
 
+def output_data(model: Model) -> dict[str, Any]:
+    """What output shaft and bolts bear; of several operating states in the one with the largest torque."""
+    found = max((one.output for one in model.states if one.output is not None), key=lambda one: one.torque.value)
+    data: dict[str, Any] = {
+        "torque_n_m": MILLI * found.torque.value,
+        "torque_is": found.torque.where,
+        "torque_at_deg": degrees(found.torque.cam_angle) % 360.0,
+        "rollers_force_n": found.force,
+    }
+    if found.stress is not None:
+        data |= {"bending_n_m": MILLI * found.bending, "stress_mpa": found.stress}
+    if found.bolts is not None:
+        data |= {
+            "preload_n": found.bolts.preload,
+            "least_preload_n": found.bolts.least_preload,
+            "grip_torque_n_m": MILLI * found.bolts.grip,
+            "shear_torque_n_m": MILLI * found.bolts.shear,
+            "slip_safety": found.slip_safety,
+            "shear_safety": found.shear_safety,
+        }
+    return data
+
+
 def film_data(model: Model) -> dict[str, Any]:
     """Least film over the turn, heat of sliding and wear; empty where nothing of it is asked."""
     data: dict[str, Any] = {}

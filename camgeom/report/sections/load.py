@@ -23,7 +23,9 @@ from camgeom.drawing.content import (
     quantities,
 )
 from camgeom.drawing.sheet import number
+from camgeom.errors import NotConverged
 from camgeom.maths import Floats
+from camgeom.report.data.load import output_data
 from camgeom.report.sections.forces import along
 from camgeom.report.sections.motion import extremes, mark, over_turn, pressure_limit, zones
 
@@ -83,12 +85,39 @@ def contact(model: Model) -> tuple[Block, ...]:
         name = state.state.name if state.state else ""
         return Text((f"Of the operating state {name!r}, in which the contact is pressed hardest.",)), *contact(state)
     if model.turret_duty is not None:
-        return (*turret_contact(model, model.turret_duty), *along(model))
+        return (*turret_contact(model, model.turret_duty), *along(model), *output(model))
     if model.drive is not None:
         return (*touch_contact(model, model.drive), *along(model))
     if not model.duties:
         return ()
     return (*track_contact(model), *along(model))
+
+
+OUTPUT = (
+    ("Largest torque", "torque_n_m", "N m"),
+    ("Forces of all rollers, as if they pointed one way", "rollers_force_n", "N"),
+    ("Bending moment by them", "bending_n_m", "N m"),
+    ("Equivalent stress of the shaft", "stress_mpa", "MPa"),
+    ("Preload of a bolt, largest", "preload_n", "N"),
+    ("Preload of a bolt, least", "least_preload_n", "N"),
+    ("Torque at which the joint slips", "grip_torque_n_m", "N m"),
+    ("Torque that shears the bolts", "shear_torque_n_m", "N m"),
+    ("Safety against slipping", "slip_safety", "1"),
+    ("Safety against shear", "shear_safety", "1"),
+)
+"""words, key of `output_data`, unit"""
+
+
+def output(model: Model) -> tuple[Table | Text, ...]:
+    """What output shaft and bolts bear; nothing where the profile gives neither."""
+    if model.profile.output_shaft_spec is None:
+        return ()
+    try:
+        data = output_data(model)
+    except NotConverged as lost:
+        return (Text((f"What output shaft and bolts bear is not known: {lost}.",)),)
+    rows = [(words, data[key], unit) for words, key, unit in OUTPUT if data.get(key) is not None]
+    return (quantities(f"Output shaft and bolts, {data['torque_is']}", rows),)
 
 
 def track_contact(model: Model) -> tuple[Block, ...]:
