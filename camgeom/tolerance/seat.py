@@ -14,6 +14,7 @@ Arrays: (..., n, q), q stations of all lines; the last two axes are those of `Wa
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -133,6 +134,36 @@ class Walls:
         """Rigid bounds (..., n) under approaches (..., n, q), mm, beyond the nominal ones."""
         low, far = (_reach(errors, size, nominal) for size, nominal in self._sides)
         return low, -far
+
+    def play(self, errors: Floats) -> Floats:
+        """Play between the rigid bounds, (..., n), under approaches (..., n, q), mm, beyond the nominal ones."""
+        low, high = self.bounds(errors)
+        return high - low
+
+    @cached_property
+    def nearest(self) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """The stations that push and that hold first, nominally, (n,) each."""
+        push, hold = (np.argmax(nominal, axis=1) for _, nominal in self._sides)
+        return push, hold
+
+    def parted(self, mean: Floats, errors: Iterable[tuple[Floats, npt.NDArray[np.intp] | None]]) -> Floats:
+        """A play, (n,), that no errors within their sizes go beyond.
+
+        mean    approaches (n, q) that all machines have; errors: each one's parts at its size, (parts, n, q), of any
+                direction, and whose they are, (n, q), where each roller or wall has its own
+        The play is the least of all pairs of a station that pushes and one that holds; each pair has its own errors
+        here, each at the end that parts it most (weak duality: the largest least is at most the least largest).
+        """
+        (push, near), (hold, far) = self._sides
+        gap = -(near + mean * push)[:, :, None] - (far + mean * hold)[:, None, :]
+        for parts, owner in errors:
+            one, other = parts * push, parts * hold
+            both = np.sqrt(((one[:, :, :, None] + other[:, :, None, :]) ** 2).sum(axis=0))
+            if owner is not None:
+                each = np.sqrt((one * one).sum(axis=0))[:, :, None] + np.sqrt((other * other).sum(axis=0))[:, None, :]
+                both = np.where(owner[:, :, None] == owner[:, None, :], both, each)
+            gap += both
+        return np.asarray(gap.min(axis=(1, 2)))
 
     def stand(self, errors: Floats) -> Stand:
         """Where the follower stands under approaches (..., n, q), mm, beyond the nominal ones."""

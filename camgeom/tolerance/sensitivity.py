@@ -1,9 +1,9 @@
 """What every error does alone: follower motion, play, preload and pressure, the largest over the turn and where.
 
 An error of a size is put on at every station, plus and minus, on one roller or wall after the other where each has its
-own; the follower stands where `seat` says. Errors with a direction are tried both ways along two axes, and the root of
-their squares is told: exact where the follower follows in proportion, never too small elsewhere, since where it stands
-is a convex function of them.
+own; the follower stands where `seat` says. Errors with a direction are tried both ways along two axes and along what
+these two add up to: exact where the follower follows in proportion. A play is the least of many pairs of walls, and may
+open between the axes alone: all directions are tried where it can.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme, piece_grid
+from camgeom.maths.extremum import Extreme, bracketed_maximum, piece_grid
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.load import Load
 from camgeom.mechanics.material import Material
@@ -34,6 +34,9 @@ LEAST = 7
 SIZES = {"mm": 0.01, "arcmin": 1.0, "arcsec": 10.0}
 """of the errors that are tried, in their unit"""
 SECONDS = 648000.0 / pi
+OPENED = 1e-6
+"""share of the largest play that an error can open, below which the rest of it is not looked for"""
+Rows = npt.NDArray[np.intp]
 
 
 @final
@@ -42,6 +45,8 @@ class Loaded:
     """A mechanism with what its contacts need: materials, and the load on its follower over cam angles, or None.
 
     line  False where rollers touch in points, whose pressure no line contact gives
+    peak  the largest nominal pressure, MPa, as the contact's own check has it along its line; None: as it is here,
+          at the stations of a line
     """
 
     mechanism: Mechanism
@@ -49,6 +54,7 @@ class Loaded:
     cam: Material
     load: Load | None
     pivots: Pivots
+    peak: Callable[[], float | None] | None = None
 
     @property
     def line(self) -> bool:
@@ -226,15 +232,55 @@ class Sensitivities:
         moved = np.maximum(told(lambda stand: stand.high - base.high), told(lambda stand: base.low - stand.low))
         grown = lost = np.zeros(moved.shape)
         if self._both:
-            grown = told(lambda stand: stand.play - base.play)
-            # The more play, the less preload.
-            lost = self.seated.preload(base.play) - self.seated.preload(base.play + grown)
+            grown = self._opened(tried, told(lambda stand: stand.play - base.play))
+            lost = self._lost(grown)
         for i, (cause, curve) in enumerate(zip(causes, moved)):
             at = int(np.argmax(curve))
             motion = Extreme(float(curve[at]), float(self.theta[at]))
             play, preload = float(grown[i].max()), float(lost[i].max())
             found.append(Sensitivity(cause, size[cause.key], motion, curve, play, preload, pressure[i]))
         return tuple(sorted(found, key=lambda one: -one.motion.value))
+
+    def _lost(self, grown: Floats) -> Floats:
+        """Preload lost, mm, (..., n), where a play grows, mm or rad: the more play, the less preload."""
+        base = self.seated.nominal.play
+        return self.seated.preload(base) - self.seated.preload(base + grown)
+
+    def _opened(self, tried: Trials, grown: Floats) -> Floats:
+        """Growth of play, (causes, n), where an error of any direction opens more between its parts' directions.
+
+        All directions are tried where the walls leave room for a growth, or a loss of preload, that is the largest of
+        the turn: no more than the nominally nearest pair of stations parts, nor than any pair.
+        """
+        walls, base = self.seated.packed.walls, self.seated.nominal.play
+        for own in tried.several:
+            parts, cause = tried.errors[own, 0], int(tried.cause[own[0]])
+            push, hold = (
+                np.take_along_axis(parts / walls.lever, at[None, :, None], axis=2)[:, :, 0] for at in walls.nearest
+            )
+            most = np.hypot(*(push - hold))
+            rows = self._further(most, grown[cause])
+            if len(rows):
+                nothing = np.zeros(walls.lever[rows].shape)
+                most[rows] = walls.rows(rows).parted(nothing, [(parts[:, rows], None)]) - base[rows]
+                rows = self._further(most, grown[cause])
+            if not len(rows):
+                continue
+            few, at = walls.rows(rows), parts[:, rows]
+
+            def growth(turn: Floats, few: Walls = few, at: Floats = at, rows: Rows = rows) -> Floats:
+                errors = np.cos(turn.T)[..., None] * at[0] + np.sin(turn.T)[..., None] * at[1]
+                return (few.play(errors) - base[rows]).T
+
+            found, _ = bracketed_maximum(growth, np.zeros(len(rows)), np.full(len(rows), TURN))
+            grown[cause, rows] = np.maximum(grown[cause, rows], found)
+        return grown
+
+    def _further(self, most: Floats, grown: Floats) -> Rows:
+        """Rows whose play may grow, or whose preload may go, further than the largest known of all, (r,)."""
+        more = OPENED * most.max()
+        lost = self._lost(most) > self._lost(grown).max() + self._lost(np.full(most.shape, more))
+        return np.flatnonzero((most > grown.max() + more) | lost)
 
     @property
     def _both(self) -> bool:
@@ -286,6 +332,11 @@ class Trials:
         cause_of, group = np.array(names, dtype=np.intp).T
         return cls(errors, cause_of, group)
 
+    @cached_property
+    def several(self) -> list[Rows]:
+        """Numbers of the parts, (k,) each, of errors that have several."""
+        return [own for one in np.unique(self.group) if len(own := np.flatnonzero(self.group == one)) > 1]
+
     def told(self, values: Floats, of: Callable[[Floats], Floats]) -> Floats:
         """Of every error the largest of all whose it is of values (t, 2, n), at least 0, (causes, n).
 
@@ -294,10 +345,9 @@ class Trials:
         end = np.argmax(values, axis=1)[:, None]
         part = np.maximum(np.take_along_axis(values, end, axis=1)[:, 0], 0.0)
         found = np.array([part[self.cause == i].max(axis=0) for i in range(int(self.cause[-1]) + 1)])
-        several = [own for one in np.unique(self.group) if len(own := np.flatnonzero(self.group == one)) > 1]
-        if several:
-            whole = of(np.array([self.together(part, end, own) for own in several]))
-            for own, value in zip(several, whole):
+        if self.several:
+            whole = of(np.array([self.together(part, end, own) for own in self.several]))
+            for own, value in zip(self.several, whole):
                 found[self.cause[own[0]]] = np.maximum(found[self.cause[own[0]]], value)
         return found
 

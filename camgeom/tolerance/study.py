@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
@@ -152,10 +152,27 @@ class ToleranceStudy:
     def _harder(self, drawn: Drawn, limit: float) -> Floats:
         """Growth of every machine's pressure over what a limit, MPa, leaves; infinite where it leaves none, and of a
         pressure that nobody knows."""
-        hard = self.sensitivities.hard
-        if hard is None or drawn.pressure is None or limit <= hard[1]:
+        pressure, peak = self.pressure(drawn), self.peak
+        if pressure is None or peak is None or limit <= peak:
             return np.full(len(drawn.dwell), np.inf)
-        return np.asarray((drawn.pressure - hard[1]) / (limit - hard[1]))
+        return np.asarray((pressure - peak) / (limit - peak))
+
+    @cached_property
+    def peak(self) -> float | None:
+        """Largest nominal contact pressure, MPa, as the contact's check has it; None of no line contact."""
+        hard, peak = self.sensitivities.hard, self.loaded.peak
+        if hard is None:
+            return None
+        own = peak() if peak is not None else None
+        return own if own is not None and isfinite(own) else hard[1]
+
+    def pressure(self, drawn: Drawn) -> Floats | None:
+        """Largest contact pressure of every machine, MPa, (s,): the nominal one by as much as it grows at the stations
+        of its line, whose own share of the load is that of stiff lines; None of no line contact."""
+        hard = self.sensitivities.hard
+        if drawn.pressure is None or hard is None or self.peak is None:
+            return None
+        return np.asarray(drawn.pressure * (self.peak / hard[1]))
 
     @property
     def both(self) -> bool:
@@ -171,9 +188,8 @@ class ToleranceStudy:
     def _worst(self, spreads: Spreads) -> Worst:
         seated = self.sensitivities.seated
         walls = seated.walls
-        ends, mean_ends, apart = (np.zeros(walls.lever.shape) for _ in range(3))
+        ends, mean_ends = (np.zeros(walls.lever.shape) for _ in range(2))
         moved, mean_moved = (np.zeros(len(self.sensitivities.theta)) for _ in range(2))
-        whole: list[tuple[Floats, float]] = []
         weight = _yield_of(walls.lever, walls.stiffness, walls.forces(ends))
         for cause in self.causes:
             mean, value, _ = spreads[cause.key]
@@ -184,10 +200,6 @@ class ToleranceStudy:
             owners = {"roller": seated.contacts.roller, "wall": seated.contacts.wall}.get(cause.holder)
             moved += value * _balanced(g, weight, owners, seated.contacts.on.shape)
             mean_moved += mean * (g[0] * weight).sum(axis=1)
-            if owners is None:
-                whole.append((g, value))
-            else:
-                apart += size
         moved += np.abs(mean_moved)
         base = seated.nominal
         curve = np.maximum(self._off(mean_ends + ends), self._off(mean_ends - ends))
@@ -195,7 +207,7 @@ class ToleranceStudy:
         pressed = ((walls.load_side != 0.0) | (base.play < 0.0)) & shared
         if pressed.any():
             curve = np.where(pressed, np.maximum(np.maximum(moved, 0.0), self._balanced_ends(spreads)), curve)
-        play = self._loosest(mean_ends - apart, whole) if self.both else np.zeros(len(curve))
+        play = self._loosest(spreads) if self.both else np.zeros(len(curve))
         still = self._still
         return Worst(curve, self._extreme(curve), self._extreme(np.where(still, curve, -1.0)),
                      self._extreme(np.where(still, play, -1.0)))  # fmt: skip
@@ -238,22 +250,17 @@ class ToleranceStudy:
         pressed = np.where(side > 0.0, behind, np.where(side < 0.0, ahead, np.maximum(behind, ahead)))
         return pressed if opposed else np.maximum(behind, ahead)
 
-    def _loosest(self, approach: Floats, whole: Sequence[tuple[Floats, float]]) -> Floats:
-        """Largest play, (n,), with approaches (n, q) and errors of the machine, the cam or the turret (parts, n, q),
-        whose ends move both walls as one; each opens the play by what it does alone."""
-        walls = self.sensitivities.seated.walls
-
-        def play(near: Floats) -> Floats:
-            low, high = walls.bounds(near)
-            return high - low
-
-        bare = play(approach)
-        opened = np.array(bare)
-        for g, value in whole:
-            ways = [(1.0,), (-1.0,)] if len(g) == 1 else [(np.cos(t), np.sin(t)) for t in np.arange(8) * np.pi / 4.0]
-            each = [play(approach + value * sum(part * way for part, way in zip(g, one))) for one in ways]
-            opened += np.maximum(np.max(each, axis=0) - bare, 0.0)
-        return np.maximum(opened, 0.0)
+    def _loosest(self, spreads: Spreads) -> Floats:
+        """Largest play, (n,), that errors at their ends can open; it may be opened by several that do nothing alone."""
+        seated = self.sensitivities.seated
+        packed = seated.packed
+        mean, errors = np.zeros(packed.order.shape), []
+        for cause in self.causes:
+            middle, value, _ = spreads[cause.key]
+            g = packed.taken(seated.flat(seated.approaches.of(cause)))
+            mean += middle * g[0]
+            errors.append((value * g, {"roller": packed.roller, "wall": packed.wall}.get(cause.holder)))
+        return np.maximum(packed.walls.parted(mean, errors), 0.0)
 
     @cached_property
     def _still(self) -> npt.NDArray[np.bool_]:
@@ -439,8 +446,8 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
     data["contributions_together"] = drawn.together
     if study.both:
         data["least_preload_um"] = _zero(1e3 * drawn.at_yield(drawn.preload, 1.0 - share))
-    if drawn.pressure is not None and study.sensitivities.hard is not None:
-        pressure, nominal = drawn.at_yield(drawn.pressure, share), study.sensitivities.hard[1]
+    if (pressed := study.pressure(drawn)) is not None and (nominal := study.peak) is not None:
+        pressure = drawn.at_yield(pressed, share)
         exponent = max(loaded.roller.exponent, loaded.cam.exponent)
         data |= {"nominal_pressure_mpa": nominal, "pressure_mpa": pressure,
                  "life_share": float((nominal / pressure) ** exponent) if pressure > 0.0 else 1.0}  # fmt: skip

@@ -277,13 +277,17 @@ def test_a_preload_and_a_pressure_can_be_limited() -> None:
     assert (kept[0], kept[-1]) == (1.0, 0.0)
     assert study.wear[3][0] == pytest.approx(study.preload), "the nominal preload is used up by as much wear"
     assert kept[3] < 0.05, "at one stop or the other a smaller roller stands"
-    hard = study.sensitivities.hard
-    assert hard is not None
-    limit = 1.1 * hard[1]
-    study = _profile("fine_indexer", more.format(limit=f"pressure_limit = {limit}")).tolerances
-    assert study.drawn.pressure is not None
-    assert study.share() == pytest.approx(float(np.mean(study.drawn.pressure <= limit)), abs=1e-9)
-    assert float(np.median(study.drawn.pressure)) == pytest.approx(hard[1], rel=0.1)
+    # 958 MPa in the check of the contact, 930 at the stations of its lines: 945 kept some machines, and keeps none.
+    held = {}
+    for limit in (945.0, 1050.0):
+        pressed = _profile("fine_indexer", more.format(limit=f"pressure_limit = {limit}"))
+        study, nominal = pressed.tolerances, pressed.turret_duty.peak_pressure.value
+        pressure = study.pressure(study.drawn)
+        assert study.share() == pytest.approx(float(np.mean(pressure <= limit)) if limit > nominal else 0.0, abs=1e-9)
+        assert float(np.median(pressure)) == pytest.approx(nominal, rel=0.1)
+        assert tolerance_data(study)["nominal_pressure_mpa"] == pytest.approx(nominal, rel=1e-12)
+        held[limit] = study.share()
+    assert (held[945.0], held[1050.0] > 0.9) == (0.0, True)
     with pytest.raises(ProfileError, match="never kept"):
         _profile("fine_indexer", more.format(limit="preload_limit = 4.5"))
     with pytest.raises(ProfileError, match="there is no preload"):
@@ -439,3 +443,45 @@ def test_an_error_of_any_direction_alone_is_what_its_hardest_direction_does() ->
     grown = max(float((one.play - seated.nominal.play).max()) for one in stands)
     assert row.play == pytest.approx(grown, rel=5e-3)
     assert shown(row.motion.value) == pytest.approx(35.05, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["tool_changer", "conjugate_rocker"])
+def test_play_that_opens_between_an_errors_axes_is_told(name: str) -> None:
+    """A wobble about either axis takes the play away, and one between them opens it: 3.5 seconds of arc, 0 told."""
+    study = _profile(name).tolerances
+    row = next(row for row in study.sensitivities.rows if row.cause.key == "cam_wobble_arcmin")
+    seated = study.sensitivities.seated
+    one, other = ARCMIN * row.size * seated.packed.taken(seated.flat(seated.approaches.of(row.cause)))
+    walls, base = seated.packed.walls, seated.nominal.play
+    turns = np.arange(720) * np.pi / 360.0
+    opened = max(float((walls.play(np.cos(t) * one + np.sin(t) * other) - base).max()) for t in turns)
+    assert opened <= row.play * (1.0 + 1e-9)
+    assert row.play == pytest.approx(opened, rel=3e-3)
+
+
+ENDS = """[tolerance]
+cam_wobble_arcmin = 1.0
+turret_wobble_arcmin = 1.0
+turret_eccentricity = 0.005
+roller_diameter = 0.004
+flank_form = 0.002
+side_shift = 0.01
+"""
+
+
+def test_no_machine_has_more_play_than_the_worst_case() -> None:
+    study = _profile("tool_changer", ENDS).tolerances
+    seated, spreads = study.sensitivities.seated, study.spreads
+    packed, rng = seated.packed, np.random.default_rng(7)
+    found = np.zeros(len(study.sensitivities.theta))
+    for _ in range(400):
+        errors = np.zeros(packed.order.shape)
+        for cause in study.causes:
+            g = spreads[cause.key][1] * packed.taken(seated.flat(seated.approaches.of(cause)))
+            owner = {"roller": packed.roller, "wall": packed.wall}.get(cause.holder, np.zeros_like(packed.roller))
+            turn = rng.uniform(0.0, 2.0 * np.pi, int(owner.max()) + 1)
+            way = np.sign(np.cos(turn))[None] if len(g) == 1 else np.array([np.cos(turn), np.sin(turn)])
+            errors += (g * way[:, owner]).sum(axis=0)
+        found = np.maximum(found, packed.walls.play(errors))
+    assert found[study._still].max() <= study.worst.backlash.value
+    assert found[study._still].max() > 0.7 * study.worst.backlash.value
