@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 from camgeom.design.batch import evaluate, supports
+from camgeom.design.batch.indexer import SIDES, Indexer, Seat
+from camgeom.design.batch.legs import FINE
+from camgeom.design.batch.motion import motion_of
+from camgeom.design.batch.turret import KINDS
+from camgeom.design.batch.variants import Variants
+from camgeom.maths import Floats
 from camgeom.profile import from_data, read_data
 from scripts.batch_campaign import CASES, case, exact_row
 
@@ -73,6 +81,39 @@ def test_one_key_alone_may_vary(name: str, key: str, values: tuple[float, float]
         alone = evaluate(from_data(data), {key: np.array([value])})
         for figure, column in both.figures.items():
             assert column[i] == pytest.approx(alone.figures[figure][0], rel=1e-12), figure
+
+
+def fine_samples(cam: Indexer, what: Callable[[Floats, Seat, float], Floats]) -> Floats:
+    """Largest of a quantity at every fine step, for all rollers, both walls, both ends of each."""
+    best, steps = np.full(cam.motion.size, -np.inf), np.arange(FINE + 1.0)[:, None]
+    for offset in cam.offsets(cam.clear):
+        for piece in range(cam.motion.moving):
+            points = cam.motion.at(np.full(cam.motion.size, piece), steps)
+            seat = cam.seat(points, np.array([[offset]]))
+            for side in SIDES:
+                *ends, on = cam.held(points, seat, np.array([[offset]]), side, cam.touched)
+                for end in ends:
+                    best = np.maximum(best, np.where(on, what(end, seat, side), -np.inf).max(axis=0))
+    return best
+
+
+@pytest.mark.parametrize("law", ["modified-sine", "universal-asymmetric"])
+@pytest.mark.parametrize(("name", "seed"), [("indexer, barrel", 5), ("indexer, barrel", 24), ("indexer, globoid", 5)])
+def test_extremes_are_found_where_walls_come_and_go(name: str, seed: int, law: str) -> None:
+    """Some lie in spikes between two samples, where a wall runs out in a step: up to 3 % were lost there."""
+    data, columns = CASES[name](np.random.default_rng([5, seed]), 60)
+    data["motion"] = (*data["motion"][:1], {**data["motion"][1], "law": law}, *data["motion"][2:])
+    profile = from_data(data)
+    variants = Variants(profile, columns)
+    cam = KINDS[profile.kind](variants, motion_of(variants), (), 1e-2)
+    cam.refuse()
+    exists = variants.refusals.none
+    with np.errstate(all="ignore"):
+        for surface, mine in ((True, cam.angle(True)), (False, cam.angle(False))):
+            fine = fine_samples(cam, partial(cam.tangent2, surface))
+            assert mine[exists] == pytest.approx(np.degrees(np.arctan(np.sqrt(fine[exists]))), rel=1e-3)
+        # One wall stands for both where halves of a move and walls are alike.
+        assert len(cam.sides) == (1 if law == "modified-sine" and name == "indexer, globoid" else 2)
 
 
 def test_what_cannot_exist_has_a_reason_and_no_figures() -> None:

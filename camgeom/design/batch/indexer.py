@@ -10,12 +10,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
 from camgeom.cams._turret import TurretKeys
-from camgeom.design.batch.legs import FINE, program_of
+from camgeom.design.batch.legs import ALIKE, program_of
 from camgeom.design.batch.motion import SAMPLES, Ints, Motion, Points
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
 from camgeom.design.batch.variants import Mask, Variants
@@ -29,11 +29,12 @@ from camgeom.track.follower import TurretFollower
 from camgeom.track.runout import PLACES
 
 SIDES = 1.0, -1.0
-ROUNDS = 4
-FAN = 9
-"""times that a largest quantity is looked for among so many fine steps, each between the neighbours of the last"""
-KEPT = 4
-"""pieces of the motion, of all rollers, in which it is looked for first; then in the one that holds the largest"""
+HALVINGS = 9
+"""times that the steps between samples are halved, at most, where a largest quantity is looked for"""
+HAIR = 1e-5
+"""share of itself by which it is not looked for any further"""
+FEWER = 0.8
+"""share of the places looked at from which on down it pays to leave the others out"""
 Ends = tuple[Floats, Floats, Floats]
 """Of a wall along the roller, mm, and its distance from the roller's axis, mm."""
 Held = tuple[Floats, Floats, Mask]
@@ -76,10 +77,12 @@ class Indexer(ABC):
 
     pushing: float
     """side of the pitch surface, in this file's signs, whose wall pushes the turret on"""
+    mirrored: bool
+    """whether the walls of a roller at -tau, whose speed is the same, are those at tau with the sides changed"""
 
     def __init__(self, variants: Variants, motion: Motion, figures: Sequence[str], level: float) -> None:
         number = variants.number
-        self.variants, self.motion, self.profile = variants, motion, variants.profile
+        self.variants, self.motion, self.profile, self.figures = variants, motion, variants.profile, figures
         follower = self.profile.follower
         assert isinstance(follower, TurretFollower)
         self.count, self.stops = follower.count, follower.stops
@@ -97,6 +100,10 @@ class Indexer(ABC):
         # A figure of every variant, also where only keys are varied on which no geometry rests.
         self.low, self.high = (variants.full(end) for end in self.contact())
         self.asked = {word for word, names in SHARED.items() if not names.isdisjoint(figures)}
+
+    def of(self, rows: Ints) -> Self:
+        """The cams of these variants, each as often as it is named."""
+        return type(self)(self.variants.of(rows), self.motion.of(rows), self.figures, self.level)
 
     @abstractmethod
     def contact(self) -> tuple[Floats, Floats]:
@@ -140,7 +147,7 @@ class Indexer(ABC):
         """The pitch surface at a place along the rollers."""
 
     @abstractmethod
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: Floats | float) -> Floats:
         """tan² of the pressure angle, at the surface of the wall on a side or at the axis."""
 
     @abstractmethod
@@ -209,99 +216,122 @@ class Indexer(ABC):
         """Of the rollers."""
         return self.low, self.high, self.roller
 
-    def _walled(self, points: Points, seat: Seat, offsets: Floats, side: float, ends: Ends) -> Held:
-        """The same; of walls that are not the rollers' where a roller bears on either."""
-        begin, stop, on = self.held(points, seat, offsets, side, ends)
-        if ends is not self.touched:
-            on &= np.logical_or(*(self.held(points, seat, offsets, each, self.touched)[2] for each in SIDES))
-        return begin, stop, on
+    def _walled(self, points: Points, seat: Seat, offsets: Floats, side: Floats, cut: bool) -> Held:
+        """The same of the rollers' walls, or of the cut ones where a roller bears on either."""
+        if not cut:
+            return self.held(points, seat, offsets, side, self.touched)
+        begin, stop, on = self.held(points, seat, offsets, side, self.cut)
+        bears = self.held(points, seat, offsets, side, self.touched)[2]
+        if np.any(on & ~bears):
+            bears = bears | self.held(points, seat, offsets, -side, self.touched)[2]
+        return begin, stop, on & bears
 
     @cached_property
     def _walls(self) -> dict[bool, dict[float, Held]]:
-        """What is walled at the samples surveyed, (m, n), by whether the walls are the rollers' and by side."""
+        """What is walled at the samples surveyed, (m, n), by whether the walls are the cut ones and by side."""
         _, _, near, seat, at = self._surveyed
         rollers = {side: self.held(near, seat, at, side, self.touched) for side in SIDES}
         bears = np.logical_or(*(on for _, _, on in rollers.values()))
-        cut = {side: self.held(near, seat, at, side, self.cut) for side in SIDES}
-        return {True: rollers, False: {side: (begin, stop, on & bears) for side, (begin, stop, on) in cut.items()}}
+        cut = {side: self.held(near, seat, at, side, self.cut) for side in self.sides}
+        return {False: rollers, True: {side: (begin, stop, on & bears) for side, (begin, stop, on) in cut.items()}}
 
     @cached_property
     def cut(self) -> Ends:
         """Of what the tool leaves."""
         return (*self.wall, self.cutter)
 
-    def _worst(self, what: Callable[[Floats, Seat, float], Floats], ends: Ends, at: Floats | None = None) -> Floats:
-        """Largest of a quantity over the turn, all rollers and both walls, at both ends of what a wall has of the cam
-        beside it, or at one place along the rollers, (n,)."""
+    @cached_property
+    def sides(self) -> tuple[float, ...]:
+        """Walls that are surveyed: one where walls are mirrored and every move ends as it began, since what the other
+        wall has at tau it then has at -tau, where another roller is at another time."""
+        if not self.mirrored:
+            return SIDES
+        turns = [2.0 * self.base + leg.before + leg.after for leg in self.motion.legs]
+        whole = all(np.all(np.abs(turn - self.pitch * np.rint(turn / self.pitch)) < ALIKE) for turn in turns)
+        return SIDES[:1] if whole and all(leg.shape.even for leg in self.motion.legs) else SIDES
+
+    def _worst(self, what: Quantity, cut: bool = False, quoted: bool = False) -> Floats:
+        """Largest of a quantity over the turn, all rollers and both walls, (n,): at both ends of what a wall has of the
+        cam beside it, or at the place along the rollers that is quoted.
+
+        About the largest sample of each piece the steps are halved as long as more may lie between them than the
+        largest found: also beside a jump, where a wall comes, or a kink, where it runs out.
+        """
         offsets, rows, _, seat, _ = self._surveyed
-        best = np.full(self.motion.size, -np.inf)
-        for side in SIDES:
-            for end in range(2 if at is None else 1):
+        moving, samples = self.motion.moving, len(self.points.s)
+        places = 1 if quoted else 2
+        every = np.full((len(self.sides), places, len(offsets) * samples, self.motion.size), -np.inf)
+        for side, by_side in zip(self.sides, every):
+            for far, values in enumerate(by_side):
+                values[rows] = self._valued(what, self._walls[cut][side], seat, side, far == 1, quoted)
+        v = every.reshape(-1, samples, self.motion.size)
+        best = v.max(axis=(0, 1))
+        v = v[:, : moving * PER].reshape(-1, PER, self.motion.size)
+        middle = np.clip(v.argmax(axis=1), 1, PER - 2)
+        near = np.stack([np.take_along_axis(v, (middle + k)[:, None], axis=1)[:, 0] for k in (-1, 0, 1)])
+        window, variant = np.nonzero(_hope(near, np.full(near.shape[1:], np.inf)) > best)
+        values, at = near[:, window, variant], middle[window, variant]
+        steps = np.stack([at - 1, at, at + 1]) * float(STEP)
+        wall, window = np.divmod(window, len(offsets) * moving)
+        roller, piece = np.divmod(window, moving)
+        side, far, offset = np.array(self.sides)[wall // places], wall % places == 1, offsets[roller]
+        cam = self.of(variant)
+        for _ in range(HALVINGS):
+            between = 0.5 * (steps[1:] + steps[:-1])
+            points = cam.motion.at(piece, between)
+            beside = cam.seat(points, offset)
+            found = cam._valued(what, cam._walled(points, beside, offset, side, cut), beside, side, far, quoted)
+            np.maximum.at(best, variant, found.max(axis=0))
+            steps = np.stack([steps[0], between[0], steps[1], between[1], steps[2]])
+            values = np.stack([values[0], found[0], values[1], found[1], values[2]])
+            steep = np.abs(np.diff(values, axis=0))
+            steep = np.where(np.isfinite(steep), steep, 0.0).max(axis=0)
+            peak = np.clip(values.argmax(axis=0), 1, 3) + np.array([[-1], [0], [1]])
+            steps, values = np.take_along_axis(steps, peak, axis=0), np.take_along_axis(values, peak, axis=0)
+            beaten = best[variant]
+            left = np.flatnonzero(_hope(values, steep) > beaten + HAIR * np.abs(beaten))
+            if not left.size:
+                break
+            if left.size < FEWER * len(variant):
+                variant, piece, offset = variant[left], piece[left], offset[left]
+                side, far, steps, values, cam = side[left], far[left], steps[:, left], values[:, left], cam.of(left)
+        return np.asarray(best)
 
-                def value(beside: Seat, held: Held, side: float = side, end: int = end) -> Floats:
-                    begin, stop, on = held
-                    place = at if at is not None else (begin, stop)[end]
-                    on = on if at is None else on & (begin <= at) & (at <= stop)
-                    return np.where(on, what(place, beside, side), -np.inf)
+    def _valued(
+        self, what: Quantity, held: Held, seat: Seat, side: Floats | float, far: Mask | bool, quoted: bool
+    ) -> Floats:
+        """A quantity where there is a wall, at its end, or at its beginning, or where it is quoted; else -inf."""
+        begin, stop, on = held
+        place = self.quoted if quoted else np.where(far, stop, begin)
+        on = on & (begin <= place) & (place <= stop) if quoted else on
+        return np.where(on, what(self, place, seat, side), -np.inf)
 
-                values = value(seat, self._walls[ends is self.touched][side])
-                row, piece, low, high, top = self._candidates(len(offsets), rows, values)
-                best = np.maximum(best, top)
-                for _ in range(ROUNDS):
-                    steps = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FAN)[:, None]
-                    points = self.motion.at(np.repeat(piece, FAN, axis=0), steps.reshape(-1, self.motion.size))
-                    offset = np.repeat(offsets[row], FAN, axis=0)
-                    beside = self.seat(points, offset)
-                    found = value(beside, self._walled(points, beside, offset, side, ends)).reshape(steps.shape)
-                    peak = found.argmax(axis=1)[:, None]
-                    beside_it = (np.clip(peak + k, 0, FAN - 1) for k in (-1, 1))
-                    low, high = (np.take_along_axis(steps, k, axis=1)[:, 0] for k in beside_it)
-                    # Once looked at finely, the piece that holds the largest is known.
-                    first = found.max(axis=1).argmax(axis=0)[None]
-                    row, piece = (np.take_along_axis(v, first, axis=0) for v in (row, piece))
-                    low, high = (np.take_along_axis(v, first, axis=0) for v in (low, high))
-                    best = np.maximum(best, found.max(axis=(0, 1)))
-        return best
-
-    def _candidates(self, rollers: int, rows: Ints, values: Floats) -> tuple[Ints, Ints, Floats, Floats, Floats]:
-        """Roller, piece and the fine steps about the largest samples of the best pieces, (c, n) each, and the largest
-        sample, (n,)."""
-        size, moving = self.motion.size, self.motion.moving
-        every = np.full((rollers, len(self.points.s), size), -np.inf)
-        every.reshape(-1, size)[rows] = values
-        v = every[:, : moving * PER].reshape(rollers * moving, PER, size)
-        top, most = v.argmax(axis=1), v.max(axis=1)
-        row = np.argsort(-most, axis=0)[:KEPT]
-        middle = np.take_along_axis(top, row, axis=0) * float(STEP)
-        low, high = np.maximum(middle - STEP, 0.0), np.minimum(middle + STEP, float(FINE))
-        return row // moving, row % moving, low, high, every.max(axis=(0, 1))
-
-    def angle(self, surface: bool, at: Floats | None = None) -> Floats:
-        """Largest pressure angle, deg, on the walls, or at a place along the rollers: infinite, always off the cam."""
-        tangent = self._worst(lambda delta, seat, side: self.tangent2(surface, delta, seat, side), self.touched, at)
+    def angle(self, surface: bool, quoted: bool = False) -> Floats:
+        """Largest pressure angle, deg, on the walls, or at the place that is quoted: infinite, always off the cam."""
+        tangent = self._worst(lambda cam, delta, seat, side: cam.tangent2(surface, delta, seat, side), quoted=quoted)
         return np.where(tangent >= 0.0, np.degrees(np.arctan(np.sqrt(np.maximum(tangent, 0.0)))), np.inf)
 
     @cached_property
     def margin(self) -> Floats:
         """Least margin against undercut over the cut wall, 1."""
 
-        def folding(delta: Floats, seat: Seat, side: float) -> Floats:
-            line = self.line(seat, delta)
+        def folding(cam: Indexer, delta: Floats, seat: Seat, side: Floats | float) -> Floats:
+            line = cam.line(seat, delta)
             bend = side * line.bend
-            return np.asarray((0.5 * self.cutter) * (bend + np.sqrt(bend * bend + 4.0 * line.twist2)))
+            return np.asarray((0.5 * cam.cutter) * (bend + np.sqrt(bend * bend + 4.0 * line.twist2)))
 
-        return np.asarray(1.0 - self._worst(folding, self.cut))
+        return np.asarray(1.0 - self._worst(folding, cut=True))
 
     def relative_radius(self, sign: float) -> Floats:
         """Largest of the relative radius times sign, mm."""
 
-        def radius(delta: Floats, seat: Seat, side: float) -> Floats:
-            line = self.line(seat, delta)
-            turned = self.roller * self.roller * line.twist2
-            rest = 1.0 - (self.roller * side) * line.bend - turned
-            return np.asarray(sign * self.roller * rest / (1.0 + turned))
+        def radius(cam: Indexer, delta: Floats, seat: Seat, side: Floats | float) -> Floats:
+            line = cam.line(seat, delta)
+            turned = cam.roller * cam.roller * line.twist2
+            rest = 1.0 - (cam.roller * side) * line.bend - turned
+            return np.asarray(sign * cam.roller * rest / (1.0 + turned))
 
-        return self._worst(radius, self.touched)
+        return self._worst(radius)
 
     # Load
 
@@ -363,3 +393,17 @@ class Indexer(ABC):
             self.variants.number(f"material.cam.{key}") for key in ("contact_limit", "contact_cycles", "exponent")
         )
         return hours((self.peak_slice / limit) ** exponent / cycles, self.speed)
+
+
+Quantity = Callable[[Indexer, Floats, Seat, Floats | float], Floats]
+"""Something of the cams at places along their rollers, mm, on the walls on a side."""
+
+
+def _hope(values: Floats, steep: Floats) -> Floats:
+    """How large a quantity may be between three values (3, ...) of it, -inf where there is no wall: as far above the
+    largest as they differ, eight times what a parabola has; where a wall ends by its steepest step thereabouts, and of
+    one value alone nobody knows."""
+    walled = np.isfinite(values)
+    there, most = walled.sum(axis=0), values.max(axis=0)
+    rise = np.where(there == 3, most - values.min(axis=0), np.where(there == 2, steep, np.inf))
+    return np.where(there > 0, most + rise, -np.inf)

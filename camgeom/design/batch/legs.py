@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camgeom.design.batch.variants import path_of, value_of
 from camgeom.maths import Floats
@@ -24,6 +25,8 @@ WIDEST = 0.5
 """of a law's travel that one piece spans at most"""
 FINE = 1024
 """steps of a piece to which a refined extreme is placed"""
+ALIKE = 1e-9
+"""by which share of its largest value a half of a move may differ from the other half turned about the middle"""
 BESIDE = 1e-12
 """share of a piece by which its ends are sampled inside it, on its own side of a jump"""
 
@@ -58,6 +61,20 @@ class Shape:
         if not at.size:
             return []
         return [float(one) for one in bracketed_root(lambda y: self.jet(y)[1], x[at], x[at + 1])]
+
+    @cached_property
+    def even(self) -> bool:
+        """Whether it ends as it began: the second half is the first one turned about the middle."""
+        if self.dwells:
+            return True
+        ends = np.array(self.pieces)
+        if np.abs(ends + ends[::-1, ::-1] - 1.0).max() > ALIKE:
+            return False
+        jets = np.concatenate([self.table(low, high) for low, high in self.pieces], axis=1)
+        s, v, a = jets[:3]
+        total = s[0] + s[-1]
+        slips = (s + s[::-1] - total, v - v[::-1], a + a[::-1])
+        return all(np.abs(slip).max() <= ALIKE * np.abs(x).max() for slip, x in zip(slips, (s, v, a)))
 
     def table(self, low: float, high: float) -> Floats:
         """Jets at FINE steps of a stretch without a knot inside, (4, FINE + 1), one-sided at its ends."""
@@ -109,6 +126,11 @@ class Leg:
     before: Floats
     after: Floats
     lift: Floats
+
+    def of(self, rows: NDArray[np.intp]) -> Leg:
+        """The same of these variants."""
+        ends = (self.start, self.end, self.before, self.after, self.lift)
+        return Leg(self.shape, *(one[rows] if len(one) > 1 else one for one in ends))
 
     @property
     def width(self) -> Floats:

@@ -51,6 +51,10 @@ class Points:
         """These samples alone."""
         return Points(self.theta[rows], self.s[rows], self.ds[rows], self.dds[rows], self.side[rows])
 
+    def flat(self, places: Ints) -> Points:
+        """These places of (P n) alone, (N,)."""
+        return Points(*(one.reshape(-1)[places] for one in (self.theta, self.s, self.ds, self.dds, self.side)))
+
 
 Row = tuple[int, float, float]
 """A piece: the leg it is of, and its ends in the leg's own travel."""
@@ -70,6 +74,10 @@ class Motion:
     size: int
     cuts: tuple[float, ...] = ()
     busy: bool = False
+
+    def of(self, rows: Ints) -> Motion:
+        """That of these variants, each as often as it is named."""
+        return Motion(tuple(leg.of(rows) for leg in self.legs), len(rows), self.cuts, self.busy)
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
@@ -174,25 +182,49 @@ class Motion:
         step = np.rint(place * (FINE // (SAMPLES - 1))).astype(np.intp)
         return np.asarray(np.clip(step, REACH, FINE - REACH), dtype=np.intp)
 
+    @cached_property
+    def _places(self) -> tuple[Floats, Floats, Floats]:
+        """Of every piece: beginning and length in its leg's own travel, and the sign of the leg's shape, (K,) each."""
+        low, high = (np.array([row[k] for row in self.rows]) for k in (1, 2))
+        return low, high - low, np.sign(self._table[1, :, FINE // 2])
+
+    @cached_property
+    def _one_leg(self) -> Leg | None:
+        """The leg of which all pieces that move are, if they are."""
+        legs = {k for k, _, _ in self.rows[: self.moving]}
+        return self.legs[legs.pop()] if len(legs) == 1 else None
+
     def at(self, piece: Ints, j: Ints | Floats) -> Points:
         """The motion at fine steps, or between them, (k, n) of pieces (n,) or (k, n)."""
         i = np.asarray(j, dtype=np.intp)
-        f = self._table[:3, piece, i]
-        if i is not j:
+        flat = piece * (FINE + 1) + i
+        tables = [one.reshape(-1) for one in self._table[:3]]
+        f = [one.take(flat) for one in tables]
+        if i is not j and (share := j - i).any():
             # The error of a chord is that of the step's square, 1e-7 of the piece's bend.
-            share = j - i
-            f = f + share * (self._table[:3, piece, np.minimum(i + 1, FINE)] - f)
-        begin, long, before, lift, width = (
-            np.broadcast_to(x[:, 0], (len(self.rows), self.size))[piece, np.arange(self.size)] for x in self._columns
-        )
-        side = np.sign(lift * self._table[1, piece, FINE // 2])
+            flat += i < FINE
+            f = [value + share * (one.take(flat) - value) for one, value in zip(tables, f)]
+        low, span, sign = self._places
+        place = low.take(piece) + span.take(piece) * np.clip(j / FINE, BESIDE, 1.0 - BESIDE)
+        leg = self._one_leg
+        if leg is not None and piece.max(initial=0) < self.moving:
+            start, before, lift, width = leg.start, leg.before, leg.lift, leg.width
+        else:
+            start, before, lift, width = (one[piece, np.arange(self.size)] for one in self._of_legs)
+        side = np.sign(lift) * sign.take(piece)
+        rate = lift / width
         return Points(
-            begin + long * np.clip(j / FINE, BESIDE, 1.0 - BESIDE),
-            before + lift * f[0],
-            (lift / width) * f[1],
-            (lift / width**2) * f[2],
+            start + width * place, before + lift * f[0], rate * f[1], (rate / width) * f[2],
             np.broadcast_to(side, np.broadcast_shapes(side.shape, f[0].shape)),
-        )
+        )  # fmt: skip
+
+    @cached_property
+    def _of_legs(self) -> tuple[Floats, ...]:
+        """Of every piece's leg: start, lift before, lift, width, (K, n)."""
+        legs = [self.legs[k] for k, _, _ in self.rows]
+        each = ([leg.start for leg in legs], [leg.before for leg in legs], [leg.lift for leg in legs],
+                [leg.width for leg in legs])  # fmt: skip
+        return tuple(np.stack([np.broadcast_to(one, (self.size,)) for one in some]) for some in each)
 
     def whenever(self, theta: Floats) -> Points:
         """The motion at cam angles (k, n), rad, of any turn."""

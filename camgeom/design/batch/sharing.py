@@ -115,33 +115,47 @@ class Sharing:
 
     def share(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats]:
         """The same three with slices that approach alike by their own flexibility, as the exact model has them."""
-        torque = self.cam.torque(points)
+        torque, shape = self.cam.torque(points), points.s.shape
         side = np.where(torque >= 0.0, self.cam.pushing, -self.cam.pushing)
-        seat = self.cam.seat(points, offsets)
-        begin, stop, beside = self.cam.held(points, seat, offsets, side, self.cam.touched)
-        edges = self.cam.low + (self.cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None, None, None]
+        everywhere = offsets[:, None, None]
+        held = self.cam.held(points, self.cam.seat(points, everywhere), everywhere, side, self.cam.touched)
+        # From here on only rollers that bear, (N,), and their slices, (SLICES, N).
+        roller, place = np.nonzero(held[2].reshape(len(offsets), -1))
+        cam = self.cam.of(place % shape[1])
+        near, side, size = points.flat(place), side.reshape(-1)[place], np.abs(torque).reshape(-1)
+        begin, stop = (end.reshape(len(offsets), -1)[roller, place] for end in held[:2])
+        edges = cam.low + (cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None]
         first, last = np.maximum(begin, edges[:-1]), np.minimum(stop, edges[1:])
-        cover = np.where(beside, np.maximum(last - first, 0.0), 0.0)
-        line = self.cam.line(seat, 0.5 * (first + last))
-        turned = self.cam.roller * self.cam.roller * line.twist2
-        k = (1.0 + turned) / (self.cam.roller * (1.0 - self.cam.roller * side * line.bend - turned))
-        k = np.where(k > 0.0, k, 1.0 / self.cam.roller)
-        on, size = cover > 0.0, np.abs(torque)
-        weight = cover * line.lever
-        sum_ = weight.sum(axis=(0, 1))
-        load = np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)
+        cover = np.maximum(last - first, 0.0)
+        line = cam.line(cam.seat(near, offsets[roller]), 0.5 * (first + last))
+        turned = cam.roller * cam.roller * line.twist2
+        k = (1.0 + turned) / (cam.roller * (1.0 - cam.roller * side * line.bend - turned))
+        k = np.where(k > 0.0, k, 1.0 / cam.roller)
+
+        def together(weights: Floats) -> Floats:
+            """The torque over the sum of weights of all slices of the rollers that share it, (N,)."""
+            sum_ = np.bincount(place, weights.sum(axis=0), len(size))
+            return np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)[place]
+
+        def largest(values: Floats) -> Floats:
+            found = np.zeros(len(size))
+            np.maximum.at(found, place, values)
+            return found.reshape(shape)
+
+        weight, pressing = cover * line.lever, k / (pi * cam.pair)
+        load = np.broadcast_to(together(weight), cover.shape)
         least = np.maximum(1e-6 * load, 1e-30)
-        poisson = self.cam.variants.number("material.cam.poisson")
+        # The flexibility is linear in the logarithm of 4 r over the half-width.
+        poisson = cam.variants.number("material.cam.poisson")
+        still, more = (flexibility(far, far, *cam.compliances, poisson) for far in (np.zeros(1), np.ones(1)))
+        more, widest = more - still, np.log(2.0 * cam.roller)
         for _ in range(TURNS):
-            half = 2.0 * np.sqrt(np.maximum(load, least) * self.cam.pair / (pi * k))
-            far = np.log(4.0 * self.cam.roller / half)
-            stiff = line.lever / flexibility(far, far, *self.cam.compliances, poisson)
-            sum_ = (weight * stiff).sum(axis=(0, 1))
-            load = stiff * np.divide(size, sum_, out=np.zeros_like(sum_), where=sum_ > 0.0)
-        load = np.where(on, load, 0.0)
-        square = load * k / (pi * self.cam.pair)
-        force = (load * cover).sum(axis=0).max(axis=0)
-        return square.max(axis=(0, 1)), square[SLICES // 2].max(axis=0), force
+            far = widest - 0.5 * np.log(np.maximum(load, least) * cam.pair / (pi * k))
+            stiff = line.lever / (still + more * far)
+            load = stiff * together(weight * stiff)
+        load = np.where(cover > 0.0, load, 0.0)
+        square = load * pressing
+        return largest(square.max(axis=0)), largest(square[SLICES // 2]), largest((load * cover).sum(axis=0))
 
     @cached_property
     def _most_torque(self) -> Floats:
@@ -183,7 +197,7 @@ class Sharing:
                                     pieces[np.array(more), one], (other // PER)[None]])  # fmt: skip
             step = np.concatenate([np.clip(steps[best, one] + near, 0.0, FINE), steps[np.array(more), one],
                                    (other % PER * float(STEP))[None]])  # fmt: skip
-            shared = self.share(motion.at(piece, step), offsets[:, None, None])[n]
+            shared = self.share(motion.at(piece, step), offsets)[n]
             found[n] = np.broadcast_to(shared, step.shape).max(axis=0)
         return Pressed(found[0], found[1], found[2], np.asarray(lost.any(axis=0)))
 

@@ -39,7 +39,7 @@ from camgeom.track.follower import CylinderRoller
 if TYPE_CHECKING:
     from camgeom.profile import Profile
 
-CHUNK = 256
+CHUNK = 1024
 
 GEOMETRY = (
     "motion.stroke_deg",
@@ -104,17 +104,25 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
 
 def kernel(profile: Profile, columns: Mapping[str, Floats], figures: Sequence[str], level: float) -> Batch:
     """The figures of one chunk of variants."""
-    variants = Variants(profile, columns)
+    every = Variants(profile, columns)
     forces = profile.operation.force if profile.operation is not None else ()
     cuts = tuple(angle for force in forces for angle in force.applied().breaks)
-    cam = KINDS[profile.kind](variants, motion_of(variants, cuts, bool(forces)), figures, level)
+    motion = motion_of(every, cuts, bool(forces))
     with np.errstate(all="ignore"):
+        cam = KINDS[profile.kind](every, motion, figures, level)
         cam.refuse()
+        rows = np.flatnonzero(every.refusals.none)
+        if not rows.size:
+            return every.refusals.scattered(None, figures)
+        if rows.size < every.size:
+            cam = cam.of(rows)
+        variants = cam.variants
         values = {name: variants.full(_figure(cam, name)) for name in figures}
         variants.refusals.add(cam.margin <= 0.0, "undercut")
         if cam.asked:
             variants.refusals.add(cam.pressed.lost, "no roller can take the turret's torque")
-    return variants.refusals.batch(values)
+    rest = variants.refusals.batch(values)
+    return rest if cam.variants is every else every.refusals.scattered(rest, figures)
 
 
 def _figure(cam: Indexer, name: str) -> Floats:
@@ -124,15 +132,11 @@ def _figure(cam: Indexer, name: str) -> Floats:
     return FIGURES[name](cam)
 
 
-Place = Callable[[Seat, Floats, Floats], Floats]
-"""Something of the contact points at places along rollers, by the signed distance of the wall from their axes, mm"""
-
-
 @final
 class Globoid(Indexer):
     """Globoidal cams."""
 
-    pushing = -1.0
+    pushing, mirrored = -1.0, True
 
     def contact(self) -> tuple[Floats, Floats]:
         """About the pitch radius."""
@@ -207,55 +211,52 @@ class Globoid(Indexer):
         twist = self.centre * seat.one / form
         return Line(bend, twist * twist, away * delta / root)
 
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: Floats | float) -> Floats:
         """tan² at the axis; at the surface (r / delta)² more."""
         tangent = delta * seat.one / (self.centre - delta * seat.cos)
         found = tangent * tangent
         return np.asarray(found + (self.roller / delta) ** 2 if surface else found)
 
-    def _arm(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats, Floats]:
-        """How far a place along the roller is from the cam's axis, mm, its speed, mm/rad, and roller radius by the
-        root of the sum of their squares."""
+    def _place(self, seat: Seat, r: Floats, delta: Floats) -> tuple[Floats, Floats]:
+        """Distance of the contact point from the turret's axis, seen along the cam, and its height z, mm."""
         away, swept = self.centre - delta * seat.cos, delta * seat.one
         form = away * away
         form = form + swept * swept
-        return away, swept, np.asarray(r / np.sqrt(form, out=form))
-
-    def _rim(self, seat: Seat, r: Floats, delta: Floats) -> Floats:
-        """Distance of the contact point from the turret's axis, seen along the cam, mm."""
-        away, swept, arm = self._arm(seat, r, delta)
-        z = delta * seat.sin + arm * away * seat.cos
-        away = away * (1.0 + arm * seat.sin)
-        swept = swept * arm
-        rim = self.centre - np.sqrt(away * away + swept * swept)
-        return np.sqrt(rim * rim + z * z)
-
-    def _height(self, seat: Seat, r: Floats, delta: Floats) -> Floats:
-        """Height z of the contact point, mm."""
-        away, _, arm = self._arm(seat, r, delta)
-        return np.asarray(delta * seat.sin + arm * away * seat.cos)
+        arm = r / np.sqrt(form, out=form)
+        z = arm * away
+        z *= seat.cos
+        z += delta * seat.sin
+        away *= 1.0 + arm * seat.sin
+        away *= away
+        swept = np.multiply(swept, arm, out=arm)
+        swept *= swept
+        away += swept
+        rim = self.centre - np.sqrt(away, out=away)
+        rim *= rim
+        rim += z * z
+        return np.sqrt(rim, out=rim), z
 
     def stretch(self, seat: Seat, side: Floats | float, ends: Ends) -> tuple[Floats, Floats]:
         """From the globoid, or the end faces, to the roller's end: roots of smooth functions by two secant steps."""
         (low, high, r), half, outside = ends, 0.5 * self.width, self.outside
         r = side * r
-        near, far = self._rim(seat, r, low), self._rim(seat, r, high)
+        (near, z_low), (far, z_high) = (self._place(seat, r, delta) for delta in (low, high))
         wide = high - low
 
-        def root(what: Place, at_low: Floats, at_high: Floats, level: Floats) -> Floats:
+        def root(which: int, at_low: Floats, at_high: Floats, level: Floats) -> Floats:
             slope = (at_high - at_low) / wide
             slope = np.where(np.abs(slope) > 1e-12, slope, 1e-12)
             x = np.clip(low + (level - at_low) / slope, low, high)
-            x = x + (level - what(seat, r, x)) / slope
+            x = x + (level - self._place(seat, r, x)[which]) / slope
             return np.clip(x, low, high)
 
-        begin = np.where(near >= outside, low, root(self._rim, near, far, outside))
+        begin = np.where(near >= outside, low, root(0, near, far, outside))
         stop = np.where(far >= outside, high, low)
-        z_low, z_high, z_begin = (self._height(seat, r, delta) for delta in (low, high, begin))
+        z_begin = self._place(seat, r, begin)[1]
         leaves, comes = np.abs(z_high) > half, np.abs(z_begin) > half
         if np.any(leaves | comes):
-            level = np.where(leaves, np.sign(z_high), np.sign(z_begin)) * half
-            edge = root(self._height, z_low, z_high, level)
+            level = np.copysign(half, np.where(leaves, z_high, z_begin))
+            edge = root(1, z_low, z_high, level)
             stop = np.where(leaves, np.minimum(edge, stop), stop)
             begin = np.where(comes, np.maximum(edge, begin), begin)
             begin = np.where(leaves & comes, stop, begin)
@@ -266,7 +267,7 @@ class Globoid(Indexer):
 class Barrel(Indexer):
     """Cylindrical indexing cams."""
 
-    pushing = 1.0
+    pushing, mirrored = 1.0, False
 
     def contact(self) -> tuple[Floats, Floats]:
         """From the drum's outside inwards."""
@@ -332,7 +333,7 @@ class Barrel(Indexer):
         twist = b / form
         return Line((a * z - b * y) / (form * root), twist * twist, arm * delta / root)
 
-    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: float) -> Floats:
+    def tangent2(self, surface: bool, delta: Floats, seat: Seat, side: Floats | float) -> Floats:
         """The contact's arm about the turret along the normal, at a surface by r further on, over that across it."""
         rate, b, _, _, arm, across = seat.kept
         a = rate - delta
@@ -347,23 +348,42 @@ class Barrel(Indexer):
         (low, high, r), half = ends, 0.5 * self.width
         rate, b, _, _, _, across = seat.kept
         y, z = self.centre - self.circle * seat.cos, self.circle * seat.sin
-        outer = self.high * self.high
+        outer, r_b = self.high * self.high, (side * r) * b
+
+        def away(delta: Floats) -> tuple[Floats, Floats]:
+            a = rate - delta
+            form = a * a
+            form += across
+            return a, np.sqrt(form, out=form)
+
         stop = high
         for _ in range(3):
-            a = rate - stop
-            beside = y - (side * r) * b / np.sqrt(a * a + across)
-            stop = np.sqrt(np.maximum(outer - beside * beside, 0.0))
+            _, beside = away(stop)
+            np.subtract(y, np.divide(r_b, beside, out=beside), out=beside)
+            beside *= beside
+            stop = np.subtract(outer, beside, out=beside)
+            stop = np.sqrt(np.maximum(stop, 0.0, out=stop), out=stop)
         stop = np.clip(stop, low, high)
 
         def height(delta: Floats) -> Floats:
-            a = rate - delta
-            return np.asarray(z + (side * r) * a / np.sqrt(a * a + across))
+            a, root = away(delta)
+            a *= side * r
+            a /= root
+            a += z
+            return a
 
         z_low, z_stop = height(low), height(stop)
         comes, leaves = np.abs(z_low) > half, np.abs(z_stop) > half
-        arm = np.where(leaves, np.sign(z_stop), np.sign(z_low)) * half - z
-        edge = rate - side * arm * np.abs(b) / np.sqrt(np.maximum(r * r - arm * arm, 1e-30))
-        edge = np.clip(edge, low, stop)
+        if not np.any(leaves | comes):
+            return np.broadcast_to(low, stop.shape), stop
+        arm = np.copysign(half, np.where(leaves, z_stop, z_low))
+        arm -= z
+        root = arm * arm
+        root = np.maximum(np.subtract(r * r, root, out=root), 1e-30, out=root)
+        arm *= np.abs(b)
+        arm *= side
+        arm /= np.sqrt(root, out=root)
+        edge = np.clip(np.subtract(rate, arm, out=arm), low, stop)
         begin = np.where(comes, np.where(leaves, stop, edge), low)
         return begin, np.where(leaves, np.maximum(edge, begin), stop)
 
@@ -373,7 +393,7 @@ FIGURES: dict[str, Callable[[Indexer], Floats]] = {
     "flank.max_pressure_angle_deg": lambda i: i.angle(True),
     "flank.max_axis_pressure_angle_deg": lambda i: i.angle(False),
     "flank.pitch_radius_mm": lambda i: i.quoted,
-    "flank.pitch_pressure_angle_deg": lambda i: i.angle(True, i.quoted),
+    "flank.pitch_pressure_angle_deg": lambda i: i.angle(True, quoted=True),
     "flank.undercut_margin": lambda i: i.margin,
     "flank.min_relative_radius_mm": lambda i: np.maximum(-i.relative_radius(-1.0), 0.0),
     "checks.relative-curvature": lambda i: 1.0 / i.relative_radius(1.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,6 +122,13 @@ class Variants:
         self.refusals = Refusals(self.size)
         for key, values in self.columns.items():
             self.refusals.add(_beyond(profile, key, values), f"{key}: out of range")
+
+    def of(self, rows: NDArray[np.intp]) -> Variants:
+        """These variants, each as often as it is named, without their reasons."""
+        found = copy(self)
+        found.columns = {key: values[rows] for key, values in self.columns.items()}
+        found.size, found.refusals = len(rows), Refusals(len(rows))
+        return found
 
     def number(self, key: str) -> Floats:
         """The value of a key, (n,) or (1,); a key that the profile leaves out must have a default."""
