@@ -10,7 +10,8 @@ import numpy as np
 
 from camgeom.errors import DesignError
 from camgeom.machining.path import Positions
-from camgeom.machining.plan import LEAST, SHARE
+from camgeom.machining.plan import SHARE
+from camgeom.machining.spec import LEAST
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property

@@ -12,10 +12,10 @@ from camgeom.errors import DesignError, ProfileError
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import CentrePath, FlankPath, SidePath, ToolPath
-from camgeom.machining.plan import LEAST, Machining
+from camgeom.machining.plan import Machining
 from camgeom.machining.plate import plate_machining
 from camgeom.machining.rows import Rows, rows
-from camgeom.machining.spec import SAME, CutterSpec
+from camgeom.machining.spec import LEAST, SAME, CutterSpec
 from camgeom.machining.tool import Tool, tool_of
 from camgeom.solid import Part
 from camgeom.solid.mechanism import Mechanism

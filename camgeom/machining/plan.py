@@ -16,14 +16,12 @@ from camgeom.errors import NotConverged
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import Positions, SidePath, ToolPath, climbs
 from camgeom.machining.rows import RowPath, Rows
-from camgeom.machining.spec import CutterSpec
+from camgeom.machining.spec import LEAST, CutterSpec
 from camgeom.machining.tool import Tool
 from camgeom.maths import Floats
 from camgeom.maths.sampling import even_steps, steps_about, subdivided
 from camgeom.track import Track
 
-LEAST = 1e-6
-"""mm; a smaller arc is none"""
 SHARE = 0.5
 """of the room beside the flank: an arc of that radius stays within the roller's body"""
 

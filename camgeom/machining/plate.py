@@ -9,8 +9,8 @@ from camgeom.errors import DesignError
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import CentrePath, Positions, ToolPath
-from camgeom.machining.plan import LEAST, Machining
-from camgeom.machining.spec import SAME, CutterSpec
+from camgeom.machining.plan import Machining
+from camgeom.machining.spec import LEAST, SAME, CutterSpec
 from camgeom.machining.tool import tool_of
 from camgeom.maths import Floats
 from camgeom.solid.mechanism import Mechanism

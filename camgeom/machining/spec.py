@@ -19,6 +19,8 @@ AxisRule = Literal["roller", "fitted", "radial"]
 
 SAME = 1e-9
 """mm; sizes that differ by less are equal"""
+LEAST = 1e-6
+"""mm; a smaller arc, or less room beside a tool in its groove, is none"""
 
 
 @final
@@ -95,6 +97,25 @@ class CutterSpec(Section):
         if self.machine == "plain":
             found |= dict.fromkeys(("rotary", "reversed_rotary"), "machine = 'plain' has no rotary axis")
         return found
+
+    def one_way(self, mechanism: Mechanism) -> str:
+        """Why `milling` is the same either way round a cam's flanks; empty where it is not."""
+        if self.kind == "wheel" and self.contact == "side":
+            return "a wheel that works with its side goes along a flank either way alike"
+        tracks = mechanism.cutters
+        if tracks and all(len(track.sides) > 1 and self._fills(track) for track in tracks):
+            return "the tool fills its groove: it climbs along one wall and mills the other conventionally, either way"
+        return ""
+
+    def _fills(self, track: Track) -> bool:
+        """Whether the tool goes once down the middle of a groove."""
+        if self.kind == "roller" or self.path == "centre":
+            return True
+        if self.kind == "ball" or self.diameter is None or self.axis != "roller":
+            return False
+        from camgeom.machining.path import roller_at, wall_ends
+
+        return 0.5 * self.diameter + self.allowance >= roller_at(track, 0.5 * sum(wall_ends(track)))[1] - LEAST
 
     def problems(self, mechanism: Mechanism) -> list[Problem]:
         """What contradicts itself or the cam, with key, value and allowed range."""

@@ -18,7 +18,7 @@ from pydantic import Field, PrivateAttr, SerializeAsAny, model_validator
 from camgeom.cams import Cam
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.keys import Section
-from camgeom.profile.idle import idle_problems
+from camgeom.profile.idle import idle_problems, idle_way
 from camgeom.profile.motion import MAX_SEGMENTS, motion_problems, program_of
 from camgeom.profile.reader import Reader, first_of
 from camgeom.profile.sections import (
@@ -383,7 +383,7 @@ def from_data(
 
         profile = profile.model_copy(update={"track": tracks_of(profile, data["track"], _of_one_track)})
         profile._stated = data
-    if found := profile.cam.together([track.whole.cam for track in profile.tracks]):
+    if found := profile.cam.together([track.whole.cam for track in profile.tracks]) or idle_way(profile):
         raise ProfileError(found, file)
     return profile
 

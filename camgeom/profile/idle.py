@@ -92,6 +92,16 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
     return found
 
 
+def idle_way(profile: Profile) -> list[Problem]:
+    """The problem of a `cutter.milling` that changes nothing on any track of the body."""
+    cutter = profile.cutter_spec
+    if cutter is None or cutter.milling == "climb":
+        return []
+    alone = (profile, *(track.whole for track in profile.tracks))
+    reasons = [cutter.one_way(one.cam.mechanism(one.setup())) for one in alone]
+    return [Problem("cutter.milling", MESSAGE, cutter.milling, "", reasons[0])] if all(reasons) else []
+
+
 def _of_bearing(profile: Profile, table: str, roller: AnyRoller) -> dict[str, str]:
     """Keys of a roller's bearing that is not rated, and of one whose other keys are missing."""
     found = dict[str, str]()

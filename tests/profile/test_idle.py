@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from typing import Any
 
@@ -215,3 +216,28 @@ def test_the_face_of_an_arm_ends_with_the_arm() -> None:
         found = judge(built(data), ["face-width"]).findings
         levels[arm] = [(finding.level, finding.value) for finding in found]
     assert levels == {40.0: [("fail", 40.0)], 900.0: [("pass", 900.0)]}
+
+
+@pytest.mark.parametrize(("name", "cutter", "reason"), [
+    ("milled_drum", 'kind = "roller"', "fills its groove"),
+    ("milled_drum", 'kind = "flat"\ndiameter = 20.0', "fills its groove"),
+    ("milled_drum", 'kind = "flat"\ndiameter = 19.0\nallowance = 0.5', "fills its groove"),
+    ("milled_drum", 'kind = "flat"\ndiameter = 19.9', ""),
+    ("disc_face_groove", 'kind = "roller"', "fills its groove"),
+    ("linear_groove", 'kind = "roller"', "fills its groove"),
+    ("both_faces_disc", 'kind = "roller"', "fills its groove"),
+    ("disc_offset_roller", 'kind = "roller"', ""),
+    ("end_face_lifter", 'kind = "wheel"\ncontact = "side"\nwidth = 3.0\ndiameter = 200.0', "either way alike"),
+    ("end_face_lifter", 'kind = "ball"\ndiameter = 6.0', ""),
+])  # fmt: skip
+def test_which_way_a_tool_mills_is_refused_where_it_goes_but_one(name: str, cutter: str, reason: str) -> None:
+    """A tool that fills its groove climbs along one wall whichever way it goes; the key changed no block."""
+    text = re.sub(r"(?ms)^\[cutter\].*?(?=^\[|\Z)", "", (PROFILES / f"{name}.toml").read_text())
+    text = text.replace('"cutter.csv", ', "").replace('"gcode", ', "").replace('"apt", ', "")
+    parse(f'{text}\n[cutter]\n{cutter}\nmilling = "climb"\n')
+    asked = f'{text}\n[cutter]\n{cutter}\nmilling = "conventional"\n'
+    if reason:
+        with pytest.raises(ProfileError, match=f"cutter.milling: means nothing here.*{reason}"):
+            parse(asked)
+    else:
+        parse(asked)
