@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 from camgeom.drawing.content import Block, Chapter, Column, Page, Table, Text
@@ -61,11 +62,24 @@ def _facts(row: Row) -> tuple[str, ...]:
     )  # fmt: skip
 
 
+RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def typeset(text: str) -> str:
+    """A number or a unit as a page shows it: powers raised.
+
+    >>> typeset("7.2475e+08"), typeset("rad/s2"), typeset("1.5e-07"), typeset("132")
+    ('7.2475 × 10⁸', 'rad/s²', '1.5 × 10⁻⁷', '132')
+    """
+    power = re.sub(r"e\+?(-?)0*(\d+)$", lambda found: f" × 10{(found[1] + found[2]).translate(RAISED)}", text)
+    return re.sub(r"(?<=[a-z])[23]$", lambda found: found[0].translate(RAISED), power)
+
+
 def results(source: Source, rows: Sequence[Row]) -> tuple[Block, ...]:
     """The results of a source and the reasons to read beside them."""
     heads = ("Item", "Where and what", "Printed", "Ours", "Unit", "Difference", "Verdict")
     own = [row for row in rows if row.source == source.short]
-    facts = ((item, f"{place}: {says}", *numbers) for item, place, says, *numbers in map(_facts, own))
+    facts = ((item, f"{place}: {says}", *map(typeset, rest)) for item, place, says, *rest in map(_facts, own))
     told = tuple((row.item, row.verdict, row.reason) for row in own if row.reason)
     caption = f"{source.reference}: {counted(own)}"
     return (

@@ -138,3 +138,11 @@ def test_help_names_every_format(capsys: pytest.CaptureFixture[str]) -> None:
     assert "<formats" not in text
 
 
+
+
+def test_peaks_of_a_segment_are_its_own_at_its_ends_too() -> None:
+    """A simple harmonic rise has its largest acceleration where it begins; the dwell beside it has none."""
+    press = camgeom.read(PROFILES / "constant_width_press.toml")
+    rise, dwell = segments(press).rows[:2]
+    assert rise[-1] == pytest.approx(0.9789036, rel=1e-6)
+    assert dwell[-2:] == (0.0, 0.0)

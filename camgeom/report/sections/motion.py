@@ -159,6 +159,10 @@ def _extremes(program: Program, order: int, factor: float, angle: Floats, y: Flo
     return tuple(Mark(x, v, f"{number(v)} at {number(x)}°") for x, v in spots)
 
 
+KNOT = 1e-9
+"""rad; samples so near to a knot are at it"""
+
+
 def segments(model: Model) -> Table:
     """Each segment, by its path in the profile, with its law and the largest velocity and acceleration in it."""
     program = model.setup.program
@@ -167,9 +171,9 @@ def segments(model: Model) -> Table:
     rows: list[tuple[Cell, ...]] = []
     stated, carriage = len(model.profile.motion), model.mechanism.carriage
     for i, span in enumerate(program.spans):
-        inside = (theta >= span.start - 1e-12) & (theta <= span.end + 1e-12)
-        strict = inside & (theta > span.start + 1e-9) & (theta < span.end - 1e-9)
-        peaks = [factors[k] * float(np.abs(jets[k, strict]).max(initial=0.0)) for k in (1, 2)]
+        # At a knot the last sample is of what follows it, the first of what precedes: both ends are the segment's own.
+        low, high = np.searchsorted(theta, (span.start + KNOT, span.end - KNOT))
+        peaks = [factors[k] * float(np.abs(jets[k, low - 1 : high + 1]).max()) for k in (1, 2)]
         law = re.sub(r"(?<=[a-z])-|-(?=[a-z])", " ", span.law)
         ends = (factors[0] * span.before, factors[0] * span.after)
         name = f"motion[{i}]" if i < stated else f"mirror of motion[{i - stated}]"
