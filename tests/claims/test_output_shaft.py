@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from camgeom.checks import judge
+from camgeom.design.batch import supports
 from camgeom.errors import ProfileError
 from camgeom.mechanics.output_shaft import PITCH, Bolts, Grade, Size, equivalent_stress
 from camgeom.model import Model
@@ -126,6 +127,12 @@ def test_what_has_no_output_shaft_refuses_it(rigid: Model) -> None:
         model("pin_insertion", output_shaft=JOINT)
     with pytest.raises(ProfileError, match=r"limits.bolt_slip_safety: means nothing here"):
         rigid.with_(output_shaft=SHAFT, limits__bolt_slip_safety=1.5)
+
+
+def test_a_batch_leaves_shaft_and_bolts_to_the_exact_model(rigid: Model) -> None:
+    for key in ("output_shaft.bolts", "output_shaft.lever", "limits.bolt_slip_safety"):
+        assert "output shaft and bolts" in str(supports(rigid.profile, [key]))
+    assert supports(rigid.profile, ["operation.speed"]) is None
 
 
 def test_a_shaft_or_its_bolts_alone(rigid: Model) -> None:

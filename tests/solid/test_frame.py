@@ -10,15 +10,18 @@ import numpy as np
 import pytest
 
 import camgeom
+from camgeom.cams import starter
 from camgeom.checks import judge
+from camgeom.design.batch import supports
 from camgeom.errors import ProfileError
 from camgeom.export import write
 from camgeom.export.step.bodies import assembly_of, frame_of, model_bodies
 from camgeom.export.step.brep import Assembly
 from camgeom.export.step.check import check_solid
 from camgeom.model import Model
+from camgeom.profile import parse
 from camgeom.report.data.geometry import solid_data
-from tests.places import PLATE, PROFILES
+from tests.places import BARE, PLATE, PROFILES
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +146,24 @@ def test_a_thinner_plate_bears_more(press: Model) -> None:
     assert peaks[0] is not None
     assert peaks[1] is not None
     assert peaks[1].value == pytest.approx(peaks[0].value * (16.0 / 9.0) ** 0.5, rel=1e-9)
+
+
+def test_a_batch_leaves_a_frame_that_is_a_part_to_the_exact_model(press: Model) -> None:
+    """A plate thinner than the cam bears less length, and only the exact model knows it."""
+    part = press.with_(operation__force=None).profile
+    bare = press.with_(operation__force=None, **BARE).profile
+    assert supports(bare, ["operation.speed"]) is None
+    assert "part" in str(supports(part, ["operation.speed"]))
+    assert "part" in str(supports(bare, ["follower.plate_thickness"]))
+
+
+def test_the_plate_that_the_starter_proposes_is_sound() -> None:
+    proposed = starter("constant-width").replace("# plate", "plate").replace("# window", "window")
+    model = Model(parse(proposed.replace("# face_height", "face_height").replace("# guide", "guide")))
+    assert model.frame is not None
+    assert model.frame.sound
+    levels = {one.level for one in judge(model, ["wall", "window", "face-width"]).findings}
+    assert levels == {"pass"}
 
 
 def test_every_file_has_the_frame(press: Model, tmp_path: Path) -> None:

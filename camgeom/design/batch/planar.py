@@ -16,7 +16,7 @@ import numpy as np
 
 from camgeom.cams import sense_of
 from camgeom.cams.conjugate import Conjugate
-from camgeom.cams.constant_width import ConstantWidth
+from camgeom.cams.constant_width import PLATE, ConstantWidth
 from camgeom.cams.disc import Disc
 from camgeom.design.batch import Batch
 from camgeom.design.batch.legs import motion_reason
@@ -32,6 +32,7 @@ from camgeom.mechanics.duty import MEAN_OF_NOTHING, MILLI
 from camgeom.mechanics.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camgeom.mechanics.load import inertia_force, thrust_share
 from camgeom.model import ALIKE
+from camgeom.track.follower import FrameFollower
 
 if TYPE_CHECKING:
     from camgeom.profile import Profile
@@ -49,6 +50,10 @@ def supports(profile: Profile, varied: Sequence[str]) -> str | None:
             return f"{stray[0]}: the ends of [[operation.force]] would move through the motion"
         if profile.kind == "constant-width":
             return "[[operation.force]] on a cam of constant width is left to the exact model"
+    follower = profile.follower
+    plate = isinstance(follower, FrameFollower) and follower.plate_length is not None
+    if plate or any(key in (f"follower.{name}" for name in PLATE) for key in varied):
+        return "a frame that is made as a part is left to the exact model"
     return motion_reason(profile, varied)
 
 

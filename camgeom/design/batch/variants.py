@@ -73,6 +73,8 @@ def refused_keys(profile: Profile, varied: Sequence[str]) -> str | None:
         table = path_of(key)[0]
         if key in BEARING:
             return f"{key}: the bearing is rated by the exact model where more than C and C0 of it is given"
+        if table == "output_shaft" or key.startswith("limits.bolt_"):
+            return f"{key}: output shaft and bolts are left to the exact model"
         if table in SOLVED:
             return f"{key}: [{table}] is answered by a solver, which takes one variant at a time"
         if table == "operation" and (profile.dynamics is not None or profile.impact is not None):
