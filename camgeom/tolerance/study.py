@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
@@ -34,6 +34,8 @@ NEAR = 0.995
 """share of a limit that counts as reached"""
 NOISE = 1e-6
 """um or seconds of arc, below which a figure is rounding of what is none (single precision of what is drawn)"""
+FARTHER = 1e-9
+"""share by which another end of an error has to move the follower farther"""
 NOTHING = 1e-6
 """share of a limit that an error alone may reach and count for nothing"""
 
@@ -233,8 +235,11 @@ class ToleranceStudy:
             alone = off(tried.errors)
             end = np.argmax(alone, axis=1)[:, None]
             part = np.maximum(np.take_along_axis(alone, end, axis=1)[:, 0], 0.0)
-            errors = sum(tried.together(part, end, own) for own in owners) + sum(mean * g for mean, g in means)
-            found = np.max([found, off(np.asarray(errors)), *tried.told(alone, off)], axis=0)
+            parts = np.zeros((len(self.causes), *walls.lever.shape))
+            for own in owners:
+                parts[tried.cause[own[0]]] += tried.together(part, end, own)
+            errors = parts.sum(axis=0) + sum(mean * g for mean, g in means)
+            found = np.max([found, _climbed(off, errors, parts), *tried.told(alone, off)], axis=0)
         return found
 
     def _off(self, approach: Floats) -> Floats:
@@ -315,6 +320,26 @@ class ToleranceStudy:
         if spec is None or not self.limited or not self.causes:
             return None
         return widest(self, spec.cost, spec.wanted_yield, spec.samples)
+
+
+def _climbed(off: Callable[[Floats], Floats], errors: Floats, parts: Floats) -> Floats:
+    """Largest value, (n,), that is reached by taking the part (n, p) of one error after the other to its other end.
+
+    off  values (..., n) with errors (..., n, p); parts (k, n, p): what each error has in them
+    An end that moves the follower farther where all walls press may hold it back where another error lets one go.
+    """
+    best, parts = off(errors), parts.copy()
+    for _ in range(len(parts)):
+        tried = off(errors - 2.0 * parts)
+        which = tried.argmax(axis=0)
+        most = np.take_along_axis(tried, which[None], axis=0)[0]
+        rows = np.flatnonzero(most > best * (1.0 + FARTHER))
+        if not len(rows):
+            break
+        errors[rows] -= 2.0 * parts[which[rows], rows]
+        parts[which[rows], rows] *= -1.0
+        best[rows] = most[rows]
+    return best
 
 
 def widest(study: ToleranceStudy, cost: Costs, share: float, samples: int) -> Widest | None:
