@@ -46,6 +46,8 @@ BLOCK = 245.0
 """mm, upper edge of the title block"""
 ROW, SIZE = 4.3, 2.7
 """mm, line pitch and size of the text in the table of parameters"""
+LETTERS = 1.8, 2.7
+"""mm, smallest (ISO 3098) and usual size of text in a cell of the title block"""
 COLUMNS = 6
 """of cells in the title block"""
 PROJECTION = "Projection"
@@ -240,7 +242,10 @@ def _title_block(paper: Paper, model: Model, scale: float) -> None:
         paper.box("rule", x, y, x + width, y + pitch)
         paper.words(x + 1.2, y + 2.8, head, size=2.1, style="faint")
         if head != PROJECTION:
-            paper.words(x + 1.2, y + 6.8, _shortened(text or "-", width - 2.4, 2.7), size=2.7)
+            shown, room = text or "-", width - 2.4
+            fitting = 0.999 * LETTERS[1] * room / text_width(shown, LETTERS[1])
+            letters = min(LETTERS[1], max(LETTERS[0], fitting))
+            paper.words(x + 1.2, y + 6.8, _shortened(shown, room, letters), size=letters)
     _third_angle(paper, SPLIT + 5.6 * width, top + 0.5 * pitch)
 
 

@@ -107,12 +107,11 @@ class FramePlate(QuickPart):
             quarter += [(far - self.corner, wide)] if self.corner else []
         half = [*quarter, *((-x, y) for x, y in reversed(quarter))]
         ring = [*half, *((-x, -y) for x, y in half)]
-        moved = [(x + self.middle, y) for x, y in [ring[-1], *ring]]
         found = []
-        for start, stop in zip(moved, moved[1:]):
-            is_face = start[0] == stop[0] and abs(start[0] - self.middle) < near + 0.5 * self.rise
-            is_round = self.corner and start[0] != stop[0] and start[1] != stop[1]
-            found.append(Side(start, stop, "face" if is_face else "window", ROUND if is_round else 0.0))
+        for (x0, y0), (x1, y1) in zip([ring[-1], *ring], ring):
+            name = "face" if x0 == x1 and abs(x0) == near else "window"
+            ends = (x0 + self.middle, y0), (x1 + self.middle, y1)
+            found.append(Side(*ends, name, ROUND if x0 != x1 and y0 != y1 else 0.0))
         return tuple(found)
 
     @property

@@ -242,3 +242,10 @@ def test_the_table_of_both_faces_has_each_groove_and_an_end_wall_is_no_groove() 
     ring = {label: values for label, _, values in columns(read(str(PROFILES / "end_face_lifter.toml")))}
     assert np.allclose(ring["roller z"] - ring["lift"], 42.0 + 12.0)
     assert not [label for label in ring if "groove" in label]
+
+
+def test_a_long_entry_of_the_title_block_is_set_smaller_before_it_is_cut() -> None:
+    treatment = "carburised, case 0.9 + 0.2 mm"
+    made = part_sheet(read(str(PROFILES / "disc_offset_roller.toml")).with_(drawing={"treatment": treatment}))
+    (shown,) = [shape for shape in made.shapes if isinstance(shape, Words) and shape.text == treatment]
+    assert 1.8 <= shown.size < 2.7

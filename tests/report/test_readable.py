@@ -11,10 +11,12 @@ from camgeom.cli import Console, main
 from camgeom.cli import model as commands
 from camgeom.drawing.content import Level, Page, Table
 from camgeom.drawing.sheet import ticks
+from camgeom.maths.mesh import Mesh
 from camgeom.model import Model
 from camgeom.model.facts import Ledger
 from camgeom.report.page import verdict_box
 from camgeom.report.sections.bodies import face_bodies
+from camgeom.report.sections.design import across
 from camgeom.report.sections.life import life
 from camgeom.report.sections.motion import segments
 from tests.places import BARE, PROFILES
@@ -146,3 +148,10 @@ def test_peaks_of_a_segment_are_its_own_at_its_ends_too() -> None:
     rise, dwell = segments(press).rows[:2]
     assert rise[-1] == pytest.approx(0.9789036, rel=1e-6)
     assert dwell[-2:] == (0.0, 0.0)
+
+
+def test_the_level_of_a_section_is_told_without_the_hair_that_keeps_edges_out_of_it() -> None:
+    press = camgeom.read(PROFILES / "constant_width_press.toml")
+    lowered = Mesh(press.solid.mesh.vertices - np.array([0.0, 0.0, 8.0]), press.solid.mesh.faces)
+    assert "Section at z = 0 mm," in across(press, (("cam", lowered),)).caption
+    assert "Section at z = 8 mm," in across(press, (("cam", press.solid.mesh),)).caption

@@ -60,6 +60,9 @@ def test_the_body_is_closed_and_as_large_as_its_closed_form(press: Model, shape:
     assert exact.genus == genus
     assert exact.volume == pytest.approx(plate.volume, rel=1e-12)
     assert model.frame_mass == pytest.approx(plate.volume * 7850e-9)
+    faces = [side for side in plate.sides if side.name == "face"]
+    assert [np.ptp((side.start[1], side.stop[1])) for side in faces] == [plate.face] * 2
+    assert abs(faces[0].start[0] - faces[1].start[0]) == pytest.approx(plate.opening, abs=1e-12)
 
 
 def test_the_faces_stand_apart_by_the_width_and_the_play_and_touch_the_cam_all_round(press: Model) -> None:

@@ -175,8 +175,8 @@ def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
     """The section across one body with the sizes of that section and of its keyway."""
     low, high = (float(end(mesh.vertices[:, 2])) for end in (np.min, np.max))
     stand = float(_stand(model.tracks[0])[2]) if model.tracks else low
-    level = stand if low < stand < high and not name else 0.5 * (low + high)
-    level += 1e-6 * (high - low)
+    told = stand if low < stand < high and not name else 0.5 * (low + high)
+    level = told + 1e-6 * (high - low)
     loops = _flat(outlines(mesh, 2, level), ACROSS)
     points = np.concatenate(loops)
     (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
@@ -199,8 +199,13 @@ def _section(model: Model, mesh: Mesh, name: str) -> Drawing:
         ]
     way = "clockwise" if model.mechanism.sense < 0.0 else "counter-clockwise"
     head = f"{name[:1].upper()}{name[1:]}, section" if name else "Section"
-    caption = f"{head} at z = {number(level)} mm, seen from +Z; turns {way}"
+    caption = f"{head} at z = {_place(told)} mm, seen from +Z; turns {way}"
     return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), (Region(loops),))
+
+
+def _place(level: float) -> str:
+    """A coordinate, mm, to a micrometre: what rounding leaves of a zero is none."""
+    return number(round(level, 3) + 0.0)
 
 
 def outlines(mesh: Mesh, axis: int, level: float) -> tuple[Floats, ...]:
@@ -343,7 +348,8 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     size = _Size.of(model, meshes)
     low, high, reach, tracks = size.low, size.high, size.reach, model.tracks
     stand = float(_stand(tracks[0])[2]) if tracks else low[2]
-    level = float(stand if low[2] < stand < high[2] else 0.5 * (low[2] + high[2])) + 1e-6 * reach
+    told = float(stand if low[2] < stand < high[2] else 0.5 * (low[2] + high[2]))
+    level = told + 1e-6 * reach
     over = 1.08 * reach
     paths = [Path(np.array([[-over, 0.0], [over, 0.0]]), "axis"), Path(np.array([[0.0, -over], [0.0, over]]), "axis")]
     dimensions = []
@@ -377,7 +383,7 @@ def across(model: Model, meshes: Meshes) -> Drawing:
     stands = "follower at cam angle 0"
     if len(model.grooves) > 1:
         stands = f"follower {model.number + 1} at cam angle {number(np.degrees(model.angle), 6)}°, its own 0"
-    caption = f"Section at z = {number(level)} mm, seen from +Z, {stands}; the cam turns {way}"
+    caption = f"Section at z = {_place(told)} mm, seen from +Z, {stands}; the cam turns {way}"
     regions = _regions(meshes, 2, level, ACROSS)
     return Drawing(caption, tuple(paths), tuple(circles), tuple(dimensions), tuple(leaders), regions)
 
