@@ -8,9 +8,10 @@ below rounding. So a composed program is a program like any other, with jets, kn
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
+import numpy.typing as npt
 
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats, distinct
@@ -24,8 +25,11 @@ DEGREE = 17
 """of the series"""
 LEFT_OUT = 1e-15
 """share of the largest lift, tenfold of each of its first three derivatives, that the last terms may hold"""
+Index = npt.NDArray[np.intp]
+Mask = npt.NDArray[np.bool_]
 FACTORIALS = np.array([math.factorial(k) for k in range(DEGREE + 1)], dtype=float)
 MOST_HALVINGS = 12
+MOST_AT_ONCE = 20_000
 BESIDE = 1e-9
 """rad; pieces nearer together are one place: what is left between is rounding"""
 
@@ -42,8 +46,8 @@ def composed(path: Program, drive: Program) -> Program:
     spans = _spans(path, drive, edges)
     # Against it what is left out counts, too, where a motion comes to rest.
     size = max(abs(lift) for span in path.spans for lift in (span.before, span.after))
-    series = [piece for low, high in pairwise(edges) for piece in _stretches(path, drive, low, high, size)]
-    kept = dict(zip(edges[:-1], _kept(path, drive, edges)))
+    series = _stretches(path, drive, edges, size)
+    kept = dict(zip(edges[:-1].tolist(), _kept(path, drive, edges)))
     pieces: list[tuple[Piece, ...]] = []
     for span in spans:
         width, own = span.end - span.start, list[Piece]()
@@ -63,7 +67,7 @@ def place(drive: Program, theta: Floats) -> Floats:
     return np.asarray(np.clip(drive.jet(theta, 0)[0], 0.0, TURN))
 
 
-def _edges(path: Program, drive: Program) -> list[float]:
+def _edges(path: Program, drive: Program) -> Floats:
     """Angles of the drive from 0 to 2 pi at which a piece of it, or of the path below it, ends."""
     found = [drive.table.edges]
     for span in drive.spans:
@@ -79,92 +83,94 @@ def _edges(path: Program, drive: Program) -> list[float]:
     edges = distinct(np.concatenate(found))
     edges = edges[np.append(True, np.diff(edges) > BESIDE)]
     edges[0], edges[-1] = 0.0, TURN
-    return [float(edge) for edge in edges]
+    return np.asarray(edges)
 
 
-def _spans(path: Program, drive: Program, edges: list[float]) -> tuple[Span, ...]:
+def _spans(path: Program, drive: Program, edges: Floats) -> tuple[Span, ...]:
     """Stretches of the drive's turn in which one segment of the path is run one way, or the drive rests."""
     found: list[Span] = []
     last = (-1.0, -1)
-    for low, high in pairwise(edges):
-        at = float(place(drive, np.array([0.5 * (low + high)]))[0])
+    lifts, middles = _lifts(path, drive, edges), place(drive, 0.5 * (edges[:-1] + edges[1:]))
+    for i, at in enumerate(middles.tolist()):
+        low, high, before, after = (float(one) for one in (edges[i], edges[i + 1], lifts[i], lifts[i + 1]))
         moving = next(span for span in drive.spans if low < span.end - BESIDE)
         number = -1
         if moving.law != "dwell":
-            number = next((i for i, span in enumerate(path.spans) if at <= span.end), len(path.spans) - 1)
-        after = _lift(path, drive, high)
+            number = next((k for k, span in enumerate(path.spans) if at <= span.end), len(path.spans) - 1)
         if (moving.start, number) == last:
             found[-1] = found[-1]._replace(end=high, after=after)
             continue
         last = (moving.start, number)
-        law = path.spans[number].law if number >= 0 else "dwell"
-        found.append(Span(low, high, _lift(path, drive, low), after, law))
+        found.append(Span(low, high, before, after, path.spans[number].law if number >= 0 else "dwell"))
     # A closed program ends on the very number it began with.
     return (*found[:-1], found[-1]._replace(after=found[0].before))
 
 
-def _lift(path: Program, drive: Program, theta: float) -> float:
-    """The lift at an angle of the drive; where a segment of the path ends exactly the one that it states."""
-    at = float(place(drive, np.array([theta]))[0])
-    if at <= BESIDE:
-        return path.spans[0].before
-    stated = next((span.after for span in path.spans if abs(span.end - at) <= BESIDE), None)
-    return float(path.jet(np.array([at]), 0)[0, 0]) if stated is None else stated
+def _lifts(path: Program, drive: Program, theta: Floats) -> Floats:
+    """Lifts at angles (n,) of the drive; where a segment of the path ends exactly those that it states."""
+    at = place(drive, theta)
+    lifts = np.array(path.jet(at, 0)[0])
+    for span in reversed(path.spans):
+        lifts[np.abs(at - span.end) <= BESIDE] = span.after
+    lifts[at <= BESIDE] = path.spans[0].before
+    return np.asarray(lifts)
 
 
-def _taylor(program: Program, index: int, at: float, degree: int) -> Floats:
-    """Coefficients (degree + 1,) of the series of a program's piece about an angle, rad."""
+def _taylor(program: Program, index: Index, at: Floats, degree: int) -> Floats:
+    """Coefficients (n, degree + 1) of the series of a program's pieces about angles (n,), rad."""
     table = program.table
-    jet = table.at(np.array([index]), np.array([at - float(table.anchors[index])]), degree)[:, 0]
-    return np.asarray(jet / FACTORIALS[: degree + 1])
+    return np.asarray(table.at(index, at - table.anchors[index], degree).T / FACTORIALS[: degree + 1])
 
 
-def _series(path: Program, drive: Program, at: float, beside: float, degree: int = DEGREE) -> Floats:
-    """Coefficients of the composed series about an angle, of the pieces that hold at an angle beside it."""
-    moved = _taylor(drive, int(drive.table.locate(np.array([beside]))[0]), at, degree)
-    number = int(path.table.locate(place(drive, np.array([beside])))[0])
-    shape = _taylor(path, number, min(max(float(moved[0]), 0.0), TURN), degree)
-    moved[0] = 0.0
-    total = np.zeros(degree + 1)
-    for c in shape[::-1]:
-        total = np.convolve(total, moved)[: degree + 1]
-        total[0] += c
+def _series(path: Program, drive: Program, at: Floats, beside: Floats, degree: int = DEGREE) -> Floats:
+    """Coefficients (n, degree + 1) of the composed series about angles (n,), of the pieces at angles beside them."""
+    moved = _taylor(drive, drive.table.locate(beside), at, degree)
+    shape = _taylor(path, path.table.locate(place(drive, beside)), np.clip(moved[:, 0], 0.0, TURN), degree)
+    moved[:, 0] = 0.0
+    lag = np.subtract.outer(np.arange(degree + 1), np.arange(degree + 1))
+    times = np.where(lag >= 0, moved[:, np.maximum(lag, 0)], 0.0)
+    total = np.zeros_like(moved)
+    for c in shape.T[::-1]:
+        total = (times @ total[:, :, None])[:, :, 0]
+        total[:, 0] += c
     return total
 
 
-def _stretches(
-    path: Program, drive: Program, low: float, high: float, size: float, depth: int = 0
-) -> list[tuple[float, float, Floats]]:
-    """Series about the middles of parts of a stretch, short enough that what they leave out is below rounding."""
-    middle = 0.5 * (low + high)
-    power = _series(path, drive, middle, middle)
-    if _settled(power, 0.5 * (high - low), size):
-        return [(low, high, power)]
-    if depth == MOST_HALVINGS:
-        at = math.degrees(middle)
-        raise NotConverged(f"the motion over the drive has no series at {at:.6g} deg; take a gentler law or drive")
-    parts = _stretches(path, drive, low, middle, size, depth + 1)
-    return parts + _stretches(path, drive, middle, high, size, depth + 1)
+def _stretches(path: Program, drive: Program, edges: Floats, size: float) -> list[tuple[float, float, Floats]]:
+    """Series about the middles of parts of each stretch, short enough that what they leave out is below rounding."""
+    low, high, found = edges[:-1], edges[1:], list[tuple[float, float, Floats]]()
+    for _ in range(MOST_HALVINGS + 1):
+        if len(low) > MOST_AT_ONCE:
+            break
+        middle = 0.5 * (low + high)
+        power = _series(path, drive, middle, middle)
+        settled = _settled(power, 0.5 * (high - low), size)
+        found += zip(low[settled].tolist(), high[settled].tolist(), power[settled])
+        if settled.all():
+            return sorted(found, key=itemgetter(0))
+        low, middle, high = low[~settled], middle[~settled], high[~settled]
+        low, high = np.concatenate((low, middle)), np.concatenate((middle, high))
+    at = math.degrees(low[0])
+    raise NotConverged(f"the motion over the drive has no series at {at:.6g} deg; take a gentler law or drive")
 
 
-def _settled(power: Floats, half: float, size: float) -> bool:
-    """Whether the last two terms of a series, and of its first three derivatives, are below rounding of what they are
-    on the stretch, or of the lift's `size` (per rad^order)."""
-    k = np.arange(DEGREE + 1)
+def _settled(power: Floats, half: Floats, size: float) -> Mask:
+    """Whether the last two terms of series (n, k), and of their first three derivatives, are below rounding of what
+    they are on stretches of half widths (n,), or of the lift's `size` (per rad^order)."""
+    settled = np.ones(len(half), dtype=bool)
     for order in range(4):
         perms = FACTORIALS[order:] / FACTORIALS[: DEGREE + 1 - order]
-        terms = np.abs(power[order:]) * perms * half ** k[: len(k) - order]
-        if terms[-2:].sum() > LEFT_OUT * 10.0**order * max(float(terms.max()), size):
-            return False
-    return True
+        terms = np.abs(power[:, order:]) * perms * half[:, None] ** np.arange(DEGREE + 1 - order)
+        settled &= terms[:, -2:].sum(axis=1) <= LEFT_OUT * 10.0**order * np.maximum(terms.max(axis=1), size)
+    return settled
 
 
-def _kept(path: Program, drive: Program, edges: list[float]) -> list[int]:
+def _kept(path: Program, drive: Program, edges: Floats) -> list[int]:
     """Derivatives that continue across each edge but the last, found on the exact pieces and not on cut off series."""
-    middles = [0.5 * (low + high) for low, high in pairwise(edges)]
-    before = [_series(path, drive, edge, middle, ORDER_LIMIT) for edge, middle in zip(edges[1:], middles)]
-    after = [_series(path, drive, edge, middle, ORDER_LIMIT) for edge, middle in zip(edges, middles)]
-    left, right = (np.stack(each) * FACTORIALS[: ORDER_LIMIT + 1] for each in ([before[-1], *before[:-1]], after))
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    before = np.roll(_series(path, drive, edges[1:], middles, ORDER_LIMIT), 1, axis=0)
+    after = _series(path, drive, edges[:-1], middles, ORDER_LIMIT)
+    left, right = (each * FACTORIALS[: ORDER_LIMIT + 1] for each in (before, after))
     scale = np.maximum(np.abs(left), np.abs(right)).max(axis=0)
     jumps = np.abs(right - left) > JUMP_TOLERANCE * scale + LEAST_JUMP
     return [int(np.argmax(row)) - 1 if row.any() else ORDER_LIMIT for row in jumps]
