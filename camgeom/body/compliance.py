@@ -34,6 +34,7 @@ from camgeom.body.load import (
     plate_patch,
 )
 from camgeom.body.plate import PlateSection
+from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
@@ -49,7 +50,7 @@ from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
 from camgeom.solid.cut import CutBlank, IndexingCut
-from camgeom.solid.drum import EndFaceRing
+from camgeom.solid.drum import EndFaceRing, RibbedCylinder
 from camgeom.solid.prism import Prism
 from camgeom.track import TURN, Track
 
@@ -144,7 +145,7 @@ class _Ring:
         ring = ring_of(self.section, even_planes(PLANES))
         every = [load for case in cases for load in case]
         solver = elastic(ring, self.own.material)
-        moved = solver.solve(nodal_forces(ring, [self.of(load) for load in every]))
+        moved = solver.solve(nodal_forces(ring, [[self.of(load)] for load in every]))
         starts = np.cumsum([0, *map(len, cases)])
         return [_each(ring, "hexahedron20", moved[:, :, a:b], case, self.own)
                 for a, b, case in zip(starts[:-1], starts[1:], cases)]  # fmt: skip
@@ -188,16 +189,25 @@ def unmeshed(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
     return f"needs the body's volume: {reason}" if (reason := unfilled(parts, cutters)) else ""
 
 
-def below_roller(
-    part: Part, cutters: tuple[Track, ...], duty: RollerDuty, drive: FaceDuty | None, surface: Callable[[], Mesh]
+def below_rollers(
+    part: Part, cutters: tuple[Track, ...], duties: Sequence[RollerDuty], drive: FaceDuty | None,
+    surface: Callable[[], Mesh],
 ) -> Below:
-    """The compliance below a follower's roller at the cam angles at which it presses.
+    """The compliance below a follower's rollers at the cam angles at which they press, each its own flank of a rib.
 
+    duties   the first is the hardest pressed, and the only one that counts but on a rib
     drive    forces of a planar cam's touch; surface: the body's mesh, asked for where it is no ring
     Raises DesignError where nothing presses the body, or it cannot be meshed.
     """
+    if isinstance(part, RibbedCylinder) and len(duties) > 1:
+        each = [below_rollers(part, cutters, [one], drive, surface) for one in duties]
+        pressed, number = np.unique(np.concatenate([one.theta for one in each]), return_inverse=True)
+        value = np.zeros(len(pressed))
+        np.maximum.at(value, number, np.concatenate([one.value for one in each]))
+        return Below(pressed, value)
+    duty = duties[0]
     own, force = Own(duty.cam, 2.0 * duty.radius, duty.level != "line"), RollerForce(duty)
-    rings = isinstance(part, EndFaceRing | Prism)
+    rings = isinstance(part, EndFaceRing | RibbedCylinder | Prism)
     groove = groove_of(part, cutters)
     every = np.linspace(0.0, TURN, PLANES if rings or groove is not None else ANGLES, endpoint=False)
     theta = every[force.presses(every)]
@@ -206,8 +216,8 @@ def below_roller(
     body: _Ring | _Tetra
     if isinstance(part, Prism) and drive is not None:
         body = _Ring(PlateSection(part), lambda load: plate_patch(drive, 0, part, load.theta), own)
-    elif isinstance(part, EndFaceRing):
-        face = EndFaceSection(part)
+    elif isinstance(part, EndFaceRing | RibbedCylinder):
+        face = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection(part)
         body = _Ring(face, lambda load: RollerLoad(face, duty).patch(load.theta), own)
     elif groove is not None:
         section = GroovedSection.of(groove, Fineness())
@@ -230,7 +240,7 @@ def below_turret(parts: Sequence[Part], duty: TurretDuty, surface: Callable[[], 
     """The share of a turret's contact stiffness that the body below its contacts leaves, over the turn.
 
     A contact of stiffness K_j takes a torque T_j, and the body turns the turret by C T: all turn alike, so the whole is
-    the sum of (diag(1/K) + C)^-1. Along a roller its slices share as on a rigid body. Raises as `below_roller`.
+    the sum of (diag(1/K) + C)^-1. Along a roller its slices share as on a rigid body. Raises as `below_rollers`.
     """
     own = Own(duty.cam, 2.0 * float(duty.tracks[0].meridian.jet(np.zeros(1))[3][0]), False)
     theta = np.linspace(0.0, TURN, PLANES, endpoint=False)

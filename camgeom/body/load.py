@@ -89,6 +89,11 @@ class RollerForce:
         """Whether anything presses at cam angles (n,)."""
         return np.asarray(np.abs(self.normal(theta)) > QUIET * max(self.duty.peak_force.value, 1e-300))
 
+    def largest(self, theta: float) -> float:
+        """The larger size, N, of the normal force on both sides of a cam angle."""
+        size = np.abs(self.duty.normal)
+        return float(self.duty.force.panels.limit(size, theta, size))
+
     def line(self, theta: float) -> tuple[float, Floats, Floats, Floats]:
         """The pressed side at a cam angle, rad, stations (m,) along it, and the force, N, and force per length, N/mm,
         there (m,), as slices share it.
@@ -156,6 +161,17 @@ class RollerLoad:
                      self.body.second(side))  # fmt: skip
 
 
+def asked_patch(body: Walled, duties: Sequence[RollerDuty], angle: float | None) -> Patch:
+    """The patch of the rollers that press a ring's flanks at a cam angle, rad: that of the one that presses hardest.
+
+    None: where force over squared thickness is largest of all.
+    """
+    loads = [RollerLoad(body, duty) for duty in duties]
+    if angle is None:
+        return max(loads, key=lambda load: load.hardest.value).asked(None)
+    return max(loads, key=lambda load: load.force.largest(angle)).patch(angle)
+
+
 def plate_angle(drive: FaceDuty, discs: Sequence[Prism], angle: float | None) -> tuple[int, float]:
     """Number of the touch, and the cam angle, of the largest force over squared distance to the bore.
 
@@ -211,12 +227,13 @@ def disc_patch(disc: Prism, load: PointLoad) -> Patch:
     return Patch(load.theta, float(load.sizes.sum()), disc.name, place, azimuth, load.forces, room)
 
 
-def nodal_forces(ring: RingMesh, patches: list[Patch]) -> Floats:
-    """Forces (v, 3, k), N, on all nodes, that do the same work as each patch on the elements' displacements."""
-    loads = np.zeros((len(ring.nodes), 3, len(patches)))
+def nodal_forces(ring: RingMesh, loads: Sequence[Sequence[Patch]]) -> Floats:
+    """Forces (v, 3, k), N, on all nodes, that do the same work as the patches of each load on the elements'
+    displacements."""
+    found = np.zeros((len(ring.nodes), 3, len(loads)))
     rows = ring.section.rows
     start = np.append(ring.planes, ring.planes[0] + TURN)
-    for k, patch in enumerate(patches):
+    for k, patch in ((k, patch) for k, load in enumerate(loads) for patch in load):
         cell = np.clip(np.searchsorted(rows[::2], patch.place, side="right") - 1, 0, len(ring.contour) - 1)
         low, high = rows[2 * cell], rows[2 * cell + 2]
         eta = 2.0 * (patch.place - low) / (high - low) - 1.0
@@ -225,5 +242,5 @@ def nodal_forces(ring: RingMesh, patches: list[Patch]) -> Floats:
         zeta = 2.0 * (psi - start[slab]) / (start[slab + 1] - start[slab]) - 1.0
         weight = shapes(np.stack([np.full_like(eta, -1.0), eta, zeta], axis=1))[0]
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)[slab, ring.contour[cell]]
-        np.add.at(loads[:, :, k], nodes, weight[:, :, None] * patch.forces[:, None])
-    return loads
+        np.add.at(found[:, :, k], nodes, weight[:, :, None] * patch.forces[:, None])
+    return found

@@ -21,7 +21,8 @@ from camgeom.body.cut import Cut, cut_of
 from camgeom.body.element import NATURAL, largest_principal, shapes, stresses, tensors
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import Groove, Walled, groove_of
-from camgeom.body.load import Patch, RollerLoad, nodal_forces
+from camgeom.body.load import Patch, RollerLoad, asked_patch, nodal_forces
+from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
@@ -31,7 +32,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.solid import Part
-from camgeom.solid.drum import EndFaceRing
+from camgeom.solid.drum import EndFaceRing, RibbedCylinder
 from camgeom.track import TURN, Track
 
 Index = npt.NDArray[np.int64]
@@ -41,6 +42,8 @@ AGREE = 0.05
 """share within which the peaks of two meshes agree"""
 CONTACT = 1.0 / 3.0
 """share of the root's height below the flank's foot in which the contact's own stress is larger than the bending's"""
+GAUSS = 3.0**-0.5
+"""natural coordinate at which an element tells its stress best"""
 STEPS = (0.05, 0.035)
 """rad between the planes beside the load, of the two meshes"""
 
@@ -87,7 +90,7 @@ class RootStress:
     """
 
     body: Bending
-    duty: RollerDuty
+    duties: tuple[RollerDuty, ...]
     material: Material
     angle: float | None = None
 
@@ -97,15 +100,13 @@ class RootStress:
         return np.linspace(0.0, TURN, ANGLES, endpoint=False)
 
     @cached_property
-    def load(self) -> RollerLoad:
-        """What presses its walls."""
-        return RollerLoad(self.body.walled, self.duty)
-
-    @cached_property
-    def patches(self) -> dict[int, Patch]:
+    def patches(self) -> dict[int, list[Patch]]:
         """The pressed patches by the number of their angle."""
-        pressed = np.flatnonzero(self.load.force.presses(self.theta)).tolist()
-        return {i: self.load.patch(float(self.theta[i])) for i in pressed}
+        found: dict[int, list[Patch]] = {}
+        for load in (RollerLoad(self.body.walled, duty) for duty in self.duties):
+            for i in np.flatnonzero(load.force.presses(self.theta)).tolist():
+                found.setdefault(i, []).append(load.patch(float(self.theta[i])))
+        return found
 
     @cached_property
     def nominal(self) -> Floats:
@@ -118,8 +119,9 @@ class RootStress:
             ring = ring_of(self.body.section, even_planes(ANGLES))
             solver = elastic(ring, self.material)
             moved = solver.solve(nodal_forces(ring, list(self.patches.values())))
-            for k, (i, patch) in enumerate(self.patches.items()):
-                found[i] = self.body.nominal(ring, moved[:, :, k], patch, solver.material).max()
+            for k, (i, pressed) in enumerate(self.patches.items()):
+                told = [self.body.nominal(ring, moved[:, :, k], patch, solver.material).max() for patch in pressed]
+                found[i] = max(told)
         return found
 
     @cached_property
@@ -131,7 +133,7 @@ class RootStress:
     @cached_property
     def patch(self) -> Patch:
         """The load that the peak is asked of."""
-        return self.load.asked(self.angle)
+        return asked_patch(self.body.walled, self.duties, self.angle)
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
@@ -245,7 +247,7 @@ class GrooveBending:
         section = GroovedSection.of(self.groove, Fineness.fine_at(patch.second, times))
         ring = ring_about(section, patch.middle, step)
         problem = elastic(ring, material)
-        moved = problem.solve(nodal_forces(ring, [patch]))[:, :, 0]
+        moved = problem.solve(nodal_forces(ring, [[patch]]))[:, :, 0]
         cells = ring.contour[section.root_cells(patch.second)]
         nodes = ring.elements.reshape(len(ring.planes), -1, 20)[:, cells].reshape(-1, 20)
         x = ring.nodes[nodes]
@@ -305,8 +307,54 @@ class FaceBending:
         return ()
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class RibBending:
+    """A drum's rib on its foot; see `Bending`."""
+
+    section: RibSection
+
+    @property
+    def walled(self) -> Walled:
+        """The rib."""
+        return self.section
+
+    @property
+    def sharp(self) -> str:
+        """Why there is no peak."""
+        return "a rib stands on its drum in a sharp corner, whose stress no mesh finds"
+
+    def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
+        """Membrane and bending of the radial stress at the foot, on the side that is pulled more: from Gauss points
+        above it, since no mesh tells the stress in the corners themselves."""
+        del patch
+        near, far = (self._linearised(ring, moved, material, share) for share in (-GAUSS, GAUSS))
+        foot = near + (near - far) * (1.0 / GAUSS - 1.0) / 2.0
+        return np.asarray(np.maximum(foot[0] + np.abs(foot[1]), 0.0))
+
+    def _linearised(self, ring: RingMesh, moved: Floats, material: Floats, up: float) -> Floats:
+        """Membrane and bending (2, n) at a natural place up the flank in the cells on the foot."""
+        nodes = ring.elements.reshape(len(ring.planes), -1, 20)
+        across: list[Floats] = []
+        places: list[Floats] = []
+        for cell, s, foot in self.section.foot_cells:
+            at = np.array([[one, -foot * up, 0.0] for one in s])
+            stress, x = _sampled(ring, moved, nodes[:, cell], at, material)
+            out = x * np.array([1.0, 1.0, 0.0]) / np.hypot(x[..., 0], x[..., 1])[..., None]
+            across.append(np.einsum("npi,npij,npj->np", out, tensors(stress), out))
+            places.append(x[..., 2])
+        return np.array(linearised(np.array(places), np.array(across)))
+
+    def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
+        """None."""
+        del patch, material
+        return ()
+
+
 def bending_of(part: Part, cutters: tuple[Track, ...]) -> Bending | None:
     """The walls of a body that a roller bends; None of one without any that are known."""
+    if isinstance(part, RibbedCylinder):
+        return RibBending(RibSection(part))
     if isinstance(part, EndFaceRing):
         return FaceBending(EndFaceSection(part))
     groove = groove_of(part, cutters)

@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
-from camgeom.body.load import Patch, RollerForce, RollerLoad, nodal_forces, plate_angle, plate_patch, turret_patch
+from camgeom.body.load import Patch, RollerForce, asked_patch, nodal_forces, plate_angle, plate_patch, turret_patch
 from camgeom.body.plate import PlateSection
+from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.tetra import TetraVolume, filled, turret_load, turret_sample
@@ -27,7 +28,7 @@ from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
 from camgeom.solid.cut import CutBlank, IndexingCut
-from camgeom.solid.drum import EndFaceRing
+from camgeom.solid.drum import EndFaceRing, RibbedCylinder
 from camgeom.solid.prism import Prism
 from camgeom.track import Track
 
@@ -35,7 +36,7 @@ Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
 NO_RING = (
-    "ribs of drums, plates that slide, bodies with several tracks and undercut ones are not meshed: give an FE program "
+    "plates that slide, bodies with several tracks and undercut ones are not meshed: give an FE program "
     "the STEP file of this body"
 )
 NO_LOAD = "nothing presses this body: there is no load"
@@ -113,7 +114,7 @@ class BodyVolume:
     @cached_property
     def forces(self) -> Floats:
         """Nodal forces (v, 3), N."""
-        return np.asarray(nodal_forces(self.ring, [self.patch])[:, :, 0])
+        return np.asarray(nodal_forces(self.ring, [[self.patch]])[:, :, 0])
 
     @cached_property
     def sets(self) -> dict[str, Index]:
@@ -140,16 +141,16 @@ class BodyVolume:
 @final
 @dataclass(frozen=True, eq=False)
 class PressedBy:
-    """The duty that presses a body: of one roller, of a planar cam's touches, or of a turret."""
+    """The duty that presses a body: of its rollers, of a planar cam's touches, or of a turret."""
 
-    roller: RollerDuty | None = None
+    rollers: tuple[RollerDuty, ...] = ()
     drive: FaceDuty | None = None
     turret: TurretDuty | None = None
 
 
 def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
     """Why a body is neither meshed as a ring nor filled, told before anything is computed; empty where it may be."""
-    filled_or_ring = isinstance(parts[0], EndFaceRing | IndexingCut | CutBlank) or all(
+    filled_or_ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut | CutBlank) or all(
         isinstance(one, Prism) for one in parts
     )
     return "" if filled_or_ring or groove_of(parts[0], cutters) is not None else NO_RING
@@ -164,15 +165,15 @@ def volume_of(
     surface  the body's mesh, asked for where it is no ring
     Raises DesignError where nothing presses the body, or it cannot be meshed.
     """
-    part, roller = parts[0], pressing.roller
+    part, rollers = parts[0], pressing.rollers
     groove = groove_of(part, cutters)
-    if groove is not None and roller is not None:
-        patch = RollerLoad(GroovedSection.of(groove, Fineness()).groove, roller).asked(angle)
+    if groove is not None and rollers:
+        patch = asked_patch(GroovedSection.of(groove, Fineness()).groove, rollers, angle)
         section = GroovedSection.of(groove, Fineness.fine_at(patch.second))
         return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, patch)
-    if isinstance(part, EndFaceRing) and roller is not None:
-        ring = EndFaceSection(part)
-        patch = RollerLoad(ring, roller).asked(angle)
+    if isinstance(part, EndFaceRing | RibbedCylinder) and rollers:
+        ring = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection(part)
+        patch = asked_patch(ring, rollers, angle)
         return BodyVolume(part.name, ring_about(ring, patch.middle, STEP), material, patch)
     discs = [one for one in parts if isinstance(one, Prism)]
     if len(discs) == len(parts):
@@ -181,8 +182,8 @@ def volume_of(
         return BodyVolume(disc.name, ring_about(plate, patch.middle, STEP), material, patch)
     if isinstance(part, IndexingCut) and pressing.turret is not None:
         load = turret_load(pressing.turret, angle)
-    elif isinstance(part, CutBlank) and roller is not None:
-        load = RollerForce(roller).points(angle)
+    elif isinstance(part, CutBlank) and rollers:
+        load = RollerForce(rollers[0]).points(angle)
     else:
         raise DesignError(NO_RING)
     return TetraVolume(part.name, filled(part, surface()), material, load)

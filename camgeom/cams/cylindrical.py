@@ -129,8 +129,6 @@ class Cylindrical(Cam):
                 "the drum beside a rib is turned, not left by the tool's end: its root is sharp so far",
                 "cam.root_radius", "cutter.corner_radius",
             )  # fmt: skip
-            found |= idle("stress in the body is found at a groove's root, not yet at a rib's",
-                          "material.cam.bending_limit")  # fmt: skip
         found |= idle("a drum's follower has none; give cam.running_clearance", "follower.clearance")
         if self.run_out:
             found |= REGULAR

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Index = npt.NDArray[np.int64]
-CAMS = "with a bore and one track; no ribs of drums, no linear"
+CAMS = "with a bore and one track; no linear"
 KINDS = {"hexahedron20": ("C3D20", "Hexahedron_20"), "tetra10": ("C3D10", "Tetrahedron_10")}
 """names of the elements in Abaqus' and XDMF's files"""
 

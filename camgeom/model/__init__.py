@@ -505,7 +505,7 @@ class Model(Sealed):
             return None
         self.refuse_folded()
         angle = self.profile.output.load_angle_deg
-        return RootStress(body, self.duty, self.profile.material.cam, None if angle is None else radians(angle))
+        return RootStress(body, self.duties, self.profile.material.cam, None if angle is None else radians(angle))
 
     @fact
     def volume(self) -> Volume:
@@ -521,10 +521,7 @@ class Model(Sealed):
         operation_of(self.profile, "the load of a volume file")
         self.refuse_folded()
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
-        if shared:
-            pressing = PressedBy(turret=self.turret_duty)
-        else:
-            pressing = PressedBy(self.duty if self.duties else None, self.drive)
+        pressing = PressedBy(turret=self.turret_duty) if shared else PressedBy(self.duties, self.drive)
         return volume_of(self.parts, self.cutters, pressing, self.profile.material.cam,
                          None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
 
@@ -537,12 +534,13 @@ class Model(Sealed):
         spec = self.profile.dynamics_spec
         if spec is None or not spec.body_compliance:
             return None
-        from camgeom.body.compliance import below_roller, below_turret
+        from camgeom.body.compliance import below_rollers, below_turret
 
         self.refuse_folded()
         if self.turret_duty is not None:
             return below_turret(self.parts, self.turret_duty, lambda: self.solid.mesh)
-        return below_roller(self.parts[0], self.cutters, self.duty, self.drive, lambda: self.solid.mesh)
+        duties = [self.duty, *(one for one in self.duties if one is not self.duty)]
+        return below_rollers(self.parts[0], self.cutters, duties, self.drive, lambda: self.solid.mesh)
 
     @fact
     def turret_duty(self) -> TurretDuty | None:

@@ -25,6 +25,7 @@ from camgeom.model.vibration import indexing_of
 from camgeom.profile import from_data, read_data
 from camgeom.report.result import compute
 from camgeom.report.sections.dynamics import dynamics
+from tests.body.ribs import ribbed
 from tests.places import PROFILES
 
 STEEL = Material()
@@ -106,7 +107,7 @@ def test_what_lies_below_does_not_hang_on_the_depth_at_which_it_is_asked(lifted:
     part, duty = lifted.parts[0], lifted.duty
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compliance, "DEPTHS", 0.6 * compliance.DEPTHS)
-        other = compliance.below_roller(part, lifted.cutters, duty, None, lambda: lifted.solid.mesh)
+        other = compliance.below_rollers(part, lifted.cutters, [duty], None, lambda: lifted.solid.mesh)
     assert other.value == pytest.approx(found.value, rel=0.05)
 
 
@@ -174,8 +175,21 @@ def test_the_plates_of_a_parallel_indexer_yield_together(monkeypatch: pytest.Mon
     assert np.all((left > 0.3) & (left < 1.0))
 
 
+def test_a_rib_gives_way_under_both_its_rollers_and_a_thin_one_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compliance, "PLANES", 24)
+    soft = []
+    for thickness in (6.0, 4.0):
+        model = Model(from_data(ribbed(thickness)))
+        each = [compliance.below_rollers(model.parts[0], (), [one], None, lambda: model.solid.mesh)  # noqa: B023
+                for one in model.duties]  # fmt: skip
+        both = compliance.below_rollers(model.parts[0], (), model.duties, None, lambda: model.solid.mesh)  # noqa: B023
+        assert np.array_equal(both.theta, np.unique(np.concatenate([one.theta for one in each])))
+        assert both.value.max() == max(one.value.max() for one in each)
+        soft.append(both.value.max())
+    assert soft[1] > 1.3 * soft[0] > 0.0
+
+
 @pytest.mark.parametrize(("name", "cam", "table", "word"), [
-    ("pin_insertion", {"form": "rib", "rib_thickness": 12.0}, {}, "ribs of drums"),
     ("end_face_lifter", {"bore": 0.0, "keyway_width": 0.0, "keyway_depth": 0.0}, {}, "cam.bore"),
     ("disc_flat_face", {}, {}, "no \\[roller\\]"),
     ("conjugate_rocker", {}, {}, "press in turn"),

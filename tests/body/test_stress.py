@@ -12,8 +12,11 @@ from camgeom.body import stress
 from camgeom.body.cut import cut_of
 from camgeom.body.element import elasticity
 from camgeom.body.groove import groove_of
-from camgeom.body.ring import even_planes, ring_of
+from camgeom.body.load import Patch, nodal_forces
+from camgeom.body.rib import RibSection
+from camgeom.body.ring import even_planes, ring_about, ring_of
 from camgeom.body.section import Fineness, GroovedSection
+from camgeom.body.solver import elastic
 from camgeom.body.stress import Peak, RootStress
 from camgeom.checks import judge
 from camgeom.drawing.content import Map
@@ -22,6 +25,8 @@ from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.report.result import chosen, compute
 from camgeom.report.sections.body import body
+from camgeom.solid.drum import RibbedCylinder
+from tests.body.ribs import ribbed
 from tests.places import PROFILES
 
 
@@ -144,7 +149,7 @@ def test_the_ring_of_an_end_face_is_judged_by_its_nominal_stress_alone(monkeypat
     found = model.root_stress
     assert found is not None
     assert found.nominal.max() > 0.0
-    section, patch = found.body.section, found.patches[min(found.patches)]
+    section, patch = found.body.section, found.patches[min(found.patches)][0]
     ring = ring_of(section, even_planes(72))
     radius = np.hypot(ring.nodes[:, 0], ring.nodes[:, 1])
     inner, outer = (float(r) for r in (model.parts[0].inner, model.parts[0].outer))  # type: ignore[attr-defined]
@@ -159,6 +164,42 @@ def test_the_ring_of_an_end_face_is_judged_by_its_nominal_stress_alone(monkeypat
         verdict = judge(model, ["root-stress"])
         assert [finding.level for finding in verdict.findings] == ([level] if level else [])
         assert level or "sharp corner" in verdict.not_judged[0].reason
+
+
+@pytest.mark.parametrize(("thick", "high", "off"), [(3.0, 20.0, 0.06), (5.0, 20.0, 0.06)])
+def test_a_rib_pressed_at_its_top_bends_as_a_long_cantilever_plate(thick: float, high: float, off: float) -> None:
+    """A point load on the free edge of a plate clamped at the other gives a moment of 0.509 F per length there
+    (Jaramillo 1950, Poisson's ratio 0.3); the drum below gives way a little, which takes some of it."""
+    data = ribbed(thick)
+    cam = {**data["cam"], "diameter": 400.0, "groove_depth": high, "start": 45.0}
+    motion = tuple({**one, "to": 0.001 * one["to"]} if "to" in one else one for one in data["motion"])
+    roller = {**data["roller"], "length": high - 2.0}
+    model = Model(from_data({**data, "cam": cam, "motion": motion, "roller": roller}))
+    (part,) = model.parts
+    assert isinstance(part, RibbedCylinder)
+    bent = stress.RibBending(RibSection(part))
+    ring = ring_about(bent.section, 1.0, 0.012)
+    load = Patch(0.0, 100.0, "", np.array([0.9999]), np.array([1.0]), np.array([[0.0, 0.0, 100.0]]), thick)
+    solved = elastic(ring, model.profile.material.cam)
+    moved = solved.solve(nodal_forces(ring, [[load]]))[:, :, 0]
+    found = float(bent.nominal(ring, moved, load, solved.material).max())
+    assert found == pytest.approx(6.0 * 0.509 * 100.0 / thick**2, rel=off)
+
+
+def test_a_thin_rib_that_hertz_passes_fails_at_its_foot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    told = {}
+    for thickness in (6.0, 2.5):
+        data = ribbed(thickness)
+        model = Model(from_data({**data, "material": {"cam": {"bending_limit": 40.0}}}))
+        verdict = judge(model, ["root-stress", "contact-pressure"])
+        told[thickness] = {finding.name: finding.level for finding in verdict.findings}
+        found = model.root_stress
+        assert found is not None
+        assert len(found.duties) == 2
+        assert {patch.where for one in found.patches.values() for patch in one} == {
+            "the rib's lower flank", "the rib's upper flank"}  # fmt: skip
+    assert told == {6.0: {"contact-pressure": "pass"}, 2.5: {"root-stress": "fail", "contact-pressure": "pass"}}
 
 
 def test_a_section_is_coloured_within_the_body_alone() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from camgeom.body.element import gauss, gradients, shapes
+from camgeom.body.element import gauss, gradients, least_volume, shapes
 from camgeom.body.load import RollerForce
 from camgeom.body.tetra import TetraMesh, quadratic, turret_sample
 from camgeom.body.volume import BodyVolume
@@ -23,6 +23,7 @@ from camgeom.mechanics.material import Material
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.solid.blank import Blank
+from tests.body.ribs import ribbed
 from tests.oracle.cams import judges_of
 from tests.places import PROFILES
 
@@ -141,8 +142,35 @@ def test_end_face_nodes_stand_on_the_true_face() -> None:
     assert np.abs(oracle.least(volume.nodes[volume.sets["flank"][::11]])).max() < 1e-7
 
 
+def test_a_rib_stands_on_its_drum_with_its_flanks_on_the_rollers() -> None:
+    data = ribbed(6.0)
+    model = Model(from_data(data))
+    program, volume = model.setup.program, model.volume
+    low, high = (float(end.value) for end in program.extremes(0))
+    ends = np.array([span.end for span in program.spans])
+    (oracle,) = judges_of(data, lambda phi: program.jet(phi, 0)[0], low, high, ends)
+    assert isinstance(volume, BodyVolume)
+    for name in ("flank_lower", "flank_upper"):
+        nodes = volume.nodes[volume.sets[name][::11]]
+        above = np.hypot(nodes[:, 0], nodes[:, 1]) > 50.0  # where the roller begins
+        assert np.abs(oracle.least(nodes[above])).max() < 1e-7
+    rho = np.hypot(volume.nodes[:, 0], volume.nodes[:, 1])
+    for name, radius in (("land", 60.0), ("base", 48.0), ("bore", 15.0)):
+        assert np.allclose(rho[volume.sets[name]], radius)
+    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=2e-3)
+    assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal, rel=1e-3)
+    assert least_volume(volume.nodes[volume.elements]) > 0.0
+    # The roller that presses there is the one whose flank is loaded.
+    for degrees in (100.0, 150.0):
+        asked = Model(from_data({**data, "output": {"load_angle_deg": degrees}})).volume
+        duty = max(model.duties, key=lambda one: abs(float(one.force.panels.at(one.normal, np.radians([degrees]))[0])))
+        assert isinstance(asked, BodyVolume)
+        assert asked.patch.where == f"the rib's {duty.track.name.split()[0]} flank"
+        assert asked.forces.sum(axis=0)[2] * (1.0 if "lower" in asked.patch.where else -1.0) > 0.0
+
+
 @pytest.mark.parametrize(("name", "cam", "word"), [
-    ("steep_shuttle", {}, "folded"), ("pin_insertion", {"form": "rib", "rib_thickness": 12.0}, "ribs of drums"),
+    ("steep_shuttle", {}, "folded"),
     ("pin_insertion", {"bore": 0.0, "keyway_width": 0.0, "keyway_depth": 0.0}, "without a bore"),
 ])  # fmt: skip
 def test_what_is_not_meshed_says_why(name: str, cam: dict[str, Any], word: str) -> None:
