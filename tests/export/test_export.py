@@ -334,7 +334,8 @@ def test_an_empty_mesh_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_model_is_written_body_by_body(tmp_path: Path) -> None:
-    model: Any = SimpleNamespace(solids=[SimpleNamespace(name=body.name, mesh=body.mesh) for body in BODIES])
+    parts = [SimpleNamespace(name=body.name, mesh=body.mesh) for body in BODIES]
+    model: Any = SimpleNamespace(workpieces=[(part, None) for part in parts])
     write(model, tmp_path / "cam.obj")
     write_mesh([(body.name, body.mesh) for body in BODIES], tmp_path / "same.obj")
     assert (tmp_path / "cam.obj").read_bytes() == (tmp_path / "same.obj").read_bytes()

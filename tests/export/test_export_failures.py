@@ -33,13 +33,15 @@ OPENED = builtins.open
 @cache
 def made(name: str) -> Model:
     text = (PROFILES / f"{name}.toml").read_text().replace("tolerance = 0.005", "tolerance = 0.05")
-    return Model(parse(text + '\n[cutter]\nkind = "flat"\ndiameter = 16\n'))
+    return Model(parse(text if "[cutter]" in text else text + '\n[cutter]\nkind = "flat"\ndiameter = 16\n'))
 
 
 def model(extension: str = "") -> Model:
     """A face groove, which admits every format but the stock a tool leaves, volumes, and what solvers need."""
     if extension.startswith(".impact"):
         return made("conjugate_rocker")
+    if extension.startswith(".frame"):
+        return made("constant_width_press")
     if extension == ".polydyne.csv":
         return Model(parse(ELASTIC.format(law="5-6-7-8-9")))
     return made("pin_insertion" if extension.startswith((".rest", ".volume")) else "disc_face_groove")
