@@ -193,7 +193,7 @@ def test_a_thin_rib_that_hertz_passes_fails_at_its_foot(monkeypatch: pytest.Monk
         data = ribbed(thickness)
         model = Model(from_data({**data, "material": {"cam": {"bending_limit": 40.0}}}))
         verdict = judge(model, ["root-stress", "contact-pressure"])
-        told[thickness] = {finding.name: finding.level for finding in verdict.findings}
+        told[thickness] = {finding.check: finding.level for finding in verdict.findings}
         found = model.root_stress
         assert found is not None
         assert len(found.duties) == 2
