@@ -38,6 +38,8 @@ MOVES = 24
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged at every stop"""
+KEPT = 400_000_000
+"""bytes of numbers of machines that are kept between what is asked where they rest, move and press"""
 SPENT = 60.0
 """s of one core that one drawing of the machines may take, where they rest and where they move"""
 RESTING_STATION, MOVING_STATION = 15e-9, 40e-9
@@ -367,14 +369,25 @@ class Machines:
         sizes = [min(BLOCK, samples - first) for first in range(0, samples, BLOCK)]
         # Few are shared more evenly between the workers.
         together = TOGETHER if len(sizes) > EXPLAINED else TOGETHER // 2
+        keeps = len(self.columns) * samples * np.dtype(SINGLE).itemsize <= KEPT
 
         def judged(block: int) -> Judged:
-            each = range(block, min(block + together, len(sizes)))
-            drawn = [self._numbers(np.random.default_rng([SEED, one]), sizes[one]) for one in each]
-            return judge(block, np.concatenate(drawn, axis=1))
+            x = self._kept.get((block, samples))
+            if x is None:
+                each = range(block, min(block + together, len(sizes)))
+                drawn = [self._numbers(np.random.default_rng([SEED, one]), sizes[one]) for one in each]
+                x = np.concatenate(drawn, axis=1)
+                if keeps:
+                    self._kept[block, samples] = x
+            return judge(block, x)
 
         with ThreadPoolExecutor(max(1, workers)) as pool:
             return list(pool.map(judged, range(0, len(sizes), together)))
+
+    @cached_property
+    def _kept(self) -> dict[tuple[int, int], Singles]:
+        """Numbers of machines (columns, size) by the first block and how many machines there are."""
+        return {}
 
     @cached_property
     def _errors(self) -> tuple[slice, ...]:
@@ -468,18 +481,20 @@ class Machines:
         if drive is Drive.OPPOSED and side:
             one = low if side > 0.0 else high
             return one - base_low, one - base_high, play
-        pressed = np.arange(len(play)) if side else np.flatnonzero(play < 0.0)
-        if len(pressed):
+        pressed = np.ones(len(play), dtype=bool) if side else play < 0.0
+        if pressed.any():
             bounds = low, high
             low, high = low.astype(np.float64), high.astype(np.float64)
-            near, rows = _taken(near, pressed), pressed
             if known is not None:
-                least, most = (end[pressed] for end in _within(position, known, zero))
-                low[pressed] = high[pressed] = 0.5 * (least + most)
-                more = np.flatnonzero(position.beyond(near, least, most))
-                near, rows = _taken(near, more), pressed[more]
+                least, most = _within(position, known, zero)
+                middle = 0.5 * (least + most)
+                np.copyto(low, middle, where=pressed)
+                np.copyto(high, middle, where=pressed)
+                pressed &= position.beyond(near, least, most)
+            rows = np.flatnonzero(pressed)
             if len(rows):
-                low[rows] = high[rows] = position.balanced(near, bounds[0][rows], bounds[1][rows], bool(side))
+                stands = position.balanced(_taken(near, rows), bounds[0][rows], bounds[1][rows], bool(side))
+                low[rows] = high[rows] = stands
         return low - base_low, high - base_high, play
 
 
