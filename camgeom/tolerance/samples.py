@@ -123,7 +123,6 @@ class Drawn:
 
     dwell    largest deviation in the dwells (of a program without one: anywhere)
     backlash largest play in the dwells; preload: least normal interference there, mm, below zero half the play
-    shares   part of the variance in the dwells that each error explains alone, by key (see `shares`)
     """
 
     machines: Machines
@@ -131,7 +130,11 @@ class Drawn:
     dwell: Floats
     backlash: Floats
     preload: Floats
-    shares: dict[str, float]
+
+    @cached_property
+    def shares(self) -> dict[str, float]:
+        """Part of the variance in the dwells that each error explains alone, by key (see `shares`)."""
+        return self.machines.explained(len(self.dwell), self.workers)
 
     @property
     def together(self) -> float:
@@ -335,13 +338,16 @@ class Machines:
         """
         self._refuse_long(samples, self.cost[0])
         self.resting  # noqa: B018  made once, before the workers share it
-        found = self._judged(self._rest, samples, workers)
-        dwell, backlash, preload = np.concatenate([figures for figures, _ in found], axis=1)
-        told = first_order((sums for _, sums in found if sums is not None), self._used)
+        dwell, backlash, preload = np.concatenate(self._judged(self._rest, samples, workers), axis=1)
+        return Drawn(self, workers, dwell, backlash, preload)
+
+    def explained(self, samples: int, workers: int = 2) -> dict[str, float]:
+        """Part of the variance in the dwells that each error explains alone, by key, from the first of so many."""
+        told = first_order(self._judged(self._told, min(samples, EXPLAINED * BLOCK), workers), self._used)
         by_key = dict.fromkeys(self.spreads, 0.0)
         for error, share in zip(self._errors, told):
             by_key[self.columns[error.start].cause.key] += float(share)
-        return Drawn(self, workers, dwell, backlash, preload, by_key)
+        return by_key
 
     def moved(self, dwell: Floats, workers: int = 2) -> Floats:
         """Largest deviation of machines, (samples,), of which that in the dwells is known: less is not asked."""
@@ -404,30 +410,37 @@ class Machines:
             mine[self.resting[0].columns] = True
         return np.repeat([mine[error].any(axis=0) for error in self._errors], 2, axis=1)
 
-    def _rest(self, block: int, x: Singles) -> tuple[Floats, Sums | None]:
-        """Figures (3, size) of a block where it rests, and of early ones the sums that tell what each error explains.
-        """
+    def _rest(self, _: int, x: Singles) -> Floats:
+        """Figures (3, size) of a block where it rests."""
         size = x.shape[1]
         rest, loose, tight = np.zeros(size), np.full(size, -np.inf), np.full(size, np.inf)
         zero: Zero | None = None
-        outcomes: list[Reals] = []
         for position in self.resting:
-            known = rest if block >= EXPLAINED and (zero is not None or not self.relative) else None
-            low, high, play = self._stand(position, x, known, zero)
-            if zero is not None:
-                np.maximum(rest, _off(low, high, zero), out=rest)
-            elif self.relative:
+            sets = self.relative and zero is None
+            low, high, play = self._stand(position, x, None if sets else rest, zero)
+            if sets:
                 zero = low, high
             else:
-                np.maximum(rest, _off(low, high, None), out=rest)
+                np.maximum(rest, _off(low, high, zero), out=rest)
             np.maximum(loose, play, out=loose)
             levers = np.where(play < 0.0, *position.half_levers)
             np.minimum(tight, -play * levers, out=tight)
-            if block < EXPLAINED:
-                first = zero is not None and zero[0] is low
-                outcomes += [low - low, high - high] if first else _since(low, high, zero)
-        figures = np.stack([rest, np.maximum(loose, 0.0), tight])
-        return figures, self._sums(x, outcomes) if outcomes else None
+        return np.stack([rest, np.maximum(loose, 0.0), tight])
+
+    def _told(self, _: int, x: Singles) -> Sums:
+        """The sums of a block that tell what each error explains of where it rests."""
+        zero: Zero | None = None
+        outcomes: list[Reals] = []
+        for position in self.resting:
+            low, high, _play = self._stand(position, x, None, zero)
+            if self.relative and zero is None:
+                zero = low, high
+                outcomes += [low - low, high - high]
+            else:
+                outcomes += _since(low, high, zero)
+        sizes = [abs(mean) + value or 1.0 for mean, value, _ in (self.spreads[c.cause.key] for c in self.columns)]
+        scaled = x / np.array(sizes, dtype=SINGLE)[:, None]
+        return sums_of([scaled[error] for error in self._errors], np.array(outcomes, dtype=SINGLE))
 
     def _move(self, x: Singles, dwell: Floats) -> Floats:
         """Largest deviation of machines (columns, size), (size,), of which that in the dwells is known."""
@@ -437,12 +450,6 @@ class Machines:
             low, high, _play = self._stand(position, x, worst, zero)
             np.maximum(worst, _off(low, high, zero), out=worst)
         return worst
-
-    def _sums(self, x: Singles, outcomes: list[Reals]) -> Sums:
-        """Sums of machines (columns, size) whose followers stand at outcomes (size,) each."""
-        sizes = [abs(mean) + value or 1.0 for mean, value, _ in (self.spreads[c.cause.key] for c in self.columns)]
-        scaled = x / np.array(sizes, dtype=SINGLE)[:, None]
-        return sums_of([scaled[error] for error in self._errors], np.array(outcomes, dtype=SINGLE))
 
     def _numbers(self, rng: np.random.Generator, size: int) -> Singles:
         """The errors of machines, (columns, size), mm or rad."""

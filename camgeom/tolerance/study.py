@@ -94,11 +94,20 @@ class ToleranceStudy:
 
         Raises DesignError where they are too large for the first order, in which all that follows from them is told.
         """
-        if self.spec is None:
-            return {}
-        found = {cause.key: self.spec.spread(cause, self.loaded.mechanism) for cause in self.causes}
-        refuse_beyond(self.sensitivities.seated, self.causes, found, self._worst(found).curve)
-        return found
+        if self._stated:
+            refuse_beyond(self.sensitivities.seated, self.causes, self._stated, self._ends.curve)
+        return self._stated
+
+    @cached_property
+    def _stated(self) -> Spreads:
+        """The same as they are given, however large."""
+        spec = self.spec
+        return {} if spec is None else {cause.key: spec.spread(cause, self.loaded.mechanism) for cause in self.causes}
+
+    @cached_property
+    def _ends(self) -> Worst:
+        """What they come to at their ends, see `worst`."""
+        return self._worst(self._stated)
 
     @property
     def limits(self) -> dict[str, float]:
@@ -181,11 +190,12 @@ class ToleranceStudy:
         """Whether walls on both sides hold the follower, so that there is play or preload."""
         return self.loaded.mechanism.drive is not Drive.ALONE
 
-    @cached_property
+    @property
     def worst(self) -> Worst:
         """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces, or
         as the balance solved with all of them moves, whichever is more: a station may leave its wall, or come to it."""
-        return self._worst(self.spreads)
+        self.spreads  # noqa: B018  refused where they are too large
+        return self._ends
 
     def _worst(self, spreads: Spreads) -> Worst:
         seated = self.sensitivities.seated

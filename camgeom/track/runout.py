@@ -50,14 +50,15 @@ def touching(
     column = whole.at(rows)
     on, off = ends[:, rows], stations[np.clip(at[:, rows] + ((-1,), (1,)), 0, PLACES - 1)]
     at_once = AT_ONCE if len(rows) < FEW else 1
-    shares = np.arange(1, 1 << at_once) / (1 << at_once)
+    parts = 1 << at_once
+    shares = np.arange(parts + 1) / parts
     for _ in range(AT_ONCE * -(-halvings // AT_ONCE) // at_once):
-        t = on[:, :, None] + shares * (off - on)[:, :, None]
+        step = off - on
+        t = on[:, :, None] + shares[1:-1] * step[:, :, None]
         held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(rows), 2, -1).swapaxes(0, 1)
         # What is held without a break from where the wall is.
-        last = np.where(held.all(axis=2), len(shares), held.argmin(axis=2))
-        after = np.concatenate((on[:, :, None], t, off[:, :, None]), axis=2)
-        on, off = (np.take_along_axis(after, (last + k)[:, :, None], axis=2)[:, :, 0] for k in (0, 1))
+        last = np.where(held.all(axis=2), parts - 1, held.argmin(axis=2))
+        on, off = on + shares[last] * step, np.where(last + 1 < parts, on + shares[last + 1] * step, off)
     ends[:, rows] = on
     return ends[0], ends[1]
 

@@ -122,3 +122,16 @@ def test_a_tilt_takes_play_away_and_opens_none() -> None:
     assert rows["roller_tilt_arcmin"].motion.value > 1e-4
     assert rows["running_clearance"].play > 0.02
     assert rows["running_clearance"].preload == pytest.approx(0.01, rel=1e-9)
+
+
+@pytest.mark.parametrize("limit", [1.002, 0.998])
+def test_what_errors_explain_is_asked_only_where_it_says_what_to_tighten(limit: float) -> None:
+    table = "samples = 2048\nside_shift = 0.01\nroller_place = 0.03\nmotion_limit = "
+    study = disc(f"{table}1000").tolerances
+    reached = study.loaded.shown(study.drawn.at_yield(study.drawn.motion, 0.99))
+    made = disc(f"{table}{limit * reached!r}")
+    (finding,) = findings(made, ["motion-tolerance"])
+    passes = limit > 1.0
+    assert finding.level == ("pass" if passes else "fail")
+    assert ("shares" in vars(made.tolerances.drawn)) is not passes
+    assert ("tighten tolerance.roller_place" in finding.advice) is not passes
