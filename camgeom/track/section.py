@@ -114,6 +114,8 @@ class Column:
         meridian = self.track.meridian
         if isinstance(meridian, Straight) and meridian.slope == 0.0:
             return self._cylinder_wall(side * meridian.radius, t if t.ndim == 2 else t[None, :])
+        if isinstance(meridian, Straight):
+            return self._cone_wall(side, t if t.ndim == 2 else t[None, :])
         return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
 
     def _cylinder_wall(self, radius: float, t: Floats) -> Floats:
@@ -132,6 +134,36 @@ class Column:
             x[k] += t * u[0][k][:, None]
             x[k] += a[0][k][:, None]
         return x
+
+    def _cone_wall(self, side: float, t: Floats) -> Floats:
+        """Flank points (3, n, m) of a cone: the terms of `Flank` which hang on the cam angle alone are made once."""
+        a, u = self.pose.a, self.pose.u
+        delta, dt, _, r, rt, _ = self.track.meridian.jet(t)
+        crossed, level, g = self._crossed(), self._level(), dt * delta + r * rt
+        w = [dt * level[k][:, None] + g * u[1][k][:, None] for k in range(3)]
+        across = [dt * crossed[k][:, None] + g * crossed[k + 3][:, None] for k in range(3)]
+        c = rt * level[3][:, None]
+        square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+        left = square - c * c
+        if not bool((left > 1e-12 * square).all()):
+            # Near zero the flank itself judges, and refuses by name.
+            return Flank(self.track, self.phi, t, side, given_pose=self.pose).x
+        root, share = side * np.sqrt(left), r / square
+        x = np.empty((3, *square.shape))
+        for k in range(3):
+            np.multiply(root, across[k], out=x[k])
+            x[k] += c * w[k]
+            x[k] *= share
+            x[k] += delta * u[0][k][:, None]
+            x[k] += a[0][k][:, None]
+        return x
+
+    @_along
+    def _level(self) -> Floats:
+        """a' without its part along the roller, and that part, (4, n)."""
+        u, speed = self.pose.u[0], self.pose.a[1]
+        along = dot(u, speed)
+        return np.concatenate([speed - along * u, along[None]])
 
     @_along
     def _crossed(self) -> Floats:

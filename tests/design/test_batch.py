@@ -101,7 +101,7 @@ def fine_samples(cam: Indexer, what: Callable[[Floats, Seat, float], Floats]) ->
 @pytest.mark.parametrize(("name", "seed"), [("indexer, barrel", 5), ("indexer, barrel", 24), ("indexer, globoid", 5)])
 def test_extremes_are_found_where_walls_come_and_go(name: str, seed: int, law: str) -> None:
     """Some lie in spikes between two samples, where a wall runs out in a step: up to 3 % were lost there."""
-    data, columns = CASES[name](np.random.default_rng([5, seed]), 60)
+    data, columns = CASES[name](np.random.default_rng([5, seed]), 30)
     data["motion"] = (*data["motion"][:1], {**data["motion"][1], "law": law}, *data["motion"][2:])
     profile = from_data(data)
     variants = Variants(profile, columns)

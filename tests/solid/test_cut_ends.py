@@ -11,6 +11,8 @@ from camgeom.checks import judge
 from camgeom.model import Model, read
 from camgeom.solid import ENDS_CUT
 from camgeom.track.clearance import largest_gap, least_distances
+from camgeom.track.flank import Flank
+from camgeom.track.section import Column
 from tests.places import PROFILES
 from tests.reference.barrels import barrel
 
@@ -79,3 +81,14 @@ def test_a_vertex_of_a_cut_end_has_no_slack(proud, level) -> None:
     model.body.__dict__["solids"] = (replace(solid, mesh=replace(mesh, vertices=vertices)),)
     del model.__dict__["clearances"]
     assert {f.level for f in judge(model, ["interference"]).findings} == {level}
+
+
+@pytest.mark.parametrize("name", ["conical_indexer", "tool_changer", "pin_insertion"])
+def test_walls_of_a_column_are_the_flanks(name) -> None:
+    """Cones and cylinders have short forms of their own, stations alike for all cam angles or not."""
+    for track in MADE.get(name, lambda: read(str(PROFILES / f"{name}.toml")))().cutters:
+        phi = np.linspace(*track.span, 60)
+        same = np.linspace(*sorted(track.meridian.parameter(d) for d in track.contact), 7)
+        for t in (same, same + np.linspace(0.0, 0.01, 60)[:, None]):
+            for side in track.sides:
+                assert Column(track, phi).wall(side, t) == pytest.approx(Flank(track, phi, t, side).x, abs=1e-11)

@@ -51,9 +51,10 @@ class Points:
         """These samples alone."""
         return Points(self.theta[rows], self.s[rows], self.ds[rows], self.dds[rows], self.side[rows])
 
-    def flat(self, places: Ints) -> Points:
-        """These places of (P n) alone, (N,)."""
-        return Points(*(one.reshape(-1)[places] for one in (self.theta, self.s, self.ds, self.dds, self.side)))
+    def flat(self, places: Ints, size: int) -> Points:
+        """These places of (P size) alone, (N,)."""
+        each = (self.theta, self.s, self.ds, self.dds, self.side)
+        return Points(*(one.reshape(-1)[places if one.shape[1] == size else places // size] for one in each))
 
 
 Row = tuple[int, float, float]

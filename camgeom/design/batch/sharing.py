@@ -63,55 +63,48 @@ class Sharing:
 
         Rollers at `offsets` (k,) share by their levers, as if all slices were alike flexible.
         """
-        beside = self.cam.beside(points, offsets, self.cam.clear)
-        beside[0, ~beside.any(axis=0)] = True
+        beside, size = self.cam.beside(points, offsets, self.cam.clear), self.cam.motion.size
         sample, roller = np.nonzero(beside.T)
-        starts = np.flatnonzero(np.diff(sample, prepend=-1))
         near, at = points.of(sample), offsets[roller][:, None]
-        torque = self.cam.torque(points)
-        side = (self.cam.pushing * np.copysign(1.0, torque))[sample]
-        seat = self.cam.seat(near, at)
-        begin, stop, on = self.cam.held(near, seat, at, side, self.cam.touched)
-        cover = np.where(on, stop - begin, 0.0) / 6.0
-        ends = [self.cam.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
+        torque, shape = self.cam.torque(points), (len(points.s), size)
+        side = np.broadcast_to(self.cam.pushing * np.copysign(1.0, torque), shape)
+        held = self.cam.held(near, self.cam.seat(near, at), at, side[sample], self.cam.touched)
+        # From here on only rollers that bear, (N,).
+        row, variant = np.nonzero(held[2])
+        cam, place = self.cam.of(variant), sample[row] * size + variant
+        seat = cam.seat(near.flat(row * size + variant, size), at[row, 0])
+        begin, stop, side = held[0][row, variant], held[1][row, variant], side.reshape(-1)[place]
+        cover = (stop - begin) / 6.0
+        ends = [cam.lever(seat, delta) for delta in (begin, 0.5 * (begin + stop), stop)]
         first = cover * (ends[0] + 4.0 * ends[1] + ends[2])
         second = cover * (ends[0] ** 2 + 4.0 * ends[1] ** 2 + ends[2] ** 2)
-        total = np.add.reduceat(second, starts, axis=0)
+
+        def largest(values: Floats) -> Floats:
+            found = np.zeros(shape[0] * size)
+            np.maximum.at(found, place, values)
+            return found.reshape(shape)
+
+        total = np.bincount(place, second, shape[0] * size).reshape(shape)
         scale = np.divide(np.abs(torque), total, out=np.zeros_like(total), where=total > 0.0)
-        share = self.cam.length / SLICES
-        nearest = self.cam.low + share * np.floor((begin - self.cam.low) / share + 1.0)
-        farthest = self.cam.low + share * np.ceil((stop - self.cam.low) / share - 1.0)
-        squares = self._square(seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
-        squares = np.maximum(squares, self._square(seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
+        share = cam.length / SLICES
+        nearest = cam.low + share * np.floor((begin - cam.low) / share + 1.0)
+        farthest = cam.low + share * np.ceil((stop - cam.low) / share - 1.0)
+        squares = _square(cam, seat, 0.5 * (begin + np.minimum(nearest, stop)), side)
+        squares = np.maximum(squares, _square(cam, seat, 0.5 * (np.maximum(farthest, begin) + stop), side))
         scaled = scale / (pi * self.cam.pair)
-        middle, holds = np.zeros(1), [on]
+        middle, holds = np.zeros(1), [held[2]]
         if "middle" in self.cam.asked:
-            low, high = self._inner(begin, stop)
-            holds.append(on & (low < high))
-            there = np.where(holds[1], self._square(seat, 0.5 * (low + high), side), 0.0)
+            low, high = _inner(cam, begin, stop)
+            there = np.where(low < high, _square(cam, seat, 0.5 * (low + high), side), 0.0)
             squares = np.maximum(squares, there)
-            middle = np.maximum.reduceat(there, starts, axis=0) * scaled
-        squares = np.where(on, squares, 0.0)
+            middle = largest(there) * scaled
+            holds.append(np.zeros_like(held[2]))
+            holds[1][row, variant] = low < high
         lost = (total <= 0.0) & (np.abs(torque) > QUIET * self._most_torque)
-        force = np.maximum.reduceat(first, starts, axis=0) * scale
-        bearing = np.zeros((len(holds), *beside.shape, self.cam.motion.size), dtype=bool)
+        bearing = np.zeros((len(holds), *beside.shape, size), dtype=bool)
         for which, each in zip(bearing, holds):
             which[roller, sample] = each
-        return np.maximum.reduceat(squares, starts, axis=0) * scaled, middle, force, lost, tuple(bearing)
-
-    def _inner(self, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
-        """Ends of what the middle slice touches, mm, of stretches; none where the second is not beyond the first."""
-        share = self.cam.length / SLICES
-        inner = self.cam.low + share * (SLICES // 2)
-        return np.maximum(inner, begin), np.minimum(inner + share, stop)
-
-    def _square(self, seat: Seat, delta: Floats, side: Floats) -> Floats:
-        """Lever times relative curvature of the wall on a side at places along the rollers."""
-        line = self.cam.line(seat, delta)
-        turned = self.cam.roller * self.cam.roller * line.twist2
-        rest = 1.0 - self.cam.roller * side * line.bend - turned
-        rest = np.where(np.abs(rest) > 1e-12, rest, 1e-12)
-        return np.asarray(line.lever * (1.0 + turned) / (self.cam.roller * rest))
+        return largest(squares) * scaled, middle, largest(first) * scale, lost, tuple(bearing)
 
     def share(self, points: Points, offsets: Floats) -> tuple[Floats, Floats, Floats]:
         """The same three with slices that approach alike by their own flexibility, as the exact model has them."""
@@ -122,7 +115,7 @@ class Sharing:
         # From here on only rollers that bear, (N,), and their slices, (SLICES, N).
         roller, place = np.nonzero(held[2].reshape(len(offsets), -1))
         cam = self.cam.of(place % shape[1])
-        near, side, size = points.flat(place), side.reshape(-1)[place], np.abs(torque).reshape(-1)
+        near, side, size = points.flat(place, shape[1]), side.reshape(-1)[place], np.abs(torque).reshape(-1)
         begin, stop = (end.reshape(len(offsets), -1)[roller, place] for end in held[:2])
         edges = cam.low + (cam.length / SLICES) * np.arange(SLICES + 1.0)[:, None]
         first, last = np.maximum(begin, edges[:-1]), np.minimum(stop, edges[1:])
@@ -236,11 +229,27 @@ class Sharing:
             side = np.where(self.cam.torque(points) >= 0.0, self.cam.pushing, -self.cam.pushing)
             begin, stop, on = self.cam.held(points, self.cam.seat(points, at), at, side, self.cam.touched)
             if middle:
-                first, last = self._inner(begin, stop)
+                first, last = _inner(self.cam, begin, stop)
                 on &= first < last
             on = on == coming
             low, high = np.where(on, low, between), np.where(on, between, high)
         return np.concatenate([piece, piece]), np.concatenate([low, high])
+
+
+def _inner(cam: Indexer, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
+    """Ends of what the middle slice touches, mm, of stretches; none where the second is not beyond the first."""
+    share = cam.length / SLICES
+    inner = cam.low + share * (SLICES // 2)
+    return np.maximum(inner, begin), np.minimum(inner + share, stop)
+
+
+def _square(cam: Indexer, seat: Seat, delta: Floats, side: Floats) -> Floats:
+    """Lever times relative curvature of the wall on a side at places along the rollers."""
+    line = cam.line(seat, delta)
+    turned = cam.roller * cam.roller * line.twist2
+    rest = 1.0 - cam.roller * side * line.bend - turned
+    rest = np.where(np.abs(rest) > 1e-12, rest, 1e-12)
+    return np.asarray(line.lever * (1.0 + turned) / (cam.roller * rest))
 
 
 def _second(values: Floats, top: Ints) -> Ints:
