@@ -33,6 +33,7 @@ FEW, STEPS = 2, 20
 ones take a quarter of one, at most 1.25"""
 STALLED = (1, 4)
 """what the solver says where it ran out of steps or of digits"""
+LOST = STALLED[1]
 CLOSEST = 1e-3
 """no two breaks that move come closer than this share of the travel"""
 WHOLE = 50_000_000
@@ -280,17 +281,29 @@ class Programme:
             low[moves] = 0.0
             high = high.copy()
             high[moves] = 0.0
-        answer: Any = linprog(  # type: ignore[call-overload]
-            cost,
-            A_ub=matrix if len(self.side) else None,
-            b_ub=self.side if len(self.side) else None,
-            A_eq=equal,
-            b_eq=self.wanted,
-            bounds=np.column_stack([low, high]),
-            method="highs",
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False,
-                     "maxiter": min(steps * (len(self.side) + len(cost)), purse.steps(len(self.side)))},
-        )  # fmt: skip
+        limits = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "presolve": False,
+                  "maxiter": min(steps * (len(self.side) + len(cost)), purse.steps(len(self.side)))}  # fmt: skip
+
+        def answered(scale: Floats) -> Any:
+            return linprog(  # type: ignore[call-overload]
+                cost * scale,
+                A_ub=matrix * scale if len(self.side) else None,
+                b_ub=self.side if len(self.side) else None,
+                A_eq=equal * scale,
+                b_eq=self.wanted,
+                bounds=np.column_stack([low, high]) / scale[:, None],
+                method="highs",
+                options=limits,
+            )
+
+        answer = answered(np.ones(len(cost)))
+        if answer.status == LOST and not self.moves:
+            # Unknowns of sizes far apart: once more, each counted by its largest coefficient.
+            large = np.abs(np.vstack([matrix, equal])).max(axis=0)
+            scale = 1.0 / np.where(large > 0.0, large, 1.0)
+            answer = answered(scale)
+            if answer.x is not None:
+                answer.x = answer.x * scale
         purse.pay(int(answer.nit), len(self.side))
         if answer.x is not None:
             answer.x[self.width :] *= unit

@@ -164,7 +164,7 @@ def _settled(task: Task, shape: Shape, value: float, cuts: Cuts, purse: Purse) -
     Linear programmes one after the other (F. Palacios-Gomez et al., Management Science 28 (1982) 1106): a step counts
     where it brings more than it spoils, else the next one reaches less far.
     """
-    reach, merit, last, stiff, stalled = 1.0 / SPANS, np.inf, None, None, False
+    reach, merit, last, stiff, stalled = min(1.0 / SPANS, task.wish.longest_ramp / 8.0), np.inf, None, None, False
     for _ in range(ROUNDS):
         programme = Programme(task, shape, cuts, value, reach, stiff, stalled)
         trial, stalled = programme.solve(purse), programme.stalled
