@@ -144,7 +144,7 @@ def _hardest_of(duty: RollerDuty, touches: tuple[Touch, ...]) -> tuple[Floats, f
     peak, behind = duty.least_peak, duty.hardest_wall > 0
     phi = np.array([peak.cam_angle])
     if touches:
-        touch = next(one for one in touches if len(touches) == 1 or (one.way > 0.0) == behind)
+        touch = next((one for one in touches if (one.way > 0.0) == behind), touches[0])
         return np.append(touch.at(phi).curve.points[:, 0], peak.place), peak.value
     t = np.array([duty.track.meridian.parameter(peak.place)])
     walls = [Flank(duty.track, phi, t, side) for side in duty.track.sides]
@@ -167,7 +167,8 @@ def _hardest_roller(model: Model) -> tuple[Floats, float] | None:
     track = model.flanks[number].track
     t = np.array([track.meridian.parameter(duty.least_peak.place)])
     flanks = [Flank(track, np.array([phi]), t, side) for side in track.sides]
-    return flanks[[_wall(one)[0] for one in flanks].index(wall)].points[0, 0], duty.least_peak.value
+    pressed = next((one for one in flanks if _wall(one)[0] == wall), flanks[0])
+    return pressed.points[0, 0], duty.least_peak.value
 
 
 def _wall(flank: Flank) -> npt.NDArray[np.intp]:
