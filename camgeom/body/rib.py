@@ -25,7 +25,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.drum import RibbedCylinder, on_cylinder
 from camgeom.track.flank import Flank
-from camgeom.track.section import Column
+from camgeom.track.section import Column, cylinder_level
 
 Index = npt.NDArray[np.int64]
 LAYER = 0.2
@@ -133,11 +133,11 @@ class RibSection:
         """Row, azimuth and normals of what touches."""
         body, second, at = self.body, self.second(side), np.array([theta])
         track = body.upper if second else body.lower
-        ends = body.wall(Column(track, at), side, np.array([0.0, 1.0]))
-        foot, top = np.hypot(ends[0, 0], ends[1, 0])
+        column = Column(track, at)
+        foot, top = (float(column.reach(side, cylinder_level(r), r)[0, 0]) for r in (body.base, body.radius))
+        share = np.clip((t - foot) / (top - foot), 0.0, 1.0)
         flank = Flank(track, at, t, side)
         x = flank.x[:, 0]
-        share = np.clip((np.hypot(x[0], x[1]) - foot) / (top - foot), 0.0, 1.0)
         return 3.0 - share if second else share, np.arctan2(x[1], x[0]), flank.n[:, 0]
 
     def thickness(self, theta: Floats, side: float, t: float) -> Floats:

@@ -38,6 +38,8 @@ from camgeom.track import TURN, Track
 Index = npt.NDArray[np.int64]
 ANGLES = 72
 """cam angles of the curve, and planes of its mesh"""
+NEAR = 1e-9
+"""rad; angles nearer to each other are one"""
 AGREE = 0.05
 """share within which the peaks of two meshes agree"""
 CONTACT = 1.0 / 3.0
@@ -74,6 +76,10 @@ class Bending(Protocol):
     def sharp(self) -> str:
         """Why its root has no peak stress; empty of a round one."""
 
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+
     def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
         """Nominal stress (n,), MPa, of the pressed wall in every plane of a ring with displacements (v, 3)."""
 
@@ -96,14 +102,21 @@ class RootStress:
 
     @cached_property
     def theta(self) -> Floats:
-        """Cam angles of the curve, rad."""
-        return np.linspace(0.0, TURN, ANGLES, endpoint=False)
+        """Cam angles of the curve, rad: even ones, and those of the largest force over squared thickness of each
+        roller, which a short rise has between them."""
+        even = np.linspace(0.0, TURN, ANGLES, endpoint=False)
+        hardest = np.array([load.hardest.cam_angle for load in self._loads])
+        return np.union1d(even, hardest[np.abs(hardest[:, None] - even).min(axis=1) > NEAR])
+
+    @cached_property
+    def _loads(self) -> tuple[RollerLoad, ...]:
+        return tuple(RollerLoad(self.body.walled, duty) for duty in self.duties)
 
     @cached_property
     def patches(self) -> dict[int, list[Patch]]:
         """The pressed patches by the number of their angle."""
         found: dict[int, list[Patch]] = {}
-        for load in (RollerLoad(self.body.walled, duty) for duty in self.duties):
+        for load in self._loads:
             for i in np.flatnonzero(load.force.presses(self.theta)).tolist():
                 found.setdefault(i, []).append(load.patch(float(self.theta[i])))
         return found
@@ -126,9 +139,11 @@ class RootStress:
 
     @cached_property
     def worst(self) -> Extreme:
-        """Largest nominal stress of the curve, MPa."""
+        """Largest nominal stress of the curve, MPa, and what is pressed then."""
         i = int(np.argmax(self.nominal))
-        return Extreme(float(self.nominal[i]), float(self.theta[i]))
+        pressed = max(self.patches.get(i, ()), key=lambda patch: patch.normal, default=None)
+        where = "" if pressed is None else f"root of {pressed.where}"
+        return Extreme(float(self.nominal[i]), float(self.theta[i]), where=where)
 
     @cached_property
     def patch(self) -> Patch:
@@ -176,6 +191,7 @@ class RootStress:
         data: dict[str, Any] = {
             "nominal_stress_mpa": worst.value,
             "nominal_at_deg": degrees(worst.cam_angle),
+            "nominal_where": worst.where,
             "load_angle_deg": degrees(patch.theta),
             "load_n": patch.normal,
             "wall_mm": patch.thickness,
@@ -217,6 +233,11 @@ class GrooveBending:
         return "" if self.groove.shape.root else (
             "a sharp root has no stress that a mesh could find: give cutter.corner_radius or cam.root_radius"
         )
+
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+        return "a thicker wall or a larger root radius"
 
     def peaks(self, patch: Patch, material: Material) -> tuple[Peak, ...]:
         """On two meshes."""
@@ -291,6 +312,11 @@ class FaceBending:
         """Why there is no peak."""
         return "the ring of an end-face cam stands on its web in a sharp corner, whose stress no mesh finds"
 
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+        return "a thicker ring, or a lower one"
+
     def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
         """Membrane and bending of the axial stress above the web, on the side that is pulled more."""
         del patch
@@ -323,6 +349,11 @@ class RibBending:
     def sharp(self) -> str:
         """Why there is no peak."""
         return "a rib stands on its drum in a sharp corner, whose stress no mesh finds"
+
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+        return "a thicker rib (`cam.rib_thickness`), a lower one, or a gentler motion, which leaves more of it"
 
     def nominal(self, ring: RingMesh, moved: Floats, patch: Patch, material: Floats) -> Floats:
         """Membrane and bending of the radial stress at the foot, on the side that is pulled more: from Gauss points

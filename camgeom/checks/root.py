@@ -12,8 +12,6 @@ from camgeom.checks.verdict import Finding, NotJudged, judged
 if TYPE_CHECKING:
     from camgeom.model import Model
 
-ADVICE = "a thicker wall (a longer drum, another `start`), a larger root radius, less force, or a stronger material"
-
 
 @solved("root-stress", "root")
 def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
@@ -22,11 +20,12 @@ def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
     if found is None or limit is None:
         return
     worst, where = found.worst, f"root of {found.patch.where}"
+    advice = f"{found.body.remedy}; less force; a stronger material"
     if worst.value > limit:
-        yield judged("root-stress", worst.value, "<=", limit, "MPa", ADVICE, cam_angle=worst.cam_angle,
-                     where=f"{where}, nominal")  # fmt: skip
+        yield judged("root-stress", worst.value, "<=", limit, "MPa", advice, cam_angle=worst.cam_angle,
+                     where=f"{worst.where}, nominal")  # fmt: skip
     elif found.peak is not None and (found.hardest or found.peak > limit):
-        yield judged("root-stress", found.peak, "<=", limit, "MPa", ADVICE, cam_angle=found.patch.theta, where=where)
+        yield judged("root-stress", found.peak, "<=", limit, "MPa", advice, cam_angle=found.patch.theta, where=where)
     else:
         told = f"the largest nominal stress is {worst.value:.4g} MPa at {degrees(worst.cam_angle):.4g} deg"
         why = found.why_no_peak or (

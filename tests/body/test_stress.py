@@ -26,6 +26,7 @@ from camgeom.profile import from_data, read_data
 from camgeom.report.result import chosen, compute
 from camgeom.report.sections.body import body
 from camgeom.solid.drum import RibbedCylinder
+from camgeom.track import TURN
 from tests.body.ribs import ribbed
 from tests.places import PROFILES
 
@@ -50,7 +51,8 @@ def known(model: Model, nominal: float, *peaks: float) -> Model:
     assert isinstance(found, RootStress)
     curve = np.zeros(stress.ANGLES)
     curve[60] = nominal
-    vars(found).update(nominal=curve, peaks=tuple(Peak(value, np.zeros(3), 1000) for value in peaks))
+    theta = np.linspace(0.0, TURN, stress.ANGLES, endpoint=False)
+    vars(found).update(theta=theta, nominal=curve, peaks=tuple(Peak(value, np.zeros(3), 1000) for value in peaks))
     return model
 
 
@@ -160,7 +162,7 @@ def test_the_ring_of_an_end_face_is_judged_by_its_nominal_stress_alone(monkeypat
     assert shown == pytest.approx(160.0, rel=0.01)
     for limit, level in ((0.999, "fail"), (1.002, "")):
         vars(found).pop("worst", None)
-        vars(found)["nominal"] = np.full(24, 100.0 / limit)
+        vars(found)["nominal"] = np.full(len(found.theta), 100.0 / limit)
         verdict = judge(model, ["root-stress"])
         assert [finding.level for finding in verdict.findings] == ([level] if level else [])
         assert level or "sharp corner" in verdict.not_judged[0].reason
@@ -200,6 +202,28 @@ def test_a_thin_rib_that_hertz_passes_fails_at_its_foot(monkeypatch: pytest.Monk
         assert {patch.where for one in found.patches.values() for patch in one} == {
             "the rib's lower flank", "the rib's upper flank"}  # fmt: skip
     assert told == {6.0: {"contact-pressure": "pass"}, 2.5: {"root-stress": "fail", "contact-pressure": "pass"}}
+
+
+def test_a_press_between_the_curves_angles_is_found_on_the_flank_that_it_presses(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A stroke of the press for 3 degrees of the turn, asked of at an angle where the other flank is pressed."""
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    told = {}
+    for force in ("-1.0", "-4000.0"):
+        data = ribbed(6.0)
+        operation = {**data["operation"], "force": ({"from": 141.0, "until": 144.0, "expression": force},)}
+        model = Model(from_data({**data, "operation": operation, "output": {**data["output"], "load_angle_deg": 90.0},
+                                 "material": {"cam": {"bending_limit": 60.0}}}))  # fmt: skip
+        assert model.root_stress is not None
+        assert model.root_stress.data()["where"] == "root of the rib's upper flank"
+        told[force] = judge(model, ["root-stress"]).findings
+    (finding,) = told["-4000.0"]
+    assert not told["-1.0"]
+    assert (finding.level, finding.where) == ("fail", "root of the rib's lower flank, nominal")
+    assert "rib_thickness" in finding.advice
+    assert finding.cam_angle_deg is not None
+    assert 141.0 <= finding.cam_angle_deg <= 144.0
 
 
 def test_a_section_is_coloured_within_the_body_alone() -> None:

@@ -167,6 +167,9 @@ def test_a_rib_stands_on_its_drum_with_its_flanks_on_the_rollers() -> None:
         assert isinstance(asked, BodyVolume)
         assert asked.patch.where == f"the rib's {duty.track.name.split()[0]} flank"
         assert asked.forces.sum(axis=0)[2] * (1.0 if "lower" in asked.patch.where else -1.0) > 0.0
+        touches = RollerForce(duty).points(float(np.radians(degrees)))
+        acts = np.cross(touches.points, touches.forces).sum(axis=0)
+        assert np.abs(np.cross(asked.nodes, asked.forces).sum(axis=0) - acts).max() < 1e-6 * np.abs(acts).max()
 
 
 @pytest.mark.parametrize(("name", "cam", "word"), [

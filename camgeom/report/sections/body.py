@@ -31,6 +31,7 @@ CELLS = 160
 FIGURES = (
     ("nominal_stress_mpa", "Largest nominal stress, linearised over the wall", "MPa"),
     ("nominal_at_deg", "at cam angle", "°"),
+    ("nominal_where", "which is at the", ""),
     ("peak_stress_mpa", "Peak stress, largest principal", "MPa"),
     ("load_angle_deg", "under the load at", "°"),
     ("load_n", "which is", "N"),
