@@ -226,6 +226,7 @@ class CylindricalIndexMechanism(Mechanism):
             TurretBody(self.tracks[0], follower.count, disc, low, high, 0.5 * (near + far)),
             tuple(gaps),
             self.passages,
+            room=disc,
             rib_depths=(("tip", max(root, sqrt(self.radius**2 - 0.25 * diameter**2) - 1e-6)), ("root", root)),
             relief=self.cam.relief,
             dwell_ends=self.cam.dwell_ends(self.program),

@@ -324,6 +324,7 @@ class GloboidalMechanism(Mechanism):
             TurretBody(self.tracks[0], follower.count, seat, -half, half, 0.7 * seat),
             self._gaps,
             self.passages,
+            room=seat,
             # Ribs are measured at their tip and beside the rollers' ends.
             rib_depths=(("tip", max(seat, self.cam.globoid_radius)), ("root", end)),
             preload=self.cam.preload,

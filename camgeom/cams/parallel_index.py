@@ -260,6 +260,7 @@ class ParallelIndexMechanism(Mechanism):
             self._body(count),
             self._gaps,
             self.tracks,
+            room=self.cam.center_distance - 0.5 * self.cam.diameter,
             take_turns=True,
             rollers=tuple(rollers),
             dials=self._dials,

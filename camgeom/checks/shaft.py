@@ -8,7 +8,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from camgeom.checks import LIFTED, NO_OPERATION, check, refuse_coarse, solved
-from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.checks.verdict import NO_GAP, Finding, NotJudged, judged
 
 if TYPE_CHECKING:
     from camgeom.maths.extremum import Extreme
@@ -109,13 +109,17 @@ def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
 
 @solved("output-shaft", "turret load", slow=True)
 def output_shaft(model: Model) -> Iterable[Finding]:
-    """Equivalent stress of the output shaft at the section that [output_shaft] gives."""
-    spec, found = model.profile.output_shaft_spec, _output(model)
-    if spec is None or found is None or found.stress is None:
+    """Equivalent stress of the output shaft at the section that [output_shaft] gives, and whether it has room."""
+    spec, found, turret = model.profile.output_shaft_spec, _output(model), model.mechanism.turret
+    if spec is None or spec.diameter is None or found is None or found.stress is None or turret is None:
         return
     advice = f"a thicker shaft, or {OUTPUT}"
     yield judged("output-shaft", found.stress, "<=", spec.stress_limit, "MPa", advice,
                  cam_angle=found.torque.cam_angle, where=f"bent and twisted, {found.torque.where}")  # fmt: skip
+    advice = (f"make output_shaft.diameter less than {2.0 * turret.room:.6g} mm: no shaft is thicker where it is "
+              "weakest than the turret's disc, or than what turns beside it lets past")  # fmt: skip
+    yield judged("output-shaft", turret.room - 0.5 * spec.diameter, ">", 0.0, "mm", advice, slack=-NO_GAP,
+                 where="room for the shaft in its turret")  # fmt: skip
 
 
 @solved("bolts", "turret load", slow=True)

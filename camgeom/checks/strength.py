@@ -147,14 +147,17 @@ def load(model: Model) -> Iterable[Finding]:
 
 @check("moving-mass", "operation")
 def moving_mass(model: Model) -> Iterable[Finding]:
-    """Whether the mass or inertia of what moves is stated, a zero too; what is not stated has none."""
+    """Whether the mass or inertia of what moves is stated, a zero too; what is not stated has none.
+
+    That of a plate, or of a frame that is a part, is known: what moves is not lighter.
+    """
     operation, follower = model.profile.operation, model.mechanism.follower
     if operation is None:
         return
     key, unit = ("inertia", "kg m2") if model.mechanism.follower.rotating else ("mass", "kg")
     stated = key in follower.model_fields_set or f"load_{key}" in operation.model_fields_set
     advice = f"follower.{key} is not given, so no inertia force is counted: give it, or operation.load_{key}"
-    if not stated:
+    if not stated and model.frame_mass is None:
         yield judged("moving-mass", 0.0, ">", 0.0, unit, advice, where=f"follower.{key}", worst="warn")
     drive = model.slide_drive
     if drive is not None and drive.mass is not None:
@@ -162,9 +165,9 @@ def moving_mass(model: Model) -> Iterable[Finding]:
         advice = "cam.moving_mass is that of the plate and of what carries it"
         yield judged("moving-mass", drive.mass, ">=", own, "kg", advice, slack=MASS_SLACK * own,
                      where="cam.moving_mass, against the plate's own")  # fmt: skip
-    if stated and model.frame_mass is not None:
+    if model.frame_mass is not None:
         own = model.frame_mass
-        advice = "follower.mass and operation.load_mass are those of the frame's plate and of all that it carries"
+        advice = "give follower.mass and operation.load_mass: those of the frame's plate and of all that it carries"
         yield judged("moving-mass", follower.moving(operation.load_mass, 0.0), ">=", own, "kg", advice,
                      where="follower, against the frame's own plate")  # fmt: skip
 

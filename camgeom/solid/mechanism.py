@@ -95,6 +95,7 @@ class Turret:
     body        the turret with its rollers at cam angle zero
     gaps        free distances, mm: (name, distance, advice)
     bearing     the tracks whose walls rollers may bear on, where the mechanism's `inside` says so
+    room        radius about the turret's axis that its shaft may have, mm: of its own disc, or to the plates beside it
     take_turns  True where only the best placed roller of each direction is judged: others carry where one cannot
     rib_depths  where ribs are measured along the roller, mm: (name, delta); none for plates, which have no ribs
     preload     mm, by which rollers press into the ribs they ride in the dwell
@@ -108,6 +109,7 @@ class Turret:
     body: TurretBody | StackedTurret
     gaps: tuple[tuple[str, float, str], ...]
     bearing: tuple[Track, ...]
+    room: float
     take_turns: bool = False
     rib_depths: tuple[tuple[str, float], ...] = ()
     preload: float = 0.0

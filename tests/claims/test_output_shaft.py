@@ -84,6 +84,7 @@ def test_both_sides(rigid: Model, share: float, level: str) -> None:
         ({"limits__bolt_slip_safety": found.slip_safety / share}, "bolts", "slip"),
         ({"limits__bolt_shear_safety": found.shear_safety / share}, "bolts", "shear"),
         ({"output_shaft__stress_limit": found.stress * share}, "output-shaft", "bent"),
+        ({"output_shaft__diameter": 2.0 * 70.0 / share}, "output-shaft", "room"),
     ):
         told = judge(rigid.with_(**keys), [check]).findings
         assert next(one.level for one in told if word in one.where) == level, keys
@@ -137,7 +138,23 @@ def test_a_batch_leaves_shaft_and_bolts_to_the_exact_model(rigid: Model) -> None
 
 def test_a_shaft_or_its_bolts_alone(rigid: Model) -> None:
     shaft, joint = rigid.with_(output_shaft=SHAFT), rigid.with_(output_shaft=JOINT)
-    assert [one.check for one in judge(shaft, ["bolts", "output-shaft"]).findings] == ["output-shaft"]
+    assert [one.check for one in judge(shaft, ["bolts", "output-shaft"]).findings] == ["output-shaft"] * 2
     assert [one.check for one in judge(joint, ["bolts", "output-shaft"]).findings] == ["bolts", "bolts"]
     assert "slip_safety" not in output_data(shaft)
     assert "stress_mpa" not in output_data(joint)
+
+
+def test_the_state_that_bends_most_need_not_twist_most() -> None:
+    """Preloaded rollers press hardest in the dwell: a torque held there bends more than a larger one of the motion."""
+    force = [{"from": 0.0, "until": 60.0, "expression": "1.66e5"}]
+    states = [{"name": "fast", "share": 0.5}, {"name": "held", "share": 0.5, "speed": 10.0, "force": force}]
+    made = model("fine_indexer", reproduces=None).with_(output_shaft=SHAFT, duty=states)
+    fast, slow = (one.output for one in made.states)
+    assert fast is not None
+    assert slow is not None
+    assert fast.torque.value > slow.torque.value
+    assert fast.force < slow.force
+    data, (finding, _) = output_data(made), judge(made, ["output-shaft"]).findings
+    assert data["torque_n_m"] == pytest.approx(1e-3 * fast.torque.value)
+    assert data["stress_mpa"] == finding.value == max(fast.stress or 0.0, slow.stress or 0.0)
+    assert data["bending_n_m"] == pytest.approx(1e-3 * slow.bending)

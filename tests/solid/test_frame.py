@@ -109,6 +109,7 @@ def test_both_sides_of_every_limit(press: Model, share: float, level: str) -> No
     own = press.frame_mass
     assert own is not None
     assert told("moving-mass", "frame", mass=own * share) == level
+    assert told("moving-mass", "frame", mass=None) == "fail"
     carried = changed(press, mass=0.5).with_(operation__load_mass=own * share - 0.5)
     assert judge(carried, ["moving-mass"]).findings[0].level == level
 

@@ -109,16 +109,17 @@ def together_data(model: Model) -> dict[str, Any]:
 
 
 def output_data(model: Model) -> dict[str, Any]:
-    """What output shaft and bolts bear; of several operating states in the one with the largest torque."""
-    found = max((one.output for one in model.states if one.output is not None), key=lambda one: one.torque.value)
+    """What output shaft and bolts bear, of several operating states: the largest torque, and the largest stress."""
+    outputs = [one.output for one in model.states if one.output is not None]
+    found, bent = max(outputs, key=lambda one: one.torque.value), max(outputs, key=lambda one: one.stress or 0.0)
     data: dict[str, Any] = {
         "torque_n_m": MILLI * found.torque.value,
         "torque_is": found.torque.where,
         "torque_at_deg": degrees(found.torque.cam_angle) % 360.0,
-        "rollers_force_n": found.force,
+        "rollers_force_n": bent.force,
     }
-    if found.stress is not None:
-        data |= {"bending_n_m": MILLI * found.bending, "stress_mpa": found.stress}
+    if bent.stress is not None:
+        data |= {"bending_n_m": MILLI * bent.bending, "stress_mpa": bent.stress}
     if found.bolts is not None:
         data |= {
             "preload_n": found.bolts.preload,
