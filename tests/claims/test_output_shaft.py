@@ -158,3 +158,12 @@ def test_the_state_that_bends_most_need_not_twist_most() -> None:
     assert data["torque_n_m"] == pytest.approx(1e-3 * fast.torque.value)
     assert data["stress_mpa"] == finding.value == max(fast.stress or 0.0, slow.stress or 0.0)
     assert data["bending_n_m"] == pytest.approx(1e-3 * slow.bending)
+
+
+@pytest.mark.parametrize(("name", "room"), [("parallel_index", 31.0), ("barrel_indexer", 168.0)])
+def test_a_shaft_has_to_fit_its_turret_and_pass_what_turns_beside_it(name: str, room: float) -> None:
+    """Of plates the distance from their rim to the turret's axis; of a barrel the disc that its rollers stand on."""
+    drive = model(name, reproduces=None)
+    for diameter, level in ((2.0 * 0.999 * room, "pass"), (2.0 * 1.002 * room, "fail")):
+        found = judge(drive.with_(output_shaft=SHAFT | {"diameter": diameter}), ["output-shaft"]).findings
+        assert [one.level for one in found if "room" in one.where] == [level]
