@@ -217,7 +217,7 @@ def below_rollers(
     if isinstance(part, Prism) and drive is not None:
         body = _Ring(PlateSection(part), lambda load: plate_patch(drive, 0, part, load.theta), own)
     elif isinstance(part, EndFaceRing | RibbedCylinder):
-        face = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection(part)
+        face = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection.of(part)
         body = _Ring(face, lambda load: RollerLoad(face, duty).patch(load.theta), own)
     elif groove is not None:
         section = GroovedSection.of(groove, Fineness())

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +23,18 @@ from camgeom.body.section import graded
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.solid.drum import RibbedCylinder, on_cylinder
+from camgeom.solid.drum import RibbedCylinder, height_above, on_cylinder
+from camgeom.track import TURN
 from camgeom.track.flank import Flank
 from camgeom.track.section import Column, cylinder_level
 
 Index = npt.NDArray[np.int64]
+GROWTH = 1.4
+"""of a cell up the flank over the one below"""
+FINEST = 10
+"""most cells up a flank"""
+AROUND = 720
+"""cam angles at which the foot's thickness is asked"""
 LAYER = 0.2
 """share of the rib's thickness and height that the layer takes on each side"""
 
@@ -40,10 +47,24 @@ class RibSection:
     body: RibbedCylinder
     cells: tuple[int, int, int, int, int] = (4, 2, 1, 3, 3)
 
+    @classmethod
+    def of(cls, body: RibbedCylinder) -> Self:
+        """As many cells up a flank as make the one on the foot no higher than the rib is thick there at its thinnest,
+        beyond which the bending stress came out a fifth low."""
+        at, foot = np.linspace(0.0, TURN, AROUND, endpoint=False), np.zeros(1)
+        lower, upper = (
+            body.wall(Column(track, at), side, foot)[:, :, 0]
+            for track, side in zip((body.lower, body.upper), body.sides)
+        )
+        thick, high = float(height_above(lower, upper).min()), body.radius - body.base
+        few, over, deep, below, aside = cls.cells
+        enough = (n for n in range(few, FINEST) if high * graded(n, GROWTH)[2] <= thick)
+        return cls(body, (next(enough, FINEST), over, deep, below, aside))
+
     @cached_property
     def rows(self) -> Floats:
         """Bands: 0 to 1 up the lower flank, to 2 over the top, to 3 down the upper flank."""
-        up = graded(self.cells[0], 1.4)
+        up = graded(self.cells[0], GROWTH)
         return np.concatenate([up[:-1], 1.0 + graded(self.cells[1], 1.0)[:-1], 3.0 - up[::-1]])
 
     @cached_property

@@ -385,7 +385,7 @@ class RibBending:
 def bending_of(part: Part, cutters: tuple[Track, ...]) -> Bending | None:
     """The walls of a body that a roller bends; None of one without any that are known."""
     if isinstance(part, RibbedCylinder):
-        return RibBending(RibSection(part))
+        return RibBending(RibSection.of(part))
     if isinstance(part, EndFaceRing):
         return FaceBending(EndFaceSection(part))
     groove = groove_of(part, cutters)

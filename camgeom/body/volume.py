@@ -172,7 +172,7 @@ def volume_of(
         section = GroovedSection.of(groove, Fineness.fine_at(patch.second))
         return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, patch)
     if isinstance(part, EndFaceRing | RibbedCylinder) and rollers:
-        ring = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection(part)
+        ring = EndFaceSection(part) if isinstance(part, EndFaceRing) else RibSection.of(part)
         patch = asked_patch(ring, rollers, angle)
         return BodyVolume(part.name, ring_about(ring, patch.middle, STEP), material, patch)
     discs = [one for one in parts if isinstance(one, Prism)]
