@@ -67,6 +67,9 @@ def _larger(data: Data) -> Data:
 @pytest.mark.parametrize("name", ["pin_insertion", "disc_flat_face", "tool_changer", "parallel_index"])
 def test_a_cam_twice_as_large_is_the_same_cam(name: str) -> None:
     data = {key: value for key, value in data_of(name).items() if key not in LEFT}
+    if "output_shaft" in data:
+        # Threads come in sizes of their own.
+        data["output_shaft"] = {key: value for key, value in data["output_shaft"].items() if "bolt" not in key}
     mesh = {"output": {"tolerance": 0.01}}, {"output": {"tolerance": SIZE * 0.01}}
     one, other = (judge(built(dict(each) | out)) for each, out in zip((data, _larger(data)), mesh))
     assert [(f.check, f.level) for f in one.findings] == [(f.check, f.level) for f in other.findings]

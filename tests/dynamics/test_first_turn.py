@@ -126,7 +126,10 @@ def test_without_dynamics_the_output_shaft_carries_the_whole_turret(share, level
 
 
 def test_torques_without_a_limit_are_told():
-    told = {word.check: word.reason for word in judge(changer(350), ["output-torque", "dynamic-torque"]).not_judged}
+    shaft = ("[output_shaft]", "diameter = 60 ", "lever = 45 ", "stress_limit = 70 ", "bolts = 8 ", 'bolt_size = "M10"',
+             "bolt_circle = 110")  # fmt: skip
+    bare = changer(350, *((line, f"# {line}") for line in shaft))
+    told = {word.check: word.reason for word in judge(bare, ["output-torque", "dynamic-torque"]).not_judged}
     assert "limits.output_torque_n_m" in told["output-torque"]
     assert "1405 N m starting from rest" in told["output-torque"]
     assert "limits.torque_n_m" in told["dynamic-torque"]
