@@ -2,8 +2,9 @@
 
 An error of a size is put on at every station, plus and minus, on one roller or wall after the other where each has its
 own; the follower stands where `seat` says. Errors with a direction are tried both ways along two axes and along what
-these two add up to: exact where the follower follows in proportion. A play is the least of many pairs of walls, and may
-open between the axes alone: all directions are tried where it can.
+these two add up to: exact where the follower follows in proportion. It does not where lines come to bear or go: where a
+motion is large, directions beside that are tried too. A play is the least of many pairs of walls, and may open between
+the axes alone: all directions are tried where it can.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import Approaches, Cause, Pivots, applicable
 from camgeom.tolerance.contacts import Contacts, contacts
+from camgeom.tolerance.directions import CLOSER, Turned
 from camgeom.tolerance.seat import Bools, Stand, Walls, pressures, walls_of
 from camgeom.track import TURN
 
@@ -36,6 +38,9 @@ SIZES = {"mm": 0.01, "arcmin": 1.0, "arcsec": 10.0}
 SECONDS = 648000.0 / pi
 OPENED = 1e-6
 """share of the largest play that an error can open, below which the rest of it is not looked for"""
+LARGE, NEAR = 0.7, 0.97
+"""share of an error's largest motion that the parts' effects promise from which directions beside theirs are tried, and
+that is found from which they are tried more closely"""
 Rows = npt.NDArray[np.intp]
 
 
@@ -230,9 +235,11 @@ class Sensitivities:
             return tried.told(of(stood), lambda errors: of(walls.stand(errors)))
 
         moved = np.maximum(told(lambda stand: stand.high - base.high), told(lambda stand: base.low - stand.low))
+        self._swung(tried, np.maximum(stood.high - base.high, base.low - stood.low), moved)
         grown = lost = np.zeros(moved.shape)
         if self._both:
-            grown = self._opened(tried, told(lambda stand: stand.play - base.play))
+            opened = tried.told(stood.play - base.play, lambda errors: walls.play(errors) - base.play)
+            grown = self._opened(tried, opened)
             lost = self._lost(grown)
         for i, (cause, curve) in enumerate(zip(causes, moved)):
             at = int(np.argmax(curve))
@@ -240,6 +247,37 @@ class Sensitivities:
             play, preload = float(grown[i].max()), float(lost[i].max())
             found.append(Sensitivity(cause, size[cause.key], motion, curve, play, preload, pressure[i]))
         return tuple(sorted(found, key=lambda one: -one.motion.value))
+
+    def _swung(self, tried: Trials, ends: Floats, moved: Floats) -> None:
+        """Largest motions, (causes, n), raised by errors of any direction that move farther beside where their parts
+        point: at the angles where that is large, and in all directions where it is largest, of every roller or wall.
+
+        ends: motion (t, 2, n) with each part at its ends
+        """
+        if not tried.several:
+            return
+        far, sign = ends.max(axis=1), np.where(ends[:, 0] >= ends[:, 1], 1.0, -1.0)
+        group, rows, start = list[Rows](), list[Rows](), list[Floats]()
+        for i, own in enumerate(tried.several):
+            cause = tried.cause[own[0]]
+            large = np.flatnonzero((np.hypot(*far[own]) >= LARGE * moved[cause].max()) & (far[own].max(axis=0) > 0.0))
+            group.append(np.full(len(large), i))
+            rows.append(large)
+            start.append(np.arctan2(*(sign[own] * np.maximum(far[own], 0.0))[::-1, large]))
+        of, at = np.concatenate(group), np.concatenate(rows)
+        if not len(at):
+            return
+        parts = tried.errors[np.array(tried.several)[of].T, 0, at]
+        walls, base = self.seated.packed.walls, self.seated.nominal
+        found, turn = Turned.at(walls, base, parts, at).farther(np.concatenate(start))
+        which, most = tried.cause[np.array(tried.several)[of, 0]], moved.max(axis=1)
+        np.maximum.at(most, which, found)
+        near = np.flatnonzero(found >= NEAR * most[which])
+        closer, _ = Turned.at(walls, base, parts[:, near], at[near]).beside(turn[near], CLOSER)
+        found[near] = np.maximum(found[near], closer)
+        hardest = np.array([own[np.argmax(found[own])] for i in np.unique(of) if len(own := np.flatnonzero(of == i))])
+        found[hardest] = np.maximum(found[hardest], Turned.at(walls, base, parts[:, hardest], at[hardest]).largest())
+        np.maximum.at(moved, (which, at), found)
 
     def _lost(self, grown: Floats) -> Floats:
         """Preload lost, mm, (..., n), where a play grows, mm or rad: the more play, the less preload."""
