@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from math import inf
 from typing import Any
 
 from camgeom.cli import Console, UsageError
@@ -118,6 +119,8 @@ def _normal(preload: float) -> str:
     """An interference along the normals, um; below zero half the gap between two walls."""
     if preload > 0.0:
         return f"{number(preload, 4)} um of preload along the normals"
+    if preload == -inf:
+        return "one wall alone: the other has run out"
     return f"{number(-2.0 * preload, 4)} um of play between the walls" if preload else "walls that just touch"
 
 

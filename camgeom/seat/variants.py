@@ -84,7 +84,7 @@ def measure(
     result = compute(model, products, checks)
     figures: Figures = {}
     for section in ("motion", "blank", "flank", "solid", "contact", "output_shaft", "fatigue", "dynamics", "impact",
-                    "cutter", "tolerance"):  # fmt: skip
+                    "cutter", "tolerance", "body"):  # fmt: skip
         figures |= _flat(result.data.get(section, {}), section)
     for row in result.data.get("fatigue", {}).get("conventions", ()):
         figures |= _flat(row, f"fatigue.conventions.{row['convention'].replace(', ', '-')}")

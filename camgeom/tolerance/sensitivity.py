@@ -238,7 +238,7 @@ class Sensitivities:
         self._swung(tried, np.maximum(stood.high - base.high, base.low - stood.low), moved)
         grown = lost = np.zeros(moved.shape)
         if self._both:
-            opened = tried.told(stood.play - base.play, lambda errors: walls.play(errors) - base.play)
+            opened = tried.told(self._growth(stood.play), lambda errors: self._growth(walls.play(errors)))
             grown = self._opened(tried, opened)
             lost = self._lost(grown)
         for i, (cause, curve) in enumerate(zip(causes, moved)):
@@ -279,9 +279,19 @@ class Sensitivities:
         found[hardest] = np.maximum(found[hardest], Turned.at(walls, base, parts[:, hardest], at[hardest]).largest())
         np.maximum.at(moved, (which, at), found)
 
+    @cached_property
+    def _between(self) -> npt.NDArray[np.bool_]:
+        """Whether both walls stand at every cam angle, (n,): a groove may have run out on one side."""
+        return np.isfinite(self.seated.nominal.play)
+
+    def _growth(self, play: Floats) -> Floats:
+        """Growth of a play, mm or rad, (..., n); 0 where there is none, a wall being missing."""
+        zero = np.zeros(np.broadcast_shapes(play.shape, self._between.shape))
+        return np.subtract(play, self.seated.nominal.play, out=zero, where=self._between)
+
     def _lost(self, grown: Floats) -> Floats:
         """Preload lost, mm, (..., n), where a play grows, mm or rad: the more play, the less preload."""
-        base = self.seated.nominal.play
+        base = np.where(self._between, self.seated.nominal.play, 0.0)
         return self.seated.preload(base) - self.seated.preload(base + grown)
 
     def _opened(self, tried: Trials, grown: Floats) -> Floats:
@@ -296,7 +306,7 @@ class Sensitivities:
             push, hold = (
                 np.take_along_axis(parts / walls.lever, at[None, :, None], axis=2)[:, :, 0] for at in walls.nearest
             )
-            most = np.hypot(*(push - hold))
+            most = np.where(self._between, np.hypot(*(push - hold)), 0.0)
             rows = self._further(most, grown[cause])
             if len(rows):
                 nothing = np.zeros(walls.lever[rows].shape)

@@ -25,6 +25,7 @@ from camgeom.model import Model
 from camgeom.profile import from_data, read_data
 from camgeom.report.result import chosen, compute
 from camgeom.report.sections.body import body
+from camgeom.seat.variants import measure
 from camgeom.solid.drum import RibbedCylinder
 from camgeom.track import TURN
 from tests.body.ribs import ribbed
@@ -197,6 +198,13 @@ def test_a_rib_pressed_at_its_top_bends_as_a_long_cantilever_plate(thick: float,
     moved = solved.solve(nodal_forces(ring, [[load]]))[:, :, 0]
     found = float(bent.nominal(ring, moved, load, solved.material).max())
     assert found == pytest.approx(6.0 * 0.509 * 100.0 / thick**2, rel=off)
+
+
+def test_a_study_has_the_stress_of_every_variant(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    told = [measure(Model(from_data(ribbed(thickness))), ("body",), None)[0]["body.nominal_stress_mpa"]
+            for thickness in (6.0, 4.0)]  # fmt: skip
+    assert told[1] > 1.5 * told[0] > 0.0
 
 
 def test_a_thin_rib_that_hertz_passes_fails_at_its_foot(monkeypatch: pytest.MonkeyPatch) -> None:

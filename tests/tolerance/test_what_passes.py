@@ -11,7 +11,7 @@ from camgeom.cams import starter
 from camgeom.checks import findings
 from camgeom.errors import ProfileError
 from camgeom.model import Model
-from camgeom.profile import parse
+from camgeom.profile import parse, read
 from camgeom.tolerance.causes import CAUSES, Approaches, default_pivots
 from camgeom.tolerance.contacts import contacts
 from tests.places import ROOT
@@ -135,3 +135,13 @@ def test_what_errors_explain_is_asked_only_where_it_says_what_to_tighten(limit: 
     assert finding.level == ("pass" if passes else "fail")
     assert ("shares" in vars(made.tolerances.drawn)) is not passes
     assert ("tighten tolerance.roller_place" in finding.advice) is not passes
+
+
+def test_a_groove_that_has_run_out_on_one_side_tells_a_play_only_where_both_walls_stand() -> None:
+    """Beside one wall the play has no end, nominally and with any error: its growth was infinity less infinity."""
+    model = Model(read(ROOT / "profiles" / "feeder_runout.toml"))
+    rows = {row.cause.key: row for row in model.tolerances.sensitivities.rows}
+    assert all(np.isfinite([row.play, row.preload, row.motion.value]).all() for row in rows.values())
+    assert rows["running_clearance"].play == pytest.approx(2.0 * rows["flank_growth"].play, rel=1e-9)
+    assert rows["running_clearance"].preload == pytest.approx(10e-3, rel=1e-6)
+    assert rows["phase_arcmin"].play == 0.0
