@@ -458,6 +458,10 @@ def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> P
     for _ in range(ROUNDS):
         low = profile.low - over if bears[0] else max(rough.span[0] - room, profile.low)
         high = profile.high + over if bears[1] else min(rough.span[1] + room, profile.high)
+        # A tilted roller under a small load may touch with the rounding of its end alone.
+        beyond = bears[0] and rough.span[1] < profile.low, bears[1] and rough.span[0] > profile.high
+        if any(beyond):
+            low, high = max(rough.span[0] - room, profile.reach[0]), min(rough.span[1] + room, profile.reach[1])
         edges = _grown(low, high, [end for end, on in zip((profile.low, profile.high), bears) if on],
                        over / 10.0 if over > 0.0 else 0.002 * (high - low), ny)
         middles = 0.5 * (edges[1:] + edges[:-1])
@@ -469,6 +473,8 @@ def _on_strips(bodies: Bodies, load: float, rough: Patch, nx: int, ny: int) -> P
         first, last = bool(p[:, 0].any()), bool(p[:, -1].any())
         if p[0].any() or p[-1].any():
             wide *= 1.1
+        elif any(beyond) and ((first and low > profile.reach[0]) or (last and high < profile.reach[1])):
+            room *= 2.0
         elif over < profile.end_radius and ((first and bears[0]) or (last and bears[1])):
             over = min(1.5 * over, profile.end_radius)
         elif (first and not bears[0]) or (last and not bears[1]):

@@ -211,3 +211,15 @@ def test_a_contact_whose_cells_keep_coming_and_going_settles() -> None:
              for crown in (50000.0, 49900.0)]  # fmt: skip
     assert found[0].peak[0] == pytest.approx(found[1].peak[0], rel=1e-3)
     assert all(found[0].bearing_ends)
+
+
+@pytest.mark.parametrize("tilt", [-1.7e-3, 1.7e-3])
+@pytest.mark.parametrize("load", [2.2e-5, 1e-3, 1e-2])
+def test_a_tilted_roller_that_touches_with_its_rounding_alone_has_an_ellipse_there(load: float, tilt: float) -> None:
+    """The window ended before the contact began, as a light load's lies wholly beyond the roller's straight length."""
+    roller = Profile(-12.7, 12.7, end_radius=1.5)
+    found = press(Bodies(0.049, roller, 8.835e-6, tilt), load)
+    exact = float(hertz.point_contact(load, 0.049, 1.0 / 1.5, 8.835e-6).pressure)
+    assert found.peak[0] == pytest.approx(exact, rel=3e-3)
+    assert abs(found.peak[1]) > 12.7
+    assert float((found.line_load * found.along).sum()) == pytest.approx(load, rel=1e-9)
