@@ -74,6 +74,8 @@ def _covered(
     corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
     depth = sense * (corners[:, :, axis] - level)
     behind = depth.max(axis=1) > 0.0
+    if not behind.any():
+        return np.zeros(len(points), dtype=bool)
     corners, depth = corners[behind][:, :, flat], depth[behind]
     low, high = corners.min(axis=1), corners.max(axis=1)
     origin, cell = low.min(axis=0), np.ptp(corners.reshape(-1, 2), axis=0) / BINS

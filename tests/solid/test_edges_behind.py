@@ -62,3 +62,7 @@ def test_of_a_drum_the_edge_of_its_groove_is_seen_where_it_runs_behind_the_cut()
     assert len(edge) > 20
     assert np.all(np.abs(edge[:, 0]) > 54.0 - 0.5)  # nearer the axis it is hidden by the cut face
     assert np.all(edge[:, 1] > -1e-9)
+
+
+def test_behind_a_plane_beyond_every_body_nothing_is_seen() -> None:
+    assert sum(map(len, seen(1.0, block((0.0, 0.0, 0.0), (2.0, 3.0, 4.0)), level=5.0))) == 0
