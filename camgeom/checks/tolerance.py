@@ -25,6 +25,8 @@ def _within(model: Model, name: str, figure: Floats, worst: float, limit: float 
         widest = "take what `camgeom tolerance` gives as the widest"
         advice = f"tighten tolerance.{key}, the largest part of it, or {widest}"
     seen = f"{where}, {100.0 * share:.6g} % of the machines; worst case {loaded.shown(worst):.4g} {loaded.unit}"
+    if spec.reference != "absolute" and figure is not study.drawn.backlash:
+        seen += " from the drawing"
     return judged(name, value, "<=", limit, loaded.unit, advice, where=seen)
 
 

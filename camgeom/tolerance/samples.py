@@ -19,11 +19,10 @@ import numpy.typing as npt
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause
 from camgeom.tolerance.seat import Bools, Reals, balance, beyond, pressures
-from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities
+from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
 from camgeom.tolerance.spec import Distribution
 from camgeom.track import TURN
@@ -536,21 +535,6 @@ def _pressure(position: Position, square: Singles, x: Singles) -> Floats:
     approach = near * np.abs(position.lever)
     pressed = np.maximum(approach + position.lever * psi.astype(SINGLE), 0.0)
     return np.asarray(np.sqrt((square * pressed).max(axis=0)), dtype=np.float64)
-
-
-def resting(program: Program) -> list[tuple[float, float, bool]]:
-    """Stretches of cam angle (from, to), rad, and whether the follower rests; a dwell over the turn's end is one, which
-    begins before it."""
-    runs: list[tuple[float, float, bool]] = []
-    for span in program.spans:
-        still = span.before == span.after
-        if still and runs and runs[-1][2]:
-            runs[-1] = runs[-1][0], span.end, True
-        else:
-            runs.append((span.start, span.end, still))
-    if len(runs) > 1 and runs[0][2] and runs[-1][2]:
-        runs = [(runs[-1][0] - TURN, runs[0][1], True), *runs[1:-1]]
-    return runs
 
 
 def _direction(rng: np.random.Generator, size: int, value: float, how: Distribution) -> Singles:

@@ -417,3 +417,25 @@ def turn_grid(program: Program, knots: Floats) -> Floats:
     return np.asarray(theta[~still[piece] | last | (np.arange(len(theta)) % 8 == 0)])
 
 
+def resting(program: Program) -> list[tuple[float, float, bool]]:
+    """Stretches of cam angle (from, to), rad, and whether the follower rests; a dwell over the turn's end is one, which
+    begins before it."""
+    runs: list[tuple[float, float, bool]] = []
+    for span in program.spans:
+        still = span.before == span.after
+        if still and runs and runs[-1][2]:
+            runs[-1] = runs[-1][0], span.end, True
+        else:
+            runs.append((span.start, span.end, still))
+    if len(runs) > 1 and runs[0][2] and runs[-1][2]:
+        runs = [(runs[-1][0] - TURN, runs[0][1], True), *runs[1:-1]]
+    return runs
+
+
+def resting_at(program: Program, theta: Floats) -> Bools:
+    """Which cam angles (n,), rad, of a turn lie in dwells; all of a program without one."""
+    found = np.zeros(len(theta), dtype=bool)
+    for start, end, still in resting(program):
+        if still:
+            found |= (theta >= start) & (theta <= end) | (theta >= start + TURN)
+    return found if found.any() else ~found

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError, Problem, ProfileError
 from camgeom.maths import Floats
-from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
 from camgeom.tolerance.order import refuse_beyond
-from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads, resting
-from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, Trials
+from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads
+from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, resting_at
 from camgeom.tolerance.spec import Costs, ToleranceSpec
+from camgeom.tolerance.worst import Worst
 
 if TYPE_CHECKING:
     from camgeom.tolerance.edge import Edge
@@ -34,8 +33,6 @@ NEAR = 0.995
 """share of a limit that counts as reached"""
 NOISE = 1e-6
 """um or seconds of arc, below which a figure is rounding of what is none (single precision of what is drawn)"""
-FARTHER = 1e-9
-"""share by which another end of an error has to move the follower farther"""
 NOTHING = 1e-6
 """share of a limit that an error alone may reach and count for nothing"""
 
@@ -53,20 +50,6 @@ class Widest:
     values: Mapping[str, float | None]
     reached: float
     beyond: str = ""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Worst:
-    """All errors at their ends at once, each as it hurts most at every station; mm or rad.
-
-    curve  largest deviation over cam angles (n,); motion: its largest, dwell: in the dwells; backlash: largest play
-    """
-
-    curve: Floats
-    motion: Extreme
-    dwell: Extreme
-    backlash: Extreme
 
 
 @final
@@ -106,8 +89,11 @@ class ToleranceStudy:
 
     @cached_property
     def _ends(self) -> Worst:
-        """What they come to at their ends, see `worst`."""
+        """What they come to at most, see `worst`."""
         return self._worst(self._stated)
+
+    def _worst(self, spreads: Spreads) -> Worst:
+        return Worst.of(self.sensitivities.seated, self.causes, spreads)
 
     @property
     def limits(self) -> dict[str, float]:
@@ -192,103 +178,9 @@ class ToleranceStudy:
 
     @property
     def worst(self) -> Worst:
-        """All errors at their ends at once. Of what is pressed, each as it moves the balance of the nominal forces, or
-        as the balance solved with all of them moves, whichever is more: a station may leave its wall, or come to it."""
+        """All errors within their sizes at once: what no machine goes beyond, see `tolerance.worst`."""
         self.spreads  # noqa: B018  refused where they are too large
         return self._ends
-
-    def _worst(self, spreads: Spreads) -> Worst:
-        seated = self.sensitivities.seated
-        walls = seated.walls
-        ends, mean_ends = (np.zeros(walls.lever.shape) for _ in range(2))
-        moved, mean_moved = (np.zeros(len(self.sensitivities.theta)) for _ in range(2))
-        weight = _yield_of(walls.lever, walls.stiffness, walls.forces(ends))
-        for cause in self.causes:
-            mean, value, _ = spreads[cause.key]
-            g = seated.flat(seated.approaches.of(cause))
-            size = np.sqrt((g * g).sum(axis=0)) * value
-            ends += size
-            mean_ends += mean * g[0]
-            owners = {"roller": seated.contacts.roller, "wall": seated.contacts.wall}.get(cause.holder)
-            moved += value * _balanced(g, weight, owners, seated.contacts.on.shape)
-            mean_moved += mean * (g[0] * weight).sum(axis=1)
-        moved += np.abs(mean_moved)
-        base = seated.nominal
-        curve = np.maximum(self._off(mean_ends + ends), self._off(mean_ends - ends))
-        shared = self.loaded.mechanism.drive is Drive.SHARED
-        pressed = ((walls.load_side != 0.0) | (base.play < 0.0)) & shared
-        if pressed.any():
-            curve = np.where(pressed, np.maximum(np.maximum(moved, 0.0), self._balanced_ends(spreads)), curve)
-        play = self._loosest(spreads) if self.both else np.zeros(len(curve))
-        still = self._still
-        return Worst(curve, self._extreme(curve), self._extreme(np.where(still, curve, -1.0)),
-                     self._extreme(np.where(still, play, -1.0)))  # fmt: skip
-
-    def _balanced_ends(self, spreads: Spreads) -> Floats:
-        """How far the follower stands off, (n,), where all errors are at the ends that move it farthest alone, either
-        way, or where one of them is alone; of any direction an error's parts as they move it."""
-        seated = self.sensitivities.seated
-        walls, base = seated.packed.walls, seated.nominal
-        if not self.causes:
-            return np.zeros(len(base.low))
-        tried = Trials.of(seated, [(cause, spreads[cause.key][1]) for cause in self.causes])
-        means = [(spreads[cause.key][0], seated.packed.taken(seated.flat(seated.approaches.of(cause)))[0])
-                 for cause in self.causes]  # fmt: skip
-        owners = [np.flatnonzero(tried.group == one) for one in np.unique(tried.group)]
-        found = np.zeros(len(base.low))
-        for way in (1.0, -1.0):
-
-            def off(errors: Floats, way: float = way) -> Floats:
-                stand = walls.stand(errors)
-                return np.asarray(stand.high - base.high if way > 0.0 else base.low - stand.low)
-
-            alone = off(tried.errors)
-            end = np.argmax(alone, axis=1)[:, None]
-            part = np.maximum(np.take_along_axis(alone, end, axis=1)[:, 0], 0.0)
-            parts = np.zeros((len(self.causes), *walls.lever.shape))
-            for own in owners:
-                parts[tried.cause[own[0]]] += tried.together(part, end, own)
-            errors = parts.sum(axis=0) + sum(mean * g for mean, g in means)
-            found = np.max([found, _climbed(off, errors, parts), *tried.told(alone, off)], axis=0)
-        return found
-
-    def _off(self, approach: Floats) -> Floats:
-        """How far the follower stands off, (n,), with approaches (n, q): on the wall that its load presses, else on
-        the one that moves further."""
-        walls, base = self.sensitivities.seated.walls, self.sensitivities.seated.nominal
-        low, high = walls.bounds(approach)
-        behind = np.abs(low - base.low)
-        if not self.both:
-            return behind
-        ahead, side = np.abs(high - base.high), walls.load_side
-        opposed = self.loaded.mechanism.drive is Drive.OPPOSED
-        pressed = np.where(side > 0.0, behind, np.where(side < 0.0, ahead, np.maximum(behind, ahead)))
-        return pressed if opposed else np.maximum(behind, ahead)
-
-    def _loosest(self, spreads: Spreads) -> Floats:
-        """Largest play, (n,), that errors at their ends can open; it may be opened by several that do nothing alone."""
-        seated = self.sensitivities.seated
-        packed = seated.packed
-        mean, errors = np.zeros(packed.order.shape), []
-        for cause in self.causes:
-            middle, value, _ = spreads[cause.key]
-            g = packed.taken(seated.flat(seated.approaches.of(cause)))
-            mean += middle * g[0]
-            errors.append((value * g, {"roller": packed.roller, "wall": packed.wall}.get(cause.holder)))
-        return np.maximum(packed.walls.parted(mean, errors), 0.0)
-
-    @cached_property
-    def _still(self) -> npt.NDArray[np.bool_]:
-        """Which cam angles lie in dwells; all of a program without one."""
-        theta, found = self.sensitivities.theta, np.zeros(len(self.sensitivities.theta), dtype=bool)
-        for start, end, still in resting(self.loaded.mechanism.program):
-            if still:
-                found |= (theta >= start) & (theta <= end) | (theta >= start + 2.0 * np.pi)
-        return found if found.any() else ~found
-
-    def _extreme(self, curve: Floats) -> Extreme:
-        at = int(np.argmax(curve))
-        return Extreme(float(curve[at]), float(self.sensitivities.theta[at]))
 
     def beyond(self, spreads: Spreads) -> str:
         """Why the first order does not tell these errors; empty where it does."""
@@ -305,7 +197,8 @@ class ToleranceStudy:
         if not self.both:
             return None
         seated = self.sensitivities.seated
-        return float(seated.preload(seated.nominal.play)[self._still].min())
+        still = resting_at(self.loaded.mechanism.program, self.sensitivities.theta)
+        return float(seated.preload(seated.nominal.play)[still].min())
 
     @cached_property
     def wear(self) -> tuple[tuple[float, float, float], ...]:
@@ -330,26 +223,6 @@ class ToleranceStudy:
         if spec is None or not self.limited or not self.causes:
             return None
         return widest(self, spec.cost, spec.wanted_yield, spec.samples)
-
-
-def _climbed(off: Callable[[Floats], Floats], errors: Floats, parts: Floats) -> Floats:
-    """Largest value, (n,), that is reached by taking the part (n, p) of one error after the other to its other end.
-
-    off  values (..., n) with errors (..., n, p); parts (k, n, p): what each error has in them
-    An end that moves the follower farther where all walls press may hold it back where another error lets one go.
-    """
-    best, parts = off(errors), parts.copy()
-    for _ in range(len(parts)):
-        tried = off(errors - 2.0 * parts)
-        which = tried.argmax(axis=0)
-        most = np.take_along_axis(tried, which[None], axis=0)[0]
-        rows = np.flatnonzero(most > best * (1.0 + FARTHER))
-        if not len(rows):
-            break
-        errors[rows] -= 2.0 * parts[which[rows], rows]
-        parts[which[rows], rows] *= -1.0
-        best[rows] = most[rows]
-    return best
 
 
 def widest(study: ToleranceStudy, cost: Costs, share: float, samples: int) -> Widest | None:
@@ -413,27 +286,6 @@ def _settled(
 def _first(key: str) -> float:
     """Where the search begins for an error of no size: 10 um, 1 minute, 10 seconds of arc."""
     return SIZES[CAUSES[key].unit] * CAUSES[key].scale
-
-
-def _yield_of(lever: Floats, stiffness: Floats, force: Floats) -> Floats:
-    """By how much the balance moves per approach of each pressed station, (n, q): -L k / sum L^2 k."""
-    pull = np.where(force > 0.0, lever * stiffness, 0.0)
-    total = (pull * lever).sum(axis=1, keepdims=True)
-    return np.asarray(-pull / np.where(total > 0.0, total, 1.0))
-
-
-def _balanced(g: Floats, weight: Floats, owners: npt.NDArray[np.intp] | None, shape: tuple[int, ...]) -> Floats:
-    """Largest motion of the balance, (n,), per unit of an error (parts, n, q): each roller's or wall's as it hurts."""
-    moved = (g * weight).reshape(len(g), shape[0], shape[1], shape[2]).sum(axis=3)
-    if owners is None:
-        return np.asarray(np.sqrt((moved.sum(axis=2) ** 2).sum(axis=0)))
-    total = np.zeros(shape[0])
-    for owner in sorted(set(owners.tolist())):
-        own = moved[:, :, owners == owner].sum(axis=2)
-        total += np.sqrt((own**2).sum(axis=0))
-    return total
-
-
 
 
 def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str, Any]:

@@ -417,29 +417,6 @@ def test_both_walls_of_a_constant_width_cam_are_its_one_profile(
     assert np.mean(play <= (0.03 if play.max() < 1.0 else 30.0)) == pytest.approx(yielded, abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [("fine_indexer", "running_clearance"), ("tool_changer", "roller_diameter"), ("barrel_indexer", "pitch_radius")],
-)
-def test_no_machine_stands_farther_off_than_the_worst_case(name: str, error: str) -> None:
-    """A preload that is lost, a roller that comes to bear: the balance of the nominal forces moved 5.0 seconds of arc
-    where machines with their error at its end move 15.05."""
-    more = f'{error} = {{ value = 0.01, distribution = "worst" }}\nsamples = 2048\nmotion_limit = 1\nyield = 0.5\n'
-    study = _profile(name, f"[tolerance]\n{more}").tolerances
-    drawn = study.drawn
-    assert float(drawn.motion.max()) <= 1.001 * study.worst.motion.value
-    assert float(drawn.dwell.max()) <= 1.001 * study.worst.dwell.value + 1e-12
-    assert study.worst.motion.value <= 1.1 * float(drawn.motion.max())
-
-
-def test_an_error_that_holds_back_alone_lets_go_beside_another() -> None:
-    """Each at the end that moves farthest alone they moved 6.05 seconds of arc, and machines 6.34."""
-    ends = 'center_distance = {{ value = 0.0098, {0} }}\nrunning_clearance = {{ value = 0.004, {0} }}\n'
-    more = f'[tolerance]\nsamples = 4096\n{ends.format("""distribution = "worst" """)}'
-    study = _profile("fine_indexer", more).tolerances
-    assert float(study.drawn.motion.max()) <= study.worst.motion.value <= 1.01 * float(study.drawn.motion.max())
-
-
 def test_an_error_of_any_direction_alone_is_what_its_hardest_direction_does() -> None:
     """Rollers on either side are moved by it in turns: the root of both parts' squares told 46.5 for 35.05."""
     sensitivities = Sensitivities(_loaded(_profile("parallel_index")))
@@ -465,34 +442,6 @@ def test_play_that_opens_between_an_errors_axes_is_told(name: str) -> None:
     opened = max(float((walls.play(np.cos(t) * one + np.sin(t) * other) - base).max()) for t in turns)
     assert opened <= row.play * (1.0 + 1e-9)
     assert row.play == pytest.approx(opened, rel=3e-3)
-
-
-ENDS = """[tolerance]
-cam_wobble_arcmin = 1.0
-turret_wobble_arcmin = 1.0
-turret_eccentricity = 0.005
-roller_diameter = 0.004
-flank_form = 0.002
-side_shift = 0.01
-"""
-
-
-def test_no_machine_has_more_play_than_the_worst_case() -> None:
-    study = _profile("tool_changer", ENDS).tolerances
-    seated, spreads = study.sensitivities.seated, study.spreads
-    packed, rng = seated.packed, np.random.default_rng(7)
-    found = np.zeros(len(study.sensitivities.theta))
-    for _ in range(400):
-        errors = np.zeros(packed.order.shape)
-        for cause in study.causes:
-            g = spreads[cause.key][1] * packed.taken(seated.flat(seated.approaches.of(cause)))
-            owner = {"roller": packed.roller, "wall": packed.wall}.get(cause.holder, np.zeros_like(packed.roller))
-            turn = rng.uniform(0.0, 2.0 * np.pi, int(owner.max()) + 1)
-            way = np.sign(np.cos(turn))[None] if len(g) == 1 else np.array([np.cos(turn), np.sin(turn)])
-            errors += (g * way[:, owner]).sum(axis=0)
-        found = np.maximum(found, packed.walls.play(errors))
-    assert found[study._still].max() <= study.worst.backlash.value
-    assert found[study._still].max() > 0.7 * study.worst.backlash.value
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,7 @@ def _over_the_turn(study: ToleranceStudy, unit: str) -> Block:
                   for row, share in rows[:CURVES])  # fmt: skip
     worst = Series("all, worst case", degrees, loaded.shown(1.0) * study.worst.curve)
     panels = (Panel(Axis("Follower off by", unit), (*lines, worst)),)
-    return Chart("The largest errors at their tolerances, and all at their ends at once", CAM_ANGLE, panels)
+    return Chart("The largest errors at their tolerances, and what no machine goes beyond", CAM_ANGLE, panels)
 
 
 def _named(key: str) -> str:
