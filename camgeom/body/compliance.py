@@ -38,8 +38,8 @@ from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
+from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
-from camgeom.body.tetra_solver import TetraElastic
 from camgeom.body.volume import NO_LOAD, NO_RING, unfilled
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -162,7 +162,7 @@ class _Tetra:
     def works(self, cases: Sequence[Sequence[PointLoad]]) -> list[Floats]:
         """As `_Ring.works`."""
         mesh, cam = self.mesh, self.own.material
-        solver = TetraElastic(mesh, elasticity(cam.elastic_modulus, cam.poisson))
+        solver = SparseElastic(mesh, elasticity(cam.elastic_modulus, cam.poisson))
         found = []
         for case in cases:
             loads = np.stack([mesh.spread(load.points, load.forces) for load in case], axis=2)

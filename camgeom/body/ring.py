@@ -14,14 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.element import FOLDED, least_volume
+from camgeom.body.hexes import merged
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN
 
 Index = npt.NDArray[np.int64]
-SAME = 1e-7
-"""mm; nodes of two blocks that stand as near are one"""
 WIDEST = (TURN / 18.0, TURN / 30.0, TURN / 60.0)
 """rad; steps between planes far from the load, tried in turn"""
 CHUNK = 24
@@ -113,7 +112,7 @@ def ring_of(section: Section, planes: Floats) -> RingMesh:
     flat = [_flat(section.blocks(part)) for part in np.array_split(psi, max(1, len(psi) // CHUNK))]
     z, r = (np.concatenate([one[k] for one in flat]) for k in (0, 1))
     shapes = [block[0].shape[1:] for block in section.blocks(planes[:1])]
-    number, first = _merged(z[0], r[0])
+    number, first = merged(np.stack([z[0], r[0]], axis=1))
     used, cells, contour = _cells(shapes, number)
     keep = first[used]
     new = np.full(int(number.max()) + 1, -1, dtype=np.int64)
@@ -133,20 +132,6 @@ def ring_of(section: Section, planes: Floats) -> RingMesh:
 def _flat(blocks: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
     z, r = (np.concatenate([block[k].reshape(len(block[k]), -1) for block in blocks], axis=1) for k in (0, 1))
     return z, r
-
-
-def _merged(z: Floats, r: Floats) -> tuple[Index, Index]:
-    """Number (p,) of the node of every block's point, those of two blocks in one place alike, and a point of each."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(np.stack([z, r], axis=1)).query_pairs(SAME, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(z), len(z)))
-    count, number = connected_components(graph, directed=False)
-    first = np.zeros(count, dtype=np.int64)
-    first[number[::-1]] = np.arange(len(z))[::-1]
-    return number.astype(np.int64), first
 
 
 def _cells(shapes: list[tuple[int, ...]], number: Index) -> tuple[Index, Index, Index]:

@@ -61,6 +61,153 @@ class Peak:
     cut: Cut | None = None
 
 
+class Loaded(Protocol):
+    """The load that a peak is asked of."""
+
+    @property
+    def theta(self) -> float:
+        """Cam angle, rad."""
+
+    @property
+    def normal(self) -> float:
+        """Force, N."""
+
+    @property
+    def thickness(self) -> float:
+        """Of the wall that it bends, mm."""
+
+
+class Stressed(Protocol):
+    """A body that bends under its duty: nominal stress over the turn, and the peak under one load."""
+
+    @property
+    def material(self) -> Material:
+        """Of the body."""
+
+    @property
+    def theta(self) -> Floats:
+        """Cam angles (n,) of the curve, rad."""
+
+    @property
+    def nominal(self) -> Floats:
+        """Largest nominal stress (n,), MPa; 0 where nothing presses."""
+
+    @property
+    def notches(self) -> tuple[Floats, Floats] | None:
+        """That at round corners alone, and at sharp ones beside; None where the nominal stress is told nowhere else."""
+
+    def where(self, theta: float) -> str:
+        """The place of the nominal stress at a cam angle, rad, in words."""
+
+    @property
+    def patch(self) -> Loaded:
+        """The load that the peak is asked of."""
+
+    @property
+    def root(self) -> str:
+        """The place of that peak in words."""
+
+    @property
+    def peaks(self) -> tuple[Peak, ...]:
+        """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
+
+    @property
+    def sharp(self) -> str:
+        """Why its root has no peak stress; empty of a round one."""
+
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RootStress:
+    """Stress at the root of a body's pressed wall, from its duty."""
+
+    body: Stressed
+
+    @cached_property
+    def theta(self) -> Floats:
+        """Cam angles of the curve, rad."""
+        return self.body.theta
+
+    @cached_property
+    def nominal(self) -> Floats:
+        """Largest nominal stress, MPa, at the curve's angles; 0 where nothing presses."""
+        return self.body.nominal
+
+    @cached_property
+    def worst(self) -> Extreme:
+        """Largest nominal stress of the curve, MPa, and what is pressed then."""
+        i = int(np.argmax(self.nominal))
+        theta = float(self.theta[i])
+        return Extreme(float(self.nominal[i]), theta, where=self.body.where(theta) if self.nominal[i] else "")
+
+    @property
+    def patch(self) -> Loaded:
+        """The load that the peak is asked of."""
+        return self.body.patch
+
+    @cached_property
+    def peaks(self) -> tuple[Peak, ...]:
+        """The peak on the coarser and the finer mesh; none of a sharp root."""
+        return self.body.peaks
+
+    @property
+    def disagreement(self) -> float | None:
+        """Share by which the two peaks differ; None of a sharp root."""
+        if not self.peaks:
+            return None
+        coarse, fine = (peak.value for peak in self.peaks)
+        return abs(coarse - fine) / fine
+
+    @property
+    def peak(self) -> float | None:
+        """Peak stress, MPa; None of a sharp root, or where two meshes do not agree."""
+        apart = self.disagreement
+        return self.peaks[-1].value if apart is not None and apart <= AGREE else None
+
+    @property
+    def hardest(self) -> bool:
+        """Whether the nominal stress of a corner is about largest under the load that the peak is asked of, there."""
+        rounded, sharp = self.body.notches or (self.nominal, self.nominal)
+        here = float(np.interp(self.patch.theta % TURN, self.theta, rounded, period=TURN))
+        return here >= (1.0 - AGREE) * max(float(rounded.max()), float(sharp.max()))
+
+    @property
+    def why_no_peak(self) -> str:
+        """Why there is no peak; empty where there is one."""
+        if self.body.sharp:
+            return self.body.sharp
+        if self.peak is None:
+            coarse, fine = (peak.value for peak in self.peaks)
+            return f"two meshes differ by more than {AGREE:.0%}: {coarse:.4g} and {fine:.4g} MPa"
+        return ""
+
+    def data(self) -> dict[str, Any]:
+        """As plain data for result.json; of a sharp root there is no load that a peak is asked of."""
+        worst, patch = self.worst, self.patch
+        data: dict[str, Any] = {
+            "nominal_stress_mpa": worst.value,
+            "nominal_at_deg": degrees(worst.cam_angle),
+            "nominal_where": worst.where,
+            "peak_stress_mpa": self.peak,
+        }
+        if not self.body.sharp:
+            data |= {"load_angle_deg": degrees(patch.theta), "load_n": patch.normal, "wall_mm": patch.thickness,
+                     "where": self.body.root, "hardest_load": self.hardest}  # fmt: skip
+        if self.peaks:
+            data |= {"meshes_mpa": [one.value for one in self.peaks], "point_mm": self.peaks[-1].point.tolist()}
+            data |= {"unknowns": self.peaks[-1].unknowns}
+        if self.why_no_peak:
+            data["no_peak"] = self.why_no_peak
+        limit = self.body.material.bending_limit
+        if limit is not None and self.peak is not None:
+            data["fatigue_factor"] = limit / self.peak
+        return data
+
+
 class Bending(Protocol):
     """A ring body with a wall that bends on its root."""
 
@@ -89,28 +236,40 @@ class Bending(Protocol):
 
 @final
 @dataclass(frozen=True, eq=False)
-class RootStress:
-    """Stress at the root of a body's pressed wall, from its duty.
+class PressedRing:
+    """A ring body under its rollers; see `Stressed`.
 
     angle  rad, asked of the peak; None: where force over squared thickness of the wall is largest
     """
 
-    body: Bending
+    ring: Bending
     duties: tuple[RollerDuty, ...]
     material: Material
     angle: float | None = None
+
+    @property
+    def notches(self) -> None:
+        """None."""
+
+    @property
+    def sharp(self) -> str:
+        """Why there is no peak."""
+        return self.ring.sharp
+
+    @property
+    def remedy(self) -> str:
+        """What makes its stress smaller."""
+        return self.ring.remedy
 
     @cached_property
     def theta(self) -> Floats:
         """Cam angles of the curve, rad: even ones, and those of the largest force over squared thickness of each
         roller, which a short rise has between them."""
-        even = np.linspace(0.0, TURN, ANGLES, endpoint=False)
-        hardest = np.array([load.hardest.cam_angle for load in self._loads])
-        return np.union1d(even, hardest[np.abs(hardest[:, None] - even).min(axis=1) > NEAR])
+        return with_hardest(np.array([load.hardest.cam_angle for load in self._loads]))
 
     @cached_property
     def _loads(self) -> tuple[RollerLoad, ...]:
-        return tuple(RollerLoad(self.body.walled, duty) for duty in self.duties)
+        return tuple(RollerLoad(self.ring.walled, duty) for duty in self.duties)
 
     @cached_property
     def patches(self) -> dict[int, list[Patch]]:
@@ -123,91 +282,43 @@ class RootStress:
 
     @cached_property
     def nominal(self) -> Floats:
-        """Largest nominal stress, MPa, of the pressed wall at the curve's angles; 0 where nothing presses.
-
-        One factorisation; all angles are solved together.
-        """
+        """Of the pressed wall. One factorisation; all angles are solved together."""
         found = np.zeros(len(self.theta))
         if self.patches:
-            ring = ring_of(self.body.section, even_planes(ANGLES))
+            ring = ring_of(self.ring.section, even_planes(ANGLES))
             solver = elastic(ring, self.material)
             moved = solver.solve(nodal_forces(ring, list(self.patches.values())))
             for k, (i, pressed) in enumerate(self.patches.items()):
-                told = [self.body.nominal(ring, moved[:, :, k], patch, solver.material).max() for patch in pressed]
+                told = [self.ring.nominal(ring, moved[:, :, k], patch, solver.material).max() for patch in pressed]
                 found[i] = max(told)
         return found
 
-    @cached_property
-    def worst(self) -> Extreme:
-        """Largest nominal stress of the curve, MPa, and what is pressed then."""
-        i = int(np.argmax(self.nominal))
-        pressed = max(self.patches.get(i, ()), key=lambda patch: patch.normal, default=None)
-        where = "" if pressed is None else f"root of {pressed.where}"
-        return Extreme(float(self.nominal[i]), float(self.theta[i]), where=where)
+    def where(self, theta: float) -> str:
+        """The root of what is pressed hardest then; empty where nothing is."""
+        pressed = self.patches.get(int(np.argmin(np.abs(self.theta - theta))), [])
+        hardest = max(pressed, key=lambda patch: patch.normal, default=None)
+        return "" if hardest is None else f"root of {hardest.where}"
 
     @cached_property
     def patch(self) -> Patch:
         """The load that the peak is asked of."""
-        return asked_patch(self.body.walled, self.duties, self.angle)
+        return asked_patch(self.ring.walled, self.duties, self.angle)
+
+    @property
+    def root(self) -> str:
+        """Of what is pressed then."""
+        return f"root of {self.patch.where}"
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
-        """The peak on the coarser and the finer mesh; none of a sharp root, whose stress has no end."""
-        return self.body.peaks(self.patch, self.material)
+        """On the coarser and the finer mesh."""
+        return self.ring.peaks(self.patch, self.material)
 
-    @property
-    def disagreement(self) -> float | None:
-        """Share by which the two peaks differ; None of a sharp root."""
-        if not self.peaks:
-            return None
-        coarse, fine = (peak.value for peak in self.peaks)
-        return abs(coarse - fine) / fine
 
-    @property
-    def peak(self) -> float | None:
-        """Peak stress, MPa; None of a sharp root, or where two meshes do not agree."""
-        apart = self.disagreement
-        return self.peaks[-1].value if apart is not None and apart <= AGREE else None
-
-    @property
-    def hardest(self) -> bool:
-        """Whether the nominal stress is about largest under the load that the peak is asked of."""
-        here = float(np.interp(self.patch.theta % TURN, self.theta, self.nominal, period=TURN))
-        return here >= (1.0 - AGREE) * self.worst.value
-
-    @property
-    def why_no_peak(self) -> str:
-        """Why there is no peak; empty where there is one."""
-        if self.body.sharp:
-            return self.body.sharp
-        if self.peak is None:
-            coarse, fine = (peak.value for peak in self.peaks)
-            return f"two meshes differ by more than {AGREE:.0%}: {coarse:.4g} and {fine:.4g} MPa"
-        return ""
-
-    def data(self) -> dict[str, Any]:
-        """As plain data for result.json."""
-        worst, patch = self.worst, self.patch
-        data: dict[str, Any] = {
-            "nominal_stress_mpa": worst.value,
-            "nominal_at_deg": degrees(worst.cam_angle),
-            "nominal_where": worst.where,
-            "load_angle_deg": degrees(patch.theta),
-            "load_n": patch.normal,
-            "wall_mm": patch.thickness,
-            "where": f"root of {patch.where}",
-            "hardest_load": self.hardest,
-            "peak_stress_mpa": self.peak,
-        }
-        if self.peaks:
-            data |= {"meshes_mpa": [one.value for one in self.peaks], "point_mm": self.peaks[-1].point.tolist()}
-            data |= {"unknowns": self.peaks[-1].unknowns}
-        if self.why_no_peak:
-            data["no_peak"] = self.why_no_peak
-        limit = self.material.bending_limit
-        if limit is not None and self.peak is not None:
-            data["fatigue_factor"] = limit / self.peak
-        return data
+def with_hardest(hardest: Floats) -> Floats:
+    """Even cam angles round the turn and the hardest ones, rad, ascending."""
+    even = np.linspace(0.0, TURN, ANGLES, endpoint=False)
+    return np.union1d(even, hardest[np.abs(hardest[:, None] - even).min(axis=1) > NEAR])
 
 
 @final

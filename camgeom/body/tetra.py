@@ -12,11 +12,12 @@ from contextlib import chdir
 from dataclasses import dataclass
 from math import degrees
 from tempfile import TemporaryDirectory
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.body.element import gradients, strain_matrix
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -40,6 +41,8 @@ ROUNDS = 20
 """projections of a node on the edge of two faces, onto either in turn"""
 FLATTEST = 0.05
 """least share of its volume that an element may keep where nodes are moved onto the surface"""
+INSIDE = 0.13819660112501053
+"""(5 - sqrt 5)/20: of the four Gauss points' barycentric coordinates the three that are alike, exact to degree two"""
 NEEDS = "this body is no ring and is filled with tetrahedra, which needs pytetwild: pip install 'camgeom[tetra]'"
 
 
@@ -60,6 +63,12 @@ class TetraMesh:
     labels: Index
     names: tuple[str, ...]
     left_off: float
+    edges: ClassVar[tuple[tuple[int, int], ...]] = EDGES
+
+    @staticmethod
+    def stiffness(x: Floats, material: Floats) -> Floats:
+        """Of elements; see `stiffness`."""
+        return stiffness(x, material)
 
     @cached_property
     def outer_nodes(self) -> Index:
@@ -174,6 +183,14 @@ def _least(x: Floats) -> Floats:
     return np.asarray(np.linalg.det(np.einsum("pna,enk->epak", slope, x, optimize=True)).min(axis=1))
 
 
+def stiffness(x: Floats, material: Floats) -> Floats:
+    """Stiffness (e, 30, 30), N/mm, of elements with nodes (e, 10, 3). Raises DesignError where one is folded."""
+    gradient, volume = gradients(x, rates(np.full((4, 4), INSIDE) + (1.0 - 4.0 * INSIDE) * np.eye(4)))
+    b = strain_matrix(gradient)
+    db = (volume / 24.0)[:, :, None, None] * (material @ b)
+    return np.asarray(np.swapaxes(b.reshape(len(b), -1, 30), 1, 2) @ db.reshape(len(b), -1, 30))
+
+
 def rates(at: Floats) -> Floats:
     """Derivatives (p, 10, 3) of the shape functions by three natural coordinates, at barycentric ones (p, 4)."""
     found = np.zeros((len(at), 10, 4))
@@ -224,6 +241,7 @@ class TetraVolume:
     material: Material
     load: PointLoad
     cell: str = "tetra10"
+    held: str = "bore"
 
     @cached_property
     def nodes(self) -> Floats:

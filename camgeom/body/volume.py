@@ -43,7 +43,7 @@ NO_LOAD = "nothing presses this body: there is no load"
 
 
 class Volume(Protocol):
-    """A loaded body as it is handed over. Lengths mm, forces N, stresses MPa; nodes of the set `bore` are held."""
+    """A loaded body as it is handed over. Lengths mm, forces N, stresses MPa; nodes of the set `held` do not move."""
 
     @property
     def name(self) -> str:
@@ -78,6 +78,10 @@ class Volume(Protocol):
         """Element and number of the face, both from 0, of what may be pressed, (f, 2)."""
 
     @property
+    def held(self) -> str:
+        """The set whose nodes do not move."""
+
+    @property
     def about(self) -> tuple[str, ...]:
         """What the file is of, line by line."""
 
@@ -85,13 +89,14 @@ class Volume(Protocol):
 @final
 @dataclass(frozen=True, eq=False)
 class BodyVolume:
-    """Mesh, material and load. Lengths mm, forces N, stresses MPa; the nodes of the set `bore` are held."""
+    """A ring as it is handed over: mesh, material and load; see `Volume`."""
 
     name: str
     ring: RingMesh
     material: Material
     patch: Patch
     cell: str = "hexahedron20"
+    held: str = "bore"
 
     @property
     def nodes(self) -> Floats:

@@ -133,7 +133,8 @@ def root_problems(setup: Setup, own: float, depth: float) -> list[Problem]:
 
 
 NO_STRESS = idle(
-    "stress in the body is found at the roots of grooves in drums and discs, and of end faces' rings, so far",
+    "stress in the body is found at the roots of grooves in drums and discs, of ribs and of end faces' rings, and in a "
+    "frame's plate (material.roller.bending_limit)",
     "material.cam.bending_limit",
 )
 SHARP = idle(

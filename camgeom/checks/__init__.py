@@ -40,7 +40,8 @@ COARSEST = 0.01
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
 SEVERAL = "bodies with several tracks are not meshed, so no stress in them is known"
 LIMIT = "material.cam.bending_limit"
-NO_LIMIT = f"give {LIMIT}, MPa, and the body is solved; `solve --only body` shows its stress without"
+FRAME_LIMIT = "material.roller.bending_limit"
+NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"
 NO_OPERATION = "no [operation]: give operation.speed and what acts on the follower"
 
 
@@ -118,10 +119,14 @@ def _rated(model: Model) -> bool:
 def _root(model: Model) -> bool | str:
     """Whether the stress at a root is asked for; why it is not judged, where there is a round root or a limit."""
     several = SEVERAL if len(model.grooves) > 1 else ""
-    if model.profile.material.cam.bending_limit is not None:
+    if model.root_limit is not None:
         return model.root_stress is not None or several or NO_STRESS
-    round_ = model.profile.operation is not None and model.mechanism.root_radius > 0.0
-    return (several or NO_LIMIT) if round_ and LIMIT not in model.cam.idle(model.setup) else False
+    if model.profile.operation is None:
+        return False
+    if model.mechanism.frame is not None:
+        return NO_LIMIT.format(FRAME_LIMIT) if model.mechanism.frame.corner else False
+    round_ = model.mechanism.root_radius > 0.0 and LIMIT not in model.cam.idle(model.setup)
+    return (several or NO_LIMIT.format(LIMIT)) if round_ else False
 
 
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {

@@ -1,4 +1,4 @@
-"""Stress at a groove's root against what the cam's material endures in bending."""
+"""Stress at a root, or in a frame's plate, against what its material endures in bending."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ if TYPE_CHECKING:
 @solved("root-stress", "root")
 def root_stress(model: Model) -> Iterable[Finding | NotJudged]:
     """Peak stress at the root against material.cam.bending_limit; without a peak the nominal stress can only fail."""
-    found, limit = model.root_stress, model.profile.material.cam.bending_limit
+    found, limit = model.root_stress, model.root_limit
     if found is None or limit is None:
         return
-    worst, where = found.worst, f"root of {found.patch.where}"
+    worst = found.worst
     advice = f"{found.body.remedy}; less force; a stronger material"
     if worst.value > limit:
         yield judged("root-stress", worst.value, "<=", limit, "MPa", advice, cam_angle=worst.cam_angle,
                      where=f"{worst.where}, nominal")  # fmt: skip
     elif found.peak is not None and (found.hardest or found.peak > limit):
-        yield judged("root-stress", found.peak, "<=", limit, "MPa", advice, cam_angle=found.patch.theta, where=where)
+        yield judged("root-stress", found.peak, "<=", limit, "MPa", advice, cam_angle=found.patch.theta,
+                     where=found.body.root)
     else:
         told = f"the largest nominal stress is {worst.value:.4g} MPa at {degrees(worst.cam_angle):.4g} deg"
         why = found.why_no_peak or (
-            f"the peak, {found.peak:.4g} MPa at {degrees(found.patch.theta):.4g} deg, is not where the nominal is "
+            f"the peak, {found.peak:.4g} MPa at {degrees(found.patch.theta):.4g} deg, is not where that of a corner is "
             "largest: name that angle by output.load_angle_deg"
         )
         yield NotJudged("root-stress", f"{why}; {told}, below the limit")

@@ -8,7 +8,7 @@ h5py even where no HDF5 is wanted.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, ExportError
-from camgeom.export import writer
+from camgeom.export import NO_PLATE, writer
 from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 
@@ -33,9 +33,13 @@ KINDS = {"hexahedron20": ("C3D20", "Hexahedron_20"), "tetra10": ("C3D10", "Tetra
 """names of the elements in Abaqus' and XDMF's files"""
 
 
+NO_LOAD = "there is no [operation]: no load for a volume file"
+_Write = Callable[[Path, "Volume"], int]
+
+
 def _missing(model: Model) -> str:
     if model.profile.operation is None:
-        return "there is no [operation]: no load for a volume file"
+        return NO_LOAD
     from camgeom.body.groove import NO_BORE
     from camgeom.body.volume import unfilled
 
@@ -45,8 +49,22 @@ def _missing(model: Model) -> str:
     return reason or ("" if model.mechanism.bore is not None else NO_BORE)
 
 
-@writer(".volume.inp", "elements, sets, load and one linear step: input of CalculiX and Abaqus", takes="volume",
-        cams=CAMS, missing=_missing)  # fmt: skip
+def _no_frame(model: Model) -> str:
+    return NO_PLATE if model.mechanism.frame is None else "" if model.profile.operation else NO_LOAD
+
+
+def volume_writer(extension: str, about: str) -> Callable[[_Write], _Write]:
+    """Register a function as the writer of a cam's volume and of that of the frame about it."""
+
+    def register(function: _Write) -> _Write:
+        writer(f".frame{extension}", f"frame about a cam: {about}", takes="frame_volume", cams="frames with a plate",
+               missing=_no_frame)(function)  # fmt: skip
+        return writer(extension, about, takes="volume", cams=CAMS, missing=_missing)(function)
+
+    return register
+
+
+@volume_writer(".volume.inp", "elements, sets, load and one linear step: input of CalculiX and Abaqus")
 def write_inp(path: Path, volume: Volume) -> int:
     """Write a file that `ccx` runs as it is; returns its bytes. Raises ExportError where it cannot be written."""
     material = volume.material
@@ -56,14 +74,14 @@ def write_inp(path: Path, volume: Volume) -> int:
         (f"** {line}" for line in volume.about),
         ("*HEADING", volume.name, "*NODE, NSET=all"),
         (f"{i + 1},{x:.10e},{y:.10e},{z:.10e}" for i, (x, y, z) in enumerate(volume.nodes.tolist())),
-        (f"*ELEMENT, TYPE={KINDS[volume.cell][0]}, ELSET=cam",),
+        (f"*ELEMENT, TYPE={KINDS[volume.cell][0]}, ELSET=body",),
         _elements(volume.elements),
         chain.from_iterable(_node_set(name, nodes + 1) for name, nodes in volume.sets.items()),
         ("*SURFACE, NAME=contour, TYPE=ELEMENT",),
         (f"{element + 1},S{face + 1}" for element, face in volume.pressed_faces.tolist()),
-        ("*MATERIAL, NAME=cam_material", "*ELASTIC", f"{material.elastic_modulus:.10g},{material.poisson:.10g}"),
-        ("*DENSITY", f"{material.density * 1e-12:.10g}", "*SOLID SECTION, ELSET=cam, MATERIAL=cam_material"),
-        ("*BOUNDARY", "bore,1,3", "*STEP", "*STATIC", "*CLOAD"),
+        ("*MATERIAL, NAME=body_material", "*ELASTIC", f"{material.elastic_modulus:.10g},{material.poisson:.10g}"),
+        ("*DENSITY", f"{material.density * 1e-12:.10g}", "*SOLID SECTION, ELSET=body, MATERIAL=body_material"),
+        ("*BOUNDARY", f"{volume.held},1,3", "*STEP", "*STATIC", "*CLOAD"),
         loads,
         ("*NODE FILE", "U", "*EL FILE", "S", "*END STEP"),
     )
@@ -83,8 +101,7 @@ def _node_set(name: str, nodes: Index) -> Iterator[str]:
         yield ",".join(map(str, nodes[start : start + 12].tolist()))
 
 
-@writer(".volume.bdf", "elements, sets, load and one linear step: Nastran bulk data", takes="volume", cams=CAMS,
-        missing=_missing)  # fmt: skip
+@volume_writer(".volume.bdf", "elements, sets, load and one linear step: Nastran bulk data")
 def write_bdf(path: Path, volume: Volume) -> int:
     """Write a Nastran file (SOL 101); returns its bytes. Raises ExportError where it cannot be written.
 
@@ -98,7 +115,7 @@ def write_bdf(path: Path, volume: Volume) -> int:
         chain.from_iterable(_grid(i + 1, x) for i, x in enumerate(volume.nodes.tolist())),
         chain.from_iterable(_cell(i + 1, nodes) for i, nodes in enumerate((volume.elements + 1).tolist())),
         ("PSOLID,1,1", "MAT1,1," + ",".join((_short(material.elastic_modulus), "", _short(material.poisson), density))),
-        (f"SPC1,1,123,{node + 1}" for node in sets["bore"]),
+        (f"SPC1,1,123,{node + 1}" for node in sets[volume.held]),
         (f"FORCE,1,{i + 1},0,1.0," + ",".join(_short(float(f)) for f in volume.forces[i]) for i in forced),
         chain.from_iterable(_set1(k + 1, *one) for k, one in enumerate(sets.items())),
         ("ENDDATA",),
@@ -145,22 +162,19 @@ def _written(path: Path, lines: Iterable[str]) -> int:
         return stream.tell()
 
 
-@writer(".volume.vtu", "elements with sets and nodal forces as fields, VTU; exact", takes="volume", cams=CAMS,
-        missing=_missing)  # fmt: skip
+@volume_writer(".volume.vtu", "elements with sets and nodal forces as fields, VTU; exact")
 def write_vtu(path: Path, volume: Volume) -> int:
     """Write a VTU file by meshio; returns its bytes. Raises ExportError where it cannot be written."""
     return _by_meshio(path, volume, "vtu")
 
 
-@writer(".volume.msh", "elements with sets and nodal forces as fields, Gmsh 4.1; exact", takes="volume", cams=CAMS,
-        missing=_missing)  # fmt: skip
+@volume_writer(".volume.msh", "elements with sets and nodal forces as fields, Gmsh 4.1; exact")
 def write_msh(path: Path, volume: Volume) -> int:
     """Write a Gmsh file by meshio; returns its bytes. Raises ExportError where it cannot be written."""
     return _by_meshio(path, volume, "gmsh")
 
 
-@writer(".volume.xdmf", "elements with sets and nodal forces as fields, XDMF with its data inside; exact",
-        takes="volume", cams=CAMS, missing=_missing)  # fmt: skip
+@volume_writer(".volume.xdmf", "elements with sets and nodal forces as fields, XDMF with its data inside; exact")
 def write_xdmf(path: Path, volume: Volume) -> int:
     """Write an XDMF file; returns its bytes. Raises ExportError where it cannot be written."""
     nodes, elements = volume.nodes, volume.elements

@@ -57,8 +57,8 @@ class Material(Section):
         "lubricated steel 1e-9 to 1e-7")
 
     bending_limit: Annotated[float, Field(gt=0.0, le=1e5)] | None = Field(
-        None, description="MPa, of the cam: stress at a groove's root that its body endures for ever, pulsating; with "
-        "it the body is solved and root-stress judged")
+        None, description="MPa, of the cam, or (roller) of a frame with a plate: stress at a groove's root, in the "
+        "plate, that the body endures for ever, pulsating; with it the body is solved and root-stress judged")
 
     @model_validator(mode="before")
     @classmethod

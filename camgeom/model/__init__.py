@@ -491,21 +491,33 @@ class Model(Sealed):
             return None
         return face_duty(self.profile.material, self.load, self.mechanism.touches)
 
+    @property
+    def root_limit(self) -> float | None:
+        """What the body endures in bending, MPa: material.cam.bending_limit, of a frame that is a part the roller's."""
+        material = self.profile.material
+        return (material.cam if self.mechanism.frame is None else material.roller).bending_limit
+
     @fact
     def root_stress(self) -> RootStress | None:
-        """Stress at a wall's root under its duty; None of cams without such a wall, and without an [operation]."""
+        """Stress at a wall's root, or in a frame's plate, under its duty; None without these or without [operation]."""
         if self.profile.duty:
             return self.hardest_state.root_stress
+        angle = self.profile.output.load_angle_deg
+        at = None if angle is None else radians(angle)
+        if self.mechanism.frame is not None and self.drive is not None:
+            from camgeom.body.frame_stress import FrameBending
+            from camgeom.body.stress import RootStress
+
+            return RootStress(FrameBending(self.mechanism.frame, self.drive, self.profile.material.roller, at))
         if not self.duties or self.mechanism.bore is None:
             return None
-        from camgeom.body.stress import RootStress, bending_of
+        from camgeom.body.stress import PressedRing, RootStress, bending_of
 
         body = bending_of(self.parts[0], self.cutters)
         if body is None:
             return None
         self.refuse_folded()
-        angle = self.profile.output.load_angle_deg
-        return RootStress(body, self.duties, self.profile.material.cam, None if angle is None else radians(angle))
+        return RootStress(PressedRing(body, self.duties, self.profile.material.cam, at))
 
     @fact
     def volume(self) -> Volume:
@@ -524,6 +536,24 @@ class Model(Sealed):
         pressing = PressedBy(turret=self.turret_duty) if shared else PressedBy(self.duties, self.drive)
         return volume_of(self.parts, self.cutters, pressing, self.profile.material.cam,
                          None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
+
+    @fact
+    def frame_volume(self) -> Volume:
+        """The frame's plate as hexahedra with the cam's load at output.load_angle_deg, for FE programs.
+
+        Raises DesignError where the frame is no part or nothing presses it, ProfileError without [operation].
+        """
+        from camgeom.body.frame_stress import frame_volume
+        from camgeom.model.loads import operation_of
+
+        if self.profile.duty:
+            return self.hardest_state.frame_volume
+        operation_of(self.profile, "the load of a volume file")
+        plate, angle = self.mechanism.frame, self.profile.output.load_angle_deg
+        if plate is None or self.drive is None:
+            raise DesignError("the follower is no frame with a plate")
+        material = self.profile.material.roller
+        return frame_volume(plate, self.drive, material, None if angle is None else radians(angle))
 
     @fact
     def below(self) -> Below | None:

@@ -71,10 +71,12 @@ def idle_keys(profile: Profile, setup: Setup) -> dict[str, str]:
             "give roller.static_rating (and dynamic_rating): the safety is that rating over the largest load"
         )  # fmt: skip
     weighed = dynamics is not None and dynamics.kind == "indexing" and dynamics.turret_inertia is None
-    if not weighed and not (isinstance(setup.follower, FrameFollower) and setup.follower.plate_length is not None):
+    plate = isinstance(setup.follower, FrameFollower) and setup.follower.plate_length is not None
+    if not weighed and not plate:
         reason = "only the turret of an indexing drive without a turret_inertia, and a frame's plate, are weighed"
         found["material.roller.density"] = reason
-    found["material.roller.bending_limit"] = "the roller's body is not solved; give material.cam.bending_limit"
+    if not plate:
+        found["material.roller.bending_limit"] = "a frame's plate is solved, no roller; give material.cam.bending_limit"
     if profile.operation is not None:
         found |= _under("operation", profile.operation.idle(profile.rotating))
     if profile.output.table_tolerance is not None:

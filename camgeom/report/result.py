@@ -94,7 +94,7 @@ def compute(
     from camgeom.checks.verdict import Verdict
 
     asked, noted = set(wanted), products if products is not None else Products()
-    if "contact" in asked and model.profile.material.cam.bending_limit is not None:
+    if "contact" in asked and model.root_limit is not None:
         asked.add("body")
     data: dict[str, Any] = {"schema": VERSION, "name": model.profile.name, "kind": model.profile.kind}
     data["version"] = __version__
@@ -178,11 +178,12 @@ def explain(model: Model, products: Iterable[str]) -> list[str]:
     return lines
 
 
-NO_ROOT = "stress in the body is found at the root of a closed groove under an [operation], in a body with a bore"
+NO_ROOT = ("stress in the body is found under an [operation] at the root of a closed groove, in a body with a bore, "
+           "and in a frame with a plate")  # fmt: skip
 
 
 def body_data(model: Model) -> dict[str, Any]:
-    """Nominal and peak stress at a groove's root. Raises DesignError where its volume is not meshed."""
+    """Nominal and peak stress at a root. Raises DesignError where its volume is not meshed."""
     assert model.root_stress is not None
     return model.root_stress.data()
 

@@ -24,7 +24,7 @@ SECTIONS = {
     "together": "what several followers on one track do together: torque of the shaft, least distance, the cam's life",
     "output_shaft": "what output shaft and bolts of a turret bear",
     "fatigue": "lives of roller, cam, face and bearing, film, friction and wear",
-    "body": "stress at the root of a groove, or at the foot of a rib or of an end face's ring",
+    "body": "stress at the root of a groove, at the foot of a rib or of an end face's ring, or in a frame's plate",
     "dynamics": "vibration; `impact` in it are the impacts in the clearance",
     "cutter": "what the tool leaves and how long it takes",
     "tolerance": "what errors of assembly and manufacture cost",

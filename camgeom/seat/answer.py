@@ -284,7 +284,7 @@ def _load_checks(asked: Asked) -> Stage:
 
 def _body_checks(asked: Asked) -> Stage:
     """The verdict of the checks that need no solver; nothing where there is none to wait for."""
-    profile, root = asked.model.profile, asked.model.profile.material.cam.bending_limit
+    profile, root = asked.model.profile, asked.model.root_limit
     if not any((profile.dynamics, profile.impact, profile.cutter, profile.tolerance, root)):
         return {}
     return _so_far(asked.model, "solvers", lambda entry: not SOLVERS & set(entry.needs))

@@ -9,7 +9,7 @@ from camgeom.body.solver import elastic
 from camgeom.body.volume import BodyVolume
 from camgeom.model import Model
 from camgeom.profile import from_data, read_data
-from scripts.judge_body import displacements, program
+from scripts.judge_body import displacements, judged, program
 from tests.places import PROFILES
 
 
@@ -24,3 +24,11 @@ def test_displacements_are_those_of_calculix(name: str) -> None:
     own = elastic(volume.ring, material).solve(volume.forces[:, :, None])
     assert not words
     assert np.abs(theirs - own[:, :, 0]).max() < 1e-5 * np.abs(own).max()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(program() is None, reason="no CalculiX: python scripts/judge_body.py --install")
+def test_the_frame_moves_as_in_calculix(capsys: pytest.CaptureFixture[str]) -> None:
+    volume = Model(from_data(read_data(PROFILES / "constant_width_press.toml"))).frame_volume
+    assert not judged("frame", volume)
+    assert "CalculiX differs by" in capsys.readouterr().out

@@ -15,8 +15,8 @@ from camgeom.body.compliance import Below, Own, below_turret, sunk
 from camgeom.body.element import elasticity
 from camgeom.body.plate import PlateSection
 from camgeom.body.ring import even_planes, ring_of
+from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.tetra import EDGES, FACES, PointLoad, TetraMesh
-from camgeom.body.tetra_solver import TetraElastic
 from camgeom.errors import ProfileError
 from camgeom.mechanics.hertz import line_flexibility
 from camgeom.mechanics.material import Material
@@ -82,7 +82,7 @@ def test_tetrahedra_stretch_as_a_bar_does_and_bend_as_a_beam() -> None:
         # Even pressure on a quadratic triangle works on the middles of its edges alone.
         pull[face[3:], 0, 0] += 0.5 * float(np.linalg.norm(np.cross(b - a, c - a))) / 3.0
         pull[face[3:], 2, 1] += 0.5 * float(np.linalg.norm(np.cross(b - a, c - a))) / 3.0
-    moved = TetraElastic(mesh, elasticity(200000.0, 0.0)).solve(pull, 1e-12)
+    moved = SparseElastic(mesh, elasticity(200000.0, 0.0)).solve(pull, 1e-12)
     assert np.abs(moved[:, 0, 0] - mesh.nodes[:, 0] / 200000.0).max() < 1e-12
     force, inertia = THICK**2, THICK**4 / 12.0
     beam = force * BAR**3 / (3.0 * 200000.0 * inertia) + force * BAR / (5.0 / 6.0 * 100000.0 * THICK**2)

@@ -308,8 +308,8 @@ def test_tetrahedra_are_read_back_with_their_sets(form: str, monkeypatch: pytest
     sets = {**mesh.sets, "bore": mesh.sets["end"]}
     pressed = mesh.outer[mesh.labels == mesh.names.index("land")]
     volume = types.SimpleNamespace(
-        name="cam", material=Material(), cell="tetra10", nodes=mesh.nodes, sets=sets, elements=mesh.elements,
-        forces=loads, pressed_faces=pressed, about=("a",),
+        name="cam", material=Material(), cell="tetra10", held="bore", nodes=mesh.nodes, sets=sets,
+        elements=mesh.elements, forces=loads, pressed_faces=pressed, about=("a",),
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"cam.volume.{form}")

@@ -45,6 +45,7 @@ EXEMPT = {
     "output.table_tolerance": ONLY_FILE,
     "output.load_angle_deg": "the load of volume files and of the body's stress: tested in tests/body",
     "material.cam.bending_limit": "the body is solved with it, which takes a minute: tested in tests/body",
+    "material.roller.bending_limit": "the frame is solved with it: tested in tests/body",
     "dynamics.body_compliance": "the body is solved with it: tested in tests/body",
     "output.undercut_solid": "speaks of undercut drums alone; theirs is tested in tests/solid",
     "cutter.gouge_limit": "none of these tools cuts into a flank",

@@ -41,8 +41,8 @@ FIGURES = (
 
 
 def body(model: Model) -> tuple[Block, ...]:
-    """The section; empty where the profile gives no material.cam.bending_limit, or its cam has no such root."""
-    found, limit = model.root_stress, model.profile.material.cam.bending_limit
+    """The section; empty where the profile gives no bending_limit, or there is no such root."""
+    found, limit = model.root_stress, model.root_limit
     if limit is None or found is None:
         return ()
     data = found.data()
@@ -54,8 +54,8 @@ def body(model: Model) -> tuple[Block, ...]:
     limits = (Limit(limit, "bending limit"),) if limit < 3.0 * data["nominal_stress_mpa"] else ()
     panel = Panel(Axis("Nominal stress", "MPa", zero=True), (Series("nominal", angle, stress),), (), limits, (mark,))
     blocks: list[Block] = [
-        quantities(f"Stress at the {data['where']}", rows),
-        Chart("Nominal stress at the root of the pressed wall over one turn", CAM_ANGLE, (panel,)),
+        quantities(f"Stress at the {data.get('where', data['nominal_where'])}", rows),
+        Chart("Largest nominal stress over one turn", CAM_ANGLE, (panel,)),
     ]
     if found.peaks and found.peaks[-1].cut is not None:
         blocks.append(_coloured(found.peaks[-1].cut, found.peaks[-1]))
@@ -66,13 +66,18 @@ def body(model: Model) -> tuple[Block, ...]:
 
 def _coloured(cut: Cut, peak: Peak) -> Map:
     """Stress over the section beside the peak, as far round it as the groove is deep."""
-    z, r = float(peak.point[2]), float(np.hypot(peak.point[0], peak.point[1]))
+    z, r = cut.place(peak.point)
     along, out, values = cut.window(z, r, cut.depth, CELLS)
+    plate = cut.azimuth is None
+    place = f"in the frame at z = {peak.point[2]:.4g} mm, beside its window's corner" if cut.azimuth is None else (
+        f"in the plane at azimuth {np.degrees(cut.azimuth):.4g}°, through the root's peak"
+    )
     caption = (
-        f"Largest principal stress in the plane at azimuth {np.degrees(cut.azimuth):.4g}°, through the root's peak; "
-        "compression alone counts as 0, and beside the line that presses the colours end at the peak"
+        f"Largest principal stress {place}; compression alone counts as 0, and beside the line that presses the "
+        "colours end at the peak"
     )
     # Beside the line that presses, the mesh's own stress has no meaning.
     shown = np.clip(values, 0.0, peak.value)
-    return Map(caption, Axis("z", "mm"), Axis("Radius", "mm"), Axis("Largest principal stress", "MPa"), along, out,
-               shown, marks=(Mark(z, r, f"{peak.value:.4g}"),))  # fmt: skip
+    sides = (Axis("x", "mm"), Axis("y", "mm")) if plate else (Axis("z", "mm"), Axis("Radius", "mm"))
+    return Map(caption, *sides, Axis("Largest principal stress", "MPa"), along, out, shown,
+               marks=(Mark(z, r, f"{peak.value:.4g}"),))  # fmt: skip

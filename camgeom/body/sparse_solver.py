@@ -1,19 +1,19 @@
-"""Linear elasticity on ten-node tetrahedra: conjugate gradients behind a factorisation of their corners alone.
+"""Linear elasticity on quadratic elements of any shape: conjugate gradients behind a factorisation of corners alone.
 
 A quadratic displacement is the linear one of the corners and a part of the edges' own. On the first the stiffness is
 factorised, on the second its diagonal serves: the number of steps does not hang on the size of the elements (H.
-Yserentant, Numer. Math. 49 (1986) 379). The ring's dense elimination would take ten times as long here.
+Yserentant, Numer. Math. 49 (1986) 379). The ring's dense elimination would take ten times as long on tetrahedra.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
+import numpy.typing as npt
 
-from camgeom.body.element import gradients, strain_matrix
-from camgeom.body.tetra import EDGES, TetraMesh, rates
 from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -21,19 +21,41 @@ from camgeom.maths.frozen import cached_property
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-INSIDE = 0.13819660112501053
-"""(5 - sqrt 5)/20: of the four Gauss points' barycentric coordinates the three that are alike, exact to degree two"""
+Index = npt.NDArray[np.int64]
 CHUNK = 2048
 """elements whose stiffness is made together"""
 STEPS = 2000
 
 
+class Cells(Protocol):
+    """A mesh of quadratic elements, corners first, then the middles of edges."""
+
+    @property
+    def nodes(self) -> Floats:
+        """(v, 3), mm."""
+
+    @property
+    def elements(self) -> Index:
+        """Node numbers (e, k)."""
+
+    @property
+    def sets(self) -> Mapping[str, Index]:
+        """Node numbers by name."""
+
+    @property
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """Corners of which the nodes behind the corners are the middles."""
+
+    def stiffness(self, x: Floats, material: Floats) -> Floats:
+        """Stiffness (e, 3 k, 3 k), N/mm, of elements with nodes (e, k, 3). Raises DesignError where one is folded."""
+
+
 @final
 @dataclass(frozen=True, eq=False)
-class TetraElastic:
-    """Tetrahedra of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
+class SparseElastic:
+    """Elements of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
 
-    mesh: TetraMesh
+    mesh: Cells
     material: Floats
     held: str = "bore"
 
@@ -51,16 +73,11 @@ class TetraElastic:
         from scipy.sparse.linalg import splu
 
         mesh, count = self.mesh, 3 * len(self.mesh.nodes)
-        at = np.full((4, 4), INSIDE) + (1.0 - 4.0 * INSIDE) * np.eye(4)
-        rate = rates(at)
-        own = []
-        for start in range(0, len(mesh.elements), CHUNK):
-            gradient, volume = gradients(mesh.nodes[mesh.elements[start : start + CHUNK]], rate)
-            b = strain_matrix(gradient)
-            db = (volume / 24.0)[:, :, None, None] * (self.material @ b)
-            own.append(np.swapaxes(b.reshape(len(b), -1, 30), 1, 2) @ db.reshape(len(b), -1, 30))
-        entry = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(-1, 30)
-        rows, columns = np.repeat(entry, 30, axis=1).ravel(), np.tile(entry, (1, 30)).ravel()
+        own = [mesh.stiffness(mesh.nodes[mesh.elements[start : start + CHUNK]], self.material)
+               for start in range(0, len(mesh.elements), CHUNK)]  # fmt: skip
+        entry = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), -1).astype(np.int32)
+        size = entry.shape[1]
+        rows, columns = np.repeat(entry, size, axis=1).ravel(), np.tile(entry, (1, size)).ravel()
         whole = sp.coo_array((np.concatenate(own).ravel(), (rows, columns)), shape=(count, count)).tocsr()
         free = np.flatnonzero(self._free)
         inner = whole[free][:, free]
@@ -78,8 +95,9 @@ class TetraElastic:
 
         mesh = self.mesh
         ends = np.tile(np.arange(len(mesh.nodes))[:, None], (1, 2))
-        for k, (i, j) in enumerate(EDGES):
-            ends[mesh.elements[:, 4 + k]] = mesh.elements[:, [i, j]]
+        corners = mesh.elements.shape[1] - len(mesh.edges)
+        for k, (i, j) in enumerate(mesh.edges):
+            ends[mesh.elements[:, corners + k]] = mesh.elements[:, [i, j]]
         rows, columns = (3 * one[:, None] + np.arange(3) for one in (np.repeat(np.arange(len(ends)), 2), ends.ravel()))
         size = 3 * len(ends)
         share = np.where(self._free[columns.ravel()], 0.5, 0.0)
@@ -114,6 +132,6 @@ class TetraElastic:
                 before, energy = energy, float(rest @ better)
                 way = better + (energy / before) * way
             else:
-                raise NotConverged("the deflection of the cam's body did not settle: its tetrahedra are too flat")
+                raise NotConverged("the deflection of the cam's body did not settle: its elements are too flat")
             found[self._free, k] = x
         return found.reshape(-1, 3, loads.shape[2])
