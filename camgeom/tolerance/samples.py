@@ -21,7 +21,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import CAUSES, Cause
-from camgeom.tolerance.seat import Bools, Reals, balance, beyond, pressures
+from camgeom.tolerance.seat import Bools, Reals, balance, beyond, bracket, pressures, room
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
 from camgeom.tolerance.spec import Distribution
@@ -103,7 +103,8 @@ class Position:
         nominally."""
         start = np.full(1, self.base[0]) if loaded else None
         load = np.full(1, self.load)
-        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, low, high, start)
+        ends = bracket(low, high, room(self.lever, self.stiffness, load))
+        return balance(near * np.abs(self.lever), self.lever, self.stiffness, load, *ends, start)
 
     def beyond(self, near: Singles, least: Reals, most: Reals) -> Bools:
         """Whether what is pressed stands outside least .. most, (r,), of approaches (q, r)."""

@@ -39,11 +39,16 @@ SHORTER = 0.8
 """of the last Newton step, at most"""
 FEWER = 0.7
 """share of the rows, or less, that a balance goes on with alone once the others are found"""
+SMALL = 8192
+"""approaches of which going on with all rows costs less than parting those that are found"""
 SCALE = 0.005
 """mm, of approach, at which a line contact's stiffness is taken that no load and no preload sets: it falls with the
 load by a logarithm alone, and drops out where nothing but errors presses"""
 LEAST = 0.1
 """share of the largest line load at which a contact that bears less, or not yet, is taken"""
+TOGETHER = 65_536
+"""approaches that stand at once: their arrays stay in a core's cache, and memory is not given back between the steps of
+numpy, to be asked for page by page again (measured: half the time of eight times as many)"""
 HAIR = 1e-9
 """mm of growth of all walls"""
 SOFTEN = 6
@@ -71,6 +76,7 @@ class Walls:
     approach  nominal, mm, (n, q), -inf where there is no wall; lever (n, q), signed as in `Contacts`
     stiffness of a station, N/mm, (n, q), 0 where there is no wall
     load      N or N mm, (n,), that the walls have to give: positive presses those that push; 0 leaves it to them
+    known     where the loaded follower stands without errors, (n,), NaN without a load; None: not known yet
     """
 
     drive: Drive
@@ -78,11 +84,12 @@ class Walls:
     lever: Floats
     stiffness: Floats
     load: Floats
+    known: Floats | None = None
 
     def rows(self, rows: npt.NDArray[np.intp]) -> Walls:
         """The walls at some of the cam angles; what is told by the largest load is told by that of these."""
         return replace(self, approach=self.approach[rows], lever=self.lever[rows], stiffness=self.stiffness[rows],
-                       load=self.load[rows])  # fmt: skip
+                       load=self.load[rows], known=self._start[rows])  # fmt: skip
 
     @cached_property
     def pushes(self) -> Bools:
@@ -146,6 +153,15 @@ class Walls:
         push, hold = (np.argmax(nominal, axis=1) for _, nominal in self._sides)
         return push, hold
 
+    @cached_property
+    def _apart(self) -> tuple[tuple[npt.NDArray[np.intp], Floats, Floats], ...]:
+        """The stations that push, and those that hold: numbers, as many as any angle has, and their sides, (n, a)."""
+        found = []
+        for on, (size, near) in zip((self.pushes, self.holds), self._sides):
+            order = np.argsort(~on, axis=1, kind="stable")[:, : max(1, int(on.sum(axis=1).max(initial=0)))]
+            found.append((order, np.take_along_axis(size, order, axis=1), np.take_along_axis(near, order, axis=1)))
+        return tuple(found)
+
     def parted(self, mean: Floats, errors: Iterable[tuple[Floats, npt.NDArray[np.intp] | None]]) -> Floats:
         """A play, (n,), that no errors within their sizes go beyond.
 
@@ -154,19 +170,43 @@ class Walls:
         The play is the least of all pairs of a station that pushes and one that holds; each pair has its own errors
         here, each at the end that parts it most (weak duality: the largest least is at most the least largest).
         """
-        (push, near), (hold, far) = self._sides
-        gap = -(near + mean * push)[:, :, None] - (far + mean * hold)[:, None, :]
+        (pushing, push, near), (holding, hold, far) = self._apart
+        first, second = (np.take_along_axis(mean, order, axis=1) for order in (pushing, holding))
+        gap = -(near + first * push)[:, :, None] - (far + second * hold)[:, None, :]
         for parts, owner in errors:
-            one, other = parts * push, parts * hold
-            both = np.sqrt(((one[:, :, :, None] + other[:, :, None, :]) ** 2).sum(axis=0))
+            one, other = (np.take_along_axis(parts, order[None], axis=2) * size
+                          for order, size in ((pushing, push), (holding, hold)))  # fmt: skip
+            both = np.zeros_like(gap)
+            for mine, yours in zip(one, other):
+                apart = mine[:, :, None] + yours[:, None, :]
+                apart *= apart
+                both += apart
+            np.sqrt(both, out=both)
             if owner is not None:
                 each = np.sqrt((one * one).sum(axis=0))[:, :, None] + np.sqrt((other * other).sum(axis=0))[:, None, :]
-                both = np.where(owner[:, :, None] == owner[:, None, :], both, each)
+                whose, other_s = (np.take_along_axis(owner, order, axis=1) for order in (pushing, holding))
+                both = np.where(whose[:, :, None] == other_s[:, None, :], both, each)
             gap += both
         return np.asarray(gap.min(axis=(1, 2)))
 
+    def swung(self, parts: Floats, turn: Floats) -> Floats:
+        """Play between the rigid bounds, (n, w), under an error of parts (2, n, q), mm, in directions (n, w), rad."""
+        ways, play = np.stack([np.cos(turn), np.sin(turn)], axis=1), np.zeros(turn.shape)
+        for order, size, near in self._apart:
+            both = np.stack([np.take_along_axis(part, order, axis=1) * size for part in parts], axis=2) @ ways
+            both += near[:, :, None]
+            play -= both.max(axis=1)
+        return play
+
     def stand(self, errors: Floats) -> Stand:
         """Where the follower stands under approaches (..., n, q), mm, beyond the nominal ones."""
+        if errors.ndim < 3 or errors.size <= TOGETHER:
+            return self._stand(errors)
+        few = max(1, TOGETHER // errors[0].size)
+        each = [self._stand(errors[i : i + few]) for i in range(0, len(errors), few)]
+        return Stand(*(np.concatenate(v) for v in zip(*((one.low, one.high, one.play) for one in each))))
+
+    def _stand(self, errors: Floats) -> Stand:
         low, high = self.bounds(errors)
         play = high - low
         if self.drive is Drive.ALONE:
@@ -192,21 +232,35 @@ class Walls:
     @cached_property
     def _start(self) -> Floats:
         """Where the loaded follower stands without errors, (n,), near which it stands with them; NaN without a load."""
+        if self.known is not None:
+            return self.known
         rows = np.flatnonzero(self.load_side)
         low, high = (bound[rows] for bound in self.bounds(np.zeros(self.lever.shape)))
-        lever, stiffness = self.lever[rows].T, self.stiffness[rows].T
+        near, lever, stiffness = (v.take(rows, axis=1) for v in self._stations)
         found = np.full(len(self.load), np.nan)
-        found[rows] = balance(self._nominal[rows].T, lever, stiffness, self.load[rows], low, high)
+        found[rows] = balance(near, lever, stiffness, self.load[rows], *bracket(low, high, self._room[rows]))
         return found
+
+    @cached_property
+    def _stations(self) -> tuple[Floats, Floats, Floats]:
+        """Nominal approach, lever and stiffness, (q, n): sums over stations then run along the rows."""
+        near, lever, stiffness = (np.ascontiguousarray(v.T) for v in (self._nominal, self.lever, self.stiffness))
+        return near, lever, stiffness
+
+    @cached_property
+    def _room(self) -> Floats:
+        """How far beyond its bounds the load may carry the follower, (n,)."""
+        _, lever, stiffness = self._stations
+        return room(lever, stiffness, self.load)
 
     def _balanced(self, errors: Floats, rows: Bools, low: Floats, high: Floats) -> Floats:
         """psi of the rows (..., n) that are pressed, (r,)."""
         at = np.nonzero(rows)[-1]
-        approach = self._nominal[at] + np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows]
+        near, lever, stiffness = (v.take(at, axis=1) for v in self._stations)
+        near += np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows].T
         start = self._start[at] if np.any(self.load) else None
-        # Stations first, rows side by side: sums over stations then run along them.
-        near, lever, stiffness = (np.ascontiguousarray(v.T) for v in (approach, self.lever[at], self.stiffness[at]))
-        return balance(near, lever, stiffness, self.load[at], low[rows], high[rows], start)
+        below, above = bracket(low[rows], high[rows], self._room[at])
+        return balance(near, lever, stiffness, self.load[at], below, above, start)
 
     def forces(self, errors: Floats) -> Floats:
         """Force of every station, N, (..., n, q), of a loaded follower; none where nothing presses."""
@@ -221,22 +275,18 @@ class Walls:
 
 
 def balance(
-    approach: Reals, lever: Reals, stiffness: Reals, load: Floats, low: Reals, high: Reals,
+    approach: Reals, lever: Reals, stiffness: Reals, load: Floats, below: Reals, above: Reals,
     start: Floats | None = None,
 ) -> Floats:  # fmt: skip
     """psi (r,) at which stations (q, r) press as hard as loads (r,) ask: sum(-L k [a + L psi]+) = load.
 
-    low, high  rigid bounds, (r,); start: where psi is looked for first, NaN: between them. The sum falls with psi in
-    straight pieces: Newton steps, kept in a bracket, end where they stay on one; one about as long as the last, from
-    end to end between two walls that press alike, gives way to the bracket's middle. Raises NotConverged where no
-    station can give the load.
+    below, above  where it is, (r,), see `bracket`; start: where it is looked for first, NaN: between. The sum falls
+    with psi in straight pieces: Newton steps, kept in a bracket, end where they stay on one; one about as long as the
+    last, from end to end between two walls that press alike, gives way to the bracket's middle.
     """
     pull = lever * stiffness
     hard = pull * lever
-    room = _room(lever, hard, load) if np.any(load) else np.zeros(1)
-    ends = np.where(np.isfinite(low), low, high), np.where(np.isfinite(high), high, low)
-    below, above = np.minimum(*ends) - room, np.maximum(*ends) + room
-    psi = 0.5 * (below + above)
+    psi: Floats = np.asarray(0.5 * (below + above), dtype=np.float64)
     if start is not None:
         psi = np.where(np.isnan(start), psi, np.clip(start, below, above))
     kind = approach.dtype
@@ -257,10 +307,11 @@ def balance(
         last = np.abs(fresh - psi)
         left = last > scale
         psi, more = fresh, int(np.count_nonzero(left))
-        if more <= FEWER * len(rows):
+        if not more:
             found[rows] = psi
-            if not more:
-                return found
+            return found
+        if more <= FEWER * len(rows) and approach.size > SMALL:
+            found[rows] = psi
             rows = rows[left]
             psi, below, above, scale, last = psi[left], below[left], above[left], scale[left], last[left]
             approach, lever, pull, hard, load = (_kept(left, v) for v in (approach, lever, pull, hard, load))
@@ -303,14 +354,23 @@ def _reach(errors: Floats, size: Floats, nominal: Floats) -> Floats:
     return np.asarray(near.max(axis=-1))
 
 
-def _room(lever: Reals, hard: Reals, load: Floats) -> Floats:
-    """How far beyond its bounds a load (r,) may carry the follower, (r,): the softest station that can bear it alone.
-    """
-    along = np.where(load > 0.0, -lever, lever) > 0.0
-    bearing = np.min(np.where(along & (hard > 0.0), hard, np.inf), axis=0)
-    if not np.all(np.isfinite(bearing) | (load == 0.0)):
+def bracket(low: Reals, high: Reals, beyond: Floats) -> tuple[Floats, Floats]:
+    """Between what the balance of rigid bounds low, high (r,) lies, that a load carries so far beyond them, (r,)."""
+    if not np.all(np.isfinite(beyond)):
         raise NotConverged("no wall can give the follower's load at some cam angle")
-    return np.asarray(np.abs(load) / bearing)
+    ends = np.where(np.isfinite(low), low, high), np.where(np.isfinite(high), high, low)
+    least, most = (np.asarray(f(*ends), dtype=np.float64) for f in (np.minimum, np.maximum))
+    return least - beyond, most + beyond
+
+
+def room(lever: Reals, stiffness: Reals, load: Floats) -> Floats:
+    """How far beyond its bounds a load (r,) may carry the follower, (r,): the softest of stations (q, r) that can bear
+    it alone; infinite where none can."""
+    along, hard = np.where(load > 0.0, -lever, lever) > 0.0, stiffness * lever * lever
+    least = np.min(np.where(along & (hard > 0.0), hard, np.inf), axis=0)
+    bearing = np.where(np.isfinite(least), least, 0.0)
+    found = np.divide(np.abs(load), bearing, out=np.where(load == 0.0, 0.0, np.inf), where=bearing > 0.0)
+    return np.asarray(found, dtype=np.float64)
 
 
 def walls_of(contacts: Contacts, load: Floats, roller: Material, cam: Material, preload: float) -> Walls:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Self, final
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import Approaches, Cause, Pivots, applicable
 from camgeom.tolerance.contacts import Contacts, contacts
-from camgeom.tolerance.directions import CLOSER, Turned
+from camgeom.tolerance.directions import Figure, Rows, Trials
 from camgeom.tolerance.seat import Bools, Stand, Walls, pressures, walls_of
 from camgeom.track import TURN
 
@@ -38,10 +38,6 @@ SIZES = {"mm": 0.01, "arcmin": 1.0, "arcsec": 10.0}
 SECONDS = 648000.0 / pi
 OPENED = 1e-6
 """share of the largest play that an error can open, below which the rest of it is not looked for"""
-LARGE, NEAR = 0.7, 0.97
-"""share of an error's largest motion that the parts' effects promise from which directions beside theirs are tried, and
-that is found from which they are tried more closely"""
-Rows = npt.NDArray[np.intp]
 
 
 @final
@@ -229,18 +225,21 @@ class Sensitivities:
         size = {cause.key: SIZES[cause.unit] for cause in causes}
         tried = Trials.of(self.seated, [(cause, size[cause.key] * cause.scale) for cause in causes])
         walls, base = self.seated.packed.walls, self.seated.nominal
-        stood, pressure, found = walls.stand(tried.errors), self._harder(tried), []
+        stood = walls.stand(tried.errors)
 
-        def told(of: Callable[[Stand], Floats]) -> Floats:
-            return tried.told(of(stood), lambda errors: of(walls.stand(errors)))
+        def farther(both: Floats) -> Floats:
+            stand = walls.stand(both)
+            return np.stack([stand.high[0] - base.high, base.low - stand.low[1]])
 
-        moved = np.maximum(told(lambda stand: stand.high - base.high), told(lambda stand: base.low - stand.low))
-        self._swung(tried, np.maximum(stood.high - base.high, base.low - stood.low), moved)
+        ends = np.stack([stood.high - base.high, base.low - stood.low])
+        moved = tried.told(ends, farther).max(axis=0)
+        tried.swung(ends.max(axis=0), moved, self._motion)
         grown = lost = np.zeros(moved.shape)
         if self._both:
-            opened = tried.told(self._growth(stood.play), lambda errors: self._growth(walls.play(errors)))
-            grown = self._opened(tried, opened)
+            (grown,) = tried.told(self._growth(stood.play)[None], lambda errors: self._growth(walls.play(errors)))
+            self._opened(tried, grown)
             lost = self._lost(grown)
+        found, pressure = [], self._harder(tried)
         for i, (cause, curve) in enumerate(zip(causes, moved)):
             at = int(np.argmax(curve))
             motion = Extreme(float(curve[at]), float(self.theta[at]))
@@ -248,36 +247,21 @@ class Sensitivities:
             found.append(Sensitivity(cause, size[cause.key], motion, curve, play, preload, pressure[i]))
         return tuple(sorted(found, key=lambda one: -one.motion.value))
 
-    def _swung(self, tried: Trials, ends: Floats, moved: Floats) -> None:
-        """Largest motions, (causes, n), raised by errors of any direction that move farther beside where their parts
-        point: at the angles where that is large, and in all directions where it is largest, of every roller or wall.
+    @cached_property
+    def _walls(self) -> Walls:
+        """The packed walls, without what of the load is rounding: of some angles alone it would press."""
+        walls = self.seated.packed.walls
+        return replace(walls, load=np.where(walls.load_side == 0.0, 0.0, walls.load))
 
-        ends: motion (t, 2, n) with each part at its ends
-        """
-        if not tried.several:
-            return
-        far, sign = ends.max(axis=1), np.where(ends[:, 0] >= ends[:, 1], 1.0, -1.0)
-        group, rows, start = list[Rows](), list[Rows](), list[Floats]()
-        for i, own in enumerate(tried.several):
-            cause = tried.cause[own[0]]
-            large = np.flatnonzero((np.hypot(*far[own]) >= LARGE * moved[cause].max()) & (far[own].max(axis=0) > 0.0))
-            group.append(np.full(len(large), i))
-            rows.append(large)
-            start.append(np.arctan2(*(sign[own] * np.maximum(far[own], 0.0))[::-1, large]))
-        of, at = np.concatenate(group), np.concatenate(rows)
-        if not len(at):
-            return
-        parts = tried.errors[np.array(tried.several)[of].T, 0, at]
-        walls, base = self.seated.packed.walls, self.seated.nominal
-        found, turn = Turned.at(walls, base, parts, at).farther(np.concatenate(start))
-        which, most = tried.cause[np.array(tried.several)[of, 0]], moved.max(axis=1)
-        np.maximum.at(most, which, found)
-        near = np.flatnonzero(found >= NEAR * most[which])
-        closer, _ = Turned.at(walls, base, parts[:, near], at[near]).beside(turn[near], CLOSER)
-        found[near] = np.maximum(found[near], closer)
-        hardest = np.array([own[np.argmax(found[own])] for i in np.unique(of) if len(own := np.flatnonzero(of == i))])
-        found[hardest] = np.maximum(found[hardest], Turned.at(walls, base, parts[:, hardest], at[hardest]).largest())
-        np.maximum.at(moved, (which, at), found)
+    def _motion(self, rows: Rows) -> Figure:
+        """How far errors move the follower at cam angles rows (k,)."""
+        walls, low, high = self._walls.rows(rows), self.seated.nominal.low[rows], self.seated.nominal.high[rows]
+
+        def moved(errors: Floats) -> Floats:
+            stand = walls.stand(errors)
+            return np.maximum(stand.high - high, low - stand.low)
+
+        return moved
 
     @cached_property
     def _between(self) -> npt.NDArray[np.bool_]:
@@ -294,41 +278,36 @@ class Sensitivities:
         base = np.where(self._between, self.seated.nominal.play, 0.0)
         return self.seated.preload(base) - self.seated.preload(base + grown)
 
-    def _opened(self, tried: Trials, grown: Floats) -> Floats:
-        """Growth of play, (causes, n), where an error of any direction opens more between its parts' directions.
+    def _opened(self, tried: Trials, grown: Floats) -> None:
+        """Growth of play, (causes, n), raised where an error of any direction opens more between its parts' directions.
 
         All directions are tried where the walls leave room for a growth, or a loss of preload, that is the largest of
         the turn: no more than the nominally nearest pair of stations parts, nor than any pair.
         """
-        walls, base = self.seated.packed.walls, self.seated.nominal.play
-        for own in tried.several:
-            parts, cause = tried.errors[own, 0], int(tried.cause[own[0]])
-            push, hold = (
-                np.take_along_axis(parts / walls.lever, at[None, :, None], axis=2)[:, :, 0] for at in walls.nearest
-            )
-            most = np.where(self._between, np.hypot(*(push - hold)), 0.0)
-            rows = self._further(most, grown[cause])
-            if len(rows):
-                nothing = np.zeros(walls.lever[rows].shape)
-                most[rows] = walls.rows(rows).parted(nothing, [(parts[:, rows], None)]) - base[rows]
-                rows = self._further(most, grown[cause])
-            if not len(rows):
-                continue
-            few, at = walls.rows(rows), parts[:, rows]
+        walls, base, several = self.seated.packed.walls, self.seated.nominal.play, tried.several
+        if not len(several):
+            return
+        parts, cause = tried.errors[several, 0] / walls.lever, tried.cause[several[:, 0]]
+        push, hold = (np.take_along_axis(parts, at[None, None, :, None], axis=3)[..., 0] for at in walls.nearest)
+        most = np.where(self._between, np.hypot(*(push - hold).swapaxes(0, 1)), 0.0)
+        group, rows = self._further(most, grown[cause])
+        if len(rows):
+            few, at = walls.rows(rows), tried.errors[several[group].T, 0, rows]
+            most[group, rows] = few.parted(np.zeros(few.lever.shape), [(at, None)]) - base[rows]
+            group, rows = self._further(most, grown[cause])
+        if len(rows):
+            few, at = walls.rows(rows), tried.errors[several[group].T, 0, rows]
+            ends = np.zeros(len(rows)), np.full(len(rows), TURN)
+            found, _ = bracketed_maximum(lambda turn: few.swung(at, turn), *ends)
+            np.maximum.at(grown, (cause[group], rows), found - base[rows])
 
-            def growth(turn: Floats, few: Walls = few, at: Floats = at, rows: Rows = rows) -> Floats:
-                errors = np.cos(turn.T)[..., None] * at[0] + np.sin(turn.T)[..., None] * at[1]
-                return (few.play(errors) - base[rows]).T
-
-            found, _ = bracketed_maximum(growth, np.zeros(len(rows)), np.full(len(rows), TURN))
-            grown[cause, rows] = np.maximum(grown[cause, rows], found)
-        return grown
-
-    def _further(self, most: Floats, grown: Floats) -> Rows:
-        """Rows whose play may grow, or whose preload may go, further than the largest known of all, (r,)."""
-        more = OPENED * most.max()
-        lost = self._lost(most) > self._lost(grown).max() + self._lost(np.full(most.shape, more))
-        return np.flatnonzero((most > grown.max() + more) | lost)
+    def _further(self, most: Floats, grown: Floats) -> tuple[Rows, Rows]:
+        """Errors and cam angles, numbers of (g, n), at which the play may grow, or the preload may go, further than the
+        largest known of all, (g, n)."""
+        more = OPENED * most.max(axis=1, keepdims=True)
+        lost = self._lost(grown).max(axis=1, keepdims=True) + self._lost(np.broadcast_to(more, most.shape))
+        group, rows = np.nonzero((most > grown.max(axis=1, keepdims=True) + more) | (self._lost(most) > lost))
+        return group, rows
 
     @property
     def _both(self) -> bool:
@@ -340,71 +319,16 @@ class Sensitivities:
         if self.hard is None:
             return [None] * (int(tried.cause[-1]) + 1)
         few, before, _ = self.hard
-        packed, asked = self.seated.packed, replace(tried, errors=tried.errors[:, :, few])
-        walls = packed.walls.rows(few)
 
-        def more(errors: Floats) -> Floats:
-            return np.asarray(np.sqrt((walls.forces(errors) * packed.square[few]).max(axis=-1)) / before - 1.0)
+        def growth(rows: Rows) -> Figure:
+            walls, square = self._walls.rows(few[rows]), self.seated.packed.square[few[rows]]
+            return lambda errors: np.sqrt((walls.forces(errors) * square).max(axis=-1)) / before - 1.0
 
-        return [1.0 + float(each.max()) for each in asked.told(more(asked.errors), more)]
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Trials:
-    """Errors put on, plus and minus, part by part; of each roller or wall in turn where each has its own.
-
-    errors  (t, 2, n, p) of the packed stations, mm
-    cause, group   numbers of the error and of whose it is, (t,): parts of one have both alike
-    """
-
-    errors: Floats
-    cause: npt.NDArray[np.intp]
-    group: npt.NDArray[np.intp]
-
-    @classmethod
-    def of(cls, seated: Seated, sizes: list[tuple[Cause, float]]) -> Self:
-        """Those of causes of a size in mm or rad each."""
-        packed, parts = seated.packed, list[tuple[Floats, Bools | None]]()
-        names: list[tuple[int, int]] = []
-        for i, (cause, unit) in enumerate(sizes):
-            g = unit * packed.taken(seated.flat(seated.approaches.of(cause)))
-            owners = {"roller": packed.roller, "wall": packed.wall}.get(cause.holder)
-            for share in [None] if owners is None else [owners == k for k in np.unique(owners)]:
-                parts += [(part, share) for part in g]
-                names += [(i, len(parts))] * len(g)
-        errors = np.empty((len(parts), 2, *packed.order.shape))
-        for both, (part, share) in zip(errors, parts):
-            both[0] = part if share is None else part * share
-            np.negative(both[0], out=both[1])
-        cause_of, group = np.array(names, dtype=np.intp).T
-        return cls(errors, cause_of, group)
-
-    @cached_property
-    def several(self) -> list[Rows]:
-        """Numbers of the parts, (k,) each, of errors that have several."""
-        return [own for one in np.unique(self.group) if len(own := np.flatnonzero(self.group == one)) > 1]
-
-    def told(self, values: Floats, of: Callable[[Floats], Floats]) -> Floats:
-        """Of every error the largest of all whose it is of values (t, 2, n), at least 0, (causes, n).
-
-        of: the values (..., n) with errors (..., n, p); parts of one are put on together, each by its share alone
-        """
-        end = np.argmax(values, axis=1)[:, None]
-        part = np.maximum(np.take_along_axis(values, end, axis=1)[:, 0], 0.0)
-        found = np.array([part[self.cause == i].max(axis=0) for i in range(int(self.cause[-1]) + 1)])
-        if self.several:
-            whole = of(np.array([self.together(part, end, own) for own in self.several]))
-            for own, value in zip(self.several, whole):
-                found[self.cause[own[0]]] = np.maximum(found[self.cause[own[0]]], value)
-        return found
-
-    def together(self, part: Floats, end: npt.NDArray[np.intp], own: npt.NDArray[np.intp]) -> Floats:
-        """Errors (n, p) of parts own (k,) of one, each at its end (t, 1, n), by the share that its value (t, n) has."""
-        size = np.sqrt((part[own] ** 2).sum(axis=0))
-        share = np.divide(part[own], size, out=np.zeros_like(part[own]), where=size > 0.0)
-        errors = np.take_along_axis(self.errors[own], end[own][..., None], axis=1)[:, 0]
-        return np.asarray((errors * share[..., None]).sum(axis=0))
+        asked, every = tried.at(few), growth(np.arange(len(few)))
+        ends = every(asked.errors)
+        (found,) = asked.told(ends[None], every)
+        asked.swung(ends, found, growth)
+        return [1.0 + float(each.max()) for each in found]
 
 
 def turn_grid(program: Program, knots: Floats) -> Floats:

@@ -29,9 +29,10 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import Cause
+from camgeom.tolerance.directions import Rows
 from camgeom.tolerance.samples import Spreads
 from camgeom.tolerance.seat import Bools, Walls
-from camgeom.tolerance.sensitivity import Rows, Seated, resting_at
+from camgeom.tolerance.sensitivity import Seated, resting_at
 
 ROUNDS = 40
 """of the search, at most: what it tells is a bound after any of them"""

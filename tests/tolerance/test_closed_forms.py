@@ -9,7 +9,7 @@ from camgeom.model import Model
 from camgeom.profile import parse, read
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Approaches, default_pivots
 from camgeom.tolerance.contacts import Contacts, contacts
-from camgeom.tolerance.seat import balance, walls_of
+from camgeom.tolerance.seat import balance, bracket, room, walls_of
 from tests.places import ROOT
 from tests.reference.rising_disc import ROLLER, rising_disc
 
@@ -133,8 +133,8 @@ def test_a_balance_between_two_walls_does_not_leap_from_end_to_end(start: float 
     """From one rigid bound Newton's step, on the one wall that presses there, ends at the other bound, and back."""
     lever, stiffness = np.array([[-20.0], [25.0]]), np.array([[3.0e5], [3.0e5 * 16.0 / 25.0]])
     approach = -lever * np.array([[-0.001], [-0.002]])
-    psi = balance(approach, lever, stiffness, np.zeros(1), np.array([-0.001]), np.array([-0.002]),
-                  None if start is None else np.array([start]))  # fmt: skip
+    ends = bracket(np.array([-0.001]), np.array([-0.002]), room(lever, stiffness, np.zeros(1)))
+    psi = balance(approach, lever, stiffness, np.zeros(1), *ends, None if start is None else np.array([start]))
     force = stiffness * np.maximum(approach + lever * psi, 0.0)
     assert float(np.sum(-lever * force)) == pytest.approx(0.0, abs=1e-6 * float(np.abs(lever * force).max()))
     assert -0.002 < psi[0] < -0.001
