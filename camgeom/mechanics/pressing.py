@@ -155,7 +155,7 @@ class Pressing:
 
     @cached_property
     def reference(self) -> Walls:
-        """The flank at the quoted station."""
+        """The flank at the station."""
         return self.walls(np.array([self.station]))
 
     @cached_property
@@ -167,7 +167,7 @@ class Pressing:
 
     @cached_property
     def radius(self) -> float:
-        """Roller radius at the quoted station, mm."""
+        """Roller radius at the station, mm."""
         return float(self.track.meridian.jet(np.array([self.station]))[3][0])
 
     @cached_property
@@ -184,7 +184,7 @@ class Pressing:
 
     @cached_property
     def as_line(self) -> Contact:
-        """Contact at the quoted station as a line over the whole length, as if there were no crown."""
+        """Contact at the station as a line over the whole length, as if there were no crown."""
         w = self.reference
         return line_contacts(self.force.panels, self.normal, w.behind, w.ahead, self.path_rate, self.length, self.pair)
 
@@ -255,7 +255,7 @@ class Pressing:
         """Of places (delta, mm) along the roller (m, p, n), likewise, mm/rad: mean speed of both surfaces through the
         contact, the contact's along the cam, and sliding.
 
-        Round the roller, which rolls without slip at the quoted station, or at a crest (delta, mm, (p, n)), and along
+        Round the roller, which rolls without slip at the station, or at a crest (delta, mm, (p, n)), and along
         its axis.
         """
         shape = self.force.panels.theta.shape

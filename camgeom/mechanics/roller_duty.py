@@ -61,7 +61,8 @@ WITHIN = 41
 class RollerDuty:
     """One roller under load over one turn.
 
-    track   the roller's track; `station` its meridian parameter where the classical figures are quoted
+    track   the roller's track; `station` its meridian parameter at the middle of the contact, where force and path are
+    at      meridian parameter where the classical figures are quoted; None: at the station
     load    what acts on the follower
     crown   radius of the meridian, mm, of a crowned roller on a straight flank, which the track's cylinder cuts: it
             touches at its crest, the station; None: the flank is the roller's own envelope
@@ -90,6 +91,7 @@ class RollerDuty:
     table: str = "roller"
     passes: float = 1.0
     lag: float | None = None
+    at: float | None = None
 
     @property
     def speed(self) -> float:
@@ -102,6 +104,11 @@ class RollerDuty:
         pair = pair_compliance(self.roller, self.cam)
         return Pressing(self.track, self.station, self.length, self.load, pair, self.crown is not None, self.ends,
                         self.beside, self.runs_out)  # fmt: skip
+
+    @cached_property
+    def quoted(self) -> Pressing:
+        """The same with all of the force at the place where the classical figures are quoted."""
+        return self.pressing if self.at is None else replace(self.pressing, station=self.at)
 
     @cached_property
     def crowned(self) -> Crown | None:
@@ -130,7 +137,7 @@ class RollerDuty:
 
     @property
     def radius(self) -> float:
-        """Roller radius at the quoted station, mm."""
+        """Roller radius in the middle of the contact, mm."""
         return self.pressing.radius
 
     @cached_property
@@ -143,7 +150,7 @@ class RollerDuty:
             hardest = int(np.abs(self.pressing.middle + self.finite.places - self.least_peak.place).argmin())
             return self._finite_contact(self.finite.squares[hardest])
         if self.crowned is None:
-            return self.pressing.as_line
+            return self.quoted.as_line
         delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
         return self.crowned.contact((delta if self.ends.tilt == 0.0 else self.crowned.crest) - self.crowned.crest)
 
@@ -450,11 +457,11 @@ class RollerDuty:
     @cached_property
     def roller_life(self) -> RollerLife:
         """Fatigue life of the roller's circumference at the quoted station."""
-        return roller_life(self.contact, self.roller, self.radius, self.speed)
+        return roller_life(self.contact, self.roller, self.quoted.radius, self.speed)
 
     @cached_property
     def slice_life(self) -> RollerLife:
-        """Fatigue life of every slice of the roller, (m,); its spin is that of the quoted station."""
+        """Fatigue life of every slice of the roller, (m,); its spin is that of the middle."""
         return roller_life(self.slices, self.roller, self.radius, self.speed)
 
     @cached_property
@@ -493,7 +500,7 @@ class RollerDuty:
     def film(self, oil: Oil) -> Film | None:
         """The film of the thinnest slice, under a crown of its ellipse; None without load and where a wall is undercut.
 
-        The roller rolls without slip at the quoted station; its own inertia may make it slide where it is spun up.
+        The roller rolls without slip in its middle; its own inertia may make it slide where it is spun up.
         """
         from camgeom.mechanics.film import line_film, point_film, thinnest
 
@@ -529,7 +536,7 @@ class RollerDuty:
 
     @cached_property
     def rubbed(self) -> float:
-        """Load times sliding way over a turn, N mm: of places that roll less than the quoted one, or than the crest of
+        """Load times sliding way over a turn, N mm: of places that roll less than the middle, or than the crest of
         a crown, and along the axis.
         """
         load, _, slip, width = self._rubs
@@ -613,7 +620,7 @@ class RollerDuty:
         worst = int(np.argmax(peak.pressure))
         angle = float(peak.theta[worst])
         if float(quoted.pressure) > float(peak.pressure[worst]):
-            delta = float(self.track.meridian.jet(np.array([self.station]))[0][0])
+            delta = float(self.track.meridian.jet(np.array([self.quoted.station]))[0][0])
             if self.crowned is not None:
                 delta = self._at(self.crowned.crest, float(quoted.theta), self.contact.pressure)
             return Extreme(float(quoted.pressure), float(quoted.theta), delta)

@@ -209,10 +209,9 @@ def impact_pair(profile: Profile, mechanism: Mechanism) -> Pair:
     """The two opposing contacts of the profile's cam, in m and rad."""
     from camgeom.dynamics.impact.pair import groove_pair, planar_pair
 
-    spec, tracks, quoted = profile.impact_spec, mechanism.tracks, mechanism.quoted_radius
+    spec, tracks = profile.impact_spec, mechanism.tracks
     assert spec is not None
     clearance = MILLI * (spec.clearance or mechanism.free_play)
     if {touch.way for touch in mechanism.touches} == {1.0, -1.0}:
         return planar_pair(mechanism.program, mechanism.touches, clearance, spec.clearance_kind)
-    assert quoted is not None, "a profile without a groove is refused"
-    return groove_pair(mechanism.cutting(tracks[0]), clearance, quoted)
+    return groove_pair(mechanism.cutting(tracks[0]), clearance, 0.5 * sum(tracks[0].contact))

@@ -82,11 +82,13 @@ def roller_duties(
         crown = None
         if mechanism.crown == "straight" and isinstance(track.meridian, Arc):
             crown, track = track.meridian.arc, mechanism.cutting(track)
-        within = crown is None and quoted is not None and min(low, high) <= quoted <= max(low, high)
-        station = track.meridian.parameter(quoted if quoted is not None and within else 0.5 * (low + high))
+        middle = 0.5 * (low + high)
+        station, at = track.meridian.parameter(middle), None
+        if crown is None and quoted is not None and quoted != middle and min(low, high) <= quoted <= max(low, high):
+            at = track.meridian.parameter(quoted)
         duties.append(
-            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating,
-                       mechanism.beside, mechanism.runs_out, alone, roller.ends, table, mechanism.passes, lags[index])
+            RollerDuty(track, station, high - low, load, material.roller, material.cam, crown, rating, mechanism.beside,
+                       mechanism.runs_out, alone, roller.ends, table, mechanism.passes, lags[index], at)
         )  # fmt: skip
     return tuple(duties)
 

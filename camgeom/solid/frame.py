@@ -166,6 +166,9 @@ class FramePlate(QuickPart):
         if self.bore >= self.thickness:
             told.append(found("guide_bore", self.bore, f"below {self.thickness:g} mm, the thickness of the plate"))
         low, high = self.window + self.bore, self.width - self.bore
+        if self.bore and not told and low >= high:
+            told.append(found("guide_bore", self.bore, f"below {0.5 * (self.width - self.window):.9g} mm, the width of "
+                              "the bars beside the window"))  # fmt: skip
         if self.bore and not told and not low < self.spacing < high:
             allowed = f"between {low:g} and {high:g} mm, so that both bores run within the bars beside the window"
             told.append(found("guide_spacing", self.spacing, allowed))

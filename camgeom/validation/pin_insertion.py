@@ -115,7 +115,7 @@ def _wall_curvature(convention: Convention, duty: RollerDuty) -> Floats:
 
 def _surface_curvature(duty: RollerDuty) -> Floats:
     """Relative curvature of the loaded wall, 1/mm, from the flank itself."""
-    return duty.pressing.curvature
+    return duty.quoted.curvature
 
 
 def _resistance(duty: RollerDuty) -> Floats:
@@ -184,13 +184,13 @@ SOURCE = Source(
               partial(_over_turn, lambda d: d.force.force, _resistance),
               "The force of the pin hole falls to nothing while the pin goes in; a friction would grow."),
         Entry("(7)", "Equation (7)", "cosine of the pressure angle at the pitch radius", "", "1",
-              partial(_over_turn, lambda d: d.pressing.reference.cosine,
+              partial(_over_turn, lambda d: d.quoted.reference.cosine,
                       lambda d: np.cos(np.arctan(np.abs(d.force.ds) / 67.0)))),
         Entry("(8)", "Equation (8)", "normal force", "", "N",
-              partial(_over_turn, lambda d: d.contact_forces[0],
+              partial(_over_turn, lambda d: np.abs(d.quoted.normal),
                       lambda d: np.abs(d.force.force) * np.hypot(67.0, d.force.ds) / 67.0)),
         Entry("(9)", "Equation (9)", "speed of the roller's centre along the groove", "", "mm/s",
-              partial(_over_turn, lambda d: d.speed * d.pressing.path_rate,
+              partial(_over_turn, lambda d: d.speed * d.quoted.path_rate,
                       lambda d: d.speed * np.hypot(67.0, d.force.ds))),
         Entry("(10) (11)", "Equations (10), (11)", "relative curvature of roller and loaded wall", "", "1/mm",
               partial(_over_turn, _surface_curvature, partial(_wall_curvature, "developed"),

@@ -71,13 +71,13 @@ def test_nodes_stand_on_the_true_faces(pin: Model) -> None:
 def test_the_load_is_that_of_the_duty(pin: Model) -> None:
     volume = pin.volume
     force, patch = volume.forces.sum(axis=0), volume.patch
-    assert patch.normal == pytest.approx(1874.0, rel=1e-3)
+    assert patch.normal == pytest.approx(1882.96, rel=1e-5)
     assert np.linalg.norm(force) == pytest.approx(patch.normal, rel=2e-3)  # the normal turns a little along the line
     assert patch.where == "the upper flank"
     assert force[2] > 0.95 * patch.normal
     torque = np.cross(volume.ring.nodes, volume.forces).sum(axis=0)[2]
     at = float(pin.duty.force.panels.at(pin.duty.torque, np.array([np.radians(298.0)]))[0])
-    assert abs(torque) == pytest.approx(abs(at), rel=0.02)
+    assert abs(torque) == pytest.approx(abs(at), rel=1e-3)
     assert 7.5 < patch.thickness < 8.5
     every = Model(from_data(changed("pin_insertion", cam={"root_radius": 1.0}))).volume
     assert 290.0 < np.degrees(every.patch.theta) < 310.0
@@ -104,7 +104,7 @@ def test_a_plate_with_a_groove_is_a_ring_on_its_true_faces() -> None:
     assert np.linalg.norm(volume.forces.sum(axis=0)) == pytest.approx(volume.patch.normal)
     torque = np.cross(x, volume.forces).sum(axis=0)[2]
     at = float(duty.force.panels.at(duty.torque, np.array([np.radians(100.0)]))[0])
-    assert abs(torque) == pytest.approx(abs(at), rel=0.02)
+    assert abs(torque) == pytest.approx(abs(at), rel=1e-3)
     assert set(volume.sets["patch"]) & set(volume.sets[f"flank_{volume.patch.where.split()[1]}"])
 
 

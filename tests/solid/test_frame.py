@@ -131,6 +131,14 @@ def test_what_bounds_no_plate_is_refused_by_its_key(press: Model, key: str) -> N
         changed(press, **REFUSED[key])
 
 
+@pytest.mark.parametrize("width", [144.01, 159.99])
+def test_a_bar_too_narrow_for_its_bore_is_told_of_the_bore(press: Model, width: float) -> None:
+    words = r"follower\.guide_bore: .*allowed: below .* the bars beside the window"
+    with pytest.raises(ProfileError, match=words) as told:
+        changed(press, plate_width=width)
+    assert "guide_spacing" not in str(told.value)
+
+
 def test_keys_that_mean_nothing_are_refused(press: Model) -> None:
     bare: dict[str, Any] = dict.fromkeys(set(PLATE) - {"window_width", "guide_spacing"})
     with pytest.raises(ProfileError, match=r"follower\.window_width: means nothing here .*no plate"):

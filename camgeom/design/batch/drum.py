@@ -190,13 +190,13 @@ class Groove:
         self.low = self.radius - self.length
         self.cutter = self.roller + number("cam.running_clearance")
         quoted = variants.optional("cam.pitch_radius")
-        middle = 0.5 * (self.low + self.radius)
-        self.pitch = middle if quoted is None else quoted
+        self.middle = 0.5 * (self.low + self.radius)
+        self.pitch = self.middle if quoted is None else quoted
         assert isinstance(variants.profile.cam, Cylindrical)
         self.rib = variants.profile.cam.form == "rib"
         """Whether two rollers embrace a rib."""
         # Without a wall at the pitch radius the contact is quoted in the middle of what has one.
-        self.quoted = np.where((self.low <= self.pitch) & (self.pitch <= self.radius), self.pitch, middle)
+        self.quoted = np.where((self.low <= self.pitch) & (self.pitch <= self.radius), self.pitch, self.middle)
 
     def refuse(self) -> None:
         """Give what `Cylindrical.problems` has against a variant, in its order."""
@@ -380,9 +380,10 @@ class Groove:
         """Whether the follower's guides have friction."""
         return bool(np.any(self.variants.number("operation.guide_friction") != 0.0))
 
-    def _share(self, force: Floats, points: Points) -> Floats:
-        """Normal force over the follower's force is 1 over this."""
-        cosine = self.quoted / np.sqrt(self.quoted * self.quoted + points.ds * points.ds)
+    def _share(self, force: Floats, points: Points, radius: Floats | None = None) -> Floats:
+        """Normal force at a radius, mm, over the follower's force is 1 over this; in the middle where none is given."""
+        radius = self.middle if radius is None else radius
+        cosine = radius / np.sqrt(radius * radius + points.ds * points.ds)
         if not self.guided:
             return np.asarray(cosine)
         return thrust_share(force, cosine, self.variants.number("operation.guide_friction"), points.side)
@@ -395,7 +396,7 @@ class Groove:
         return np.asarray((self._share(self._force, self.motion.samples) <= 0.0).any(axis=0))
 
     def normal(self, points: Points, force: Floats | None = None) -> Floats:
-        """Normal force at the quoted radius, N, positive on the wall behind."""
+        """Normal force in the middle of the contact, N, positive on the wall behind."""
         force = self.force(points) if force is None else force
         return np.asarray(force / self._share(force, points))
 
@@ -404,7 +405,7 @@ class Groove:
         force = self.force(points) if force is None else force
         if not self.guided:
             return force
-        cosine = self.quoted / np.sqrt(self.quoted * self.quoted + points.ds * points.ds)
+        cosine = self.middle / np.sqrt(self.middle * self.middle + points.ds * points.ds)
         return np.asarray(cosine * self.normal(points, force))
 
     @cached_property
@@ -449,7 +450,8 @@ class Groove:
 
     def square(self, points: Points, force: Floats | None = None) -> Floats:
         """Square of the pressure at the quoted radius, MPa²."""
-        normal = self.normal(points, force)
+        force = self.force(points) if force is None else force
+        normal = force / self._share(force, points, self.quoted)
         q = 1.0 / (self.quoted * self.quoted + points.ds * points.ds)
         kappa = self.quoted * points.dds * q * np.sqrt(q)
         turned = self.roller * points.ds * q

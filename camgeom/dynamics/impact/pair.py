@@ -522,7 +522,7 @@ def _planar(touch: Touch) -> Roller | Face:
 def groove_pair(track: Track, clearance: float, station: float, count: int = 720) -> Pair:
     """The roller of a groove track with a clearance [m] between its walls, seen at one station along the roller.
 
-    `station` is the delta [mm] at which the contact is taken (the pitch radius), `count` the steps round the cam. The
+    `station` is the delta [mm] at which the contact is taken (its middle), `count` the steps round the cam. The
     follower coordinate is the track's, in m for a slide and rad for an arm; levers, curvature and sliding are those of
     the exact surface. Raises ProfileError where the track has one flank only or does not close.
     """

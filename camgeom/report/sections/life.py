@@ -102,7 +102,7 @@ def hot_spot(model: Model) -> Polar | None:
         return None
     spot = float(duty.roller_life.hot_spot)
     turn = np.sort(np.r_[np.linspace(0.0, 2.0 * pi, 361), spot])
-    damage = damage_profile(duty.contact, duty.roller, duty.radius, turn)
+    damage = damage_profile(duty.contact, duty.roller, duty.quoted.radius, turn)
     per = 1000.0 * 3600.0 * duty.speed / (2.0 * pi)
     angle = degrees(spot) % 360.0
     mark = Mark(angle, 1000.0 / life_h, f"hot spot {number(angle)}°")

@@ -162,7 +162,7 @@ def lines(model: Model) -> Chart:
         torque(shaft.panels, shaft.torque) if model.slide_drive is None else drive_force(model.slide_drive),
     ]  # fmt: skip
     caption = (
-        "Contact at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
+        "Pressure at the quoted place along the roller; positive force bears on the wall behind, towards smaller lift"
     )
     panels_shown = tuple(panel for panel in shown if panel.series)
     return Chart(caption, CAM_ANGLE, panels_shown, zones(model.setup.program) + unheld_zones(duty.kept))
