@@ -134,6 +134,11 @@ def test_torques_without_a_limit_are_told():
     assert "1405 N m starting from rest" in told["output-torque"]
     assert "limits.torque_n_m" in told["dynamic-torque"]
     assert "465.9 N m starting from rest" in told["dynamic-torque"]
+    # bolts say nothing of the shaft; a diameter with its limit does
+    bolted = changer(350, *((line, f"# {line}") for line in shaft[1:4]))
+    (alone,) = judge(bolted, ["output-torque"]).not_judged
+    assert "limits.output_torque_n_m" in alone.reason
+    assert not judge(changer(350), ["output-torque"]).not_judged
 
 
 def test_what_has_no_output_shaft_has_no_limit_of_it():
