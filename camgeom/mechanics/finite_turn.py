@@ -12,6 +12,7 @@ from math import ceil, log
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -210,9 +211,17 @@ class Table:
         steps = ceil(log(high / low) / BEND)
         self.bends = np.geomspace(low, high, steps + 1) if steps else np.array([low])
         self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1))
-        each = [[[self._solved(replace(bodies, curvature=float(k), tilt=bodies.tilt + float(t * f)), float(f), edges)
-                  for f in self.loads] for k in self.bends] for t in self.leans]  # fmt: skip
-        self.values = np.array(each)
+        self.bodies, self.edges = bodies, edges
+        self.values = np.full((len(self.leans), len(self.bends), len(LOADS), len(edges) - 1), np.nan)
+
+    def fill(self, asked: NDArray[np.bool_]) -> None:
+        """Solve what is asked of (t, c, l) and not known yet: load, curvature and tilt of a turn go together, so that
+        most of their combinations never act."""
+        for t, c, l in zip(*np.nonzero(asked & np.isnan(self.values[..., 0]))):  # fmt: skip
+            load = float(self.loads[l])
+            tilt = self.bodies.tilt + float(self.leans[t]) * load
+            bodies = replace(self.bodies, curvature=float(self.bends[c]), tilt=tilt)
+            self.values[t, c, l] = self._solved(bodies, load, self.edges)
 
     def _solved(self, bodies: Bodies, load: float, edges: Floats) -> Floats:
         patch = press(bodies, load, *self.cells, checked=False)
@@ -232,15 +241,22 @@ class Table:
     def pressures(self, load: Floats, curvature: Floats, lean: Floats | None = None) -> Floats:
         """Pressure of every bin, MPa, (m, ...), under loads, of curvatures and with tilts over load (...)."""
         root = np.sqrt(np.concatenate([[0.0], self.loads]))
-        values = np.concatenate([np.zeros_like(self.values[:, :, :1]), self.values], axis=2)
         bends = np.log(np.clip(curvature, self.bends[0], self.bends[-1]))
         leans = np.zeros(1) if lean is None else np.clip(lean, self.leans[0], self.leans[-1])
         axes = (_between(self.leans, leans), _between(np.log(self.bends), bends), _between(root, np.sqrt(load)))
-        found = np.zeros((*np.shape(load), values.shape[-1]))
+        corners = []
         for corner in np.ndindex(*(2 if len(one) > 1 else 1 for one in (self.leans, self.bends, root))):
             shares = [part if way else 1.0 - part for way, (_, part) in zip(corner, axes)]
-            at = tuple(i + way for way, (i, _) in zip(corner, axes))
-            found += np.prod(np.broadcast_arrays(*shares), axis=0)[..., None] * values[at]
+            at = np.broadcast_arrays(*(i + way for way, (i, _) in zip(corner, axes)))
+            corners.append((np.prod(np.broadcast_arrays(*shares), axis=0), tuple(at)))
+        asked = np.zeros((len(self.leans), len(self.bends), len(root)), dtype=bool)
+        for share, at in corners:
+            asked[tuple(one[share > 0.0] for one in at)] = True
+        self.fill(asked[:, :, 1:])
+        values = np.concatenate([np.zeros_like(self.values[:, :, :1]), self.values], axis=2)
+        found = np.zeros((*np.shape(load), values.shape[-1]))
+        for share, at in corners:
+            found += share[..., None] * np.where(share[..., None] > 0.0, values[at], 0.0)
         return np.moveaxis(found, -1, 0)
 
 

@@ -14,7 +14,7 @@ from camgeom.checks import judge
 from camgeom.errors import ProfileError
 from camgeom.maths.panels import panels
 from camgeom.mechanics import finite_turn
-from camgeom.mechanics.finite_contact import INSIDE, press
+from camgeom.mechanics.finite_contact import INSIDE, Bodies, Profile, press
 from camgeom.mechanics.roller_duty import RollerDuty
 from camgeom.model import Model, read
 from camgeom.profile import from_data
@@ -199,6 +199,19 @@ def test_the_table_is_the_half_space_at_every_angle(roller: dict[str, Any]) -> N
         p, n = int(at[0]), int(at[1])
         solved = press(replace(bodies, curvature=float(turn.curvature[p, n])), float(load[p, n]))
         assert np.sqrt(turn.squares[:, p, n].max()) == pytest.approx(solved.peak[0], rel=1.5e-2)
+
+
+def test_the_table_is_solved_only_where_loads_and_curvatures_go_together() -> None:
+    bodies = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, 1e-4)
+    load, curvature = np.linspace(20.0, 1000.0, 300), np.geomspace(0.1, 0.005, 300)
+    edges = np.linspace(-5.0, 5.0, 12)
+    table = finite_turn.Table(bodies, load, curvature, edges, cells=(16, 24, 32))
+    told = table.pressures(load, curvature)
+    known = ~np.isnan(table.values).any(axis=-1)
+    assert 0 < known.sum() < 0.6 * known.size
+    table.fill(np.ones(known.shape, dtype=bool))
+    assert not np.isnan(table.values).any()
+    assert np.array_equal(table.pressures(load, curvature), told)
 
 
 def test_where_the_force_jumps_its_harder_side_is_the_hardest() -> None:
