@@ -36,7 +36,7 @@ COARSE = (24, 32)
 ROUNDS = 30
 WINDOW = 1.12
 """window over the contact found before"""
-KNOWN = 128
+KNOWN = 512
 """contacts that are kept"""
 
 
@@ -120,6 +120,12 @@ class Bodies:
     own: float = 0.5
     mirror: float = 0.0
     growth: float = 0.0
+
+    @property
+    def turned(self) -> Bodies:
+        """The same seen from behind: y runs the other way."""
+        profile = replace(self.profile, low=-self.profile.high, high=-self.profile.low)
+        return replace(self, profile=profile, tilt=-self.tilt, twist=-self.twist, growth=-self.growth)
 
     def gap(self, x: Floats, y: Floats) -> Floats:
         """Unloaded gap, mm, (nx, ny), at places across (nx,) and along (ny,)."""

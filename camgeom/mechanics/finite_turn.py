@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import ceil, log
+from math import ceil, inf, log
 from typing import final
 
 import numpy as np
@@ -31,6 +31,8 @@ COUNTED = 0.2
 """share of the largest load from which the curvature counts"""
 SAME = 0.02
 """share by which the tilts that a load gives, over it, differ at most where one is tabled"""
+DIGITS, NO_TILT = 10, 1e-12
+"""of tabled loads and curvatures, decimals of their twist, rad, and growth, 1/mm²; step of their tilt, rad"""
 TABLED = (32, 48, 64)
 """cells across and along, and strips, of a tabled contact"""
 FINE, FINER = 128, 256
@@ -206,12 +208,13 @@ class Table:
         across, along, and strips."""
         most, self.cells = float(load.max(initial=0.0)), cells
         counted = load >= COUNTED * most
-        self.loads = most * np.array(LOADS)
+        self.loads = _rounded(most * np.array(LOADS))
         low, high = float(curvature[counted].min()), float(curvature[counted].max())
         steps = ceil(log(high / low) / BEND)
-        self.bends = np.geomspace(low, high, steps + 1) if steps else np.array([low])
-        self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1))
-        self.bodies, self.edges = bodies, edges
+        self.bends = _rounded(np.geomspace(low, high, steps + 1) if steps else np.array([low]))
+        self.leans = _nodes(lean[counted] if lean is not None else np.zeros(1), NO_TILT / most if most else inf)
+        self.edges = edges
+        self.bodies = replace(bodies, twist=round(bodies.twist, DIGITS), growth=round(bodies.growth, DIGITS))
         self.values = np.full((len(self.leans), len(self.bends), len(LOADS), len(edges) - 1), np.nan)
 
     def fill(self, asked: NDArray[np.bool_]) -> None:
@@ -219,11 +222,13 @@ class Table:
         most of their combinations never act."""
         for t, c, l in zip(*np.nonzero(asked & np.isnan(self.values[..., 0]))):  # fmt: skip
             load = float(self.loads[l])
-            tilt = self.bodies.tilt + float(self.leans[t]) * load
+            tilt = round((self.bodies.tilt + float(self.leans[t]) * load) / NO_TILT) * NO_TILT
             bodies = replace(self.bodies, curvature=float(self.bends[c]), tilt=tilt)
             self.values[t, c, l] = self._solved(bodies, load, self.edges)
 
     def _solved(self, bodies: Bodies, load: float, edges: Floats) -> Floats:
+        if bodies.tilt < 0.0:  # both walls of a drive that moves to and fro alike ask for the same contacts
+            return self._solved(bodies.turned, load, -edges[::-1])[::-1]
         patch = press(bodies, load, *self.cells, checked=False)
         fine = np.concatenate([np.linspace(a, b, 9) for a, b in zip(edges[:-1], edges[1:])])
         square = np.interp(fine, patch.y, np.square(patch.ridge), 0.0, 0.0).reshape(-1, 9).max(axis=1)
@@ -260,10 +265,15 @@ class Table:
         return np.moveaxis(found, -1, 0)
 
 
-def _nodes(lean: Floats) -> Floats:
-    """The least and the largest of what is interpolated, or one where they hardly differ."""
+def _rounded(x: Floats) -> Floats:
+    """To DIGITS, so that what differs by rounding alone is solved once."""
+    return np.array([float(f"{one:.{DIGITS - 1}e}") for one in x])
+
+
+def _nodes(lean: Floats, none: float) -> Floats:
+    """The least and the largest of what is interpolated, or one where they hardly differ, or by no more than `none`."""
     low, high = float(lean.min()), float(lean.max())
-    return np.array([low, high]) if high - low > SAME * max(abs(low), abs(high)) else np.array([high])
+    return np.array([low, high]) if high - low > max(SAME * max(abs(low), abs(high)), none) else np.array([high])
 
 
 def _between(known: Floats, x: Floats) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.intp]], Floats]:

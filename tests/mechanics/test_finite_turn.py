@@ -214,6 +214,21 @@ def test_the_table_is_solved_only_where_loads_and_curvatures_go_together() -> No
     assert np.array_equal(table.pressures(load, curvature), told)
 
 
+def test_walls_that_ask_for_the_same_contacts_share_them() -> None:
+    load, curvature, edges = np.linspace(500.0, 1000.0, 30), np.full(30, 0.02), np.linspace(-5.0, 5.0, 12)
+    told = []
+    for tilt, noise in ((2e-4, 0.0), (-2e-4, 1e-14)):
+        bodies = Bodies(0.02, Profile(-5.0, 5.0, end_radius=1.0), 1e-5, tilt, growth=1e-18 * tilt)
+        table = finite_turn.Table(bodies, load * (1.0 + noise), curvature, edges, np.linspace(-1e-22, 1e-22, 30),
+                                  cells=(16, 24, 32))  # fmt: skip
+        assert len(table.leans) == 1
+        missed = press.cache_info().misses
+        told.append(table.pressures(load, curvature))
+        assert (press.cache_info().misses > missed) == (tilt > 0.0)
+    assert told[0] == pytest.approx(told[1][::-1], rel=1e-12)
+    assert told[0][0].max() > told[0][-1].max()
+
+
 def test_where_the_force_jumps_its_harder_side_is_the_hardest() -> None:
     """The rise of this cam ends with a jump of the force, down from 402.7 N to 377.7 N, at 120 degrees."""
     duty = made("misaligned_roller").duty
