@@ -102,7 +102,7 @@ def output_torque(model: Model) -> Iterable[Finding | NotJudged]:
     if limit is not None:
         yield judged("output-torque", 1e-3 * peak.value, "<=", limit, "N m", OUTPUT, cam_angle=peak.cam_angle,
                      where=peak.where)  # fmt: skip
-    elif (shaft := model.profile.output_shaft) is None or shaft.diameter is None:
+    elif (shaft := model.profile.output_shaft_spec) is None or shaft.diameter is None:
         yield NotJudged("output-torque", "give limits.output_torque_n_m, what the output shaft may carry: it takes "
                         f"{1e-3 * peak.value:.4g} N m {peak.where}")  # fmt: skip
 
