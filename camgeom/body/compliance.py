@@ -40,7 +40,7 @@ from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
-from camgeom.body.volume import NO_LOAD, NO_RING, unfilled
+from camgeom.body.volume import NO_LOAD, unfilled
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
@@ -54,6 +54,7 @@ from camgeom.solid.drum import EndFaceRing, RibbedCylinder
 from camgeom.solid.prism import Prism
 from camgeom.track import TURN, Track
 
+NO_BELOW = "below the contacts of several tracks, plates that slide and undercut bodies nothing is solved"
 PLANES = 72
 """planes of a ring's mesh, and cam angles at which it is loaded"""
 ANGLES = 36
@@ -225,7 +226,7 @@ def below_rollers(
     elif isinstance(part, CutBlank):
         body = _Tetra(filled(part, surface()), own)
     else:
-        raise DesignError(NO_RING)
+        raise DesignError(NO_BELOW)
     loads = [force.points(float(at)) for at in theta]
     work = np.array([float(one[0, 0]) for one in body.works([[load] for load in loads])])
     if not np.isfinite(work).all():

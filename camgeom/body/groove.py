@@ -200,61 +200,78 @@ class DrumGroove:
         x = flank.x[:, 0]
         return 5.0 - share if self.second(side) else share, np.arctan2(x[1], x[0]), flank.n[:, 0]
 
+    def point(self, theta: Floats, side: float, t: float) -> tuple[Floats, Floats]:
+        """Point and normal (3, n) of a flank at station t."""
+        flank = Flank(self.body.track, theta, np.array([t]), side)
+        return flank.x[:, :, 0], flank.n[:, :, 0]
+
     def thickness(self, theta: Floats, side: float, t: float) -> Floats:
         """Of the wall behind a flank, mm: out to the end of the drum."""
-        flank = Flank(self.body.track, theta, np.array([t]), side)
-        z, n = flank.x[2, :, 0], flank.n[2, :, 0]
-        return np.asarray(np.where(n > 0.0, self.body.length - z, z) * np.abs(n))
+        x, n = self.point(theta, side, t)
+        return np.asarray(np.where(n[2] > 0.0, self.body.length - x[2], x[2]) * np.abs(n[2]))
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class PlateGroove:
-    """A plate with a groove in its upper face, cut by the tool of a track: the outer flank is the first."""
+    """A plate with a groove in a face, cut by the tool of a track: of an upper face the outer flank is the first, of a
+    lower one, whose section is turned by half a turn, the inner one."""
 
     plate: GroovedPlate
     track: Track
+    number: int = 0
 
     @property
     def body(self) -> FaceGroove:
-        """Its one groove."""
-        return self.plate.grooves[0]
+        """The groove."""
+        return self.plate.grooves[self.number]
+
+    @cached_property
+    def radii(self) -> tuple[float, float]:
+        """Of rim and bore, mm. Raises DesignError without a bore."""
+        rim = float(np.hypot(*self.plate.rim.outline.curve(np.zeros(1)).points[:, 0]))
+        return rim, bore_radius(self.plate.bore)
 
     @cached_property
     def shape(self) -> Shape:
         """Its numbers. Raises DesignError without a bore."""
-        body, plate, bore = self.body, self.plate, self.plate.bore
-        rim = float(np.hypot(*plate.rim.outline.curve(np.zeros(1)).points[:, 0]))
-        return Shape(self.track.sense, body.root, body.top - body.floor, radius_at(self.track, body.foot), body.foot,
-                     (-rim, -bore_radius(bore)), plate.z0, ("rim", "bore", "end_lower"), ("outer", "inner"),
-                     left_out(bore))  # fmt: skip
+        body, plate, (rim, bore) = self.body, self.plate, self.radii
+        up, flanks, faces = body.way > 0.0, ("outer", "inner"), ("rim", "bore")
+        back = (plate.z0, "end_lower") if up else (-plate.z1, "end_upper")
+        return Shape(self.track.sense, body.root, abs(body.top - body.floor), radius_at(self.track, body.foot),
+                     body.way * body.foot, (-rim, -bore) if up else (bore, rim), back[0],
+                     (*(faces if up else faces[::-1]), back[1]), flanks if up else flanks[::-1],
+                     left_out(plate.bore))  # fmt: skip
 
     def rounded(self, root: float) -> PlateGroove:
         """The same body with another root, mm."""
-        return replace(self, plate=replace(self.plate, grooves=(replace(self.body, root=root),)))
+        grooves = list(self.plate.grooves)
+        grooves[self.number] = replace(self.body, root=root)
+        return replace(self, plate=replace(self.plate, grooves=tuple(grooves)))
 
     def at(self, phi: Floats, row: Floats) -> Floats:
         """Points (3, n) of the contour."""
         body, half = self.body, np.minimum(row, 5.0 - row)
+        row = row if body.way > 0.0 else 5.0 - row
         outer, inner = (loop.outline.curve(phi) for loop in (body.outer, body.inner))
         angle = 0.5 * np.pi * np.clip(half - 1.0, 0.0, 1.0)
         aside = body.root * (1.0 - np.cos(angle))
         far, near = outer.points - outer.normals * aside, inner.points + inner.normals * aside
         flat = far + (near - far) * np.clip(row - 2.0, 0.0, 1.0)
-        z = body.top + (body.foot - body.top) * np.minimum(half, 1.0) - body.root * np.sin(angle)
+        z = body.top + (body.foot - body.top) * np.minimum(half, 1.0) - body.way * body.root * np.sin(angle)
         return np.concatenate([flat, z[None]])
 
     def uv(self, z: Floats, r: Floats) -> tuple[Floats, Floats]:
         """u and v of points."""
-        return -r, z
+        return -self.body.way * r, self.body.way * z
 
     def zr(self, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         """z and r of points."""
-        return v, -u
+        return self.body.way * v, -self.body.way * u
 
     def outward(self, x: Floats) -> Floats:
         """Unit directions (..., 3) of v."""
-        return np.broadcast_to(np.array([0.0, 0.0, 1.0]), x.shape)
+        return np.broadcast_to(np.array([0.0, 0.0, self.body.way]), x.shape)
 
     @cached_property
     def _outer(self) -> float:
@@ -266,7 +283,7 @@ class PlateGroove:
 
     def second(self, side: float) -> bool:
         """Whether a side is the second flank."""
-        return side != self._outer
+        return (side != self._outer) == (self.body.way > 0.0)
 
     def word(self, side: float) -> str:
         """The flank in words."""
@@ -284,13 +301,13 @@ class PlateGroove:
         flank = Flank(self.track, theta, np.array([t]), side)
         x, n = flank.x[:2, :, 0], flank.n[:2, :, 0]
         along, square = (x * n).sum(axis=0), (x * x).sum(axis=0)
-        outer, inner = self.shape.ends
-        if not self.second(side):
-            return np.asarray(np.sqrt(along**2 + outer**2 - square) - along)
+        rim, bore = self.radii
+        if side == self._outer:
+            return np.asarray(np.sqrt(along**2 + rim**2 - square) - along)
         # Where the normal misses the bore it passes beside it: the nearest way in is what is left of the wall.
-        left = along**2 + inner**2 - square
+        left = along**2 + bore**2 - square
         return np.asarray(np.where((left > 0.0) & (along < 0.0), -along - np.sqrt(np.maximum(left, 0.0)),
-                                   np.sqrt(square) + inner))  # fmt: skip
+                                   np.sqrt(square) - bore))  # fmt: skip
 
 
 def groove_of(part: Part, cutters: tuple[Track, ...]) -> Groove | None:

@@ -29,6 +29,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
 Index = npt.NDArray[np.int64]
+Pair = tuple[Floats, Floats]
 LAYER = 1.6
 """thickness of the graded layer in root radii"""
 ROUNDED = 0.06
@@ -166,42 +167,58 @@ class GroovedSection:
 
         i runs from the contour into the material in the layer and along z elsewhere, j along the contour or r.
         """
-        shape, c = self.groove.shape, self.cells
-        back, (start, stop), root = shape.back, shape.ends, shape.root
-        z, r, turn = self.contour(psi)
+        start, stop = self.groove.shape.ends
+        u, v, turn = self.contour(psi)
         first, last = 2 * self.middles[0], 2 * self.middles[1]
-        room = min(float(z[:, : first + 1].min()) - start, stop - float(z[:, last:].max()), float(r.min()) - back)
-        if room <= 0.0:
+        low, high = u[:, : first + 1].min(axis=1) - start, stop - u[:, last:].max(axis=1)
+        below = v.min(axis=1) - self.groove.shape.back
+        layer, outer = self.layer((u, v), turn, (low, high), below)
+        wall = [self.wall(outer, upper) for upper in (False, True)]
+        ends = [(np.full_like(edge[0], end), edge[1]) for edge, end in zip(wall, (start, stop))]
+        walls = [ruled(ends[0], wall[0], self.shares(False)), ruled(wall[1], ends[1], self.shares(True))]
+        bed = self.bed(outer)
+        core = _even(self.cells.core)
+        parts = [bed, *(tuple(line[:, :, 0] for line in one) for one in walls)]
+        under = [standing(part, self.groove.shape.back, core) for part in parts]
+        return [self.groove.zr(*block) for block in (layer, *walls, *under)]
+
+    def layer(self, contour: Pair, turn: Floats, walls: Pair, below: Floats) -> tuple[Pair, Pair]:
+        """The layer's nodes (n, i, j), u and v, and those of its outer edge (n, j), of a contour (n, j).
+
+        walls, below  mm, (n,), of the walls beside both flanks and of what is below the floor, of which the layer takes
+        its share. Raises DesignError where one of them is gone.
+        """
+        shape, c, (u, v) = self.groove.shape, self.cells, contour
+        root = shape.root
+        if min(float(one.min()) for one in (*walls, below)) <= 0.0:
             raise DesignError("the groove leaves no wall: the volume is not meshed")
+        first, last = 2 * self.middles[0], 2 * self.middles[1]
         # Where the groove runs steeply its section is stretched along u, and so is the layer.
         middle = shape.half_width - (1.0 - sqrt(0.5)) * root
-        stretch = np.maximum((z[:, last] - z[:, first]) / (2.0 * middle), 1.0)[:, None]
-        deep = min(LAYER * root, SHARE_OF_WALL * (float(r.min()) - back))
-        walls = z[:, :first + 1].min(axis=1, keepdims=True) - start, stop - z[:, last:].max(axis=1, keepdims=True)
-        low, high = (np.minimum(LAYER * root * stretch, SHARE_OF_WALL * wall) for wall in walls)
+        stretch = np.maximum((u[:, last] - u[:, first]) / (2.0 * middle), 1.0)
+        low, high = (np.minimum(LAYER * root * stretch, SHARE_OF_WALL * wall)[:, None] for wall in walls)
         along = np.where(self.rows < 2.5, -low, high) * np.cos(0.5 * np.pi * turn)
-        down = deep * np.sin(0.5 * np.pi * turn)
-        oz, or_ = z + along, r - down
-        for line in (oz, or_):
+        down = min(LAYER * root, SHARE_OF_WALL * float(below.min())) * np.sin(0.5 * np.pi * turn)
+        outer = u + along, v - down
+        for line in outer:
             # Inside the body edges are straight: no middle node stands beyond a quarter of its edge.
             line[:, 1::2] = 0.5 * (line[:, :-2:2] + line[:, 2::2])
-        depth = graded(c.layer, c.growth)[None, :, None]
-        layer = z[:, None] + depth * (oz - z)[:, None], r[:, None] + depth * (or_ - r)[:, None]
-        wall = [graded(n, 1.3)[None, :, None] for n in c.wall]
-        core = _even(c.core)[None, None, :]
-        wz, wr = oz[:, first::-1], or_[:, first::-1]
-        below = wz[:, None] + wall[0][:, ::-1] * (start - wz[:, None]), np.repeat(wr[:, None], wall[0].shape[1], axis=1)
-        uz, ur = oz[:, last:], or_[:, last:]
-        above = uz[:, None] + wall[1] * (stop - uz[:, None]), np.repeat(ur[:, None], wall[1].shape[1], axis=1)
-        bz, br = oz[:, first : last + 1, None], or_[:, first : last + 1, None]
-        rise = back + core * (br - back)
-        below_floor = np.repeat(bz, rise.shape[2], axis=2), rise
-        corners = []
-        for edge_z, edge_r in ((below[0][:, :, :1], below[1][:, :, :1]), (above[0][:, :, :1], above[1][:, :, :1])):
-            corner = back + core * (edge_r - back)
-            corners.append((np.repeat(edge_z, corner.shape[2], axis=2), corner))
-        blocks = [layer, (below[0], below[1]), (above[0], above[1]), below_floor, *corners]
-        return [self.groove.zr(u, v) for u, v in blocks]
+        return ruled(contour, outer, graded(c.layer, c.growth)), outer
+
+    def wall(self, outer: Pair, upper: bool) -> Pair:
+        """The layer's outer edge beside a flank, u and v (n, k), from below up."""
+        part = slice(2 * self.middles[1], None) if upper else slice(2 * self.middles[0], None, -1)
+        return outer[0][:, part], outer[1][:, part]
+
+    def bed(self, outer: Pair) -> Pair:
+        """The layer's outer edge below the floor, u and v (n, k)."""
+        part = slice(2 * self.middles[0], 2 * self.middles[1] + 1)
+        return outer[0][:, part], outer[1][:, part]
+
+    def shares(self, upper: bool) -> Floats:
+        """Of a wall's cells from the layer on."""
+        part = graded(self.cells.wall[int(upper)], 1.3)
+        return part if upper else 1.0 - part[::-1]
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -246,6 +263,19 @@ def _spread(z: Floats, r: Floats, count: int) -> tuple[Floats, Floats]:
         found[i, [0, -1]] = 0.0, place[-1]
         shares[i] = np.interp(found[i], place, turned[i])
     return found, shares
+
+
+def ruled(start: Pair, stop: Pair, shares: Floats) -> Pair:
+    """Points (n, i, j) at shares (i,) of the way from points (n, j) to others."""
+    u, v = (a[:, None] + shares[:, None] * (b - a)[:, None] for a, b in zip(start, stop))
+    return u, v
+
+
+def standing(top: Pair, back: float, shares: Floats) -> Pair:
+    """Points (n, i, j) at shares (j,) of the way up from v = back to points (n, i)."""
+    u, v = top
+    rise = back + shares * (v - back)[:, :, None]
+    return np.broadcast_to(u[:, :, None], rise.shape), rise
 
 
 def graded(count: int, growth: float) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Protocol, final
 
@@ -12,7 +12,17 @@ import numpy.typing as npt
 
 from camgeom.body.end_face import EndFaceSection
 from camgeom.body.groove import groove_of
-from camgeom.body.load import Patch, RollerForce, asked_patch, nodal_forces, plate_angle, plate_patch, turret_patch
+from camgeom.body.grooves import grooves_of
+from camgeom.body.load import (
+    Patch,
+    RollerForce,
+    RollerLoad,
+    asked_patch,
+    nodal_forces,
+    plate_angle,
+    plate_patch,
+    turret_patch,
+)
 from camgeom.body.plate import PlateSection
 from camgeom.body.rib import RibSection
 from camgeom.body.ring import RingMesh, ring_about
@@ -30,14 +40,14 @@ from camgeom.solid import Part
 from camgeom.solid.cut import CutBlank, IndexingCut
 from camgeom.solid.drum import EndFaceRing, RibbedCylinder
 from camgeom.solid.prism import Prism
-from camgeom.track import Track
+from camgeom.track import TURN, Track
 
 Index = npt.NDArray[np.int64]
 STEP = 0.05
 """rad between the planes beside the load"""
 NO_RING = (
-    "plates that slide, bodies with several tracks and undercut ones are not meshed: give an FE program "
-    "the STEP file of this body"
+    "plates that slide, plates whose rim is a track beside a groove, and undercut bodies are not meshed: give an FE "
+    "program the STEP file of this body"
 )
 NO_LOAD = "nothing presses this body: there is no load"
 
@@ -125,7 +135,7 @@ class BodyVolume:
     def sets(self) -> dict[str, Index]:
         """Node numbers, from 0, of the named sets: faces of the body and the pressed patch."""
         found = {name: self.ring.node_set(name) for name in self.ring.sets}
-        for whole in ("flank", "root"):
+        for whole in ("flank", "root", "floor"):
             parts = [one for name, one in found.items() if name.startswith(f"{whole}_")]
             found |= {whole: np.unique(np.concatenate(parts))} if parts else {}
         return found | {"patch": np.flatnonzero(np.abs(self.forces).sum(axis=1) > 0.0)}
@@ -153,8 +163,45 @@ class PressedBy:
     turret: TurretDuty | None = None
 
 
-def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...]) -> str:
-    """Why a body is neither meshed as a ring nor filled, told before anything is computed; empty where it may be."""
+@final
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """One of several tracks of a body: its tools, its duties, and the cam angle, rad, by which its own is less."""
+
+    cutters: tuple[Track, ...]
+    duties: tuple[RollerDuty, ...]
+    angle: float
+
+
+def grooved_volume(part: Part, tracks: Sequence[Pressed], material: Material, angle: float | None) -> BodyVolume:
+    """A body with several grooves under the load of the track that is pressed hardest at a cam angle, rad.
+
+    None: where force over squared thickness of the wall is largest of all. Raises as `volume_of`.
+    """
+    body = grooves_of(part, [one.cutters for one in tracks])
+    if body is None:
+        raise DesignError(NO_RING)
+    each = [(k, RollerLoad(body.walled(k), duty)) for k, one in enumerate(tracks) for duty in one.duties]
+    if angle is None:
+        track, load = max(each, key=lambda one: one[1].hardest.value)
+        patch = load.asked(None)
+    else:
+        own = [(angle - one.angle) % TURN for one in tracks]
+        track, load = max(each, key=lambda one: one[1].force.largest(own[one[0]]))
+        patch = load.patch(own[track])
+    section = body.section(track, patch.second)
+    told = replace(patch, theta=(patch.theta + tracks[track].angle) % TURN,
+                   where=f"{patch.where} of track {track + 1}")  # fmt: skip
+    return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, told)
+
+
+def unfilled(parts: Sequence[Part], cutters: tuple[Track, ...], several: Sequence[tuple[Track, ...]] = ()) -> str:
+    """Why a body is neither meshed as a ring nor filled, told before anything is computed; empty where it may be.
+
+    several  the tools of each of several tracks
+    """
+    if len(several) > 1:
+        return "" if grooves_of(parts[0], several) is not None else NO_RING
     filled_or_ring = isinstance(parts[0], EndFaceRing | RibbedCylinder | IndexingCut | CutBlank) or all(
         isinstance(one, Prism) for one in parts
     )

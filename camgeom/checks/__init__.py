@@ -38,7 +38,7 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
-SEVERAL = "bodies with several tracks are not meshed, so no stress in them is known"
+SEVERAL = "no stress is computed in bodies with several tracks; volume files have their mesh and load"
 LIMIT = "material.cam.bending_limit"
 FRAME_LIMIT = "material.roller.bending_limit"
 NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"

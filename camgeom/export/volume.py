@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 Index = npt.NDArray[np.int64]
-CAMS = "with a bore and one track; no linear"
+CAMS = "with a bore; no linear"
 KINDS = {"hexahedron20": ("C3D20", "Hexahedron_20"), "tetra10": ("C3D10", "Tetrahedron_10")}
 """names of the elements in Abaqus' and XDMF's files"""
 
@@ -45,7 +45,7 @@ def _missing(model: Model) -> str:
 
     reason = ""
     with suppress(CamgeomError):  # what keeps the body from being made at all is told where it is made
-        reason = unfilled(model.parts, model.cutters)
+        reason = unfilled(model.parts, model.cutters, [one.cutters for one in model.grooves])
     return reason or ("" if model.mechanism.bore is not None else NO_BORE)
 
 

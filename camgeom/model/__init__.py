@@ -525,17 +525,22 @@ class Model(Sealed):
 
         Raises DesignError where the body cannot be meshed or nothing presses it, ProfileError without [operation].
         """
-        from camgeom.body.volume import PressedBy, volume_of
+        from camgeom.body.volume import Pressed, PressedBy, grooved_volume, volume_of
         from camgeom.model.loads import operation_of
 
         if self.profile.duty:
             return self.hardest_state.volume
         operation_of(self.profile, "the load of a volume file")
-        self.refuse_folded()
+        together = tuple({one.groove: one for one in reversed(self.at_once)}.values())[::-1]
+        for one in together:
+            one.refuse_folded()
         angle, shared = self.profile.output.load_angle_deg, self.mechanism.drive is Drive.SHARED
+        at, material = None if angle is None else radians(angle), self.profile.material.cam
+        if len(together) > 1:
+            tracks = [Pressed(one.cutters, one.duties, one.angle) for one in together]
+            return grooved_volume(self.parts[0], tracks, material, at)
         pressing = PressedBy(turret=self.turret_duty) if shared else PressedBy(self.duties, self.drive)
-        return volume_of(self.parts, self.cutters, pressing, self.profile.material.cam,
-                         None if angle is None else radians(angle), lambda: self.solid.mesh)  # fmt: skip
+        return volume_of(self.parts, self.cutters, pressing, material, at, lambda: self.solid.mesh)
 
     @fact
     def frame_volume(self) -> Volume:

@@ -15,7 +15,8 @@ from tests.places import PROFILES
 
 @pytest.mark.slow
 @pytest.mark.skipif(program() is None, reason="no CalculiX: python scripts/judge_body.py --install")
-@pytest.mark.parametrize("name", ["disc_offset_roller", "constant_width_press", "end_face_lifter", "parallel_index"])
+@pytest.mark.parametrize("name", ["disc_offset_roller", "constant_width_press", "end_face_lifter", "parallel_index",
+                                  "two_groove_drum", "both_faces_disc"])  # fmt: skip
 def test_displacements_are_those_of_calculix(name: str) -> None:
     volume = Model(from_data(read_data(PROFILES / f"{name}.toml"))).volume
     assert isinstance(volume, BodyVolume)

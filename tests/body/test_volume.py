@@ -13,6 +13,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from camgeom.body.element import gauss, gradients, least_volume, shapes
+from camgeom.body.grooves import grooves_of
 from camgeom.body.load import RollerForce
 from camgeom.body.tetra import TetraMesh, quadratic, turret_sample
 from camgeom.body.volume import BodyVolume
@@ -184,12 +185,87 @@ def test_what_is_not_meshed_says_why(name: str, cam: dict[str, Any], word: str) 
         assert word in format_of("volume.inp").missing(model)
 
 
-@pytest.mark.parametrize("name", ["linear_groove", "two_groove_drum", "both_faces_disc"])
-def test_no_volume_is_offered_of_a_body_that_has_none(name: str) -> None:
-    model = Model(from_data(changed(name)))
-    assert "plates that slide, bodies with several tracks" in format_of("volume.inp").missing(model)
-    with pytest.raises(DesignError, match="several tracks"):
+def with_rim() -> dict[str, Any]:
+    """A plate whose rim is a second track."""
+    data = changed("both_faces_disc")
+    groove, (track,) = {k: v for k, v in data["cam"].items() if k != "diameter"}, data["track"]
+    cam = {"form": "external", "base_radius": 96.0}
+    rest = {key: value for key, value in track.items() if key != "cam"}
+    data.pop("cutter")
+    return {**data, "cam": {**groove, "rim": "profile"}, "track": ({**rest, "cam": cam},)}
+
+
+@pytest.mark.parametrize("data", [changed("linear_groove"), with_rim()])
+def test_no_volume_is_offered_of_a_body_that_has_none(data: dict[str, Any]) -> None:
+    model = Model(from_data(data))
+    assert "plates that slide, plates whose rim is a track" in format_of("volume.inp").missing(model)
+    with pytest.raises(DesignError, match="plates that slide"):
         _ = model.volume
+
+
+@pytest.mark.parametrize(("name", "degrees", "track", "flank"), [
+    ("two_groove_drum", None, 0, "lower"), ("two_groove_drum", 160.0, 1, None), ("two_groove_drum", 60.0, 0, None),
+    ("both_faces_disc", None, 1, "outer"), ("both_faces_disc", 60.0, 0, None), ("both_faces_disc", 200.0, 1, None),
+])  # fmt: skip
+def test_a_body_with_two_tracks_is_pressed_by_the_harder_one(
+    name: str, degrees: float | None, track: int, flank: str | None
+) -> None:
+    output = {} if degrees is None else {"load_angle_deg": degrees}
+    model = Model(from_data(changed(name, output=output)))
+    assert format_of("volume.inp").missing(model) == ""
+    volume, one = model.volume, model.grooves[track]
+    assert isinstance(volume, BodyVolume)
+    assert least_volume(volume.nodes[volume.elements]) > 0.0
+    assert volume_mm3(volume) == pytest.approx(model.solid.mesh.volume, rel=4e-3)  # the keyway is left out
+    assert volume.patch.where.endswith(f"of track {track + 1}")
+    assert flank is None or flank in volume.patch.where
+    # Cam angles are told as the cam's; the second follower's own are less by its place about the cam.
+    assert degrees is None or np.degrees(volume.patch.theta) == pytest.approx(degrees)
+    own = np.array([(volume.patch.theta - one.angle) % (2.0 * np.pi)])
+    duty = max(one.duties, key=lambda duty: float(np.abs(duty.force.panels.at(duty.normal, own))[0]))
+    assert volume.patch.normal == pytest.approx(abs(float(duty.force.panels.at(duty.normal, own)[0])), rel=1e-6)
+    torque = float(np.cross(volume.nodes, volume.forces).sum(axis=0)[2])
+    assert abs(torque) == pytest.approx(abs(float(duty.force.panels.at(duty.torque, own)[0])), rel=2e-3)
+    for number in (1, 2):
+        for face in ("flank", "root"):
+            first, other = (one for one in volume.sets if one.startswith(f"{face}_") and one.endswith(str(number)))
+            assert len(volume.sets[first])
+            assert set(volume.sets[first]) | set(volume.sets[other]) <= set(volume.sets[face])
+    word = volume.patch.where.removeprefix("the ").split()[0]
+    assert set(volume.sets["patch"]) & set(volume.sets[f"flank_{word}_{track + 1}"])
+
+
+@pytest.mark.parametrize("name", ["two_groove_drum", "both_faces_disc"])
+def test_nodes_of_two_grooves_stand_on_the_true_faces(name: str) -> None:
+    import pyvista
+
+    model = Model(from_data(changed(name, output={"tolerance": 0.002})))
+    volume, mesh = model.volume, model.solid.mesh
+    surface = pyvista.PolyData.from_regular_faces(mesh.vertices, np.asarray(mesh.faces))
+    for number in (1, 2):
+        for flank in [name for name in volume.sets if name.startswith("flank_") and name.endswith(str(number))]:
+            x = volume.nodes[volume.sets[flank][::17]]
+            _, on = surface.find_closest_cell(x, return_closest_point=True)
+            assert np.sqrt(((x - np.asarray(on)) ** 2).sum(axis=1)).max() < 0.0025
+
+
+def test_the_wall_between_two_grooves_is_their_land() -> None:
+    """Two grooves that stand still: what is left between them is their distance less both radii."""
+    data = changed("two_groove_drum", cam={"keyway_width": 0.0, "keyway_depth": 0.0})
+    still = tuple({**one, "to": 1e-4 * one["to"]} if one.get("to") else one for one in data["motion"])
+    (track,) = data["track"]
+    slow = tuple({**one, "to": 1e-4 * one["to"]} if one.get("to") else one for one in track["motion"])
+    model = Model(from_data({**data, "motion": still, "track": ({**track, "motion": slow},)}))
+    body = grooves_of(model.parts[0], [one.cutters for one in model.grooves])
+    assert body is not None
+    theta, width = np.linspace(0.0, 6.0, 5), 102.0 - 24.0 - 0.5 * (19.0 + 16.0)
+    for number, one in enumerate(model.grooves):
+        walled = body.walled(number)
+        t = one.tracks[0].meridian.parameter(0.5 * sum(one.tracks[0].contact))
+        inner, outer = (next(walled.thickness(theta, side, t) for side in (1.0, -1.0) if walled.second(side) == second)
+                        for second in ((True, False) if number == 0 else (False, True)))  # fmt: skip
+        assert inner == pytest.approx(width, abs=0.01)
+        assert outer == pytest.approx(24.0 - 9.5 if number == 0 else 150.0 - 102.0 - 8.0, abs=0.01)
 
 
 @pytest.mark.parametrize("name", ["pin_insertion", "disc_face_groove", "conjugate_rocker", "tool_changer",

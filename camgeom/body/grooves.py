@@ -1,0 +1,276 @@
+"""Cross-sections of bodies with several grooves: side by side on a drum, or in both faces of a plate.
+
+Each groove has its own layer (see `section`); what lies between two of them is ruled from one layer's outer edge to the
+other's, so that neighbours have as many cells where they face each other, wherever the grooves run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.body.groove import DrumGroove, PlateGroove, Walled, at_azimuths
+from camgeom.body.section import Fineness, GroovedSection, Pair, ruled, standing
+from camgeom.maths import Floats
+from camgeom.solid import Part
+from camgeom.solid.grooves import GroovedDrum
+from camgeom.solid.prism import GroovedPlate
+from camgeom.track import Track
+from camgeom.track.outline import CircleOutline
+
+Index = npt.NDArray[np.int64]
+ALONE = "of several tracks the one that is named is pressed alone"
+OF_BETWEEN = 0.6
+"""of what lies between two grooves that each of them counts as its wall"""
+
+
+@final
+@dataclass(frozen=True)
+class DrumGrooves:
+    """Grooves side by side on a drum, from the lower end up, and the numbers of their tracks."""
+
+    grooves: tuple[DrumGroove, ...]
+    tracks: tuple[int, ...]
+
+    def walled(self, track: int) -> Walled:
+        """The groove of a track, whose walls end at its neighbours."""
+        at = self.tracks.index(track)
+        own = GroovedSection.of(self.grooves[at], Fineness()).groove
+        below = self.grooves[at - 1] if at else None
+        above = self.grooves[at + 1] if at + 1 < len(self.grooves) else None
+        assert isinstance(own, DrumGroove)
+        return Neighboured(own, below, above)
+
+    def section(self, track: int, second: bool) -> DrumStack:
+        """The section, fine beside one flank of a track's groove."""
+        at = self.tracks.index(track)
+        fine = Fineness.fine_at(second)
+        plain = Fineness((1, 1), (2, 2), fine.floor, 2, (1, 1), fine.core, fine.growth)
+        cells = [plain] * len(self.grooves)
+        cells[at] = fine
+        if at + 1 < len(cells):
+            cells[at + 1] = _facing(plain, 0, fine, 1)
+        if at:
+            cells[at - 1] = _facing(plain, 1, fine, 0)
+        return DrumStack(tuple(GroovedSection.of(one, own) for one, own in zip(self.grooves, cells)), self.tracks, at)
+
+
+@final
+@dataclass(frozen=True)
+class PlateGrooves:
+    """Grooves in both faces of a plate: of the upper face first, and the numbers of their tracks."""
+
+    grooves: tuple[PlateGroove, PlateGroove]
+    tracks: tuple[int, int]
+
+    def walled(self, track: int) -> Walled:
+        """The groove of a track."""
+        return GroovedSection.of(self.grooves[self.tracks.index(track)], Fineness()).groove
+
+    def section(self, track: int, second: bool) -> PlateFaces:
+        """The section, fine beside one flank of a track's groove."""
+        at = self.tracks.index(track)
+        fine = Fineness.fine_at(second)
+        # The lower face's section is turned round: its second flank faces the upper one's first.
+        other = replace(fine, flank=(1, 1), root=fine.root[::-1], wall=fine.wall[::-1])
+        cells = (fine, other) if at == 0 else (other, fine)
+        upper, lower = (GroovedSection.of(one, own) for one, own in zip(self.grooves, cells))
+        return PlateFaces((upper, lower), self.tracks, at)
+
+
+def _facing(plain: Fineness, side: int, fine: Fineness, other: int) -> Fineness:
+    """Cells that on one side meet those of another section's side."""
+    def met(mine: tuple[int, int], theirs: tuple[int, int]) -> tuple[int, int]:
+        return (theirs[other], mine[1]) if side == 0 else (mine[0], theirs[other])
+
+    return replace(plain, flank=met(plain.flank, fine.flank), root=met(plain.root, fine.root))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Neighboured:
+    """A drum's groove whose walls end at the next grooves, where there are any."""
+
+    own: DrumGroove
+    below: DrumGroove | None
+    above: DrumGroove | None
+
+    def second(self, side: float) -> bool:
+        """See `Walled`."""
+        return self.own.second(side)
+
+    def word(self, side: float) -> str:
+        """See `Walled`."""
+        return self.own.word(side)
+
+    def place(self, theta: float, side: float, t: Floats) -> tuple[Floats, Floats, Floats]:
+        """See `Walled`."""
+        return self.own.place(theta, side, t)
+
+    def thickness(self, theta: Floats, side: float, t: float) -> Floats:
+        """Of the wall behind a flank, mm: to the next groove's edge at this azimuth, or to the end of the drum."""
+        second = self.own.second(side)
+        next_ = self.above if second else self.below
+        if next_ is None:
+            return self.own.thickness(theta, side, t)
+        x, n = self.own.point(theta, side, t)
+        edge = at_azimuths(next_.at, next_.shape.sense, np.arctan2(x[1], x[0]), np.full((x.shape[1], 1),
+                                                                                         0.0 if second else 5.0))
+        return np.asarray(np.abs(edge[2] - x[2]) * np.abs(n[2]))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class DrumStack:
+    """The section of a drum with grooves side by side, from the lower end up; `pressed` is the number of the one that
+    is pressed."""
+
+    sections: tuple[GroovedSection, ...]
+    tracks: tuple[int, ...]
+    pressed: int
+
+    @property
+    def rows(self) -> Floats:
+        """Of the pressed groove."""
+        return self.sections[self.pressed].rows
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Of all grooves, and that one alone is pressed."""
+        return tuple(dict.fromkeys((ALONE, *(note for one in self.sections for note in one.notes))))
+
+    def blocks(self, psi: Floats) -> list[Pair]:
+        """z and r (n, i, j) of the layers, the pressed one first, of the walls from the lower end up, and of what lies
+        below floors and walls."""
+        each = self.sections
+        contours = [one.contour(psi) for one in each]
+        first = [u[:, : 2 * one.middles[0] + 1].min(axis=1) for one, (u, _, _) in zip(each, contours)]
+        last = [u[:, 2 * one.middles[1] :].max(axis=1) for one, (u, _, _) in zip(each, contours)]
+        start, stop = each[0].groove.shape.ends
+        between = [OF_BETWEEN * (high - low) for low, high in zip(last, first[1:])]
+        walls = [first[0] - start, *between, stop - last[-1]]
+        back = each[0].groove.shape.back
+        made = [one.layer((u, v), turn, (low, high), v.min(axis=1) - back)
+                for one, (u, v, turn), low, high in zip(each, contours, walls, walls[1:])]  # fmt: skip
+        lower = [one.wall(outer, False) for one, (_, outer) in zip(each, made)]
+        upper = [one.wall(outer, True) for one, (_, outer) in zip(each, made)]
+        ends = [(np.full_like(edge[0], end), edge[1]) for edge, end in ((lower[0], start), (upper[-1], stop))]
+        found = [ruled(ends[0], lower[0], each[0].shares(False))]
+        for number, (below, above) in enumerate(zip(upper, lower[1:])):
+            found.append(ruled(below, above, self._shares(number)))
+        found.append(ruled(upper[-1], ends[1], each[-1].shares(True)))
+        core = np.linspace(0.0, 1.0, 2 * each[0].cells.core + 1)
+        tops: list[Pair] = [one.bed(outer) for one, (_, outer) in zip(each, made)]
+        tops += [(u[:, :, 0], v[:, :, 0]) for u, v in found]
+        layers = [layer for layer, _ in made]
+        layers.insert(0, layers.pop(self.pressed))
+        return [*layers, *found, *(standing(top, back, core) for top in tops)]
+
+    def _shares(self, number: int) -> Floats:
+        """Of the cells between two grooves: even."""
+        cells = max(self.sections[number].cells.wall[1], self.sections[number + 1].cells.wall[0])
+        return np.linspace(0.0, 1.0, 2 * cells + 1)
+
+    def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
+        """Nodes on the faces of the body; of each groove by the number of its track."""
+        count = len(self.sections)
+        layers, walls, under = list(grids[:count]), grids[count : 2 * count + 1], grids[2 * count + 1 :]
+        layers.insert(self.pressed, layers.pop(0))
+        found = {"bore": [one[:, 0] for one in under],
+                 "land": [*(one[:, -1] for one in walls), *(one[:, k] for one in layers for k in (0, -1))],
+                 "end_lower": [walls[0][0], under[count][0]], "end_upper": [walls[-1][-1], under[-1][-1]]}  # fmt: skip
+        for one, layer, track in zip(self.sections, layers, self.tracks):
+            found |= contour_sets(one, layer, track)
+        return found
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PlateFaces:
+    """The section of a plate with a groove in its upper face and one in its lower one; `pressed` is the number of the
+    one that is pressed."""
+
+    sections: tuple[GroovedSection, GroovedSection]
+    tracks: tuple[int, int]
+    pressed: int
+
+    @property
+    def rows(self) -> Floats:
+        """Of the pressed groove."""
+        return self.sections[self.pressed].rows
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Of both grooves, and that one alone is pressed."""
+        return tuple(dict.fromkeys((ALONE, *(note for one in self.sections for note in one.notes))))
+
+    def blocks(self, psi: Floats) -> list[Pair]:
+        """z and r (n, i, j) of the layers, the pressed one first, of both walls of the upper and the lower groove, and
+        of what lies between them: below the floors, at the rim and at the bore."""
+        layers, walls, beds = [], [], []
+        contours = [one.contour(psi) for one in self.sections]
+        web = contours[0][1].min(axis=1) + contours[1][1].min(axis=1)
+        for one, (u, v, turn) in zip(self.sections, contours):
+            start, stop = one.groove.shape.ends
+            middles = [2 * number for number in one.middles]
+            low, high = u[:, : middles[0] + 1].min(axis=1) - start, stop - u[:, middles[1] :].max(axis=1)
+            layer, outer = one.layer((u, v), turn, (low, high), 0.5 * web)
+            lower, upper = one.wall(outer, False), one.wall(outer, True)
+            layers.append(one.groove.zr(*layer))
+            walls.append(one.groove.zr(*ruled((np.full_like(lower[0], start), lower[1]), lower, one.shares(False))))
+            walls.append(one.groove.zr(*ruled(upper, (np.full_like(upper[0], stop), upper[1]), one.shares(True))))
+            beds.append(one.groove.zr(*one.bed(outer)))
+        core = np.linspace(0.0, 1.0, 2 * self.sections[0].cells.core + 1)
+        feet = [(z[:, :, 0], r[:, :, 0]) for z, r in walls]
+        # From the lower groove up: what faces the upper one's first flank is the lower one's last.
+        pairs = ((beds[1], beds[0]), (feet[3], feet[0]), (feet[2], feet[1]))
+        web_blocks = [_across((low[0][:, ::-1], low[1][:, ::-1]), high, core) for low, high in pairs]
+        if self.pressed:
+            layers.reverse()
+        return [*layers, *walls, *web_blocks]
+
+    def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
+        """Nodes on the faces of the body; of each groove by the number of its track."""
+        layers = list(grids[:2])
+        if self.pressed:
+            layers.reverse()
+        rim_up, bore_up, bore_low, rim_low = grids[2:6]
+        _, rim, bore = grids[6:]
+        upper, lower = layers
+        found = {
+            "rim": [rim_up[0], rim_low[-1], rim[0]], "bore": [bore_up[-1], bore_low[0], bore[-1]],
+            "end_upper": [rim_up[:, -1], bore_up[:, -1], upper[:, 0], upper[:, -1]],
+            "end_lower": [rim_low[:, -1], bore_low[:, -1], lower[:, 0], lower[:, -1]],
+        }  # fmt: skip
+        for one, layer, track in zip(self.sections, layers, self.tracks):
+            found |= contour_sets(one, layer, track)
+        return found
+
+
+def _across(low: Pair, high: Pair, shares: Floats) -> Pair:
+    """Points (n, i, j) at shares (j,) of the way from points (n, i) to others."""
+    z, r = (a[:, :, None] + shares * (b - a)[:, :, None] for a, b in zip(low, high))
+    return z, r
+
+
+def contour_sets(section: GroovedSection, layer: Index, track: int) -> dict[str, list[Index]]:
+    """Nodes of flanks, roots and floor of a track's groove."""
+    ends, (one, other) = 2 * np.cumsum((0, *section.counts)), section.groove.shape.flanks
+    names = (f"flank_{one}", f"root_{one}", "floor", f"root_{other}", f"flank_{other}")
+    return {f"{name}_{track + 1}": [layer[0, a : b + 1]] for name, a, b in zip(names, ends[:-1], ends[1:])}
+
+
+def grooves_of(part: Part, cutters: Sequence[tuple[Track, ...]]) -> DrumGrooves | PlateGrooves | None:
+    """The grooves of a body with several, cut by the tools of its tracks, where all are rings; None of others."""
+    if isinstance(part, GroovedDrum) and part.fits():
+        order = tuple(part.rings.index(ring) for ring in part.ordered)
+        return DrumGrooves(tuple(DrumGroove(part.rings[k]) for k in order), order)
+    if isinstance(part, GroovedPlate) and len(part.grooves) == 2 and isinstance(part.rim.outline, CircleOutline):
+        each = sorted(range(2), key=lambda k: -part.grooves[k].way)
+        upper, lower = (PlateGroove(part, cutters[k][0], k) for k in each)
+        return PlateGrooves((upper, lower), (each[0], each[1]))
+    return None
