@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -11,7 +12,6 @@ import numpy.typing as npt
 from camgeom.body.element import largest_principal, shapes, stresses
 from camgeom.body.hexes import HexMesh
 from camgeom.body.ring import RingMesh
-from camgeom.body.section import GroovedSection
 from camgeom.maths import Floats
 
 FLAT = 1e-6
@@ -61,8 +61,11 @@ class Cut:
         return along, out, np.where(inside, found, np.nan)
 
 
-def cut_of(ring: RingMesh, moved: Floats, material: Floats, section: GroovedSection, azimuth: float) -> Cut:
-    """The plane of the mesh next to an azimuth, rad, of displacements (v, 3), mm."""
+def cut_of(
+    ring: RingMesh, moved: Floats, material: Floats, outline: Callable[[float], Floats], depth: float, azimuth: float
+) -> Cut:
+    """The plane of the mesh next to an azimuth, rad, of displacements (v, 3), mm, with the body's outline at azimuths.
+    """
     plane = int(np.argmin(np.abs(np.angle(np.exp(1j * (ring.planes - azimuth))))))
     nodes = ring.elements.reshape(len(ring.planes), -1, 20)[plane]
     s = np.linspace(-1.0, 1.0, ACROSS)
@@ -71,7 +74,7 @@ def cut_of(ring: RingMesh, moved: Floats, material: Floats, section: GroovedSect
     found = largest_principal(stresses(ring.nodes[nodes], moved[nodes], at, material))
     r = np.hypot(x[..., 0], x[..., 1])
     psi = float(ring.planes[plane])
-    return Cut(psi, x[..., 2].ravel(), r.ravel(), found.ravel(), section.outline(psi), section.groove.shape.depth)
+    return Cut(psi, x[..., 2].ravel(), r.ravel(), found.ravel(), outline(psi), depth)
 
 
 def plate_cut(mesh: HexMesh, moved: Floats, material: Floats, level: float) -> tuple[Floats, Floats, Floats]:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.groove import DrumGroove, PlateGroove, Walled, at_azimuths
-from camgeom.body.section import Fineness, GroovedSection, Pair, ruled, standing
+from camgeom.body.section import CROSSED, Fineness, GroovedSection, Pair, ruled, standing
 from camgeom.maths import Floats
 from camgeom.solid import Part
 from camgeom.solid.grooves import GroovedDrum
@@ -45,11 +45,10 @@ class DrumGrooves:
         assert isinstance(own, DrumGroove)
         return Neighboured(own, below, above)
 
-    def section(self, track: int, second: bool) -> DrumStack:
-        """The section, fine beside one flank of a track's groove."""
+    def section(self, track: int, fine: Fineness) -> DrumStack:
+        """The section, with these cells beside a track's groove."""
         at = self.tracks.index(track)
-        fine = Fineness.fine_at(second)
-        plain = Fineness((1, 1), (2, 2), fine.floor, 2, (1, 1), fine.core, fine.growth)
+        plain = Fineness((1, 1), (2, 2), 1, 1, (1, 1), fine.core, fine.growth)
         cells = [plain] * len(self.grooves)
         cells[at] = fine
         if at + 1 < len(cells):
@@ -71,12 +70,11 @@ class PlateGrooves:
         """The groove of a track."""
         return GroovedSection.of(self.grooves[self.tracks.index(track)], Fineness()).groove
 
-    def section(self, track: int, second: bool) -> PlateFaces:
-        """The section, fine beside one flank of a track's groove."""
+    def section(self, track: int, fine: Fineness) -> PlateFaces:
+        """The section, with these cells beside a track's groove."""
         at = self.tracks.index(track)
-        fine = Fineness.fine_at(second)
         # The lower face's section is turned round: its second flank faces the upper one's first.
-        other = replace(fine, flank=(1, 1), root=fine.root[::-1], wall=fine.wall[::-1])
+        other = replace(fine, flank=(1, 1), root=fine.root[::-1], wall=fine.wall[::-1], layer=1)
         cells = (fine, other) if at == 0 else (other, fine)
         upper, lower = (GroovedSection.of(one, own) for one, own in zip(self.grooves, cells))
         return PlateFaces((upper, lower), self.tracks, at)
@@ -161,7 +159,7 @@ class DrumStack:
         ends = [(np.full_like(edge[0], end), edge[1]) for edge, end in ((lower[0], start), (upper[-1], stop))]
         found = [ruled(ends[0], lower[0], each[0].shares(False))]
         for number, (below, above) in enumerate(zip(upper, lower[1:])):
-            found.append(ruled(below, above, self._shares(number)))
+            found.append(ruled(below, above, np.linspace(0.0, 1.0, 2 * self._between(number) + 1)))
         found.append(ruled(upper[-1], ends[1], each[-1].shares(True)))
         core = np.linspace(0.0, 1.0, 2 * each[0].cells.core + 1)
         tops: list[Pair] = [one.bed(outer) for one, (_, outer) in zip(each, made)]
@@ -170,10 +168,50 @@ class DrumStack:
         layers.insert(0, layers.pop(self.pressed))
         return [*layers, *found, *(standing(top, back, core) for top in tops)]
 
-    def _shares(self, number: int) -> Floats:
-        """Of the cells between two grooves: even."""
-        cells = max(self.sections[number].cells.wall[1], self.sections[number + 1].cells.wall[0])
-        return np.linspace(0.0, 1.0, 2 * cells + 1)
+    def _between(self, number: int) -> int:
+        """Cells from the layer of a groove to that of the next one."""
+        return max(self.sections[number].cells.wall[1], self.sections[number + 1].cells.wall[0])
+
+    def root_cells(self, upper: bool) -> Index:
+        """Numbers along the pressed groove's contour of the cells of one root."""
+        return self.sections[self.pressed].root_cells(upper)
+
+    def wall_path(self, upper: bool) -> list[tuple[int, Floats]]:
+        """See `GroovedSection.wall_path`: a wall between two grooves ends at the other one's flank."""
+        each, at = self.sections, self.pressed
+        own = each[at]
+        order = [own, *(one for one in each if one is not own)]
+        sizes = [one.contour_cells * one.cells.layer for one in order]
+        counts = [each[0].cells.wall[0] * each[0].middles[0]]
+        counts += [self._between(k) * (one.contour_cells - one.middles[1]) for k, one in enumerate(each[:-1])]
+        number = at + int(upper)
+        wall = sum(sizes) + sum(counts[:number])
+        path = own.wall_path(upper, 0, wall)
+        beyond = at + (1 if upper else -1)
+        if not 0 <= beyond < len(each):
+            return path
+        foot = sum(own.counts[:4]) if upper else own.counts[0] - 1
+        height, cells = own.height(upper, foot), self._between(min(at, beyond))
+        along = own.contour_cells - own.middles[1] if upper else own.middles[0]
+        way = 1.0 if upper else -1.0
+        path = path[: own.cells.layer]
+        steps = range(cells) if upper else reversed(range(cells))
+        path += [(wall + along * i + height, CROSSED[way, -1.0]) for i in steps]
+        other = each[beyond]
+        start = sum(sizes[: order.index(other)])
+        # The other groove's flank that faces this one: its contour runs the other way.
+        cell = other.middles[0] - 1 - height if upper else other.middles[1] + height
+        edge = 1.0 if upper else -1.0
+        layers = reversed(range(other.cells.layer))
+        return path + [(start + other.contour_cells * i + cell, CROSSED[-1.0, edge]) for i in layers]
+
+    def outline(self, psi: float) -> Floats:
+        """z and r (k, 2) of the body's outline at an azimuth, rad."""
+        lines = [np.stack([one.contour(np.array([psi]))[k][0] for k in (0, 1)], axis=1) for one in self.sections]
+        shape = self.sections[0].groove.shape
+        (start, stop), top = shape.ends, float(lines[0][0, 1])
+        around = np.array([[stop, top], [stop, shape.back], [start, shape.back], [start, top]])
+        return np.concatenate([*lines, around])
 
     def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
         """Nodes on the faces of the body; of each groove by the number of its track."""
@@ -232,6 +270,28 @@ class PlateFaces:
         if self.pressed:
             layers.reverse()
         return [*layers, *walls, *web_blocks]
+
+    def root_cells(self, upper: bool) -> Index:
+        """Numbers along the pressed groove's contour of the cells of one root."""
+        return self.sections[self.pressed].root_cells(upper)
+
+    def wall_path(self, upper: bool) -> list[tuple[int, Floats]]:
+        """See `GroovedSection.wall_path`."""
+        own = self.sections[self.pressed]
+        wall = sum(one.contour_cells * one.cells.layer for one in self.sections)
+        sizes = [count * cells for one in self.sections for count, cells in
+                 zip(one.cells.wall, (one.middles[0], one.contour_cells - one.middles[1]))]  # fmt: skip
+        return own.wall_path(upper, 0, wall + sum(sizes[: 2 * self.pressed + int(upper)]))
+
+    def outline(self, psi: float) -> Floats:
+        """z and r (k, 2) of the body's outline at an azimuth, rad."""
+        found = []
+        for one in self.sections:
+            u, v, _ = one.contour(np.array([psi]))
+            start, stop = one.groove.shape.ends
+            line = np.array([[start, v[0, 0]], *np.stack([u[0], v[0]], axis=1), [stop, v[0, -1]]])
+            found.append(np.stack(one.groove.zr(line[:, 0], line[:, 1]), axis=1))
+        return np.concatenate(found)
 
     def sets(self, grids: Sequence[Index]) -> dict[str, list[Index]]:
         """Nodes on the faces of the body; of each groove by the number of its track."""

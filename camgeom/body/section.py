@@ -36,6 +36,9 @@ ROUNDED = 0.06
 """share of a groove's depth by which a sharp root is rounded: no mesh has nodes of a sharp edge's stress"""
 SHARE_OF_WALL = 0.4
 """of a wall's thickness that the layer takes at most"""
+CROSSED = {(way, edge): np.array([[way * s, edge, -1.0] for s in (-1.0, 0.0, 1.0)])
+           for way in (1.0, -1.0) for edge in (1.0, -1.0)}  # fmt: skip
+"""natural points (3, 3) along an edge of a quadrilateral, by the way of the first coordinate and the second's value"""
 DENSE = 33
 """points of a root at which its length and turning are measured"""
 
@@ -116,18 +119,26 @@ class GroovedSection:
         before = sum(self.counts[: 3 if upper else 1])
         return np.arange(before, before + self.counts[3 if upper else 1])
 
-    def wall_cells(self, upper: bool) -> tuple[Index, Index]:
-        """Quadrilaterals of layer and wall above the foot of a flank, from there through the wall to the end."""
-        c, along = self.cells, self.contour_cells
-        low, high = self.middles
-        first = along * c.layer
+    def wall_path(self, upper: bool, layer: int = 0, wall: int | None = None) -> list[tuple[int, Floats]]:
+        """Quadrilaterals from the foot of a flank through layer and wall to its end, above the foot, and three natural
+        points (3, 3) of each on the way.
+
+        layer, wall  numbers of the first quadrilateral of the layer and of that wall; None: as in `blocks`
+        """
+        c, along, (low, high) = self.cells, self.contour_cells, self.middles
+        foot = sum(self.counts[:4]) if upper else self.counts[0] - 1
+        if wall is None:
+            wall = layer + along * c.layer + (c.wall[0] * low if upper else 0)
+        path = [(layer + along * i + foot, CROSSED[1.0, -1.0 if upper else 1.0]) for i in range(c.layer)]
+        height = self.height(upper, foot)
         if upper:
-            foot = sum(self.counts[:4])
-            start = first + c.wall[0] * low + (foot - high)
-            return along * np.arange(c.layer) + foot, start + (along - high) * np.arange(c.wall[1])
-        foot = self.counts[0]
-        start = first + low - foot
-        return along * np.arange(c.layer) + foot - 1, start + low * np.arange(c.wall[0])[::-1]
+            return path + [(wall + (along - high) * i + height, CROSSED[1.0, -1.0]) for i in range(c.wall[1])]
+        return path + [(wall + low * i + height, CROSSED[-1.0, -1.0]) for i in reversed(range(c.wall[0]))]
+
+    def height(self, upper: bool, cell: int) -> int:
+        """Cells of a wall below one that meets a cell of the contour, or the other way round of a lower wall."""
+        low, high = self.middles
+        return cell - high if upper else low - 1 - cell
 
     def contour(self, psi: Floats) -> tuple[Floats, Floats, Floats]:
         """Exact u and v (n, 2 k + 1) of the contour's places at azimuths (n,), and the share of a root's turn there.
@@ -178,7 +189,7 @@ class GroovedSection:
         walls = [ruled(ends[0], wall[0], self.shares(False)), ruled(wall[1], ends[1], self.shares(True))]
         bed = self.bed(outer)
         core = _even(self.cells.core)
-        parts = [bed, *(tuple(line[:, :, 0] for line in one) for one in walls)]
+        parts = [bed, *((u[:, :, 0], v[:, :, 0]) for u, v in walls)]
         under = [standing(part, self.groove.shape.back, core) for part in parts]
         return [self.groove.zr(*block) for block in (layer, *walls, *under)]
 

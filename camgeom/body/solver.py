@@ -14,13 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.body.element import elasticity, stiffness
+from camgeom.body.hexes import HexMesh
 from camgeom.body.ring import RingMesh
+from camgeom.body.sparse_solver import SparseElastic
 from camgeom.errors import DesignError, NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
 
 Index = npt.NDArray[np.int64]
+TIGHT = 1e-7
+"""force that iterations leave over, a share of the load's"""
 MOST_BYTES = 2.6e9
 """of the factors: with the working arrays about 3 GB"""
 
@@ -70,6 +74,14 @@ class Elastic:
     def solve(self, loads: Floats) -> Floats:
         """Displacements (v, 3, k), mm, of all nodes under nodal forces (v, 3, k), N."""
         return self._factors.solve(loads)
+
+    def solve_one(self, forces: Floats) -> Floats:
+        """Displacements (v, 3), mm, under one load (v, 3), N; where factors take too much, slower with less memory."""
+        if self.cost.bytes <= MOST_BYTES:
+            return np.asarray(self.solve(forces[:, :, None])[:, :, 0])
+        ring = self.ring
+        mesh = HexMesh(ring.nodes, ring.elements, {self.held: ring.node_set(self.held)})
+        return np.asarray(SparseElastic(mesh, self.material, self.held).solve(forces[:, :, None], TIGHT)[:, :, 0])
 
 
 def elastic(ring: RingMesh, material: Material) -> Elastic:

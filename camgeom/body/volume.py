@@ -189,7 +189,7 @@ def grooved_volume(part: Part, tracks: Sequence[Pressed], material: Material, an
         own = [(angle - one.angle) % TURN for one in tracks]
         track, load = max(each, key=lambda one: one[1].force.largest(own[one[0]]))
         patch = load.patch(own[track])
-    section = body.section(track, patch.second)
+    section = body.section(track, Fineness.fine_at(patch.second))
     told = replace(patch, theta=(patch.theta + tracks[track].angle) % TURN,
                    where=f"{patch.where} of track {track + 1}")  # fmt: skip
     return BodyVolume(part.name, ring_about(section, patch.middle, STEP), material, told)

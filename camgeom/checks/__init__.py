@@ -38,7 +38,6 @@ LIFTED = "the follower leaves its cam (see lift-off), so there is no periodic fo
 COARSEST = 0.01
 """largest error, as a share of the peak, of a vibration that is judged"""
 NO_STRESS = "the body has no bore that could hold it, its groove is no closed ring, or there is no [operation]"
-SEVERAL = "no stress is computed in bodies with several tracks; volume files have their mesh and load"
 LIMIT = "material.cam.bending_limit"
 FRAME_LIMIT = "material.roller.bending_limit"
 NO_LIMIT = "give {}, MPa, and the body is solved; `solve --only body` shows its stress without"
@@ -118,15 +117,14 @@ def _rated(model: Model) -> bool:
 
 def _root(model: Model) -> bool | str:
     """Whether the stress at a root is asked for; why it is not judged, where there is a round root or a limit."""
-    several = SEVERAL if len(model.grooves) > 1 else ""
     if model.root_limit is not None:
-        return model.root_stress is not None or several or NO_STRESS
+        return model.root_stress is not None or NO_STRESS
     if model.profile.operation is None:
         return False
     if model.mechanism.frame is not None:
         return NO_LIMIT.format(FRAME_LIMIT) if model.mechanism.frame.corner else False
     round_ = model.mechanism.root_radius > 0.0 and LIMIT not in model.cam.idle(model.setup)
-    return (several or NO_LIMIT.format(LIMIT)) if round_ else False
+    return NO_LIMIT.format(LIMIT) if round_ else False
 
 
 NEEDS: dict[Need, Callable[[Model], bool | str]] = {

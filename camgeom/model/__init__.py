@@ -503,7 +503,7 @@ class Model(Sealed):
         if self.profile.duty:
             return self.hardest_state.root_stress
         angle = self.profile.output.load_angle_deg
-        at = None if angle is None else radians(angle)
+        at = None if angle is None else (radians(angle) - self.angle) % TURN
         if self.mechanism.frame is not None and self.drive is not None:
             from camgeom.body.frame_stress import FrameBending
             from camgeom.body.stress import RootStress
@@ -511,12 +511,15 @@ class Model(Sealed):
             return RootStress(FrameBending(self.mechanism.frame, self.drive, self.profile.material.roller, at))
         if not self.duties or self.mechanism.bore is None:
             return None
-        from camgeom.body.stress import PressedRing, RootStress, bending_of
+        from camgeom.body.bending import bending_of
+        from camgeom.body.stress import PressedRing, RootStress
 
-        body = bending_of(self.parts[0], self.cutters)
+        several = self.grooves
+        body = bending_of(self.parts[0], self.cutters, [one.cutters for one in several], self.groove)
         if body is None:
             return None
-        self.refuse_folded()
+        for one in several:
+            one.refuse_folded()
         return RootStress(PressedRing(body, self.duties, self.profile.material.cam, at))
 
     @fact

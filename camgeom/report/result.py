@@ -28,7 +28,7 @@ FIRST = {"motion", "blank", "flank"}
 """products that stand before the checks in the result"""
 LOADED = {"contact", "fatigue", "dynamics", "tolerance"}
 """products that are another follower's own, on a track that all of them share"""
-OWN = {"motion", "flank"}
+OWN = {"motion", "flank", "body"}
 """products that it has of its own where its track is its own"""
 RIDES = {"impact": "dynamics", "together": "contact", "output_shaft": "contact"}
 """sections that are made with another product"""

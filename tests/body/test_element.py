@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
+from camgeom.body import solver
 from camgeom.body.element import (
     NATURAL,
     elasticity,
@@ -166,7 +167,7 @@ def test_a_ring_under_pressure_tends_to_lame_with_its_order() -> None:
     assert fine < coarse / 6.0  # third order or better
 
 
-def test_the_ring_solver_agrees_with_a_sparse_one() -> None:
+def test_the_ring_solver_agrees_with_a_sparse_one(monkeypatch: pytest.MonkeyPatch) -> None:
     ring = disc((1, 1, 1), 9)
     rng = np.random.default_rng(3)
     loads = rng.normal(size=(len(ring.nodes), 3, 2))
@@ -179,6 +180,12 @@ def test_the_ring_solver_agrees_with_a_sparse_one() -> None:
         exact = solved(matrix, loads[:, :, k].ravel(), held, np.zeros(len(held)))
         assert np.abs(found[:, :, k].ravel() - exact).max() < 1e-9 * np.abs(exact).max()
     assert problem.cost.unknowns == 3 * (len(ring.nodes) - len(bore))
+    # One load of what would take too much memory is solved by iterations.
+    monkeypatch.setattr(solver, "MOST_BYTES", 0.0)
+    with pytest.raises(DesignError, match="would take"):
+        Elastic(ring, elasticity(E, NU)).solve(loads)
+    other = problem.solve_one(loads[:, :, 0])
+    assert np.abs(other - found[:, :, 0]).max() < 1e-5 * np.abs(found).max()
 
 
 def test_a_folded_element_and_a_material_that_keeps_its_volume_are_refused() -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from camgeom.body import stress
+from camgeom.body import bending, stress
 from camgeom.body.cut import cut_of
 from camgeom.body.element import elasticity
 from camgeom.body.groove import groove_of
@@ -192,7 +193,7 @@ def test_a_rib_pressed_at_its_top_bends_as_a_long_cantilever_plate(thick: float,
     model = Model(from_data({**data, "cam": cam, "motion": motion, "roller": roller}))
     (part,) = model.parts
     assert isinstance(part, RibbedCylinder)
-    bent = stress.RibBending(RibSection(part))
+    bent = bending.RibBending(RibSection(part))
     ring = ring_about(bent.section, 1.0, 0.012)
     load = Patch(0.0, 100.0, "", np.array([0.9999]), np.array([1.0]), np.array([[0.0, 0.0, 100.0]]), thick)
     solved = elastic(ring, model.profile.material.cam)
@@ -257,7 +258,7 @@ def test_a_section_is_coloured_within_the_body_alone() -> None:
     # Stretched evenly along z by a thousandth: the stress is the same everywhere.
     moved = np.zeros_like(ring.nodes)
     moved[:, 2] = 1e-3 * ring.nodes[:, 2]
-    cut = cut_of(ring, moved, elasticity(200000.0, 0.0), section, 1.0)
+    cut = cut_of(ring, moved, elasticity(200000.0, 0.0), section.outline, groove.shape.depth, 1.0)
     assert np.allclose(cut.stress, 200.0)
     z, r, values = cut.window(60.0, 60.0, 200.0, 120)
     inside = np.isfinite(values)
@@ -277,10 +278,44 @@ def test_a_section_is_coloured_within_the_body_alone() -> None:
     assert float(np.nanmax(drawn.values)) == pytest.approx(200.0)
 
 
+@pytest.mark.parametrize(("name", "cells"), [("two_groove_drum", 5), ("both_faces_disc", 4)])
+def test_every_track_is_judged_by_its_own_wall(name: str, cells: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between two grooves the stress is linearised from flank to flank: pulled and bent, it is what it is made of."""
+    monkeypatch.setattr(stress, "ANGLES", 24)
+    data = read_data(PROFILES / f"{name}.toml")
+    material = {**data["material"], "cam": {**data["material"]["cam"], "bending_limit": 50.0}}
+    model = Model(from_data({**data, "material": material}))
+    for number, one in enumerate(model.grooves):
+        found = one.root_stress
+        assert found is not None
+        assert isinstance(found.body, PressedRing)
+        assert isinstance(found.body.ring, bending.GrooveBending)
+        own, section = found.body.ring, found.body.ring.section
+        ring = ring_of(section, even_planes(48))
+        cell_nodes = ring.elements.reshape(len(ring.planes), -1, 20)
+        for second in (False, True):
+            path = section.wall_path(second)
+            x = ring.nodes[cell_nodes[:, [cell for cell, _ in path]]]
+            inside = name == "two_groove_drum" and second == (number == 0)
+            assert len(path) == (cells if inside else 4)
+            assert np.ptp(np.hypot(x[..., 0], x[..., 1])) > 0.0
+            patch = replace(found.body.patch, second=second)
+            # Stretched by 1e-3 out of the groove.
+            moved = 1e-3 * ring.nodes * ([1.0, 1.0, 0.0] if name == "two_groove_drum" else [0.0, 0.0, 1.0])
+            shown = own.nominal(ring, moved, patch, elasticity(200000.0, 0.0))
+            assert shown == pytest.approx(200.0, rel=1e-6)
+        count = len(found.body.theta)
+        vars(found).update(nominal=np.full(count, 10.0 + 50.0 * number), peaks=())
+    told = judge(model, ["root-stress"])
+    (failed,) = [finding for finding in told.findings if finding.level == "fail"]
+    assert "follower 2" in failed.where
+    assert any("follower 1" in word.reason for word in told.not_judged)
+
+
 @pytest.mark.slow
 def test_a_thinner_end_wall_bends_more_and_the_pressed_wall_bears_the_stress(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stress, "ANGLES", 12)
-    monkeypatch.setattr(stress, "Fineness", lambda: Fineness((2, 2), (2, 2), 1, 1, (2, 2), 1))
+    monkeypatch.setattr(bending, "Fineness", lambda: Fineness((2, 2), (2, 2), 1, 1, (2, 2), 1))
     nominal = [pin(length=length).root_stress for length in (110.0, 106.0)]
     thick, thin = (one.nominal for one in nominal if one is not None)
     at = 10  # 300 deg, on the upper flank, whose wall ends at the drum's length
@@ -301,7 +336,7 @@ def test_the_worst_wall_of_the_pin_cam_has_converged() -> None:
     assert found.patch.normal == pytest.approx(1873.8, rel=1e-3)
     assert [one.value for one in found.peaks] == pytest.approx([120.0, 117.7], rel=5e-3)
     assert isinstance(found.body, PressedRing)
-    assert isinstance(found.body.ring, stress.GrooveBending)
+    assert isinstance(found.body.ring, bending.GrooveBending)
     assert isinstance(found.body.patch, Patch)
     third = found.body.ring.peak(found.body.patch, found.body.material, 2, 0.028)
     assert third.value == pytest.approx(found.peaks[-1].value, rel=0.01)

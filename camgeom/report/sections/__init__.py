@@ -70,7 +70,7 @@ SECTIONS = (
     Entry("cost", "What was computed", "record:cost"),
 )
 """The sections in their order; checks also give the verdict at the head of the page."""
-OWN = ("motion", "flank", "contact", "fatigue", "dynamics")
+OWN = ("motion", "flank", "contact", "fatigue", "body", "dynamics")
 """sections that stand again for every further track of the body"""
 
 
