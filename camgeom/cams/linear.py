@@ -32,7 +32,11 @@ from camgeom.track.pocket import PocketOutline
 NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
 REACH_SAMPLES = 721
 NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
-NO_ERRORS = "errors of assembly of a linear cam are not solved so far"
+NO_ERRORS = (
+    "errors of assembly and manufacture are told about the axis of a cam that turns: centre distance, phase, "
+    "eccentricity, wobble; a plate that slides has none, and what its slide errs is not solved; limits.play_mm judges "
+    "its clearance"
+)
 
 
 @final

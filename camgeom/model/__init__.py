@@ -762,12 +762,13 @@ class Model(Sealed):
     @fact
     def tolerances(self) -> ToleranceStudy:
         """What errors of assembly and manufacture do: each alone, and, where [tolerance] gives them, all together."""
-        if self.mechanism.carriage is not None:
-            raise DesignError("errors of assembly are solved of cams that turn, not of one that slides so far")
+        from camgeom.cams.linear import NO_ERRORS
         from camgeom.tolerance.causes import default_pivots
         from camgeom.tolerance.sensitivity import Loaded
         from camgeom.tolerance.study import ToleranceStudy
 
+        if self.mechanism.carriage is not None:
+            raise DesignError(NO_ERRORS)
         spec, material = self.profile.tolerance_spec, self.profile.material
         pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)
         load = self.hardest_state.load if self.profile.operation is not None else None
