@@ -17,6 +17,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, bracketed_maximum, piece_grid
 from camgeom.maths.frozen import cached_property
@@ -157,8 +158,19 @@ class Seated:
 
     @cached_property
     def nominal(self) -> Stand:
-        """Where the follower stands without errors."""
-        return self.walls.stand(np.zeros(self.walls.lever.shape))
+        """Where the follower stands without errors.
+
+        Raises DesignError where nothing says it: beside one wall alone, against which no load presses.
+        """
+        stand = self.walls.stand(np.zeros(self.walls.lever.shape))
+        apart = np.flatnonzero(~(np.isfinite(stand.low) & np.isfinite(stand.high)))
+        if len(apart):
+            angle = round(float(np.degrees(self.contacts.theta[apart[0]])), 3) % 360.0
+            raise DesignError(
+                f"at cam angle {angle:g} deg one wall has run out and no load presses the follower on the other: "
+                "nothing says where it stands, with errors or without; give [operation] the forces that do"
+            )
+        return stand
 
     def deviation(self, stand: Stand) -> Floats:
         """Largest deviation from the nominal stand, (..., n), mm or rad, >= 0: where it is free, at either end."""

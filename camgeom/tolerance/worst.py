@@ -144,8 +144,7 @@ def farthest(seated: Seated, within: Within) -> Floats:
     walls, base = seated.packed.walls, seated.nominal
     bounds = [walls.bounds(within.mean + way * within.size) for way in (-1.0, 1.0)]
     behind, beyond = (
-        np.max([np.abs(np.subtract(one, end, out=np.zeros(len(end)), where=np.isfinite(end))) for one in ends], axis=0)
-        for ends, end in zip(zip(*bounds), (base.low, base.high))
+        np.max([np.abs(one - end) for one in ends], axis=0) for ends, end in zip(zip(*bounds), (base.low, base.high))
     )
     if walls.drive is Drive.ALONE:
         return np.asarray(behind)
@@ -156,7 +155,7 @@ def farthest(seated: Seated, within: Within) -> Floats:
     loaded = replace(walls, load=np.where(side == 0.0, 0.0, walls.load))
     for way, near, far in ((1.0, base.low, base.high), (-1.0, base.high, base.low)):
         for start, last, asked in ((far, True, stands), (near, False, stands & (near != far))):
-            rows = np.flatnonzero(asked & np.isfinite(start))
+            rows = np.flatnonzero(asked)
             if len(rows):
                 reached = _reached(loaded.rows(rows), within.rows(rows), start[rows], way, last)
                 found[rows] = np.maximum(found[rows], reached)

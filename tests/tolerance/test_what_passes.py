@@ -9,12 +9,13 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import findings
-from camgeom.errors import ProfileError
+from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import parse, read
 from camgeom.tolerance.causes import CAUSES, Approaches, default_pivots
 from camgeom.tolerance.contacts import contacts
 from tests.places import ROOT
+from tests.reference.profiles import model
 
 
 def disc(table: str, text: str = "") -> Model:
@@ -145,3 +146,15 @@ def test_a_groove_that_has_run_out_on_one_side_tells_a_play_only_where_both_wall
     assert rows["running_clearance"].play == pytest.approx(2.0 * rows["flank_growth"].play, rel=1e-9)
     assert rows["running_clearance"].preload == pytest.approx(10e-3, rel=1e-6)
     assert rows["phase_arcmin"].play == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_follower_beside_one_wall_that_nothing_presses_is_refused() -> None:
+    """It stands anywhere: its motion under any error was told as infinity less infinity, with a load it has a place."""
+    table = {"axial_shift": 0.01, "dwell_limit": 30.0, "samples": 1000}
+    for tolerance in (None, table):
+        loose = model("feeder_runout", operation=None, limits={}, tolerance=tolerance).tolerances
+        with pytest.raises(DesignError, match="one wall has run out and no load presses"):
+            _ = loose.drawn if tolerance else loose.sensitivities.rows
+    pressed = model("feeder_runout", tolerance=table).tolerances
+    assert np.isfinite(pressed.drawn.dwell).all()
+    assert np.isfinite(pressed.worst.curve).all()
