@@ -108,7 +108,8 @@ def face_walls(grooves: Sequence[FaceGroove], names: Sequence[str], ends: tuple[
     (one, other), between = grooves, f"{names[0]} to {names[1]}"
     along = one.way * (one.floor - other.floor)
     within, at = room_within(one.outer.outline, other.inner.outline)
-    around, _ = room_within(other.outer.outline, one.inner.outline)
+    # Of two rings of which one is within the other, that one is not round it as well.
+    around = room_within(other.outer.outline, one.inner.outline)[0] if within < 0.0 else within
     aside, angle = (within, at) if within >= around else (around, None)
     if aside <= 0.0:
         return (Wall(f"{between}, floor to floor", along, None, APART),)

@@ -92,7 +92,9 @@ class Sheet:
 
     def clash(self, box: Box, gap: float = 2.0) -> float:
         """Area (px²) of a box that words already cover."""
-        return sum(overlap(box, other, gap) for other, _ in self.words)
+        left, top, right, bottom = box[0] - gap, box[1] - gap, box[2] + gap, box[3] + gap
+        beside = (other for other, _ in self.words if other[0] < right and left < other[2])
+        return sum(overlap(box, other, gap) for other in beside if other[1] < bottom and top < other[3])
 
     def render(self, title: str, style: str = "") -> str:
         """The SVG element; `title` is its name for screen readers."""

@@ -22,6 +22,10 @@ TRUST = 1.0 / 64.0
 """of a step of samples, on both sides of a parabola's vertex: where the maximum of a smooth function is looked for"""
 SAME = 4e-16
 """share by which rounding tells two values apart"""
+FLAT = 1.6e-15
+"""share within which all samples of a bracket are one value"""
+MET = 8e-15
+"""the same of a value that parabolas extrapolate"""
 
 
 @dataclass(frozen=True)
@@ -59,13 +63,14 @@ def piece_grid(knots: Floats, per_turn: int, least: int = 9) -> tuple[Floats, np
     return np.concatenate(points), np.concatenate(owner)
 
 
-def refined_maximum(
-    f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray[np.int64], values: Floats, keep: int = 6
-) -> tuple[float, float]:
+def refined_maximum(f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray[np.int64], values: Floats,
+                    keep: int = 6, grain: float = 0.0, least: float = -np.inf) -> tuple[float, float]:
     """Largest value of f and where, refined about the best local maxima of the samples.
 
     f       vectorised function of x (n,) -> (n,)
     x       increasing samples; `owner` numbers the smooth piece of each; values (n,) = f(x)
+    grain   share by which values beside a kink differ for no reason
+    least   what does not reach this is of no interest: it need not be refined
     Returns (value, x). The result is never below the best sample.
     """
     left = np.r_[False, owner[1:] == owner[:-1]]
@@ -76,30 +81,41 @@ def refined_maximum(
     # Between two samples a smooth function rises no more above the better one than that stands above its neighbours.
     lower = np.minimum(np.where(left, below, values), np.where(right, above, values))
     drop = np.subtract(values, lower, out=np.zeros_like(values), where=np.isfinite(values))
-    index = np.flatnonzero(peak & (values + drop >= values.max()))
+    index = np.flatnonzero(peak & (values + drop >= max(float(values.max()), least)))
+    start = int(np.argmax(values))
+    if not len(index):
+        return float(values[start]), float(x[start])
     index = index[np.argsort(values[index])[::-1][:keep]]
     low = np.where(left[index], x[np.maximum(index - 1, 0)], x[index])
     high = np.where(right[index], x[np.minimum(index + 1, len(x) - 1)], x[index])
-    found, where = bracketed_maximum(lambda at: f(at.ravel()).reshape(at.shape), low, high)
+    found, where = bracketed_maximum(
+        lambda at: f(at.ravel()).reshape(at.shape), low, high, grain=grain, least=max(float(values[start]), least)
+    )
     best = int(np.argmax(found))
-    start = int(np.argmax(values))
     if found[best] >= values[start]:
         return float(found[best]), float(where[best])
     return float(values[start]), float(x[start])
 
 
-def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats, noise: float = 0.0, grain: float = 0.0,
+                      least: float | None = None) -> tuple[Floats, Floats]:
     """Maxima of functions of x (k, q), row by row, in the brackets low .. high (k,): values (k,) and places (k,).
 
     Each row with one maximum in its bracket converges down to rounding: the parabola through the best sample and its
-    neighbours says what is left to gain and where. Where the maximum is not there, as at a kink or a jump, the row
-    converges by (FAN - 1) / 2 a round from the bracket before.
+    neighbours says what is left to gain and where. Where the maximum is not there, the two parabolas through what lies
+    on either side say where they meet, as at a kink. Where it is not there either, as at a jump, the row converges by
+    (FAN - 1) / 2 a round from the bracket before.
+
+    noise   what values of f differ by for no reason, beside SAME; grain: the same as a share, beside a kink
+    least   only the largest of all rows is asked for, and only if it is larger than this: rows that do not rise to it
+            need not converge; None: all have to
     """
     rows = np.arange(len(low))
     best, place = np.full(len(low), -np.inf), low
-    jumped = plain = np.zeros(len(low), dtype=bool)
+    jumped = np.zeros(len(low), dtype=bool)
+    misses = np.zeros(len(low), dtype=np.int64)
     around = low, high
-    for number in range(ROUNDS + 3):
+    for number in range(ROUNDS + 4):
         x = low[:, None] + (high - low)[:, None] * _SHARES
         values = f(x)
         top = np.argmax(values, axis=1)
@@ -107,7 +123,7 @@ def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats) 
         best, place = np.where(value >= best, value, best), np.where(value >= best, at, place)
         edge = (top == 0) | (top == FAN - 1)
         missed = jumped & edge
-        plain = plain | missed
+        misses = misses + missed
         middle = np.clip(top, 1, FAN - 2)
         three = values[rows[:, None], middle[:, None] + np.arange(-1, 2)]
         smooth = np.isfinite(three).all(axis=1)
@@ -116,16 +132,60 @@ def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats) 
         vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), top - middle)
         vertex = np.clip(vertex, -middle, FAN - 1 - middle)
         gain = b + vertex * (slope + 0.5 * vertex * bend) - value
-        done = smooth & ~missed & (gain <= SAME * np.abs(b))
+        flat = values.max(axis=1) - values.min(axis=1) <= FLAT * np.abs(b)
+        done = smooth & (flat | ~missed & (gain <= SAME * np.abs(b) + noise))
+        known = smooth & ~edge & (misses == 0)
+        if misses.any():
+            kink, meeting, meets = _meeting(values, top)
+            off = meeting - value
+            done |= meets & (misses > 0) & (np.abs(off) <= max(MET, grain) * np.abs(b) + noise)
+            sought = meets & (misses == 1) & (off >= 0.0)
+            vertex, known = np.where(sought, kink, vertex), known | sought
+        if least is not None:
+            # As between samples: no more above the best one than that stands above its neighbours.
+            low_side = values[rows[:, None], np.clip(top[:, None] + (-1, 1), 0, FAN - 1)]
+            hope = value + 2.0 * (value - np.where(np.isfinite(low_side), low_side, value[:, None]).min(axis=1))
+            done |= ~missed & (np.maximum(best, hope) < max(float(best.max()), least))
         if (number > 0 and done.all()) or np.all(high - low <= SAME * np.maximum(np.abs(low), np.abs(high))):
             break
         left, right = x[rows, np.maximum(top - 1, 0)], x[rows, np.minimum(top + 1, FAN - 1)]
         around = np.where(missed, around[0], left), np.where(missed, around[1], right)
-        jumped = smooth & ~edge & ~plain
+        jumped = known
         centre = x[rows, middle] + vertex * step
         low = np.where(jumped, np.maximum(around[0], centre - TRUST * step), around[0])
         high = np.where(jumped, np.minimum(around[1], centre + TRUST * step), around[1])
     return best, place
+
+
+_BESIDE = np.array([-3, -2, -1, 1, 2, 3])
+
+
+def _meeting(values: Floats, top: npt.NDArray[np.int64]) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+    """Where the parabolas through three samples on either side of the best one (k,) meet, from it, in steps.
+
+    Returns that place, the value there, and whether they do meet there, the left one rising and the right one falling.
+    """
+    rows = np.arange(len(top))[:, None]
+    six = values[rows, np.clip(top[:, None] + _BESIDE, 0, FAN - 1)]
+    there = (top >= 3) & (top <= FAN - 4) & np.isfinite(six).all(axis=1)
+    a3, a2, a1, c1, c2, c3 = np.where(there[:, None], six, 0.0).T
+    # Newton's form about the nearest sample: a + b (s + 1) + c (s + 1) (s + 2), as a polynomial of s.
+    left = _polynomial(a1, a2, a3)
+    right = _polynomial(c1, c2, c3)
+    right[1] *= -1.0
+    d0, d1, d2 = right - left
+    root = np.sqrt(np.maximum(d1 * d1 - 4.0 * d2 * d0, 0.0))
+    below = d1 + np.where(d1 >= 0.0, root, -root)
+    there &= below != 0.0
+    s = -2.0 * d0 / np.where(there, below, 1.0)
+    rises, falls = (line[1] + 2.0 * s * line[2] for line in (left, right))
+    return s, left[0] + s * (left[1] + s * left[2]), there & (np.abs(s) <= 1.0) & (rises > 0.0) & (falls < 0.0)
+
+
+def _polynomial(one: Floats, two: Floats, three: Floats) -> Floats:
+    """Coefficients (3, k) of the parabola of s that is one, two and three at s = -1, -2 and -3."""
+    first, second = one - two, 0.5 * (one - 2.0 * two + three)
+    return np.array([one + first + 2.0 * second, first + 3.0 * second, second])
 
 
 def narrowed(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Floats, Floats, Floats]:

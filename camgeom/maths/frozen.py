@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar, overload
 
 import numpy as np
@@ -11,25 +11,45 @@ import numpy as np
 T = TypeVar("T")
 
 SCALARS = (float, int, bool, str, bytes, complex, type(None), type, np.generic)
+_INSIDE: dict[type, Callable[[Any], Iterable[Any]] | None] = {}
+"""what there is inside a value, by its type; None where nothing is looked for"""
+
+
+def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
+    """What gives the parts of a value of a type."""
+    if issubclass(kind, SCALARS):
+        return None
+    if issubclass(kind, tuple | list):
+        return iter
+    if issubclass(kind, Mapping):
+        return lambda item: item.values()
+    if kind.__module__.startswith("camgeom.") and kind.__dictoffset__:
+        return lambda item: vars(item).values()
+    return None
 
 
 def frozen(value: T) -> T:
     """The same value with every array in it read-only: in tuples, lists, mappings and our own objects, at any depth."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+        return value
     seen: set[int] = set()
     waiting: list[Any] = [value]
     while waiting:
         item = waiting.pop()
-        if isinstance(item, SCALARS) or id(item) in seen:
-            continue
-        seen.add(id(item))
-        if isinstance(item, np.ndarray):
+        kind = type(item)
+        if kind is np.ndarray:
             item.setflags(write=False)
-        elif isinstance(item, tuple | list):
-            waiting += item
-        elif isinstance(item, Mapping):
-            waiting += item.values()
-        elif type(item).__module__.startswith("camgeom.") and hasattr(item, "__dict__"):
-            waiting += vars(item).values()
+            continue
+        if kind not in _INSIDE:
+            _INSIDE[kind] = _inside(kind)
+        inside = _INSIDE[kind]
+        if inside is None:
+            if isinstance(item, np.ndarray):
+                item.setflags(write=False)
+        elif id(item) not in seen:
+            seen.add(id(item))
+            waiting += inside(item)
     return value
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.maths import Floats, gauss_rule
+from camgeom.maths.extremum import bracketed_root
 
 Wave = tuple[float, float, float]
 """(w, a, b): the term a (cos(w u) - 1) + b sin(w u), which is zero at the anchor."""
@@ -182,6 +183,8 @@ def stretched(piece: Piece, rate: float) -> tuple[tuple[float, ...], tuple[Wave,
 
 Side = Literal["left", "right"]
 JetMap = Callable[[Floats], Floats]
+ROUNDING = 4e-16
+"""of the largest u: how near a root is found"""
 JUMP_TOLERANCE = 1e-9
 """A difference counts as a jump above this fraction of the derivative's own bound on the two pieces that meet."""
 LEAST_JUMP = 1e-280
@@ -352,26 +355,11 @@ class Table:
         return min((peak for peak in pair if abs(peak.value) >= most), key=lambda peak: peak.at)
 
     def _root(self, piece: Indices, low: Floats, high: Floats, order: int, slope: JetMap) -> Floats:
-        """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket, by Ridders' method."""
+        """The roots (m,) of slope(jet) in the brackets (low, high), one a bracket."""
         if len(piece) == 0:
             return low
-        at_low, at_high = (slope(self.at(piece, u, order)) for u in (low, high))
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            at_middle = slope(self.at(piece, middle, order))
-            # The brackets change sign, so the root is of a positive number unless the middle hits the root.
-            spread = np.sqrt(at_middle * at_middle - at_low * at_high)
-            step = np.divide(at_middle, spread, out=np.zeros_like(spread), where=spread > 0.0)
-            trial = middle + (middle - low) * np.sign(at_low - at_high) * step
-            at_trial = slope(self.at(piece, trial, order))
-            for x, f in ((middle, at_middle), (trial, at_trial)):
-                inside, same = (x > low) & (x < high), f * at_low > 0.0
-                up, down = inside & same, inside & ~same
-                low, at_low = np.where(up, x, low), np.where(up, f, at_low)
-                high, at_high = np.where(down, x, high), np.where(down, f, at_high)
-            if np.all((high - low <= 1e-15 * (np.abs(low) + np.abs(high))) | (at_high == 0.0)):
-                break
-        return np.asarray(high)
+        reach = float(np.maximum(np.abs(low), np.abs(high)).max())
+        return bracketed_root(lambda u: slope(self.at(piece, u, order)), low, high, ROUNDING * reach)
 
     def derivative_peak(self, order: int) -> Peak:
         """The largest |derivative of the given order| and where."""

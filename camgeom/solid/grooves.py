@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import DesignError
 from camgeom.maths import Floats
@@ -121,28 +120,34 @@ def _land(below: Floats, above: Floats, phi: Floats) -> tuple[float, float]:
     """Width of a land between edges (3, n) at one depth, mm, below 0 where they cross, and the cam angle of the lower
     edge, rad."""
     radius = min(float(np.hypot(x[0], x[1]).min()) for x in (below, above))
-    apart = height_above(below, above)
-    at = int(np.argmin(apart))
-    if apart[at] <= 0.0:
-        return float(apart[at]), float(phi[at])
+    above_it = height_above(below, above)
+    at = int(np.argmin(above_it))
+    if above_it[at] <= 0.0:
+        return float(above_it[at]), float(phi[at])
     flat = [np.stack([radius * np.unwrap(np.arctan2(x[1], x[0])), x[2]]) for x in (below, above)]
     turn = TURN * radius
     start, along = flat[1][:, :-1], np.diff(flat[1], axis=1)
     square = np.maximum((along * along).sum(axis=0), 1e-300)
 
-    def away(which: npt.NDArray[np.intp]) -> Floats:
-        """Distance, mm, of points of the lower edge from the upper one."""
-        d = flat[0][:, which, None] - start[:, None, :]
-        d[0] -= turn * np.rint(d[0] / turn)
-        share = np.clip((d * along[:, None, :]).sum(axis=0) / square, 0.0, 1.0)
-        return np.asarray(np.hypot(*(d - share * along[:, None, :])).min(axis=1))
-
-    # Along the edge the distance changes by no more than the way: who is too far off from a near point is left out.
-    some = np.arange(0, len(phi), STRIDE)
-    rough = away(some)
+    # Along an edge a distance changes by no more than the way: of what is looked at roughly, points from points, only
+    # what may hold the least one is measured, points from segments.
+    count, some = len(square), np.arange(0, len(phi), STRIDE)
+    off = flat[0][:, some, None] - start[:, None, :]
+    off[0] -= turn * np.rint(off[0] / turn)
+    rough = np.sqrt(off[0] * off[0] + off[1] * off[1])
+    least, longest = float(rough.min()), float(np.sqrt(square.max()))
     way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(flat[0], axis=1)))]
-    nearest = np.abs(way[:, None] - way[some]).argmin(axis=1)
-    rows = np.flatnonzero(rough[nearest] - np.abs(way - way[some[nearest]]) <= rough.min())
-    distance = away(rows)
-    least = int(np.argmin(distance))
-    return float(distance[least]), float(phi[rows[least]])
+    near = np.minimum((np.arange(len(phi)) + STRIDE // 2) // STRIDE, len(some) - 1)
+    beside, reach = np.abs(way - way[some[near]]), np.zeros(len(some))
+    np.maximum.at(reach, near, beside)
+    rows = np.flatnonzero(rough.min(axis=1)[near] - beside - longest <= least)
+    first = rough.argmin(axis=1)
+    apart = (np.arange(count) - first[:, None] + count // 2) % count - count // 2
+    most = int(np.abs(apart[rough - reach[:, None] - longest <= least]).max())
+    segments = (first[near[rows], None] + np.arange(-most, most + 1)) % count
+    d, along = flat[0][:, rows, None] - start[:, segments], along[:, segments]
+    d[0] -= turn * np.rint(d[0] / turn)
+    d -= np.clip((d * along).sum(axis=0) / square[segments], 0.0, 1.0) * along
+    distance = np.hypot(*d).min(axis=1)
+    nearest = int(np.argmin(distance))
+    return float(distance[nearest]), float(phi[rows[nearest]])

@@ -27,6 +27,8 @@ from camgeom.track.outline import Outline
 if TYPE_CHECKING:
     from camgeom.maths.sampling import Grid
 
+ROUNDING = 1e-15
+"""of the size of points, by which their sag differs for no reason"""
 SEARCHED = 24
 """chords whose largest sag is searched for: steps are made for equal sags, which differ by a percent or two"""
 NEARER = 0.999
@@ -261,5 +263,8 @@ def _largest_sag(outline: Outline, phi: Floats, points: Floats) -> float:
     s = np.linspace(0.0, 1.0, 33)
     shares = np.array([[np.prod([(s - b) / (a - b) for b in quarters if b != a], axis=0)] for a in quarters])[:, 0]
     worst = np.argsort(np.abs(bend @ (shares * s * (1.0 - s))).max(axis=1))[-SEARCHED:]
-    found, _ = bracketed_maximum(lambda at: np.abs(sag(at, worst)), low[worst], low[worst] + width[worst])
+    noise = ROUNDING * float(np.abs(points).max())
+    found, _ = bracketed_maximum(
+        lambda at: np.abs(sag(at, worst)), low[worst], low[worst] + width[worst], noise, least=0.0
+    )
     return float(found.max())

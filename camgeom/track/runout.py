@@ -118,8 +118,12 @@ def _changes(track: Track, state: Callable[[Floats], Mask]) -> tuple[bool, Float
     at = np.flatnonzero(values[1:] != values[:-1])
     low, high, before = phi[at], phi[at + 1], values[at]
     if len(at):
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            same = state(middle) == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        parts = 1 << AT_ONCE
+        rows, shares = np.arange(len(at)), np.arange(parts + 1) / parts
+        for _ in range(-(-HALVINGS // AT_ONCE)):
+            places = low[:, None] + shares * (high - low)[:, None]
+            places[:, -1] = high
+            same = state(places[:, 1:-1].ravel()).reshape(len(at), -1) == before[:, None]
+            last = np.where(same.all(axis=1), parts - 1, same.argmin(axis=1))
+            low, high = places[rows, last], places[rows, last + 1]
     return bool(values[0]), np.asarray(high)

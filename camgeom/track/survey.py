@@ -59,35 +59,42 @@ class Contact(Protocol[T]):
         """Where along the follower a station is, mm."""
 
 
-def largest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], refine: bool = True) -> Extreme:
+def largest(
+    contacts: Iterable[Contact[S]], what: Callable[[S], Floats], refine: bool = True, grain: float = 0.0
+) -> Extreme:
     """The largest value of a quantity over all contacts, stations and cam angles.
 
+    grain   share by which values beside a kink differ for no reason
     refine  False: of the samples alone, for what means something only beside the other stations
     """
     best: Extreme | None = None
+    # All sampled first: what does not reach the best sample of another one need not be refined.
+    tried = []
     for contact in contacts:
-        phi, owner = contact.grid
-        sampled = what(contact.sampled).reshape(len(phi), -1)
+        sampled = what(contact.sampled).reshape(len(contact.grid[0]), -1)
         station = int(np.argmax(sampled.max(axis=0)))
-        values = sampled[:, station]
+        tried.append((contact, station, sampled[:, station]))
+    most = max(float(values.max()) for _, _, values in tried)
+    for contact, station, values in tried:
+        phi, owner = contact.grid
         if refine:
 
             def exact(x: Floats, contact: Contact[S] = contact, station: int = station) -> Floats:
                 return what(contact.at(x, station)).reshape(len(x))
 
-            value, angle = refined_maximum(exact, phi, owner, values)
+            value, angle = refined_maximum(exact, phi, owner, values, grain=grain, least=most)
         else:
             value, angle = float(values.max()), float(phi[int(np.argmax(values))])
         # Mirrored flanks have the same extreme: the first one's, not the one that rounding puts ahead.
-        if best is None or value - best.value > TIED * abs(value):
+        if best is None or value - best.value > max(TIED, grain) * abs(value):
             best = Extreme(value, angle, contact.place(angle, station), contact.where)
     assert best is not None
     return best
 
 
-def smallest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats]) -> Extreme:
+def smallest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], grain: float = 0.0) -> Extreme:
     """The smallest value of a quantity over all contacts, stations and cam angles."""
-    low = largest(contacts, lambda at: -what(at))
+    low = largest(contacts, lambda at: -what(at), grain=grain)
     return replace(low, value=-low.value)
 
 
@@ -184,6 +191,11 @@ class Survey:
         track, grid = self.track, self._grid
         return tuple(FlankContact(track, side, grid, partial(self._left, track, side)) for side in track.sides)
 
+    @property
+    def _grain(self) -> float:
+        """Share by which what is asked beside an end of the wall hangs on HAIR."""
+        return 0.1 * HAIR if self.inside is not None else 0.0
+
     @cached_property
     def _whole(self) -> tuple[FlankContact, ...]:
         return self._over(self.stations)
@@ -211,27 +223,29 @@ class Survey:
     @cached_property
     def pressure_angle(self) -> Extreme:
         """Largest pressure angle over the contact stretch, rad."""
-        return largest(self.contacts, self._counted(lambda flank: flank.pressure_angle(), -np.inf))
+        return largest(self.contacts, self._counted(lambda flank: flank.pressure_angle(), -np.inf), grain=self._grain)
 
     @cached_property
     def axis_pressure_angle(self) -> Extreme:
         """Largest pressure angle taken at the roller axis, rad."""
-        return largest(self.contacts, self._counted(lambda flank: flank.pressure_angle("axis"), -np.inf))
+        return largest(
+            self.contacts, self._counted(lambda flank: flank.pressure_angle("axis"), -np.inf), grain=self._grain
+        )
 
     def pressure_angle_at(self, delta: float) -> Extreme:
         """Largest pressure angle at one place along the roller, rad."""
         t = np.array([self.track.meridian.parameter(delta)])
-        return largest(self._over(t), self._counted(lambda flank: flank.pressure_angle(), -np.inf))
+        return largest(self._over(t), self._counted(lambda flank: flank.pressure_angle(), -np.inf), grain=self._grain)
 
     @cached_property
     def relative_curvature(self) -> Extreme:
         """Smallest relative curvature of cam against roller over the contact stretch, 1/mm."""
-        return smallest(self.contacts, self._counted(lambda flank: flank.k_rel, np.inf))
+        return smallest(self.contacts, self._counted(lambda flank: flank.k_rel, np.inf), grain=self._grain)
 
     @cached_property
     def largest_relative_curvature(self) -> Extreme:
         """Largest relative curvature over the contact stretch, 1/mm: the sharpest contact."""
-        return largest(self.contacts, self._counted(lambda flank: flank.k_rel, -np.inf))
+        return largest(self.contacts, self._counted(lambda flank: flank.k_rel, -np.inf), grain=self._grain)
 
     @cached_property
     def margin(self) -> Extreme:
@@ -239,7 +253,7 @@ class Survey:
         plain = self.foot is None and not Column(self.cutter, np.zeros(1)).ball_ended
         # A rounded tool lies within the sharp one: where that one leaves no fold, its root has none.
         walls = (FlankContact(self.cutter, side, self._grid, self._cut(side, plain)) for side in self.cutter.sides)
-        return smallest(walls, self._counted(lambda flank: flank.margin, np.inf))
+        return smallest(walls, self._counted(lambda flank: flank.margin, np.inf), grain=self._grain)
 
     def _cut(self, side: float, plain: bool) -> Floats | Callable[[Floats], Floats]:
         """Stations over the cut wall; plain: it goes down to the tool's tip."""

@@ -58,7 +58,7 @@ def test_kinks_jumps_and_spikes_are_narrowed_down(f, top, within) -> None:
     value, place = bracketed_maximum(g, LOW, LOW + WIDE)
     assert np.abs(value - top).max() < within
     assert np.abs(place - PEAK[:, 0]).max() < 1e-8
-    assert len(calls) <= ROUNDS + 3
+    assert len(calls) <= ROUNDS + 4
 
 
 def test_the_higher_of_two_peaks_wins_though_its_samples_are_lower() -> None:
