@@ -124,7 +124,7 @@ def output_shaft(model: Model) -> Iterable[Finding]:
 
 @solved("bolts", "turret load", slow=True)
 def bolts(model: Model) -> Iterable[Finding]:
-    """Safety of the bolts of [output_shaft] against slipping, and against shear should they slip."""
+    """Safety of the bolts of [output_shaft] against slipping, and shear should they slip; room for their circle."""
     found, limits = _output(model), model.profile.limits
     if found is None or found.bolts is None:
         return
@@ -134,6 +134,13 @@ def bolts(model: Model) -> Iterable[Finding]:
     for word, safety, least, advice in each:
         yield judged("bolts", inf if safety is None else safety, ">=", least, "1", advice, unlimited=True,
                      cam_angle=found.torque.cam_angle, where=f"{word}, {found.torque.where}")  # fmt: skip
+    turret = model.mechanism.turret
+    if turret is not None:
+        flange, heads = max(turret.room, *(radius for radius, _, _ in turret.dials), 0.0), found.bolts.head
+        advice = (f"make output_shaft.bolt_circle less than {2.0 * flange - heads:.6g} mm: no joint is wider than the "
+                  "turret's disc, or than its dials")  # fmt: skip
+        yield judged("bolts", flange - 0.5 * (found.bolts.circle + heads), ">", 0.0, "mm", advice, slack=-NO_GAP,
+                     where="room for the bolts' heads on their turret")  # fmt: skip
 
 
 def _output(model: Model) -> Output | None:

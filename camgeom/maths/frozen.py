@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar, overload
 
 import numpy as np
+import numpy.typing as npt
 
 T = TypeVar("T")
 
@@ -19,13 +20,21 @@ def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
     """What gives the parts of a value of a type."""
     if issubclass(kind, SCALARS):
         return None
+    if issubclass(kind, np.ndarray):
+        return _closed
     if issubclass(kind, tuple | list):
         return iter
     if issubclass(kind, Mapping):
         return lambda item: item.values()
-    if kind.__module__.startswith("camgeom.") and kind.__dictoffset__:
+    # What is hashed by its values holds no array, and what is derived from it was frozen when it was made.
+    if kind.__module__.startswith("camgeom.") and kind.__dictoffset__ and kind.__hash__ in (None, object.__hash__):
         return lambda item: vars(item).values()
     return None
+
+
+def _closed(array: npt.NDArray[Any]) -> Iterable[Any]:
+    array.setflags(write=False)
+    return ()
 
 
 def frozen(value: T) -> T:
@@ -38,16 +47,10 @@ def frozen(value: T) -> T:
     while waiting:
         item = waiting.pop()
         kind = type(item)
-        if kind is np.ndarray:
-            item.setflags(write=False)
-            continue
         if kind not in _INSIDE:
             _INSIDE[kind] = _inside(kind)
         inside = _INSIDE[kind]
-        if inside is None:
-            if isinstance(item, np.ndarray):
-                item.setflags(write=False)
-        elif id(item) not in seen:
+        if inside is not None and id(item) not in seen:
             seen.add(id(item))
             waiting += inside(item)
     return value

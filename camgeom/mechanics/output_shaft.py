@@ -56,7 +56,9 @@ class OutputShaft(Section):
         None, description="on one circle, which carry the output torque by friction; with bolt_size and bolt_circle"
     )
     bolt_size: Size | None = Field(None, description="coarse metric thread (ISO 261)")
-    bolt_circle: Length | None = Field(None, description="mm, diameter of their circle")
+    bolt_circle: Length | None = Field(
+        None, description="mm, diameter of their circle, which stands on the turret's disc or dials"
+    )
     bolt_grade: Grade = Field("8.8", description="property class (ISO 898-1)")
     joint_friction: Annotated[float, Field(ge=0.01, le=1.0)] = Field(
         0.1, description="1, least friction in the joint; steel on steel, clean, 0.1 to 0.2"
@@ -116,6 +118,11 @@ class Bolts:
     thread: float
     scatter: float
     loss: float
+
+    @property
+    def head(self) -> float:
+        """Diameter of a head, mm."""
+        return HEAD * float(self.size[1:])
 
     @property
     def section(self) -> tuple[float, float]:

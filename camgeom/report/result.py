@@ -15,6 +15,7 @@ from camgeom.report.data.load import contact_data, fatigue_data, output_data, to
 from camgeom.report.data.solved import dynamics_data, impact_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
+from camgeom.track.follower import TurretFollower
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding, Verdict
@@ -133,7 +134,7 @@ def _sections(model: Model, asked: set[str], products: Products, prefix: str = "
     """The sections asked for; the reason in the place of what cannot be made, nothing of what does not apply."""
     data: dict[str, Any] = {}
     for name, (source, absent) in SOURCES.items():
-        if RIDES.get(name, name) not in asked or (name == "together" and (model.number or len(model.bindings) == 1)):
+        if RIDES.get(name, name) not in asked or (name in ONLY and not ONLY[name](model)):
             continue
         product = f"{prefix}{name}"
         job = partial(_within, name, source, model)
@@ -205,6 +206,11 @@ def _unless(known: object, reason: str) -> str:
 
 
 NO_OPERATION = "the profile has no [operation]"
+ONLY: dict[str, Callable[[Model], bool]] = {
+    "together": lambda model: not model.number and len(model.bindings) > 1,
+    "output_shaft": lambda model: isinstance(model.profile.follower, TurretFollower),
+}
+"""sections that say nothing of other cams, not even that they do not apply"""
 Source = tuple[Callable[["Model"], dict[str, Any]], Callable[["Model"], str]]
 SOURCES: dict[str, Source] = {
     "motion": (motion_data, lambda model: ""),
@@ -213,7 +219,11 @@ SOURCES: dict[str, Source] = {
     "solid": (solid_data, lambda model: ""),
     "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "together": (together_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
-    "output_shaft": (output_data, lambda model: _unless(model.output, "the profile has no [output_shaft]")),
+    "output_shaft": (
+        output_data,
+        lambda model: _unless(model.profile.output_shaft, "the profile has no [output_shaft]")
+        or _unless(model.profile.operation, NO_OPERATION),
+    ),
     "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "body": (body_data, lambda model: _unless(model.root_stress, NO_ROOT)),
     "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),

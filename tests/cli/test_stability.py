@@ -64,7 +64,6 @@ def test_a_stress_that_has_no_answer_leaves_the_rest_of_the_result():
     assert result.data["solid"]["watertight"]
     assert result.exit_status == 1
     statuses = {product.name: product.status for product in result.products}
-    assert statuses.pop("output_shaft") == "not applicable"
     assert statuses == {"motion": "made", "solid": "made", "contact": "refused", "fatigue": "refused"}
 
 
