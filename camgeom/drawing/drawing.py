@@ -17,6 +17,8 @@ _ROW = 27.0
 """px from one stacked dimension line to the next"""
 _ARROW = 14.0
 """px, by which the line of a short dimension, whose arrows stand outside, goes beyond it"""
+_SHORT = 26.0, 18.0 + 1.6 * FONT
+"""px, of a dimension along x, y, below which its arrows stand outside: an upright text stands between them"""
 _TALLEST = 460.0
 _STRETCHED = 240.0
 _NOTE_GAP = 1.45 * FONT
@@ -150,7 +152,7 @@ def _extent(dimension: Dimension, view: _View, along: int) -> tuple[float, float
     """Span (px) a dimension needs along its own direction, with its text and outside arrows."""
     a, b = sorted((view.one(dimension.p)[along], view.one(dimension.q)[along]))
     need = text_width(dimension.text) if along == 0 else 1.3 * FONT
-    slack = (14.0 if along == 0 else _ARROW + 2.2 * FONT) if b - a < 26.0 else 0.0
+    slack = (14.0 if along == 0 else _ARROW + 2.2 * FONT) if b - a < _SHORT[along] else 0.0
     middle, half = 0.5 * (a + b), max(0.5 * need, 0.5 * (b - a) + slack)
     return middle - half - 5.0, middle + half + 5.0
 
@@ -179,7 +181,7 @@ def _draw_dimension(sheet: Sheet, view: _View, dimension: Dimension, offset: flo
 
     for end in (p, q):
         sheet.line(*spot(end[along], end[1 - along] + 3.0 * away), *spot(end[along], line + 4.0 * away), "d-thin")
-    short = b - a < 26.0
+    short = b - a < _SHORT[along]
     middle = 0.5 * (a + b)
     if along == 0:
         sheet.line(*spot(a - _ARROW * short, line), *spot(b + _ARROW * short, line), "d-thin")

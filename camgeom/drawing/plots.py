@@ -151,7 +151,10 @@ def place_label(sheet: Sheet, frame: Box, x: float, y: float, text: str, lines: 
         for dx, dy in _WAYS:
             left = x + dx * reach + (dx - 1.0) * 0.5 * width
             base = y + dy * reach + (0.35 + 0.45 * np.sign(dy)) * FONT
-            best = min(best, rated(left, base, reach))
+            # A level leader before a number reads as its minus sign.
+            level = 30.0 if dy == 0 and reach > 14.0 else 0.0
+            cost, *at = rated(left, base, reach)
+            best = min(best, (cost + level, *at))
         if best[0] < 4.0 + 0.25 * reach:
             break
     if best[0] > 500.0:

@@ -315,7 +315,8 @@ def axial(model: Model, meshes: Meshes) -> Drawing:
         elif _turret(track):  # its axis is a point in this view
             x, z = joint.centre[0], joint.centre[2]
             paths += _cross(z, x, 0.05 * reach)
-            dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "right"))
+            # Away from the bore, whose size stands on the cam axis, too.
+            dimensions.append(Dimension((z, 0.0), (z, x), number(abs(x), 6), "left"))
             leaders.append(Leader((z, x), "turret axis"))
     paths += _followers(model, 1, 0.0, AXIAL)
     caption = "Section through the cam axis, follower at cam angle 0"

@@ -110,7 +110,7 @@ def _hardest(verdict: Verdict) -> str:
     closest = verdict.closest
     if closest is None:
         return ""
-    room = f"{_words(closest.check).lower()}, {closest.margin:.0f} % of the limit away from it"
+    room = f"{_words(closest.check).lower()}, {round(closest.margin)} % of the limit away from it"
     return f"The design meets its limits; the closest to its limit is the {room}."
 
 
@@ -235,7 +235,7 @@ def _contact(cam: Model) -> Iterator[Figure]:
     worst, peak = duty.peak_pressure, duty.contact.peak()
     shown = duty.least_peak
     name = "Peak contact pressure" if worst is not None else "Pressure 0.5 mm inside the sharp end"
-    place = f"{number(shown.place, 6)} mm along the roller"
+    place = f"{number(shown.place)} mm along the roller"
     yield Figure(name, shown.value, "MPa", f"at {degrees(shown.cam_angle):.1f}°, {place}")
     if duty.finite is None:
         note = f"at {degrees(float(peak.theta)):.1f}°, {_quoted(model)}"

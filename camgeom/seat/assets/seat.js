@@ -468,10 +468,10 @@
       start = one.until;
     }
     // Over a travel the ticks stand at round lengths.
-    const decade = 10 ** Math.floor(Math.log10(span / 5));
-    const stride = state.over !== "°" ? decade * (span / 5 / decade > 5 ? 5 : span / 5 / decade > 2 ? 2 : 1) : span > 180 ? (WIDE < 600 ? 90 : 60) : 30;
+    const decade = 10 ** Math.floor(Math.log10(span / 5)), fifth = span / 5 / decade;
+    const stride = state.over !== "°" ? decade * (fifth > 5 ? 10 : fifth > 2 ? 5 : fifth > 1 ? 2 : 1) : span > 180 ? (WIDE < 600 ? 90 : 60) : 30;
     for (let angle = 0; angle <= span; angle += stride) {
-      svg.append(shape("path", { class: "grid", d: `M${x(angle)} ${TOP}V${HIGH - FOOT}` }), shape("text", { class: "tick", x: x(angle), y: HIGH - FOOT + 16, "text-anchor": "middle" }, `${tidy(angle)}${state.over}`));
+      svg.append(shape("path", { class: "grid", d: `M${x(angle)} ${TOP}V${HIGH - FOOT}` }), shape("text", { class: "tick", x: x(angle), y: HIGH - FOOT + 16, "text-anchor": state.over !== "°" && angle > 0.95 * span ? "end" : "middle" }, `${tidy(angle)}${state.over}`));
     }
     const power = 10 ** Math.floor(Math.log10((high - low) / 3)), tick = power * ((high - low) / 3 / power > 5 ? 5 : (high - low) / 3 / power > 2 ? 2 : 1);
     for (let value = Math.ceil(low / tick) * tick; value <= high; value += tick) {
@@ -567,7 +567,7 @@
       const law = one.law === undefined ? "dwell" : node("select", { "aria-label": `motion[${i}].law`, onchange: (e) => { state.gesture++; change(`motion[${i}].law`, e.target.value); } }, ...laws.map((name) => node("option", { value: name, selected: name === one.law }, name)));
       return node("tr", {}, node("td", {}, `motion[${i}]`), node("td", {}, number(`motion[${i}].until`, one.until)), node("td", {}, one.to === undefined ? "" : number(`motion[${i}].to`, one.to)), node("td", {}, law));
     });
-    table.replaceChildren(node("thead", {}, node("tr", {}, ...["Segment", "Until, °", `To, ${state.unit ?? ""}`, "Law"].map((word) => node("th", {}, word)))), node("tbody", {}, ...rows));
+    table.replaceChildren(node("thead", {}, node("tr", {}, ...["Segment", `Until, ${(state.over ?? "°").trim()}`, `To, ${state.unit ?? ""}`, "Law"].map((word) => node("th", {}, word)))), node("tbody", {}, ...rows));
   }
 
   // ---- beginning --------------------------------------------------------------------------------------------------
