@@ -97,8 +97,8 @@ def refined_maximum(f: Callable[[Floats], Floats], x: Floats, owner: npt.NDArray
     return float(values[start]), float(x[start])
 
 
-def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats, noise: float = 0.0, grain: float = 0.0,
-                      least: float | None = None) -> tuple[Floats, Floats]:
+def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats, *, noise: float = 0.0,
+                      grain: float = 0.0, least: float | None = None) -> tuple[Floats, Floats]:
     """Maxima of functions of x (k, q), row by row, in the brackets low .. high (k,): values (k,) and places (k,).
 
     Each row with one maximum in its bracket converges down to rounding: the parabola through the best sample and its

@@ -265,6 +265,6 @@ def _largest_sag(outline: Outline, phi: Floats, points: Floats) -> float:
     worst = np.argsort(np.abs(bend @ (shares * s * (1.0 - s))).max(axis=1))[-SEARCHED:]
     noise = ROUNDING * float(np.abs(points).max())
     found, _ = bracketed_maximum(
-        lambda at: np.abs(sag(at, worst)), low[worst], low[worst] + width[worst], noise, least=0.0
+        lambda at: np.abs(sag(at, worst)), low[worst], low[worst] + width[worst], noise=noise, least=0.0
     )
     return float(found.max())
