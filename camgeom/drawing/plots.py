@@ -153,8 +153,8 @@ def place_label(sheet: Sheet, frame: Box, x: float, y: float, text: str, lines: 
             base = y + dy * reach + (0.35 + 0.45 * np.sign(dy)) * FONT
             # A level leader before a number reads as its minus sign.
             level = 30.0 if dy == 0 and reach > 14.0 else 0.0
-            cost, *at = rated(left, base, reach)
-            best = min(best, (cost + level, *at))
+            cost, left, base = rated(left, base, reach)
+            best = min(best, (cost + level, left, base))
         if best[0] < 4.0 + 0.25 * reach:
             break
     if best[0] > 500.0:

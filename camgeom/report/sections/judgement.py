@@ -110,7 +110,7 @@ def _hardest(verdict: Verdict) -> str:
     closest = verdict.closest
     if closest is None:
         return ""
-    room = f"{_words(closest.check).lower()}, {round(closest.margin)} % of the limit away from it"
+    room = f"{_words(closest.check).lower()}, {round(closest.margin or 0.0)} % of the limit away from it"
     return f"The design meets its limits; the closest to its limit is the {room}."
 
 
