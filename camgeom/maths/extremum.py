@@ -132,25 +132,28 @@ def bracketed_maximum(f: Callable[[Floats], Floats], low: Floats, high: Floats, 
         vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), top - middle)
         vertex = np.clip(vertex, -middle, FAN - 1 - middle)
         gain = b + vertex * (slope + 0.5 * vertex * bend) - value
-        flat = values.max(axis=1) - values.min(axis=1) <= FLAT * np.abs(b)
+        bottom = values.min(axis=1)
+        known = np.isfinite(bottom)
+        flat = known & (value - np.where(known, bottom, 0.0) <= FLAT * np.abs(b))
         done = smooth & (flat | ~missed & (gain <= SAME * np.abs(b) + noise))
-        known = smooth & ~edge & (misses == 0)
+        told = smooth & ~edge & (misses == 0)
         if misses.any():
             kink, meeting, meets = _meeting(values, top)
             off = meeting - value
             done |= meets & (misses > 0) & (np.abs(off) <= max(MET, grain) * np.abs(b) + noise)
             sought = meets & (misses == 1) & (off >= 0.0)
-            vertex, known = np.where(sought, kink, vertex), known | sought
+            vertex, told = np.where(sought, kink, vertex), told | sought
         if least is not None:
-            # As between samples: no more above the best one than that stands above its neighbours.
-            low_side = values[rows[:, None], np.clip(top[:, None] + (-1, 1), 0, FAN - 1)]
-            hope = value + 2.0 * (value - np.where(np.isfinite(low_side), low_side, value[:, None]).min(axis=1))
-            done |= ~missed & (np.maximum(best, hope) < max(float(best.max()), least))
+            # As between samples: above the best one no more than that stands above its neighbours, or twice that.
+            beside, there = values[rows[:, None], np.clip(top[:, None] + (-1, 1), 0, FAN - 1)], np.isfinite(value)
+            highest = np.where(there, value, 0.0)
+            hope = 3.0 * highest - 2.0 * np.where(np.isfinite(beside), beside, highest[:, None]).min(axis=1)
+            done |= there & ~missed & (np.maximum(best, hope) < max(float(best.max()), least))
         if (number > 0 and done.all()) or np.all(high - low <= SAME * np.maximum(np.abs(low), np.abs(high))):
             break
         left, right = x[rows, np.maximum(top - 1, 0)], x[rows, np.minimum(top + 1, FAN - 1)]
         around = np.where(missed, around[0], left), np.where(missed, around[1], right)
-        jumped = known
+        jumped = told
         centre = x[rows, middle] + vertex * step
         low = np.where(jumped, np.maximum(around[0], centre - TRUST * step), around[0])
         high = np.where(jumped, np.minimum(around[1], centre + TRUST * step), around[1])

@@ -85,3 +85,31 @@ def test_what_is_nowhere_finite_on_one_side_is_no_number_of_its_own() -> None:
     value, place = refined_maximum(f, x, owner, f(x))
     assert (value, place) == pytest.approx((0.52, 0.52), abs=1e-8)
     assert value < 0.52
+
+
+def test_a_kink_is_met_where_both_sides_meet_and_rivals_stop_early() -> None:
+    """Twelve rounds without the two parabolas; a lower row, a jump among them, is left as soon as it cannot win."""
+
+    def kink(x):
+        return np.minimum(1.0 + 3.0 * (x - PEAK), 1.0 - 2.0 * (x - PEAK) - 9.0 * (x - PEAK) ** 2)
+
+    g, calls = counted(kink)
+    value, place = bracketed_maximum(g, LOW, LOW + WIDE)
+    assert np.abs(value - 1.0).max() < 1e-13
+    assert np.abs(place - PEAK[:, 0]).max() < 1e-13
+    assert len(calls) <= 8
+
+    def several(x):
+        height = np.arange(4.0)[:, None]
+        return np.where((height == 0.0) & (x > PEAK), -np.inf, height - (x - PEAK) ** 2)
+
+    taken = []
+    for least in (0.0, None):
+        g, calls = counted(several)
+        value, _ = bracketed_maximum(g, LOW, LOW + WIDE, least=least)
+        assert value.max() == pytest.approx(3.0, abs=1e-15)
+        taken.append(len(calls))
+    assert taken[0] <= 3 < taken[1]
+    with np.errstate(all="raise"):
+        value, _ = bracketed_maximum(lambda x: np.full(x.shape, -np.inf), LOW, LOW + WIDE, least=0.0)
+    assert (value == -np.inf).all()
