@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from camgeom.errors import Problem
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.solid.blank import Bore, Wall
+from camgeom.solid.builder import Index
 from camgeom.solid.prism import FaceGroove, GroovedPlate, Loop
 from camgeom.track import TURN
 from camgeom.track.outline import Outline
@@ -23,10 +24,11 @@ LEAST_BEND = 0.1
 APART = "a wider plate, shallower grooves, or grooves at other radii"
 
 
-def room_within(inner: Outline, outer: Outline) -> tuple[float, float]:
+def room_within(inner: Outline, outer: Outline, how_far: bool = True) -> tuple[float, float]:
     """Least distance of one closed curve about the axis from another round it, mm, and its cam angle on the inner one.
 
-    In any direction of the plane; negative where the inner one reaches beyond the outer one.
+    In any direction of the plane; negative where the inner one reaches beyond the outer one, -inf where that is seen at
+    a sample and nobody asks how far.
     """
     from scipy.spatial import cKDTree
 
@@ -35,9 +37,15 @@ def room_within(inner: Outline, outer: Outline) -> tuple[float, float]:
     sampled = outer.curve(grid)
     tree, reach = cKDTree(sampled.points.T), TURN / WALL_SAMPLES
 
-    def distance(x: Floats) -> Floats:
+    def nearest(x: Floats) -> tuple[Floats, Index, Floats]:
         least, near = (np.asarray(one) for one in tree.query(x.T))
-        inward = -((x - sampled.points[:, near]) * sampled.normals[:, near]).sum(axis=0)
+        return least, near, -((x - sampled.points[:, near]) * sampled.normals[:, near]).sum(axis=0)
+
+    if not how_far and (nearest(inner.curve(piece_grid(inner.knots(), WALL_SAMPLES)[0]).points)[2] < 0.0).any():
+        return -inf, 0.0
+
+    def distance(x: Floats) -> Floats:
+        least, near, inward = nearest(x)
         phi = first = grid[near]
         for _ in range(STEPS):
             # Newton's way to the foot: along the curve its distance changes by the tangent's share, less what it bends.
@@ -107,9 +115,9 @@ def face_walls(grooves: Sequence[FaceGroove], names: Sequence[str], ends: tuple[
         return tuple(under)
     (one, other), between = grooves, f"{names[0]} to {names[1]}"
     along = one.way * (one.floor - other.floor)
-    within, at = room_within(one.outer.outline, other.inner.outline)
+    within, at = room_within(one.outer.outline, other.inner.outline, how_far=False)
     # Of two rings of which one is within the other, that one is not round it as well.
-    around = room_within(other.outer.outline, one.inner.outline)[0] if within < 0.0 else within
+    around = room_within(other.outer.outline, one.inner.outline, how_far=False)[0] if within < 0.0 else within
     aside, angle = (within, at) if within >= around else (around, None)
     if aside <= 0.0:
         return (Wall(f"{between}, floor to floor", along, None, APART),)
