@@ -72,6 +72,20 @@ class _Bearing(Section):
         None, description="of a track roller in a catalogue (`camgeom rollers`), which gives diameter and bearing")
     catalogue: Annotated[str, Field(min_length=1, max_length=200)] | None = Field(
         None, description="TOML file of your own track rollers beside the profile, asked before camgeom's")
+    diameter: Length = Field(description="mm")
+
+    @model_validator(mode="after")
+    def _turns_inside(self) -> Self:
+        if self.pitch_diameter is not None and self.pitch_diameter >= self.diameter:
+            raise ValueError(f"pitch_diameter = {self.pitch_diameter:g}: its bearing turns inside of the roller; "
+                             f"allowed: below its diameter, {self.diameter:g} mm")  # fmt: skip
+        static, name = self.static_rating, "static_rating"
+        if static is None:
+            static, name = self.dynamic_rating, "dynamic_rating"
+        if self.fatigue_load_limit is not None and static is not None and self.fatigue_load_limit >= static:
+            raise ValueError(f"fatigue_load_limit = {self.fatigue_load_limit:g}: some 1/8 of the static rating of a "
+                             f"roller bearing, 1/22 of a ball bearing's (ISO 281); allowed: below {name}, {static:g} N")
+        return self
 
     @property
     def ends(self) -> Ends:
@@ -87,7 +101,6 @@ class _Bearing(Section):
 class _Ended(_Bearing):
     """Keys of a roller with two ends: what its contact with the flank is like beside its shape."""
 
-    diameter: Length = Field(description="mm")
     end_radius: Gap = Field(
         0.0, description="mm, rounding that follows at both ends of `length`, of whichever body ends there; 0: sharp "
         "edges, whose pressure nothing bounds where they bear"
@@ -231,7 +244,6 @@ class SphereRoller(_Bearing):
     """A ball; `length` is the height of flank it touches, measured from the tip side of the equator."""
 
     shape: Literal["sphere"]
-    diameter: Length = Field(description="mm")
     length: Length | None = Field(None, description="mm, contact height below the equator; default 0.35 diameters")
 
     @model_validator(mode="after")

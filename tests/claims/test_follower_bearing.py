@@ -211,6 +211,18 @@ def test_every_key_of_bearing_film_and_wear_changes_a_figure_or_a_finding(key: s
         compute(other, ("fatigue",)).data["fatigue"], judge(other, asked).findings)  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("key", "held", "beyond"),
+    [("pitch_diameter", 23.9, 24.0), ("fatigue_load_limit", 12490.0, 12500.0)],
+)  # fmt: skip
+def test_a_bearing_that_no_roller_holds_is_refused(key: str, held: float, beyond: float):
+    # A pitch diameter of 1 000 mm in a roller of 22 mm made kappa 2.1 of 0.27, and the warning went.
+    whole = {**KNOWN, "roller__diameter": 24.0, "roller__dynamic_rating": 9800.0, "roller__static_rating": 12500.0}
+    assert model(DISC, **{**whole, f"roller__{key}": held}).duty.bearing is not None
+    with pytest.raises(ProfileError, match=rf"{key} = .*allowed: below"):
+        model(DISC, **{**whole, f"roller__{key}": beyond})
+
+
 def test_every_shipped_row_has_a_source_and_makes_a_roller():
     catalogue = shipped()
     assert len({one.designation for one in catalogue.follower}) == len(catalogue.follower) > 8
