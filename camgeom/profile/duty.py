@@ -148,6 +148,9 @@ def duty_problems(profile: Profile) -> Iterator[Problem]:
     elif shares and not isclose(sum(shares), 1.0, abs_tol=SUM):
         hint = "shares are of the time in which the machine runs"
         yield Problem("duty", "has shares that do not add up to 1", sum(shares), "1", hint)
+    if profile.operation.force and all(state.force is not None for state in duty):
+        hint = "every state of [[duty]] has forces of its own"
+        yield Problem("operation.force", "means nothing here", None, "", hint)
     for number, state in enumerate(duty):
         if state.temperature is not None and profile.lubricant is None:
             yield Problem(f"duty[{number}].temperature", "means nothing here", state.temperature, "",

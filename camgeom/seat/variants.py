@@ -27,6 +27,10 @@ STUDIED = ("motion", "blank", "flank", "checks", "contact", "fatigue")
 """Products of a study where none are named: everything that needs no solid."""
 MOVING = ("dynamics", "impact", "operation")
 """tables of a profile whose keys, when they are varied, ask for the dynamics too"""
+OVERRIDDEN: dict[tuple[str | int, ...], str] = {
+    ("operation", "speed"): "speed", ("lubricant", "temperature"): "temperature",
+}  # fmt: skip
+"""keys that a profile needs, and that of a state which stands in their place"""
 OF_TABLES = ("dynamics", "cutter", "tolerance")
 """products of a table of the profile, whose checks judge them"""
 
@@ -57,13 +61,18 @@ def asked(
 
 
 def refuse_unsolved(data: dict[str, Any], axes: Sequence[Axis]) -> None:
-    """Raise ProfileError for keys of a solver's table that the profile does not have: their rows would be equal."""
+    """Raise ProfileError for keys whose rows would be equal: of a solver's table that the profile does not have, and
+    those in whose place every operating state has its own."""
     for one in axes:
         table = one.path[0]
         if table in ("dynamics", "impact") and table not in data:
             text = f"the profile has no [{table}] table, so nothing is solved that this key changes"
             hint = f"give the profile an [{table}] table first (camgeom schema lists its keys)"
             raise ProfileError([Problem(f"--vary {one.key}", text, None, "", hint)])
+        states, own = data.get("duty") or (), OVERRIDDEN.get(tuple(one.path))
+        if own and states and all(isinstance(state, Mapping) and own in state for state in states):
+            text = f"every state of [[duty]] has a {own} of its own, so nothing hangs on this key"
+            raise ProfileError([Problem(f"--vary {one.key}", text, None, "", f"vary duty[0].{own}")])
 
 
 def columns(study: Study, rows: Sequence[Row]) -> dict[str, list[Any]]:

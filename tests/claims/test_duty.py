@@ -112,7 +112,8 @@ def test_a_state_has_its_own_forces():
     start = other.index('expression = "79')
     end = other.index("\n", start)
     same = Model(parse(other[:start] + 'expression = "400"' + other[end:]))
-    assert pin(own).lives == pytest.approx(same.lives)
+    bare = PIN[: PIN.index("[[operation.force]]")] + PIN[PIN.index("[material.cam]") :]
+    assert Model(parse(f"{bare}\n{own}")).lives == pytest.approx(same.lives)
 
 
 def test_without_duty_nothing_changes():
@@ -161,6 +162,17 @@ def test_a_factor_of_no_force_and_a_duty_without_operation_are_refused():
     assert "duty[0].load_factor" in refused("[[duty]]\nshare = 1\nload_factor = 2", bare)
     start = PIN.index("[operation]")
     assert "give [operation]" in refused("[[duty]]\nshare = 1", PIN[:start] + PIN[end:])
+
+
+def test_what_every_state_states_anew_is_asked_of_nothing_else():
+    """Forces, speeds and temperatures of [operation] and [lubricant] changed no figure beside those of every state."""
+    force = '[[duty.force]]\nexpression = "20"\n'
+    assert "operation.force: means nothing here" in refused(f"[[duty]]\nshare = 1\n{force}")
+    pin(f"[[duty]]\nshare = 0.5\n{force}[[duty]]\nshare = 0.5\n")
+    one, two = "[[duty]]\nshare = 0.5\nspeed = 500\n", "[[duty]]\nshare = 0.5\n"
+    with pytest.raises(ProfileError, match=r"every state of \[\[duty\]\] has a speed of its own"):
+        camgeom.study(pin(one + one), {"operation.speed": [300.0, 600.0]})
+    assert len(camgeom.study(pin(one + two), {"operation.speed": [300.0, 600.0]}, only=["motion"])["verdict"]) == 2
 
 
 def test_a_state_without_life_ends_all():
