@@ -83,7 +83,6 @@ class FaceLoad:
         for number in range(len(self.drive.touches)):
             normal, y = self.pressed(number, theta)
             value = normal * (0.5 * span + np.abs(y)) ** 2 * (0.5 * span - np.abs(y)) / span**2
-            value = np.maximum(value, normal * (0.25 * span**2 - y**2) * (0.5 * span - np.abs(y)) / span**2)
             worst.append((float(value.max()), float(theta[int(np.argmax(value))])))
         return max(worst)[1]
 
