@@ -277,7 +277,10 @@ def test_what_contradicts_itself_on_one_disc_is_refused(three: Model) -> None:
 
 
 def test_what_is_not_solved_of_several_tracks_is_told() -> None:
-    model = model_of(operation={"speed": 200.0, "friction": 200.0}, material={"cam": {"bending_limit": 400.0}})
+    """A body without a bore is held by nothing."""
+    data = data_of(operation={"speed": 200.0, "friction": 200.0}, material={"cam": {"bending_limit": 400.0}})
+    data["cam"].pop("bore")
+    model = built(data)
     said = judged(model, ["root-stress"])
     assert not said.findings
     assert {word.check for word in said.not_judged} == {"root-stress"}
