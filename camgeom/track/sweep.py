@@ -30,7 +30,7 @@ COVERED = 1e-10
 """share of the blank's radius by which a roller must reach over a point to cover it"""
 SAME = 10.0 * COVERED
 """share of a point's radius within which two edges run through it: ends are found where one covers the other"""
-MINIMA = 3
+MINIMA, NEWTON = 3, 7
 HALVINGS = 22
 POLISHED = 1e-3
 """rad by which an end of an edge is moved at most where it is polished"""
@@ -418,18 +418,22 @@ def _nearest(track: Track, phi: Floats, path: npt.NDArray[np.complex128], x: npt
     gap = np.hypot(x.real[:, None] - path.real, x.imag[:, None] - path.imag)
     ahead = np.concatenate([gap[:, 1:], gap[:, -1:] + 1.0], axis=1)
     behind = np.concatenate([gap[:, :1] + 1.0, gap[:, :-1]], axis=1)
-    low = np.where((gap <= ahead) & (gap <= behind), gap, np.inf)
-    take = min(MINIMA, low.shape[1])
-    picked = np.argpartition(low, take - 1, axis=1)[:, :take]
+    least = np.where((gap <= ahead) & (gap <= behind), gap, np.inf)
+    take = min(MINIMA, least.shape[1])
+    picked = np.argpartition(least, take - 1, axis=1)[:, :take]
     at = phi[picked]
     step = TURN / PER_TURN
-    first, last = np.maximum(at - step, phi[0]), np.minimum(at + step, phi[-1])
-    for _ in range(5):
+    low, high = np.maximum(at - step, phi[0]), np.minimum(at + step, phi[-1])
+    for _ in range(NEWTON):
         c, d, dd = (row.reshape(at.shape) for row in _centre(track, at.ravel(), 2))
         off = x[:, None] - c
         slope = -(np.conj(d) * off).real
         bend = np.abs(d) ** 2 - (np.conj(dd) * off).real
-        at = np.clip(at - slope / np.where(bend > 0.0, bend, np.inf), first, last)
+        # Where the acceleration jumps, or a path bends sharper than the roller, Newton's step may leave the minimum.
+        low, high = np.where(slope <= 0.0, at, low), np.where(slope > 0.0, at, high)
+        fresh = at - slope / np.where(bend > 0.0, bend, np.inf)
+        inside = (bend > 0.0) & (fresh >= low) & (fresh <= high)
+        at = np.where(inside, fresh, np.where(slope == 0.0, at, 0.5 * (low + high)))
     fine = np.abs(x[:, None] - _centre(track, at.ravel(), 0)[0].reshape(at.shape))
     return np.asarray(np.minimum(fine.min(axis=1), gap.min(axis=1)))
 

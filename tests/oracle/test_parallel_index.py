@@ -312,6 +312,19 @@ def test_an_edge_that_leaves_along_the_rim_ends_where_it_was_found():
         assert np.hypot(*x.T).max() < 0.5 * cam.diameter + 1e-6
 
 
+def test_a_path_whose_curvature_jumps_bounds_its_plate():
+    """Newton's method for the nearest place of a path does not settle across the jump; its bracket is halved there."""
+    cam, setup = plates(4, 12, 3, center_distance=136.70971751867475, diameter=212.8570301765766, plates=4)
+    follower = TurretFollower(kind="turret", stops=4, rollers=16, pitch_radius=77.78078002920338)
+    program = index_program(4, "parabolic", 217.31522594656703)
+    setup = replace(setup, follower=follower, roller=CylinderRoller(diameter=18.103222110183037, length=12.9),
+                    program=program)  # fmt: skip
+    for plate, outline in enumerate(cam.mechanism(setup).outlines.values()):
+        x = outline.curve(np.linspace(0.0, 2.0 * pi, 801)).points.T
+        inner = np.hypot(*x.T) < 0.5 * cam.diameter - 1e-6
+        assert np.abs(ring_distance(cam, setup, plate, x[inner])).max() < 1e-8
+
+
 def test_a_jump_of_velocity_is_named():
     cam, setup = plates(4, 12, 3)
     setup = replace(setup, program=index_program(4, "constant-velocity", 240.0))
@@ -383,3 +396,4 @@ def test_an_edge_that_ends_on_the_rim_where_no_other_begins_leaves_no_joint_and_
     lonely.__dict__["_starts"] = np.zeros_like(sweep._starts)
     assert [lonely._next(i) for i in ends] == [None] * len(ends)
     assert ends
+
