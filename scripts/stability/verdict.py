@@ -28,7 +28,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
 from verdict_designs import FIRST_SEED, Data, furnished, kind_of, kinds_of, sound  # noqa: E402
-from verdict_faults import FAULTS, FIRST, PENDING, fault_of, injected, swinging_torque  # noqa: E402
+from verdict_faults import FAULTS, PENDING, count_of, fault_of, injected, swinging_torque  # noqa: E402
 
 EXPLAINED: dict[str, str] = {}
 """warnings that a sound design may raise, by check, each with its reason"""
@@ -99,7 +99,7 @@ def run_sound(seed: int) -> Record:
 def of_fault(seed: int) -> tuple[str, str, Data, Data]:
     """Class, kind, sound and faulty design of a seed."""
     name = fault_of(seed)
-    turn = seed // (FIRST if seed < FIRST_SEED else len(FAULTS))
+    turn = seed // count_of(seed)
     # Classes step through their kinds from different places, so that few seeds meet many pairs.
     every = kinds_of(seed)
     kinds = [kind for kind in FAULTS[name].kinds if kind in every]
@@ -190,7 +190,8 @@ def spoilt(how: str, data: Data, model: Any) -> tuple[Any, ...]:
     if how == "coarse":
         coarse = model_of(data, min(30.0 * tolerance, 1.0)).solids
         return tuple(replace(solid, chord_error=0.97 * tolerance) for solid in coarse)
-    axis = 2 if data["cam"]["kind"] in ("cylindrical", "cylindrical-index", "globoidal") else 0
+    axes = {"cylindrical": 2, "cylindrical-index": 2, "globoidal": 2, "linear": 1}
+    axis = axes.get(data["cam"]["kind"], 0)
     moved = []
     for solid in model.solids:
         vertices = solid.mesh.vertices.copy()

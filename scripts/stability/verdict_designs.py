@@ -10,6 +10,7 @@ from collections.abc import Callable
 from math import atan, degrees, pi, radians, sin, sqrt, tan
 from typing import Any
 
+import numpy as np
 from designs import Dice
 
 Data = dict[str, Any]
@@ -104,13 +105,19 @@ def loaded(dice: Dice, data: Data, reach: float, lift: float, sprung: bool) -> N
         data["limits"] = {"life_h": 100.0}
 
 
+def slid(data: Data) -> float:
+    """Least that the largest force along a linear cam's travel can be, N: of plate and slide where they turn back."""
+    omega = data["operation"]["speed"] * pi / 30.0
+    return float(data["cam"]["moving_mass"] * 0.5e-3 * data["cam"]["stroke"] * omega**2)
+
+
 def moves(data: Data) -> list[tuple[float, float, str]]:
-    """Angle, rad, size (mm; rad of a swing) and law of every move."""
-    unit = pi / 180.0 if swings(data) else 1.0
+    """Angle, rad (of a linear cam mm), size (mm; rad of a swing) and law of every move."""
+    unit, per = pi / 180.0 if swings(data) else 1.0, 1.0 if data["cam"]["kind"] == "linear" else pi / 180.0
     began, at, found = 0.0, 0.0, []
     for segment in data["motion"]:
         if "to" in segment:
-            found.append((radians(segment["until"] - began), unit * abs(segment["to"] - at), segment["law"]))
+            found.append((per * (segment["until"] - began), unit * abs(segment["to"] - at), segment["law"]))
             at = segment["to"]
         began = segment["until"]
     return found
@@ -424,6 +431,45 @@ def _end_face(dice: Dice, swings: bool) -> Data:
     return data
 
 
+def _linear(dice: Dice) -> Data:
+    """A groove in a plate that a crank with a long rod slides out and back."""
+    trip = Trip(dice)
+    travel, radius = dice.between(140.0, 220.0), dice.between(7.0, 11.0)
+    length, wall = radius * dice.between(1.0, 1.3), dice.between(8.0, 14.0)
+    # Path of the roller over the travel, mm: slopes by the angle are slopes by the travel times travel / (2 pi).
+    stroke = tan(radians(dice.between(10.0, 22.0))) * travel / (2.0 * pi) / trip.velocity
+    cam: Data = {"kind": "linear", "stroke": travel, "drive": "simple-harmonic", "groove_depth": length + 1.0}
+    cam |= {"thickness": length + 1.0 + wall, "start": radius + wall, "length": travel + 2.0 * (radius + wall)}
+    cam |= {"edge": radius + wall, "width": stroke + 2.0 * (radius + wall), "moving_mass": dice.between(2.0, 8.0)}
+    if dice.chance(0.3):
+        cam["running_clearance"] = dice.between(0.005, 0.02)
+    motion = trip.segments(stroke)
+    for segment in motion:
+        segment["until"] *= travel / 360.0
+    data: Data = {"cam": cam, "motion": motion, "follower": {"kind": "translating"}}
+    data["roller"] = roller(dice, radius, length)
+    loaded(dice, data, radius * length, swayed(data), False)
+    return data
+
+
+def swayed(data: Data) -> float:
+    """Largest second derivative of a linear cam's lift by the angle of its crank, mm, by differences."""
+    travel, count = data["cam"]["stroke"], 7200
+    x = 0.5 * travel * (1.0 - np.cos(pi * np.arange(count + 1) / count))
+    lift, began, at = np.zeros_like(x), 0.0, 0.0
+    for segment in data["motion"]:
+        share, to = (x - began) / (segment["until"] - began), segment.get("to", at)
+        # One law for all: with the peak acceleration of any it differs by less than the room there is to limits.
+        lift = np.where(share >= 0.0, at + (to - at) * five(np.clip(share, 0.0, 1.0)), lift)
+        began, at = segment["until"], to
+    return float(np.abs(np.diff(lift, 2)).max()) / (pi / count) ** 2
+
+
+def five(x: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The 3-4-5 polynomial."""
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
 KINDS: dict[str, Callable[[Dice], Data]] = {
     "drum groove": lambda dice: _drum(dice, "groove", False),
     "drum groove, swinging": lambda dice: _drum(dice, "groove", True),
@@ -449,6 +495,7 @@ KINDS: dict[str, Callable[[Dice], Data]] = {
     "end face, swinging": lambda dice: _end_face(dice, True),
     "both faces": _both_faces,
     "groove and rim": _groove_and_rim,
+    "linear": _linear,
 }
 """how a design of every kind is made; the kind of a seed is that of its remainder"""
 SEVERAL = ("both faces", "groove and rim")
@@ -457,11 +504,13 @@ FIRST_SEED = 5000
 """sound designs from here on are furnished; those below are the ones of the record in docs/stability.md"""
 FIRST_KINDS = 20
 """kinds of the seeds below"""
+LINEAR_SEED, SECOND_KINDS = 60_000, 24
+"""linear cams come from here on; kinds of the seeds below"""
 
 
 def kinds_of(seed: int) -> tuple[str, ...]:
     """The kinds that a seed may have."""
-    return tuple(KINDS)[: FIRST_KINDS if seed < FIRST_SEED else len(KINDS)]
+    return tuple(KINDS)[: FIRST_KINDS if seed < FIRST_SEED else SECOND_KINDS if seed < LINEAR_SEED else len(KINDS)]
 
 
 def kind_of(seed: int) -> str:
@@ -475,7 +524,8 @@ def sound(seed: int, kind: str = "") -> Data:
     dice = Dice(seed)
     data = KINDS[kind or kind_of(seed)](dice)
     data["name"] = f"sound {seed}"
-    data["cam"]["direction"] = dice.one("ccw", "cw")
+    direction = dice.one("ccw", "cw")
+    data["cam"] |= {} if data["cam"]["kind"] == "linear" else {"direction": direction}
     data["output"] = {"tolerance": dice.log(0.008, 0.03)}
     data["material"] = {body: {"hardness": 60.0} for body in ("cam", "roller")}
     if data["follower"]["kind"] == "turret":
@@ -490,7 +540,10 @@ def pressing(data: Data) -> float:
     operation, follower = data["operation"], data["follower"]
     omega = operation["speed"] * pi / 30.0
     mass = follower["inertia"] * 1e3 if swings(data) else follower["mass"] * 1e-3
-    inertia = max(mass * LAWS[law][1] * size / angle**2 * omega**2 for angle, size, law in moves(data))
+    if data["cam"]["kind"] == "linear":
+        inertia = mass * swayed(data) * omega**2
+    else:
+        inertia = max(mass * LAWS[law][1] * size / angle**2 * omega**2 for angle, size, law in moves(data))
     return float(2.0 * (inertia + operation["friction"] + operation.get("spring_preload", 0.0)) / arm_of(data))
 
 
@@ -498,12 +551,16 @@ def furnished(seed: int) -> Data:
     """The sound design of a seed with further limits, all far away, and a third of them with a stiff, damped drive."""
     data, dice = sound(seed), Dice(seed + 2_000_003)
     kind, most, limits = data["follower"]["kind"], pressing(data), data.setdefault("limits", {})
+    linear = data["cam"]["kind"] == "linear"
+    if linear and dice.chance(0.6):
+        slope = max(LAWS[law][0] * size / angle for angle, size, law in moves(data))
+        limits["drive_force_n"] = (most * (slope + 0.5) + slid(data)) * dice.between(2.0, 4.0)
     if "roller" in data and dice.chance(0.6):
         # No more than rolls: a law's mean acceleration is over half its peak, three rollers share, a move takes a third
         # of the turn and more, so that the equivalent load is above most / 2 / 2 / 3 * (1/3)^0.3 = 0.06 most, and
         # bearings need 0.0167 of their static rating to roll.
         data["roller"] |= {"dynamic_rating": 10.0 * most, "static_rating": dice.between(1.5, 3.0) * most}
-    if dice.chance(0.6):
+    if dice.chance(0.6) and not linear:
         slope = max(LAWS[law][0] * size / angle for angle, size, law in moves(data))
         # Work of the follower over the angle; what presses off its line costs no torque.
         limits["torque_n_m"] = 1e-3 * most * arm_of(data) * slope * dice.between(2.0, 4.0)
@@ -514,7 +571,7 @@ def furnished(seed: int) -> Data:
             data["material"][body]["case_depth_mm"] = dice.between(4.0, 6.0)
     if data["operation"].get("spring_preload") is None and dice.chance(0.6):
         limits["play_mm"] = dice.between(0.25, 0.4)
-    if dice.chance(0.33):
+    if dice.chance(0.33) and not linear:
         data["dynamics"] = stiff(data, dice)
     if not limits:
         del data["limits"]

@@ -11,24 +11,27 @@ from tests.places import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts" / "stability"))
 
-from verdict import design_of, of_fault, run_fault, run_sound, table
-from verdict_designs import FIRST_SEED, KINDS, LAWS, kind_of, sound
-from verdict_faults import FAULTS, FIRST, IDLE, PENDING, WITHOUT, normalised, swinging_torque
+from verdict import asked, design_of, of_fault, run_fault, run_sound, table
+from verdict_designs import FIRST_SEED, KINDS, LAWS, LINEAR_SEED, furnished, kind_of, sound
+from verdict_faults import FAULTS, FIRST, IDLE, PENDING, WITHOUT, count_of, injected, normalised, swinging_torque
 
 from camgeom.checks import checks
 
-SECOND = FIRST_SEED + FIRST - FIRST_SEED % len(FAULTS) + len(FAULTS)
+CLASSES = count_of(FIRST_SEED)
+SECOND = FIRST_SEED + FIRST - FIRST_SEED % CLASSES + CLASSES
 """the first seed of the classes after the first 27"""
 
 
 def test_a_seed_gives_one_design_and_one_fault() -> None:
     assert sound(17) == sound(17)
     assert of_fault(17) == of_fault(17)
-    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS)
+    assert {kind_of(seed) for seed in range(FIRST_SEED, FIRST_SEED + len(KINDS))} == set(KINDS) - {"linear"}
+    assert {kind_of(seed) for seed in range(LINEAR_SEED, LINEAR_SEED + len(KINDS))} == set(KINDS)
+    assert {of_fault(seed)[0] for seed in range(LINEAR_SEED, LINEAR_SEED + len(FAULTS))} == set(FAULTS)
 
 
 def test_a_fault_changes_its_profile_unless_it_spoils_the_body() -> None:
-    for seed in range(2 * len(FAULTS)):
+    for seed in (*range(2 * len(FAULTS)), *range(LINEAR_SEED, LINEAR_SEED + len(FAULTS))):
         name, kind, data, faulty = of_fault(seed)
         assert kind in FAULTS[name].kinds
         assert (data == faulty) == (FAULTS[name].body in ("coarse", "moved")), name
@@ -59,10 +62,27 @@ def test_faults_are_told_by_the_right_check(first: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(SECOND, SECOND + len(FAULTS) - FIRST, 7))
+@pytest.mark.parametrize("first", range(SECOND, SECOND + CLASSES - FIRST, 7))
 def test_faults_of_the_other_checks_are_told_by_them(first: int) -> None:
-    records = [run_fault(seed) for seed in range(first, min(first + 7, SECOND + len(FAULTS) - FIRST))]
+    records = [run_fault(seed) for seed in range(first, min(first + 7, SECOND + CLASSES - FIRST))]
     assert not [record for record in records if record.outcome == "MISS"], table(records)
+
+
+LINEAR = LINEAR_SEED + len(KINDS) - LINEAR_SEED % len(KINDS) - 1
+
+
+@pytest.mark.parametrize("seed", [LINEAR, LINEAR + len(KINDS)])
+def test_sound_linear_cams_raise_no_alarm(seed: int) -> None:
+    assert furnished(seed)["cam"]["kind"] == "linear"
+    assert run_sound(seed).outcome == "quiet"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, fault in FAULTS.items() if "linear" in fault.kinds])
+def test_faults_of_linear_cams_are_told(name: str) -> None:
+    data = sound(LINEAR, "linear")
+    told, _, said = asked(name, data, injected(name, data, "linear", LINEAR))
+    assert told, said
 
 
 def test_every_check_has_a_fault_or_a_reason_why_not() -> None:
