@@ -43,7 +43,7 @@ ANSWERS = 2
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Worst:
     """All errors within their sizes at once; mm or rad.
 
