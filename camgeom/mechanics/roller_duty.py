@@ -593,6 +593,11 @@ class RollerDuty:
         return peak_of(self.force.panels, np.abs(self.normal))
 
     @cached_property
+    def quoted_force(self) -> Extreme:
+        """The same as if all of it acted at the place where the classical figures are quoted."""
+        return self.peak_force if self.at is None else peak_of(self.force.panels, np.abs(self.quoted.normal))
+
+    @cached_property
     def peak_torque(self) -> Extreme:
         """Largest torque that the cam takes from its shaft or gives it, N mm, as a magnitude."""
         return largest_of(self.force.panels, self.torque)
@@ -671,7 +676,8 @@ class RollerDuty:
                 "cam_angle_deg": degrees(float(peak.theta)),
                 **self._crown_data(),
             }),
-            "peak_force_n": self.peak_force.value,
+            "peak_force_n": self.quoted_force.value,
+            **({} if self.at is None else {"peak_middle_force_n": self.peak_force.value}),
             **(slice_data(hardest) if hardest is not None else {}),
             **length_data(self.contact_length, self.least_touching),
             **hertz_data(self.peak_contact, self.deepest_shear),

@@ -32,6 +32,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("load_centre_mm", "load acts along the roller at", "mm"),
         ("contact_length_mm", "length that touches there", "mm"),
         ("peak_force_n", "peak contact force", "N"),
+        ("peak_middle_force_n", "peak in the middle of the contact", "N"),
         ("least_force_n", "least contact force", "N"),
         ("peak_torque_n_m", "peak camshaft torque", "N m"),
         ("mean_torque_n_m", "mean camshaft torque", "N m"),

@@ -89,6 +89,12 @@ def test_the_force_of_a_contact_is_that_of_all_of_its_places() -> None:
     cosine = radius / np.hypot(radius, slope)
     borne = np.abs(force) * cosine.sum(axis=0) / (cosine**2).sum(axis=0)
     assert made.duty.peak_force.value == pytest.approx(float(borne.max()), rel=1e-3)
+    # the literature's force is that at the pitch radius
+    told = made.duty.contact_data()
+    classical = np.abs(force * np.hypot(67.0, slope) / 67.0).max()
+    assert told["peak_force_n"] == pytest.approx(float(classical), rel=1e-3)
+    assert told["peak_middle_force_n"] == made.duty.peak_force.value > 1.05 * told["peak_force_n"]
+    assert "peak_middle_force_n" not in model("disc_face_groove").duty.contact_data()
 
 
 @pytest.mark.parametrize("name", ["disc_flat_face", "constant_width_press"])

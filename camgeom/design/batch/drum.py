@@ -410,9 +410,13 @@ class Groove:
 
     @cached_property
     def peak_force(self) -> Floats:
-        """Largest normal force, N."""
-        samples = self.motion.samples
-        return self.motion.largest(lambda p: np.abs(self.normal(p)), np.abs(self.normal(samples, self._force)))
+        """Largest normal force at the quoted radius, N."""
+
+        def normal(points: Points, force: Floats | None = None) -> Floats:
+            force = self.force(points) if force is None else force
+            return np.abs(force / self._share(force, points, self.quoted))
+
+        return self.motion.largest(normal, normal(self.motion.samples, self._force))
 
     @cached_property
     def peak_torque(self) -> Floats:

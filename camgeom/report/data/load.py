@@ -37,8 +37,13 @@ def contact_data(model: Model) -> dict[str, Any]:
 
 
 def force_data(model: Model) -> dict[str, Any]:
-    """The largest force that presses the cam."""
-    return {} if model.peak_force is None else {"peak_force_n": model.peak_force.value}
+    """The largest force that presses the cam, where figures are quoted and where it acts."""
+    if model.peak_force is None:
+        return {}
+    duties = model.duties if model.drive is None else ()
+    quoted = max((duty.quoted_force.value for duty in duties), default=model.peak_force.value)
+    moved = any(duty.at is not None for duty in duties)
+    return {"peak_force_n": quoted} | ({"peak_middle_force_n": model.peak_force.value} if moved else {})
 
 
 def roller_data(duty: RollerDuty) -> dict[str, Any]:

@@ -65,6 +65,7 @@ _FIGURES = (
     ("deepest_shear_mm", "The same where it lies deepest", "mm", "deepest_shear_at_deg"),
     ("preload_pressure_mpa", "Contact pressure of the preload in the dwell", "MPa", ""),
     ("peak_force_n", "Largest force on a roller", "N", ""),
+    ("peak_middle_force_n", "The same in the middle of the contact, as it is judged", "N", ""),
     ("allowable_force_n", "Force that the contact limit allows there", "N", ""),
     ("peak_turret_torque_n_m", "Peak torque on the turret", "N m", ""),
     ("peak_torque_n_m", "Peak torque of the camshaft", "N m", "peak_torque_at_deg"),
