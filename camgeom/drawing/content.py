@@ -146,6 +146,8 @@ class Map:
     """Two colours about zero, for signed quantities."""
     marks: tuple[Mark, ...] = ()
     width: Width = "full"
+    to_scale: bool = False
+    """Both axes are lengths of one place and get one scale."""
 
     def __post_init__(self) -> None:
         if self.values.shape != (len(self.y_at), len(self.x_at)) or min(self.values.shape) < 2:

@@ -25,6 +25,8 @@ from camgeom.maths import Floats
 
 _SMOOTH = 160
 """pixels along the longer side a coarse picture is refined to before it is shown"""
+TALLEST = 2.0
+"""heights of a map that one to scale has at most"""
 MOST_HIDDEN = 24
 """pieces of other lines that a line's number may cover: about two lines' height of text"""
 
@@ -35,11 +37,17 @@ def map_sheet(chart: Map, width: float) -> Sheet:
     low, high = value_range(chart.values, chart.diverging)
     bar = ticks(low, high, 6, unit=chart.value.unit, tight=True)
     top = 2.7 * FONT + 14.0
-    height = 150.0 if narrow else 180.0
-    y = y_ticks(_tight(chart), [], height)
+    height, right = 150.0 if narrow else 180.0, width - 14.0
+    x_span, y_span = (float(np.ptp(_ends(at))) for at in (chart.x_at, chart.y_at))
+    if chart.to_scale:
+        height = min(TALLEST * height, right * y_span / x_span)
+    y = y_ticks(_tight(chart.y, chart.y_at), [], height)
     left = max(map(text_width, y.texts)) + 10.0
-    x = x_ticks(chart.x, [_ends(chart.x_at)], width - left - 14.0)
-    frame = Frame((left, top + 1.9 * FONT, width - 14.0, top + 1.9 * FONT + height), x, y)
+    if chart.to_scale:
+        height = min(height, (right - left) * y_span / x_span)
+        right = left + height * x_span / y_span
+    x = x_ticks(_tight(chart.x, chart.x_at) if chart.to_scale else chart.x, [_ends(chart.x_at)], right - left)
+    frame = Frame((left, top + 1.9 * FONT, right, top + 1.9 * FONT + height), x, y)
     sheet = Sheet(width, frame.box[3] + 3.2 * FONT)
     _draw_bar(sheet, chart, bar, width, narrow)
     sheet.text(0.0, top + 1.1 * FONT, axis_title(chart.y, y), "start", "axis")
@@ -59,7 +67,7 @@ def map_sheet(chart: Map, width: float) -> Sheet:
         place_label(sheet, frame.box, *frame.one(mark.x, mark.y), mark.text, beside, "on-map")
     _number_lines(sheet, frame, [text for _, text, _ in lines], middles)
     title = axis_title(chart.x, x)
-    sheet.text(0.5 * (left + width - 10.0), frame.box[3] + 2.75 * FONT, title, "middle", "axis")
+    sheet.text(0.5 * (left + right), frame.box[3] + 2.75 * FONT, title, "middle", "axis")
     sheet.add(*linked(chart.x, frame, [(frame.box[1], frame.box[3])]))
     return sheet
 
@@ -70,9 +78,9 @@ def _ends(at: Floats) -> Floats:
     return np.array([at[0] - half, at[-1] + half])
 
 
-def _tight(chart: Map) -> Axis:
-    low, high = _ends(chart.y_at).tolist()
-    return Axis(chart.y.label, chart.y.unit, low, high)
+def _tight(axis: Axis, at: Floats) -> Axis:
+    low, high = _ends(at).tolist()
+    return Axis(axis.label, axis.unit, low, high)
 
 
 def _draw_bar(sheet: Sheet, chart: Map, bar: Ticks, width: float, narrow: bool) -> None:

@@ -271,3 +271,16 @@ def test_scene_text_cannot_leave_its_script() -> None:
     text = scene_json(Scene("s", np.array([0.0]), (body,), (Shade("k", "<!--"),)))
     assert "<" not in text
     assert json.loads(text)["bodies"][0]["name"] == "</script><script>"
+
+
+@pytest.mark.parametrize(("width", "tall"), [(820.0, 30.0), (820.0, 4.0), (360.0, 30.0)])
+def test_a_place_on_a_body_is_drawn_to_scale(width: float, tall: float) -> None:
+    x, y = np.linspace(0.5, 19.5, 20), np.linspace(40.0, 40.0 + tall, 21)
+    values = np.add.outer(y, x)
+    axes = Axis("x", "mm"), Axis("y", "mm"), Axis("Stress", "MPa")
+    for chart, alike in ((Map("c", *axes, x, y, values, to_scale=True), True), (Map("c", *axes, x, y, values), False)):
+        (frame,) = (shape.box for shape in map_sheet(chart, width).shapes
+                    if isinstance(shape, Rectangle) and shape.style == "frame")  # fmt: skip
+        scales = (frame[2] - frame[0]) / 20.0, (frame[3] - frame[1]) / (tall * 21.0 / 20.0)
+        assert (scales[0] == pytest.approx(scales[1], rel=1e-9)) == alike
+        assert frame[2] <= width

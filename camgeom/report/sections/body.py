@@ -80,4 +80,4 @@ def _coloured(cut: Cut, peak: Peak) -> Map:
     shown = np.clip(values, 0.0, peak.value)
     sides = (Axis("x", "mm"), Axis("y", "mm")) if plate else (Axis("z", "mm"), Axis("Radius", "mm"))
     return Map(caption, *sides, Axis("Largest principal stress", "MPa"), along, out, shown,
-               marks=(Mark(z, r, f"{peak.value:.4g}"),))  # fmt: skip
+               marks=(Mark(z, r, f"{peak.value:.4g}"),), to_scale=True)  # fmt: skip
