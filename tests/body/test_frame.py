@@ -36,6 +36,7 @@ PLAIN = {"face_width": 144.0, "face_height": 0.0, "window_radius": 0.0}
 
 def press(limit: float | None = None, output: dict[str, Any] | None = None, **follower: Any) -> Model:
     data = read_data(PROFILES / "constant_width_press.toml")
+    del data["impact"]
     steel = {} if limit is None else {"material": {"roller": {"bending_limit": limit}}}
     return Model(from_data({**data, **steel, "follower": {**data["follower"], **follower},
                             "output": {**data["output"], **(output or {})}}))  # fmt: skip
@@ -210,6 +211,21 @@ def test_the_frame_is_judged_by_its_corners_peak_against_its_own_limit(
         (finding,) = verdict.findings
         assert (finding.level, finding.limit, finding.unit) == (level, 400.0, "MPa")
         assert "frame" in finding.where or not peaks
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.999, True), (1.002, False)])
+def test_a_peak_that_impacts_would_bring_beyond_the_limit_does_not_pass(share: float, passes: bool) -> None:
+    """The frame is struck with 1.8 times the largest rigid force."""
+    data = read_data(PROFILES / "constant_width_press.toml")
+    model = Model(from_data({**data, "material": {"roller": {"bending_limit": 400.0}}}))
+    struck = max(duty.peak_force.value for turn in model.impact_duties for duty in turn)
+    assert model.peak_force is not None
+    ratio = struck / model.peak_force.value
+    assert ratio > 1.5
+    peak = share * 400.0 / ratio
+    verdict = judge(known(model, 20.0, peak, peak), ["root-stress"])
+    assert [finding.level for finding in verdict.findings] == (["pass"] if passes else [])
+    assert passes or "impacts" in verdict.not_judged[0].reason
 
 
 def test_a_larger_stress_at_a_sharp_foot_keeps_the_corners_peak_from_passing() -> None:
