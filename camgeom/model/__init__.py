@@ -762,12 +762,13 @@ class Model(Sealed):
     @fact
     def tolerances(self) -> ToleranceStudy:
         """What errors of assembly and manufacture do: each alone, and, where [tolerance] gives them, all together."""
-        from camgeom.cams.linear import NO_ERRORS
         from camgeom.tolerance.causes import default_pivots
         from camgeom.tolerance.sensitivity import Loaded
         from camgeom.tolerance.study import ToleranceStudy
 
         if self.mechanism.carriage is not None:
+            from camgeom.cams.linear import NO_ERRORS
+
             raise DesignError(NO_ERRORS)
         spec, material = self.profile.tolerance_spec, self.profile.material
         pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)

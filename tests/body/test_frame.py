@@ -25,7 +25,7 @@ from camgeom.profile import from_data, read_data
 from camgeom.report.result import compute
 from camgeom.report.sections.body import body
 from camgeom.solid.frame import FramePlate
-from tests.body.test_volume import FORMATS, read
+from tests.body.files import FORMATS, read
 from tests.places import PROFILES
 
 COARSE = FrameCells(2, 2, 1, 1, 1, 1, 1, 1, 1)
