@@ -141,11 +141,20 @@ class Cylindrical(Cam):
             found.append(Problem("cam.rib_thickness", "missing", None, "a length in mm, for form = 'rib'"))
         if self.form == "rib" and self.run_out:
             found.append(problem("cam.run_out", True, "false for form = 'rib': a rib has to stay within the drum"))
-        if self.pitch_radius is not None and not self.floor_radius <= self.pitch_radius <= self.radius:
-            limit = f"{self.floor_radius:g} .. {self.radius:g} mm"
-            found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
+        if self.pitch_radius is not None and setup.roller is not None:
+            low, high = self.contact(setup.roller)
+            if not low <= self.pitch_radius <= high:
+                limit = f"{low:g} .. {high:g} mm, where the roller touches"
+                found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
         root = root_problems(setup, self.root_radius, self.groove_depth) if self.form == "groove" else []
         return [*found, *root, *self._start_problems(setup), *arc_problems(setup, self.radius)]
+
+    def contact(self, roller: AnyRoller) -> tuple[float, float]:
+        """Radial stretch of a roller that touches the flank, mm."""
+        if isinstance(roller, SphereRoller):
+            centre = self.floor_radius + 0.5 * roller.diameter
+            return centre - (roller.length or 0.35 * roller.diameter), min(centre, self.radius)
+        return self.radius - roller.length, self.radius
 
     def _size_problems(self) -> list[Problem]:
         found = []
@@ -247,12 +256,8 @@ class CylindricalMechanism(Mechanism):
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Radial stretch of the roller that touches the flank, mm."""
-        roller, radius = self.roller, self.cam.radius
-        if isinstance(roller, SphereRoller):
-            centre = self.cam.floor_radius + 0.5 * roller.diameter
-            return centre - (roller.length or 0.35 * roller.diameter), min(centre, radius)
-        return radius - roller.length, radius
+        """See `Cylindrical.contact`."""
+        return self.cam.contact(self.roller)
 
     @property
     def quoted_radius(self) -> float:

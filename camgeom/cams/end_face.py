@@ -99,8 +99,6 @@ class EndFace(Cam):
         if inner >= outer:
             return [problem("cam.inner_diameter", self.inner_diameter, f"below the outside, {self.diameter:g} mm")]
         found = bore_problems(self.bore, self.keyway_width, self.keyway_depth, inner, "ring")
-        if self.pitch_radius is not None and not inner <= self.pitch_radius <= outer:
-            found.append(problem("cam.pitch_radius", self.pitch_radius, f"{inner:g} .. {outer:g} mm"))
         follower, roller = setup.follower, setup.roller
         assert isinstance(follower, TranslatingFollower | SwingingFollower)
         if roller is None:
@@ -113,6 +111,10 @@ class EndFace(Cam):
         if roller.length > outer - inner:
             limit = f"at most the width of the ring, {outer - inner:g} mm"
             found.append(problem("roller.length", roller.length, limit))
+        low, high = self.contact(roller)
+        if self.pitch_radius is not None and not low <= self.pitch_radius <= high:
+            limit = f"{low:g} .. {high:g} mm, where the roller touches"
+            found.append(problem("cam.pitch_radius", self.pitch_radius, limit))
         lowest = self.height + float(heights(follower, setup.program).min())
         if self.web >= lowest:
             limit = f"below the lowest place of the end face, {lowest:.6g} mm"
@@ -129,6 +131,11 @@ class EndFace(Cam):
             limit = f"above {2.0 * reach:.6g} mm, so that the roller meets the inside of the ring at every slope"
             found.append(problem("cam.inner_diameter", self.inner_diameter, limit))
         return found
+
+    def contact(self, roller: AnyRoller) -> tuple[float, float]:
+        """Radial stretch of a roller that touches the ring, mm: its middle stands on the middle of the ring."""
+        half = 0.5 * (roller.length or 0.0)
+        return self.middle - half, self.middle + half
 
     def roller_radius(self, roller: AnyRoller, place: float) -> float:
         """Radius of the roller, or of what is left of its cone beside it, at a place along its axis, mm."""
@@ -147,9 +154,8 @@ class EndFaceMechanism(Mechanism):
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Radial stretch of the roller that touches the ring, mm: its middle stands on the middle of the ring."""
-        half = 0.5 * (self.roller.length or 0.0)
-        return self.cam.middle - half, self.cam.middle + half
+        """See `EndFace.contact`."""
+        return self.cam.contact(self.roller)
 
     @property
     def quoted_radius(self) -> float:

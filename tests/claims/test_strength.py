@@ -14,10 +14,11 @@ from camgeom.errors import ProfileError
 from camgeom.export.history import turn_history
 from camgeom.mechanics.material import Material, hardness_bound
 from camgeom.model import Model
+from camgeom.profile import from_data, read_data
 from camgeom.report.data.load import contact_data
 from camgeom.report.data.load import fatigue_data as contact_fatigue
 from camgeom.report.result import compute
-from tests.places import BARE
+from tests.places import BARE, PROFILES
 from tests.reference.profiles import model, said
 
 
@@ -95,6 +96,20 @@ def test_the_force_of_a_contact_is_that_of_all_of_its_places() -> None:
     assert told["peak_force_n"] == pytest.approx(float(classical), rel=1e-3)
     assert told["peak_middle_force_n"] == made.duty.peak_force.value > 1.05 * told["peak_force_n"]
     assert "peak_middle_force_n" not in model("disc_face_groove").duty.contact_data()
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [("pin_insertion", 55.0, 67.0), ("end_face_lifter", 45.5, 58.5)])
+def test_the_quoted_place_lies_where_the_roller_touches(name: str, low: float, high: float) -> None:
+    """Beyond it, in the groove's depth and on the ring, forces and pressures were those of the middle, in silence."""
+    data = read_data(PROFILES / f"{name}.toml")
+    for quoted in (low - 0.01, low, high, high + 0.01):
+        changed = {**data, "cam": {**data["cam"], "pitch_radius": quoted}}
+        if low <= quoted <= high:
+            (duty,) = Model(from_data(changed)).duties
+            assert duty.quoted.station == pytest.approx(quoted)
+        else:
+            with pytest.raises(ProfileError, match="where the roller touches"):
+                from_data(changed)
 
 
 @pytest.mark.parametrize("name", ["disc_flat_face", "constant_width_press"])

@@ -211,7 +211,7 @@ class Groove:
             refusals.add((width > 0.0) != (deep > 0.0), f"cam.keyway_depth: {cannot}")
             refusals.add(reach >= self.floor, f"cam.bore: {cannot}")
         refusals.add(self.length > depth, f"roller.length: {cannot}")
-        refusals.add((self.pitch < self.floor) | (self.pitch > self.radius), f"cam.pitch_radius: {cannot}")
+        refusals.add((self.pitch < self.low) | (self.pitch > self.radius), f"cam.pitch_radius: {cannot}")
         start, (least, most) = number("cam.start"), self.motion.lift_range
         meets = (start > -most - self.half) & (start < number("cam.length") - least + self.half)
         refusals.add(~meets, f"cam.start: {cannot}")
