@@ -1,5 +1,7 @@
 """The worst case: where no machine whose errors keep within their sizes stands beyond, nor has more play.
 
+At the cam angles that are sampled: between them a machine was found by up to 0.13 % beyond the largest.
+
 On a wall that a load presses rigidly each error is added at every station as it hurts most. What stands in a balance,
 or between its walls, is pressed by errors x within their sizes (-1 .. 1, a disc where they have any direction) with
 
