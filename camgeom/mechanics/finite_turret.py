@@ -156,16 +156,20 @@ class FiniteTurret:
                 found.append(np.zeros((len(self.edges) - 1, *wall.load.shape)))
                 continue
             own = self._own_tilt(w)
-            bodies = replace(self.bodies(w, self._harshest(w)), profile=self.profile, tilt=own)
-            load = np.where(wall.load > 0.0, wall.even, 0.0)
-            k = np.where(wall.bend[0] > 0.0, wall.bend[0], bodies.curvature)
-            # A shorter roller under the same load per length differs as much from one end to the other.
-            tilt = (own - wall.slope) * wall.share
-            lean = np.divide(tilt - own, load, out=np.zeros_like(tilt), where=load > 0.0)
-            pressure = Table(bodies, load, k, self.edges, lean, CELLS).pressures(load, k, lean)
             low, high = (wall.place + way * 0.5 * wall.cover for way in (-1.0, 1.0))
             on = wall.cover > 0.0
             first, last = np.where(on, low, inf).min(axis=2), np.where(on, high, -inf).max(axis=2)
+            # A part of the roller that is never beside the cam under load bears nothing of what the table shares out.
+            profile = replace(self.profile, low=max(self.profile.low, float(first[wall.load > 0.0].min())),
+                              high=min(self.profile.high, float(last[wall.load > 0.0].max())))  # fmt: skip
+            part = profile.length / float(wall.cover.sum(axis=2).max())
+            bodies = replace(self.bodies(w, self._harshest(w)), profile=profile, tilt=own)
+            load = np.where(wall.load > 0.0, wall.even * part, 0.0)
+            k = np.where(wall.bend[0] > 0.0, wall.bend[0], bodies.curvature)
+            # A shorter roller under the same load per length differs as much from one end to the other.
+            tilt = (own - wall.slope) * wall.share / part
+            lean = np.divide(tilt - own, load, out=np.zeros_like(tilt), where=load > 0.0)
+            pressure = Table(bodies, load, k, self.edges, lean, CELLS).pressures(load, k, lean)
             middle = middles_of(self.edges, self.profile)[:, None, None]
             hair = 1e-6 * self.profile.length
             beside = (middle >= first - hair) & (middle <= last + hair)

@@ -333,8 +333,8 @@ def test_the_worst_wall_of_the_pin_cam_has_converged() -> None:
     output = {**data["output"], "load_angle_deg": 298.0}
     found = Model(from_data({**data, "cam": {**data["cam"], "root_radius": 1.0}, "output": output})).root_stress
     assert found is not None
-    assert found.patch.normal == pytest.approx(1873.8, rel=1e-3)
-    assert [one.value for one in found.peaks] == pytest.approx([120.0, 117.7], rel=5e-3)
+    assert found.patch.normal == pytest.approx(1882.96, rel=1e-4)
+    assert [one.value for one in found.peaks] == pytest.approx([120.6, 118.24], rel=2e-3)
     assert isinstance(found.body, PressedRing)
     assert isinstance(found.body.ring, bending.GrooveBending)
     assert isinstance(found.body.patch, Patch)

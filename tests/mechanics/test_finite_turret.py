@@ -13,7 +13,7 @@ from camgeom.mechanics.hertz import crowned_contact, line_pressure
 from camgeom.mechanics.material import pair_compliance
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.model import Model
-from camgeom.profile import from_data
+from camgeom.profile import from_data, parse
 from camgeom.profile.text import load
 from camgeom.report.result import compute
 from camgeom.track import TURN
@@ -236,3 +236,52 @@ def _apart(gap: float) -> Model:
     data = dict(load((PROFILES / "parallel_index.toml").read_text(), "parallel_index")[0])
     roller = {**data["roller"], "misalignment_deg": 0.02, "end_radius": 1.0}
     return Model(from_data(data | {"cam": {**data["cam"], "gap": gap}, "roller": roller}, "parallel_index"))
+
+
+HALF_BESIDE = """
+name = "half a roller beside its blank"
+[cam]
+kind = "globoidal"
+form = "groove"
+width = 166.51
+center_distance = 357.3
+globoid_radius = 177.5
+tip_clearance = 0.756884
+[follower]
+kind = "turret"
+stops = 6
+pitch_radius = 162.1
+inertia = 0.0719
+[roller]
+shape = "crowned"
+diameter = 60.14
+length = 50.119
+crown = "logarithmic"
+flank = "straight"
+[operation]
+speed = 1250
+[output]
+tolerance = 0.2
+[[motion]]
+until = 10
+[[motion]]
+until = 330
+to = 60
+law = "cycloidal"
+[[motion]]
+until = 360
+"""
+
+
+def test_a_roller_half_of_which_is_beside_the_blank_presses_with_that_half() -> None:
+    """Its table was that of the whole roller, leaning: nothing pressed where the blank is, and lives had no end."""
+    duty = Model(parse(HALF_BESIDE)).turret_duty
+    assert duty is not None
+    assert duty.finite is not None
+    hardest, _, scale, _ = duty.finite._hardest
+    assert hardest.value == pytest.approx(812.0, rel=0.01)
+    assert scale == pytest.approx(1.0, abs=0.06)
+    assert float(duty.pressure.max()) == pytest.approx(hardest.value)
+    # all of the load stands on the outer half
+    delta = duty.tracks[0].meridian.jet(duty.engagement.stations)[0]
+    assert delta[duty.pressure.max(axis=(0, 1)) > 0.0].min() > 162.1 + 10.0
