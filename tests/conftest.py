@@ -20,9 +20,9 @@ settings.load_profile("any machine")
 def _missing(marker: str) -> str:
     """Why tests with a marker cannot run on this machine; empty where they can."""
     if marker == "opengl":
-        from camgeom.report import views
+        from camgeom.report import painter
 
-        return "" if views.opengl_window() is not None else "no OpenGL library works here"
+        return "" if painter.draws() else "no OpenGL library works here"
     from scripts.judge_step import available
 
     return "" if available() else "no OpenCASCADE: scripts/judge_step.py --install"

@@ -16,9 +16,10 @@ import numpy.typing as npt
 from camgeom.errors import ExportError
 from camgeom.export.files import atomic_write
 from camgeom.maths.frozen import cached_property
+from camgeom.report.painter import stage
 from camgeom.report.pictures import moving_bodies, seen_from
 from camgeom.report.sections.bodies import cam_meshes
-from camgeom.report.views import View, stage
+from camgeom.report.views import View
 from camgeom.track import TURN
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def frames(model: Model, size: tuple[int, int], count: int) -> Iterator[Pixels]:
         for k in range(count):
             for body, motion in moving:
                 scene.place(body.name, motion[k])
-            yield scene.image().astype(np.uint8)
+            yield scene.image()
 
 
 def _reach(moving: list[Any]) -> npt.NDArray[np.float64]:

@@ -14,6 +14,7 @@ from camgeom.drawing.colours import CARRIER, ROLLER
 from camgeom.export import Body
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
+from camgeom.report.painter import render
 from camgeom.report.sections.bodies import (
     cam_meshes,
     cam_poses,
@@ -21,7 +22,7 @@ from camgeom.report.sections.bodies import (
     placed,
 )
 from camgeom.report.sections.mechanism import SHADES, fields
-from camgeom.report.views import Plane, View, render
+from camgeom.report.views import Plane, View
 
 if TYPE_CHECKING:
     from camgeom.model import Model

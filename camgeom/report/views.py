@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
-from camgeom.errors import ExportError, not_installed
+from camgeom.errors import ExportError
 from camgeom.export import Body
-from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 from camgeom.maths.creases import crease_lines, shade
 from camgeom.maths.mesh import Ints, Mesh
@@ -47,70 +39,6 @@ CAMERAS = {
 _CUT = "cut"
 _HATCHES = 36
 """Hatch lines over the part's length."""
-
-_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
-_SECONDS = 60
-_TRIAL = """
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
-import vtkmodules.vtkRenderingOpenGL2
-window, renderer = vtkRenderWindow(), vtkRenderer()
-window.SetOffScreenRendering(1)
-window.SetSize(8, 8)
-window.AddRenderer(renderer)
-renderer.SetBackground(1.0, 0.0, 0.0)
-window.Render()
-picture = vtkWindowToImageFilter()
-picture.SetInput(window)
-picture.Update()
-assert picture.GetOutput().GetScalarComponentAsDouble(4, 4, 0, 0) == 255.0
-print("drawn", flush=True)
-import os
-os._exit(0)
-"""
-
-
-@cache
-def opengl_window() -> str | None:
-    """Name of the window class that draws off-screen here ("" for the library's own choice), None where none does.
-
-    Each candidate is tried in a child process, because the failure is a crash and no exception: the one that the
-    environment variable VTK_DEFAULT_OPENGL_WINDOW names, else EGL, then the display if there is one, then OSMesa.
-    The answer holds for the process.
-    """
-    named = os.environ.get(_CHOICE)
-    if named is not None:
-        candidates = [named]
-    else:
-        candidates = ["vtkEGLRenderWindow", *([""] if os.environ.get("DISPLAY") else []), "vtkOSOpenGLRenderWindow"]
-    return next((window for window in candidates if _draws(window)), None)
-
-
-def need_opengl() -> None:
-    """Make ready to draw: set the window class for this process. Raises ExportError where nothing draws here.
-
-    To be called before the first picture of the process.
-    """
-    if find_spec("pyvista") is None:
-        raise not_installed("a picture", "pyvista", "pictures")
-    window = opengl_window()
-    if window is None:
-        raise ExportError(
-            "no picture can be drawn: no OpenGL library works here; on Debian or Ubuntu, as root: "
-            "apt-get install libegl1 libgl1-mesa-dri"
-        )
-    if window:
-        os.environ[_CHOICE] = window
-
-
-def _draws(window: str) -> bool:
-    environment = {**os.environ, _CHOICE: window} if window else dict(os.environ)
-    try:
-        trial = subprocess.run(
-            [sys.executable, "-c", _TRIAL], env=environment, capture_output=True, timeout=_SECONDS, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-    return trial.returncode == 0 and trial.stdout.strip() == b"drawn"
 
 
 @dataclass(frozen=True)
@@ -249,80 +177,50 @@ class View:
         return np.array([right, np.cross(towards, right), towards])
 
 
-def render(bodies: Sequence[Body], path: Path | str, view: View | None = None) -> int:
-    """Draw bodies into a PNG file; returns the bytes written.
+class Stage:
+    """A lit scene of bodies: `place` moves one, `image` draws what stands there now, `close` gives the memory back.
 
-    A body without a colour is steel with blue flanks; give a roller ROLLER. Raises ExportError where no OpenGL library
-    works here (naming the packages), the field or camera is unknown, or the file cannot be written.
-    """
-    with stage(bodies, view or View()) as scene:
-        return scene.save(Path(path))
-
-
-@contextmanager
-def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> Iterator[Stage]:
-    """A scene that can be drawn again and again with its bodies in other places; see Stage. Raises as render does.
+    Belongs into a process that may draw: the graphics library ends it where it fails. See report/painter.py.
 
     reach   points (n, 3), mm, that the picture has to hold; by default the bodies where they are given
     """
-    if view.field is not None and not any(view.field in body.mesh.fields for body in bodies):
-        raise ExportError(f"no body carries the field {view.field!r}")
-    axes = view.axes()
-    need_opengl()
-    import pyvista
 
-    drawn = [round(_FINER * pixels) for pixels in view.size]
-    plotter = pyvista.Plotter(off_screen=True, window_size=drawn, lighting="none")
-    try:
-        scene = Stage(view, axes, plotter)
-        scene.fill(bodies, reach)
-        yield scene
-    finally:
-        plotter.close()
+    def __init__(self, bodies: Sequence[Body], view: View, reach: Floats | None = None) -> None:
+        import pyvista
 
+        self._view, self._axes = view, view.axes()
+        self._actors: dict[str, list[Any]] = {}
+        self._bar: ColourBar | None = None
+        self._mm_per_pixel = 1.0
+        self._drawn = False
+        drawn = [round(_FINER * pixels) for pixels in view.size]
+        self._plotter = pyvista.Plotter(off_screen=True, window_size=drawn, lighting="none")
+        self._fill(bodies, reach)
 
-@dataclass(eq=False)
-class Stage:
-    """A lit scene of bodies. `place` moves a body, `image` and `save` draw what stands there now."""
-
-    view: View
-    axes: Floats
-    plotter: Any
-    actors: dict[str, list[Any]] = field(default_factory=dict)
-    bar: ColourBar | None = None
-    mm_per_pixel: float = 1.0
-    drawn: bool = False
+    def close(self) -> None:
+        """Give up the window."""
+        self._plotter.close()
 
     def place(self, name: str, pose: Floats) -> None:
         """Put the named body where the rigid motion (3, 4) or (4, 4) takes it from its place in the cam frame."""
         matrix = np.eye(4)
         matrix[: len(pose)] = pose
-        for actor in self.actors[name]:
+        for actor in self._actors[name]:
             actor.user_matrix = matrix
 
-    def image(self) -> npt.NDArray[np.uint8]:
-        """The picture (h, w, 3), with scale bar, axes and colour bar."""
-        return np.asarray(self._picture())
+    def image(self) -> Any:
+        """The picture (PIL), with scale bar, axes and colour bar."""
+        self._plotter.reset_camera_clipping_range()
+        if self._drawn:  # the first screenshot draws by itself
+            self._plotter.render()
+        self._drawn = True
+        drawn = np.asarray(self._plotter.screenshot(None, return_img=True))[..., :3]
+        return overlay(np.ascontiguousarray(drawn), self._view.size, self._mm_per_pixel, self._axes[:2].T, self._bar)
 
-    def save(self, path: Path) -> int:
-        """Write the picture as PNG; returns the bytes written."""
-        picture = self._picture()
-        with atomic_write(path) as stream:
-            picture.save(stream, format="png", optimize=False, compress_level=6)
-            return stream.tell()
-
-    def _picture(self) -> Any:
-        self.plotter.reset_camera_clipping_range()
-        if self.drawn:  # the first screenshot draws by itself
-            self.plotter.render()
-        self.drawn = True
-        drawn = np.asarray(self.plotter.screenshot(None, return_img=True))[..., :3]
-        return overlay(np.ascontiguousarray(drawn), self.view.size, self.mm_per_pixel, self.axes[:2].T, self.bar)
-
-    def fill(self, bodies: Sequence[Body], reach: Floats | None = None) -> None:
-        """Add the bodies, light and camera; called once."""
-        plotter, view = self.plotter, self.view
-        plotter.set_background("white")
+    def _fill(self, bodies: Sequence[Body], reach: Floats | None) -> None:
+        """Add the bodies, light and camera."""
+        view = self._view
+        self._plotter.set_background("white")
         cut = {body.name for body in bodies if not view.section_bodies or body.name in view.section_bodies}
         skins = {b.name: skin(b.mesh, view.field, view.section if b.name in cut else None) for b in bodies}
         self._range(list(skins.values()))
@@ -330,46 +228,46 @@ class Stage:
             self._add(body, skins[body.name])
         points = np.concatenate([s.points[np.unique(s.faces)] for s in skins.values()]) if reach is None else reach
         self._aim(points)
-        self._light(float(np.ptp(points @ self.axes.T, axis=0).max()))
+        self._light(float(np.ptp(points @ self._axes.T, axis=0).max()))
 
     def _shown(self, drawn: Skin) -> npt.NDArray[np.bool_]:
         """Mask (f,) of the faces that show the field."""
         if drawn.values is None:
             return np.zeros(len(drawn.faces), dtype=bool)
-        wanted = [n for n in drawn.groups if n != "cut" and n in (self.view.field_groups or drawn.groups)]
+        wanted = [n for n in drawn.groups if n != "cut" and n in (self._view.field_groups or drawn.groups)]
         known = np.all(np.isfinite(drawn.values[drawn.faces]), axis=1)
         return np.asarray(known & np.isin(drawn.group, [drawn.groups.index(name) for name in wanted]))
 
     def _range(self, skins: Sequence[Skin]) -> None:
-        if self.view.field is None:
+        if self._view.field is None:
             return
         values = [s.values[s.faces[self._shown(s)]].ravel() for s in skins if s.values is not None]
         shown = np.concatenate(values)
         if not len(shown):
-            raise ExportError(f"no face of {', '.join(self.view.field_groups)} carries the field {self.view.field!r}")
-        low, high = self.view.limits or value_range(shown, self.view.diverging)
-        title = ", ".join(part for part in (self.view.label or self.view.field, self.view.unit) if part)
-        self.bar = ColourBar(title, low, high, self.view.diverging)
+            raise ExportError(f"no face of {', '.join(self._view.field_groups)} carries the field {self._view.field!r}")
+        low, high = self._view.limits or value_range(shown, self._view.diverging)
+        title = ", ".join(part for part in (self._view.label or self._view.field, self._view.unit) if part)
+        self._bar = ColourBar(title, low, high, self._view.diverging)
 
     def _add(self, body: Body, drawn: Skin) -> None:
         """One actor for the field's faces, one for each colour of the others, one for the lines."""
         shown = self._shown(drawn)
         actors = []
-        if self.bar is not None and shown.any():
+        if self._bar is not None and shown.any():
             assert drawn.values is not None
-            values = np.nan_to_num(drawn.values, nan=self.bar.low)
-            place = np.clip((values - self.bar.low) / (self.bar.high - self.bar.low), 0.0, 1.0)
-            colours = scale(self.bar.diverging)[np.rint(255.0 * place).astype(int)]
+            values = np.nan_to_num(drawn.values, nan=self._bar.low)
+            place = np.clip((values - self._bar.low) / (self._bar.high - self._bar.low), 0.0, 1.0)
+            colours = scale(self._bar.diverging)[np.rint(255.0 * place).astype(int)]
             actors.append(self._surface(drawn, shown, colours))
         for number, name in enumerate(drawn.groups):
-            colour = body.colour or (FLANK if name.startswith("flank") and self.bar is None else STEEL)
+            colour = body.colour or (FLANK if name.startswith("flank") and self._bar is None else STEEL)
             chosen = (drawn.group == number) & ~shown
             if chosen.any():
                 actors.append(self._surface(drawn, chosen, CUT if name == "cut" else colour))
         for lines, tone, width in ((drawn.hatch, _HATCH, 0.9), (drawn.lines, _LINE, 1.5)):
             if len(lines):
                 actors.append(self._lines(lines, tone, width))
-        self.actors[body.name] = actors
+        self._actors[body.name] = actors
 
     def _surface(self, drawn: Skin, chosen: npt.NDArray[np.bool_], colour: Any) -> Any:
         import pyvista
@@ -380,17 +278,17 @@ class Stage:
         data.point_data.active_normals_name = "Normals"
         if isinstance(colour, tuple):
             look = _FLAT if colour == CUT else _METAL
-            return self.plotter.add_mesh(data, color=colour, smooth_shading=True, **look)
+            return self._plotter.add_mesh(data, color=colour, smooth_shading=True, **look)
         data.point_data["colours"] = colour[used]
-        return self.plotter.add_mesh(data, scalars="colours", rgb=True, smooth_shading=True, **_PAINT)
+        return self._plotter.add_mesh(data, scalars="colours", rgb=True, smooth_shading=True, **_PAINT)
 
     def _lines(self, lines: Floats, colour: str, width: float) -> Any:
         import pyvista
 
         ends = np.arange(2 * len(lines)).reshape(-1, 2)
         data = pyvista.PolyData(lines.reshape(-1, 3), lines=np.insert(ends, 0, 2, axis=1).ravel())
-        width = max(width * _FINER * self.view.size[1] / 1000.0, 2.0)  # a thinner one breaks into dashes
-        actor = self.plotter.add_mesh(data, color=colour, line_width=width, lighting=False)
+        width = max(width * _FINER * self._view.size[1] / 1000.0, 2.0)  # a thinner one breaks into dashes
+        actor = self._plotter.add_mesh(data, color=colour, line_width=width, lighting=False)
         # Towards the eye by a hair, so that the faces beside a line do not eat half of it.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -2.0)
@@ -398,21 +296,21 @@ class Stage:
 
     def _aim(self, points: Floats) -> None:
         """Parallel projection that shows all points, with room for the bars."""
-        width, height = self.view.size
-        seen = points @ self.axes.T
+        width, height = self._view.size
+        seen = points @ self._axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
-        free = np.array([1.0 - (0.16 if self.bar is not None else 0.06), 1.0 - 0.13]) * (width, height)
-        self.mm_per_pixel = float(np.max((high - low)[:2] / (0.97 * free)))
+        free = np.array([1.0 - (0.16 if self._bar is not None else 0.06), 1.0 - 0.13]) * (width, height)
+        self._mm_per_pixel = float(np.max((high - low)[:2] / (0.97 * free)))
         middle = 0.5 * (low + high)
-        middle[0] += self.mm_per_pixel * (0.05 * width if self.bar is not None else 0.0)
-        middle[1] -= self.mm_per_pixel * 0.035 * height
-        focus = middle @ self.axes
-        camera = self.plotter.camera
+        middle[0] += self._mm_per_pixel * (0.05 * width if self._bar is not None else 0.0)
+        middle[1] -= self._mm_per_pixel * 0.035 * height
+        focus = middle @ self._axes
+        camera = self._plotter.camera
         camera.parallel_projection = True
         camera.focal_point = focus
-        camera.position = focus + 4.0 * float(np.ptp(seen, axis=0).max()) * self.axes[2]
-        camera.up = self.axes[1]
-        camera.parallel_scale = 0.5 * self.mm_per_pixel * height
+        camera.position = focus + 4.0 * float(np.ptp(seen, axis=0).max()) * self._axes[2]
+        camera.up = self._axes[1]
+        camera.parallel_scale = 0.5 * self._mm_per_pixel * height
 
     def _light(self, size: float) -> None:
         """A key light from the upper left, weaker ones from the eye and from the right; corners lie in shade.
@@ -421,12 +319,12 @@ class Stage:
         """
         import pyvista
 
-        high = 0.6 if self.axes[2, 2] > -0.1 else -0.6
+        high = 0.6 if self._axes[2, 2] > -0.1 else -0.6
         for right, up, towards, strength in ((-0.55, high, 0.8, 0.62), (0.0, 0.0, 1.0, 0.50), (0.95, 0.1, 0.4, 0.20)):
             light = pyvista.Light(light_type="scene light", intensity=strength)
             light.positional = False
             light.focal_point = (0.0, 0.0, 0.0)
-            light.position = tuple(np.array([right, up, towards]) @ self.axes)
-            self.plotter.add_light(light)
-        if self.view.soft:
-            self.plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=24, blur=True)
+            light.position = tuple(np.array([right, up, towards]) @ self._axes)
+            self._plotter.add_light(light)
+        if self._view.soft:
+            self._plotter.enable_ssao(radius=0.12 * size, bias=0.012 * size, kernel_size=24, blur=True)

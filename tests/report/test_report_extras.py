@@ -15,7 +15,7 @@ from camgeom.errors import ExportError
 from camgeom.model import Model, read
 from camgeom.profile import from_data
 from camgeom.profile.text import load
-from camgeom.report import movie, pdf, views
+from camgeom.report import movie, painter, pdf
 from camgeom.report.files import EXTRAS
 from camgeom.report.page import render
 from camgeom.report.result import compute
@@ -134,7 +134,7 @@ def test_what_cannot_be_made_is_said_and_the_rest_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """No OpenGL, no encoder, no browser: the report comes, the others say why, and so does the exit status."""
-    monkeypatch.setattr(views, "opengl_window", lambda: None)
+    monkeypatch.setattr(painter, "_started", lambda process: None)
     monkeypatch.setattr(movie.shutil, "which", lambda _: None)
     monkeypatch.setattr(movie, "_bundled", lambda: None)
     monkeypatch.setattr(pdf.shutil, "which", lambda _: None)

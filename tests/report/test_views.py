@@ -14,9 +14,10 @@ from camgeom.errors import ExportError
 from camgeom.export import Body
 from camgeom.maths.creases import crease_lines
 from camgeom.maths.mesh import Mesh
-from camgeom.report import views
-from camgeom.report.overlay import ColourBar, overlay
-from camgeom.report.views import Plane, View, render, skin, stage
+from camgeom.report import painter
+from camgeom.report.overlay import overlay
+from camgeom.report.painter import render, stage, working_painter
+from camgeom.report.views import Plane, View, skin
 
 SIZE = (320, 240)
 
@@ -73,7 +74,6 @@ def test_a_field_colours_its_groups_only() -> None:
     top = View(field="height_mm", field_groups=("flank",), limits=(0.0, 10.0), camera="+z", size=SIZE)
     yellow = (252, 232, 115)
     with stage([CUBE], top) as scene:
-        assert scene.bar == ColourBar("height_mm", 0.0, 10.0, False)
         assert share(scene.image(), tuple(c / 255 for c in yellow)) > 0.2
     side = View(field="height_mm", field_groups=("flank",), camera="-y", size=SIZE)
     with stage([CUBE], side) as scene:
@@ -98,16 +98,39 @@ def test_what_cannot_be_shown_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.opengl
+def test_a_painter_that_ends_costs_its_picture_alone(tmp_path: Path) -> None:
+    with stage([CUBE], View(size=SIZE)) as scene:
+        working_painter()._process.kill()
+        with pytest.raises(ExportError, match=r"the graphics library ended by signal 9 \(Killed\)"):
+            scene.image()
+    with pytest.raises(ExportError, match="no picture: the graphics library ended"):
+        working_painter().ask("trial", seconds=1e-3)
+    assert render([CUBE], tmp_path / "cube.png", View(size=SIZE)) > 0
+
+
+@pytest.mark.opengl
+def test_scenes_beside_each_other_do_not_mix_and_a_picture_with_errors_is_none(tmp_path: Path) -> None:
+    flat = Body("flat", box((0.0, 0.0, 0.0), (10.0, 10.0, 1.0)), ROLLER)
+    look = View(camera="-y", size=SIZE)
+    with stage([CUBE], look) as one, stage([flat], look) as other:
+        assert share(one.image(), ROLLER) < 0.001 < 0.02 < share(other.image(), ROLLER)
+    broken = Body("broken", Mesh(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), np.array([[0, 1, 7]])))
+    with pytest.raises(IndexError):
+        render([broken], tmp_path / "broken.png", look)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.fixture
 def fresh_answer(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """The machine is asked again, and again after the test."""
-    monkeypatch.setattr(views, "opengl_window", views.opengl_window.__wrapped__)
+    monkeypatch.setattr(painter, "_started", painter._started.__wrapped__)
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     return monkeypatch
 
 
-@pytest.mark.parametrize("end", ["kill -SEGV $$", "exit 1", "exit 0"])
-def test_a_trial_that_crashes_fails_or_draws_nothing_is_told(
+@pytest.mark.parametrize("end", ["kill -SEGV $$", "exit 1", "exit 0", "echo drawn"])
+def test_a_painter_that_crashes_fails_or_draws_nothing_is_told(
     tmp_path: Path, fresh_answer: pytest.MonkeyPatch, end: str
 ) -> None:
     broken = tmp_path / "python"
@@ -115,20 +138,20 @@ def test_a_trial_that_crashes_fails_or_draws_nothing_is_told(
     broken.chmod(0o755)
     fresh_answer.setattr(sys, "executable", str(broken))
     with pytest.raises(ExportError, match="apt-get install libegl1 libgl1-mesa-dri"):
-        views.need_opengl()
+        render([CUBE], tmp_path / "cube.png")
     fresh_answer.setattr(sys, "executable", str(tmp_path / "absent"))
-    assert views.opengl_window() is None
+    assert not painter.draws()
 
 
 def test_the_named_window_is_the_only_one_tried(fresh_answer: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
-    fresh_answer.setattr(views, "_draws", lambda window: tried.append(window) or False)
+    fresh_answer.setattr(painter, "_start", lambda window: tried.append(window))
     fresh_answer.setenv("DISPLAY", ":7")
-    assert views.opengl_window() is None
+    assert not painter.draws()
     assert tried == ["vtkEGLRenderWindow", "", "vtkOSOpenGLRenderWindow"]
     fresh_answer.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkSomething")
     tried.clear()
-    assert views.opengl_window() is None
+    assert not painter.draws()
     assert tried == ["vtkSomething"]
 
 

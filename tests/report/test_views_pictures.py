@@ -10,7 +10,7 @@ from PIL import Image
 
 from camgeom.errors import ExportError
 from camgeom.model import read
-from camgeom.report import views
+from camgeom.report import painter
 from camgeom.report.pictures import write_pictures
 from tests.places import PROFILES
 
@@ -36,7 +36,7 @@ def test_the_stills_of_the_pin_insertion_cam(tmp_path: Path) -> None:
 
 
 def test_without_opengl_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(views, "opengl_window", lambda: None)
+    monkeypatch.setattr(painter, "_started", lambda process: None)
     with pytest.raises(ExportError, match="libegl1"):
         write_pictures(read(str(PROFILE)), tmp_path, "pin", size=(400, 300))
     assert not list(tmp_path.iterdir())

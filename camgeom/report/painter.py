@@ -1,0 +1,287 @@
+"""The process that draws: the graphics library ends its process where it fails, so it has one of its own.
+
+The process starts with the first picture and serves all that follow. One that ends while it draws costs that picture,
+and the next picture starts another.
+"""
+
+from __future__ import annotations
+
+import atexit
+import logging
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import cache
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from camgeom.errors import ExportError, not_installed
+from camgeom.export import Body
+from camgeom.export.files import atomic_write
+from camgeom.maths import Floats
+from camgeom.report.views import Stage, View
+
+_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+_START_SECONDS, _PICTURE_SECONDS = 60.0, 600.0
+"""until a process that does not answer is given up"""
+
+
+def render(bodies: Sequence[Body], path: Path | str, view: View | None = None) -> int:
+    """Draw bodies into a PNG file; returns the bytes written.
+
+    A body without a colour is steel with blue flanks; give a roller ROLLER. Raises ExportError where no OpenGL library
+    works here (naming the packages) or it fails, the field or camera is unknown, or the file cannot be written.
+    """
+    with stage(bodies, view or View()) as scene:
+        picture = scene.png()
+    with atomic_write(Path(path)) as stream:
+        return int(stream.write(picture))
+
+
+@contextmanager
+def stage(bodies: Sequence[Body], view: View, reach: Floats | None = None) -> Iterator[Scene]:
+    """A scene that can be drawn again and again with its bodies in other places. Raises as render does.
+
+    reach   points (n, 3), mm, that the picture has to hold; by default the bodies where they are given
+    """
+    if view.field is not None and not any(view.field in body.mesh.fields for body in bodies):
+        raise ExportError(f"no body carries the field {view.field!r}")
+    view.axes()
+    painter = working_painter()
+    shown = [replace(body, mesh=replace(body.mesh, fields=_only(body, view.field))) for body in bodies]
+    scene = Scene(painter, painter.ask("open", shown, view, reach))
+    try:
+        yield scene
+    finally:
+        with suppress(ExportError):
+            painter.ask("close", scene.number)
+
+
+def _only(body: Body, field: str | None) -> dict[str, Floats]:
+    return {name: values for name, values in body.mesh.fields.items() if name == field}
+
+
+class Scene:
+    """A scene that stands in the process that draws."""
+
+    def __init__(self, painter: Painter, number: int) -> None:
+        self._painter, self.number = painter, number
+
+    def place(self, name: str, pose: Floats) -> None:
+        """Put the named body where the rigid motion (3, 4) or (4, 4) takes it from its place in the cam frame."""
+        self._painter.ask("place", self.number, name, pose)
+
+    def image(self) -> npt.NDArray[np.uint8]:
+        """The picture (h, w, 3), with scale bar, axes and colour bar."""
+        return np.asarray(self._painter.ask("image", self.number), np.uint8)
+
+    def png(self) -> bytes:
+        """The picture as a PNG file's content."""
+        return bytes(self._painter.ask("png", self.number))
+
+
+def draws() -> bool:
+    """Whether pictures can be drawn here."""
+    return find_spec("pyvista") is not None and _started(os.getpid()) is not None
+
+
+def working_painter() -> Painter:
+    """The process that draws for this one. Raises ExportError where nothing draws here."""
+    if find_spec("pyvista") is None:
+        raise not_installed("a picture", "pyvista", "pictures")
+    painter = _started(os.getpid())
+    if painter is not None and painter.ended:
+        _started.cache_clear()
+        painter = _started(os.getpid())
+    if painter is None:
+        raise ExportError(
+            "no picture can be drawn: no OpenGL library works here; on Debian or Ubuntu, as root: "
+            "apt-get install libegl1 libgl1-mesa-dri"
+        )
+    return painter
+
+
+@cache
+def _started(process: int) -> Painter | None:
+    """The process that draws for a process; None where no window class does.
+
+    The window class is the one that the environment variable VTK_DEFAULT_OPENGL_WINDOW names, else the first that
+    draws of EGL, the library's own choice if there is a display, and OSMesa.
+    """
+    named = os.environ.get(_CHOICE)
+    if named is not None:
+        candidates = [named]
+    else:
+        candidates = ["vtkEGLRenderWindow", *([""] if os.environ.get("DISPLAY") else []), "vtkOSOpenGLRenderWindow"]
+    return next((painter for window in candidates if (painter := _start(window)) is not None), None)
+
+
+def _start(window: str) -> Painter | None:
+    """A process that draws with a window class ("": the library's own choice); None where that fails."""
+    try:
+        painter = Painter(window)
+    except OSError:
+        return None
+    try:
+        drawn = painter.ask("trial", seconds=_START_SECONDS)
+    except Exception:  # whatever it is, this window class draws nothing
+        drawn = False
+    if not drawn:
+        painter.close()
+        return None
+    atexit.register(painter.close)
+    return painter
+
+
+class Painter:
+    """A process that draws with a window class ("": the library's own choice). Raises OSError where it cannot start."""
+
+    def __init__(self, window: str) -> None:
+        environment = {**os.environ, _CHOICE: window} if window else dict(os.environ)
+        code = f"import sys; sys.path[:] = {sys.path!r}; from camgeom.report.painter import serve; serve()"
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment
+        )
+        self._lock = threading.Lock()
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._process.poll() is not None
+
+    def ask(self, what: str, *arguments: Any, seconds: float = _PICTURE_SECONDS) -> Any:
+        """What the process answers. Raises what it raises, and ExportError where it ends."""
+        sent, got = self._process.stdin, self._process.stdout
+        assert sent is not None
+        assert got is not None
+        with self._lock:
+            late = threading.Timer(seconds, self._process.kill)
+            late.start()
+            try:
+                pickle.dump((what, arguments), sent, pickle.HIGHEST_PROTOCOL)
+                sent.flush()
+                answer, error = pickle.load(got)
+            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
+                raise ExportError(f"no picture: the graphics library {self._end()}") from None
+            finally:
+                late.cancel()
+        if error is not None:
+            raise error
+        return answer
+
+    def _end(self) -> str:
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
+        self._process.kill()
+        code = self._process.wait()
+        if code >= 0:
+            return f"ended with status {code} while it drew"
+        return f"ended by signal {-code} ({signal.strsignal(-code)}) while it drew"
+
+    def close(self) -> None:
+        """End the process."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                with suppress(OSError):
+                    pipe.close()
+        try:
+            self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+class _Errors(logging.Handler):
+    """What the graphics library calls an error; the picture is not to be trusted then."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.first = ""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.first = self.first or " ".join(record.getMessage().split())[:200]
+
+
+def serve() -> None:
+    """Answer the process that started this one until it is gone; for Painter alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What libraries print does not belong between the answers.
+    asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    errors = _Errors()
+    logging.getLogger().addHandler(errors)
+    work = _Work()
+    while True:
+        try:
+            what, arguments = pickle.load(asked)
+        except EOFError:
+            os._exit(0)
+        answer: Any = None
+        error: Exception | None = None
+        try:
+            answer = getattr(work, what)(*arguments)
+            if errors.first:
+                answer, error = None, ExportError(f"no picture: the graphics library says: {errors.first}")
+                errors.first = ""
+        except Exception as raised:
+            error = raised
+        try:
+            pickle.dump((answer, error), answers, pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+        except BrokenPipeError:
+            os._exit(0)
+
+
+class _Work:
+    """What a Painter may ask of its process."""
+
+    def __init__(self) -> None:
+        self._stages: dict[int, Stage] = {}
+        self._opened = 0
+
+    def trial(self) -> bool:
+        """Whether a red window comes out red."""
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+        from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
+
+        window, renderer = vtkRenderWindow(), vtkRenderer()
+        window.SetOffScreenRendering(1)
+        window.SetSize(8, 8)
+        window.AddRenderer(renderer)
+        renderer.SetBackground(1.0, 0.0, 0.0)
+        window.Render()
+        picture = vtkWindowToImageFilter()
+        picture.SetInput(window)
+        picture.Update()
+        return bool(picture.GetOutput().GetScalarComponentAsDouble(4, 4, 0, 0) == 255.0)
+
+    def open(self, bodies: Sequence[Body], view: View, reach: Floats | None) -> int:
+        self._opened += 1
+        self._stages[self._opened] = Stage(bodies, view, reach)
+        return self._opened
+
+    def place(self, number: int, name: str, pose: Floats) -> None:
+        self._stages[number].place(name, pose)
+
+    def image(self, number: int) -> npt.NDArray[np.uint8]:
+        return np.asarray(self._stages[number].image())
+
+    def png(self, number: int) -> bytes:
+        stream = BytesIO()
+        self._stages[number].image().save(stream, format="png", optimize=False, compress_level=6)
+        return stream.getvalue()
+
+    def close(self, number: int) -> None:
+        self._stages.pop(number).close()
