@@ -170,13 +170,26 @@ class Model(Sealed):
         for state in running_states(self.profile):
             models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle,
                                 groove=self.groove, state=state))  # fmt: skip
-            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
+            alike = next(one for one in models if one._running_as == models[-1]._running_as)
+            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism, _alike=alike)
         return tuple(models)
 
     @property
     def states(self) -> tuple[Model, ...]:
         """This cam in every state in which it runs: those of [[duty]], without them the one of [operation]."""
         return self._running if self.profile.duty else (self,)
+
+    @fact
+    def _alike(self) -> Model:
+        """The first of the operating states that moves as this one does, at the same speed under the same load."""
+        return next((one for one in self.states if one._running_as == self._running_as), self)
+
+    @property
+    def _running_as(self) -> tuple[Any, ...]:
+        operation = self.profile.operation
+        if operation is None:
+            return ()
+        return operation.speed, operation.force, 1.0 if self.state is None else self.state.load_factor
 
     @property
     def at_once(self) -> tuple[Model, ...]:
@@ -595,6 +608,8 @@ class Model(Sealed):
         """The elastic indexing drive; None where the profile has no such [dynamics]."""
         from camgeom.model.vibration import indexing_of
 
+        if self._alike is not self:
+            return self._alike.indexing
         spec = self.profile.dynamics_spec
         return indexing_of(self) if spec is not None and spec.kind == "indexing" else None
 
@@ -603,6 +618,8 @@ class Model(Sealed):
         """The elastic follower; None where the profile has no such [dynamics]."""
         from camgeom.model.vibration import elastic_follower_of
 
+        if self._alike is not self:
+            return self._alike.elastic_follower
         spec = self.profile.dynamics_spec
         if spec is None or spec.kind != "follower":
             return None
@@ -663,7 +680,12 @@ class Model(Sealed):
         """The follower's motion in its clearance, solved; None where the profile has no [impact]."""
         from camgeom.model.impact import impact_of
 
-        return impact_of(self.profile, self.mechanism, self.load) if self.profile.impact_spec is not None else None
+        if self._alike is not self:
+            return self._alike.impact
+        if self.profile.impact_spec is None:
+            return None
+        runs = sum(len({state._running_as for state in one.states}) for one in self.bindings)
+        return impact_of(self.profile, self.mechanism, self.load, runs)
 
     @fact
     def impact_pressure(self) -> Extreme:
@@ -710,6 +732,8 @@ class Model(Sealed):
         """What becomes of a small disturbance of that motion; None where the profile has no [impact]."""
         from camgeom.dynamics.impact.study import sensitivity
 
+        if self._alike is not self:
+            return self._alike.impact_sensitivity
         return sensitivity(self.impact) if self.impact is not None else None
 
     @fact

@@ -36,18 +36,23 @@ if TYPE_CHECKING:
 MILLI = 1e-3
 
 
-def impact_of(profile: Profile, mechanism: Mechanism, load: Load) -> ImpactRun:
+def impact_of(profile: Profile, mechanism: Mechanism, load: Load, runs: int = 1) -> ImpactRun:
     """The follower's motion with free play between its two contacts, over the turns the profile asks for.
+
+    runs   how many such runs the design asks for, in its operating states and with its followers: each has a share of
+           the steps that two may take, and what an ordinary run needs at least
 
     Raises ProfileError for what the solver cannot do (`profile.solvers`), DesignError where the flanks are undercut or
     the motion jumps.
     """
     from camgeom.dynamics.impact.run import solve
+    from camgeom.dynamics.impact.solver import MOST_OF_A_RUN, ORDINARY
 
     spec = profile.impact_spec
     assert spec is not None
     refuse(profile, mechanism)
-    return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance)
+    most = None if runs < 3 else max(2 * MOST_OF_A_RUN // runs, 2 * ORDINARY * spec.turns)
+    return solve(impact_problem(profile, mechanism, load), turns=spec.turns, rtol=spec.tolerance, most=most)
 
 
 def impact_duties_of(profile: Profile, mechanism: Mechanism, load: Load, run: ImpactRun) -> tuple[Duties, ...]:

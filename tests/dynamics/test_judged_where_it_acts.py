@@ -9,7 +9,8 @@ import pytest
 
 from camgeom.cams import starter
 from camgeom.checks import judge
-from camgeom.errors import ProfileError
+from camgeom.dynamics.impact import solver
+from camgeom.errors import NotConverged, ProfileError
 from camgeom.maths import Floats
 from camgeom.mechanics.hertz import point_contact
 from camgeom.model import Model
@@ -151,3 +152,45 @@ def test_impacts_on_a_crown_press_in_its_ellipse() -> None:
     for key, value in (("law", "liu"), ("true_curvature", True), ("contact_length", 5.0)):
         with pytest.raises(ProfileError, match=rf"impact\.{key}.*ellipse"):
             crowned(0.2, **{key: value})
+
+
+def running(*given: dict[str, Any], tables: dict[str, Any]) -> Model:
+    """The starter's drum under a force in these operating states, all equally long."""
+    data = load(starter("cylindrical"), "drum")[0] | tables
+    data["operation"] = data["operation"] | {"force": ({"expression": "300"},)}
+    data["lubricant"] = {"viscosity_40": 100.0, "viscosity_100": 11.0, "temperature": 60.0}
+    data["duty"] = tuple({"share": 1.0 / len(given), **one} for one in given)
+    return Model(from_data(data, "drum"))
+
+
+@pytest.mark.parametrize(
+    ("fact", "tables"),
+    [
+        ("impact", {"impact": {"clearance": 0.1, "turns": 2, "settle": 1}}),
+        ("elastic_follower", {"dynamics": {"kind": "follower", "linkage_stiffness": 3000, "linkage_damping": 20}}),
+    ],
+)
+def test_states_that_differ_in_their_oil_alone_are_solved_once(fact: str, tables: dict[str, Any]) -> None:
+    model = running({"temperature": 80.0}, {"temperature": 20.0}, {"load_factor": 1.5}, {"speed": 333.0}, tables=tables)
+    warm, cold, loaded, quick = model.states
+    assert getattr(warm, fact) is getattr(cold, fact)
+    assert len({id(getattr(one, fact)) for one in (warm, loaded, quick)}) == 3
+
+
+def test_many_runs_share_their_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    tables = {"impact": {"clearance": 0.1, "turns": 2, "settle": 1}}
+    two = running({}, {"load_factor": 1.5}, tables=tables)
+    steps = [len(one.impact.recorded.steps) for one in two.states if one.impact is not None]
+    least = min(steps)
+    assert least > 100
+    monkeypatch.setattr(solver, "ORDINARY", 1)
+    monkeypatch.setattr(solver, "MOST_OF_A_RUN", least)
+    for count, enough in ((2, True), (3, False)):
+        data = [{}, {"load_factor": 1.5}, {"speed": 333.0}][:count]
+        model = running(*data, tables=tables)
+        first = model.states[steps.index(least)]
+        if enough:
+            assert first.impact is not None
+        else:
+            with pytest.raises(NotConverged, match=f"^{2 * least // 3 + 1} steps"):
+                _ = first.impact
