@@ -32,6 +32,10 @@ TIMES = (1, 2)
 """how fine the two meshes of a peak are"""
 WITHIN = 1e-6
 """mm by which a contact may be computed beyond the end of its face"""
+TOLERANCE = 1e-7
+"""force that is left over, a share of the load's"""
+ON_FACE = 8
+"""nodes of an element with a face on the corner's wall"""
 
 
 @final
@@ -288,12 +292,6 @@ class FrameBending:
         x, y, stress = plate_cut(mesh, moved, material, float(point[2]))
         cut = Cut(None, x, y, stress, self.plate.outside, frame.depth, frame.holes)
         return Peak(float(found[element, corner]), point, 3 * (len(mesh.nodes) - len(mesh.sets[HELD])), cut)
-
-
-TOLERANCE = 1e-7
-"""force that is left over, a share of the load's"""
-ON_FACE = 8
-"""nodes of an element with a face on the corner's wall"""
 
 
 @final

@@ -82,10 +82,10 @@ class PlateGrooves:
 
 def _facing(plain: Fineness, side: int, fine: Fineness, other: int) -> Fineness:
     """Cells that on one side meet those of another section's side."""
-    def met(mine: tuple[int, int], theirs: tuple[int, int]) -> tuple[int, int]:
-        return (theirs[other], mine[1]) if side == 0 else (mine[0], theirs[other])
-
-    return replace(plain, flank=met(plain.flank, fine.flank), root=met(plain.root, fine.root))
+    flank, root = fine.flank[other], fine.root[other]
+    if side == 0:
+        return replace(plain, flank=(flank, plain.flank[1]), root=(root, plain.root[1]))
+    return replace(plain, flank=(plain.flank[0], flank), root=(plain.root[0], root))
 
 
 @final
@@ -121,11 +121,10 @@ class Neighboured:
         return np.asarray(np.abs(edge[2] - x[2]) * np.abs(n[2]))
 
 
-@final
 @dataclass(frozen=True, eq=False)
-class DrumStack:
-    """The section of a drum with grooves side by side, from the lower end up; `pressed` is the number of the one that
-    is pressed."""
+class SeveralGrooves:
+    """The section of a body with several grooves and the numbers of their tracks; `pressed` is the place of the one
+    that is pressed."""
 
     sections: tuple[GroovedSection, ...]
     tracks: tuple[int, ...]
@@ -140,6 +139,15 @@ class DrumStack:
     def notes(self) -> tuple[str, ...]:
         """Of all grooves, and that one alone is pressed."""
         return tuple(dict.fromkeys((ALONE, *(note for one in self.sections for note in one.notes))))
+
+    def root_cells(self, upper: bool) -> Index:
+        """Numbers along the pressed groove's contour of the cells of one root."""
+        return self.sections[self.pressed].root_cells(upper)
+
+
+@final
+class DrumStack(SeveralGrooves):
+    """The section of a drum with grooves side by side, from the lower end up."""
 
     def blocks(self, psi: Floats) -> list[Pair]:
         """z and r (n, i, j) of the layers, the pressed one first, of the walls from the lower end up, and of what lies
@@ -171,10 +179,6 @@ class DrumStack:
     def _between(self, number: int) -> int:
         """Cells from the layer of a groove to that of the next one."""
         return max(self.sections[number].cells.wall[1], self.sections[number + 1].cells.wall[0])
-
-    def root_cells(self, upper: bool) -> Index:
-        """Numbers along the pressed groove's contour of the cells of one root."""
-        return self.sections[self.pressed].root_cells(upper)
 
     def wall_path(self, upper: bool) -> list[tuple[int, Floats]]:
         """See `GroovedSection.wall_path`: a wall between two grooves ends at the other one's flank."""
@@ -227,24 +231,8 @@ class DrumStack:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class PlateFaces:
-    """The section of a plate with a groove in its upper face and one in its lower one; `pressed` is the number of the
-    one that is pressed."""
-
-    sections: tuple[GroovedSection, GroovedSection]
-    tracks: tuple[int, int]
-    pressed: int
-
-    @property
-    def rows(self) -> Floats:
-        """Of the pressed groove."""
-        return self.sections[self.pressed].rows
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Of both grooves, and that one alone is pressed."""
-        return tuple(dict.fromkeys((ALONE, *(note for one in self.sections for note in one.notes))))
+class PlateFaces(SeveralGrooves):
+    """The section of a plate with a groove in its upper face and one in its lower one."""
 
     def blocks(self, psi: Floats) -> list[Pair]:
         """z and r (n, i, j) of the layers, the pressed one first, of both walls of the upper and the lower groove, and
@@ -270,10 +258,6 @@ class PlateFaces:
         if self.pressed:
             layers.reverse()
         return [*layers, *walls, *web_blocks]
-
-    def root_cells(self, upper: bool) -> Index:
-        """Numbers along the pressed groove's contour of the cells of one root."""
-        return self.sections[self.pressed].root_cells(upper)
 
     def wall_path(self, upper: bool) -> list[tuple[int, Floats]]:
         """See `GroovedSection.wall_path`."""
