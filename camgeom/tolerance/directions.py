@@ -33,6 +33,8 @@ CLOSER = BESIDE / 4.0
 LARGE, NEAR = 0.7, 0.97
 """share of an error's largest figure that the parts' effects promise from which directions beside theirs are tried, and
 that is found from which they are tried more closely"""
+SETTLED = 1e-10
+"""share of the largest figure to which the search of all directions goes"""
 Rows = npt.NDArray[np.intp]
 Figure = Callable[[Floats], Floats]
 """figures (..., k) of errors (..., k, p), mm, at k cam angles"""
@@ -120,7 +122,7 @@ class Trials:
         value[near] = np.maximum(value[near], turned.some(near).beside(turn[near], value[near], CLOSER)[0])
         each = [np.flatnonzero(group == i) for i in np.unique(group)]
         hardest = np.array([own[np.argmax(value[own])] for own in each])
-        value[hardest] = np.maximum(value[hardest], turned.some(hardest).largest())
+        value[hardest] = np.maximum(value[hardest], turned.some(hardest).largest(float(value.max())))
         np.maximum.at(found, (which, rows), value)
 
 
@@ -163,10 +165,10 @@ class Turned:
         value, start = _best(self.turned(images), images)
         return self.beside(start, value, BESIDE)
 
-    def largest(self) -> Floats:
-        """The largest figure of all directions, (k,)."""
+    def largest(self, known: float) -> Floats:
+        """The largest figure of all directions, (k,), to a share of a known one."""
         count = len(self.rows)
-        return bracketed_maximum(self.turned, np.zeros(count), np.full(count, 2.0 * pi))[0]
+        return bracketed_maximum(self.turned, np.zeros(count), np.full(count, 2.0 * pi), noise=SETTLED * known)[0]
 
 
 def _best(values: Floats, turn: Floats) -> tuple[Floats, Floats]:

@@ -27,7 +27,7 @@ from camgeom.motion.program import Program
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.tolerance.causes import Approaches, Cause, Pivots, applicable
 from camgeom.tolerance.contacts import Contacts, contacts
-from camgeom.tolerance.directions import Figure, Rows, Trials
+from camgeom.tolerance.directions import SETTLED, Figure, Rows, Trials
 from camgeom.tolerance.seat import Bools, Stand, Walls, pressures, walls_of
 from camgeom.track import TURN
 
@@ -310,7 +310,8 @@ class Sensitivities:
         if len(rows):
             few, at = walls.rows(rows), tried.errors[several[group].T, 0, rows]
             ends = np.zeros(len(rows)), np.full(len(rows), TURN)
-            found, _ = bracketed_maximum(lambda turn: few.swung(at, turn), *ends)
+            noise = SETTLED * float(most.max())
+            found, _ = bracketed_maximum(lambda turn: few.swung(at, turn), *ends, noise=noise)
             np.maximum.at(grown, (cause[group], rows), found - base[rows])
 
     def _further(self, most: Floats, grown: Floats) -> tuple[Rows, Rows]:
