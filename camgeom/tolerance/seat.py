@@ -242,6 +242,14 @@ class Walls:
         return found
 
     @cached_property
+    def _yield(self) -> Floats:
+        """How far approaches move that follower as long as the same stations press, 1 or rad/mm, (n, q)."""
+        pressed = np.nan_to_num(self._start)[:, None] * self.lever + self._nominal
+        pull = np.where(pressed > 0.0, self.lever * self.stiffness, 0.0)
+        slope = (pull * self.lever).sum(axis=1, keepdims=True)
+        return np.asarray(-pull / np.where(slope > 0.0, slope, 1.0))
+
+    @cached_property
     def _stations(self) -> tuple[Floats, Floats, Floats]:
         """Nominal approach, lever and stiffness, (q, n): sums over stations then run along the rows."""
         near, lever, stiffness = (np.ascontiguousarray(v.T) for v in (self._nominal, self.lever, self.stiffness))
@@ -258,7 +266,9 @@ class Walls:
         at = np.nonzero(rows)[-1]
         near, lever, stiffness = (v.take(at, axis=1) for v in self._stations)
         near += np.broadcast_to(errors, (*rows.shape, errors.shape[-1]))[rows].T
-        start = self._start[at] if np.any(self.load) else None
+        start = None
+        if np.any(self.load):
+            start = self._start[at] + np.einsum("...nq,nq->...n", errors, self._yield)[rows]
         below, above = bracket(low[rows], high[rows], self._room[at])
         return balance(near, lever, stiffness, self.load[at], below, above, start)
 
