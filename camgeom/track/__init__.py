@@ -242,6 +242,11 @@ class Track:
         return abs(turns - 1.0) < 1e-12 and self.program.closed and there_and_back
 
     @property
+    def upright(self) -> bool:
+        """True where the roller's axis is along Z and stays so: nothing turns it."""
+        return abs(self.axis[2]) == 1.0 and (isinstance(self.joint, Slide) or abs(self.joint.axis[2]) == 1.0)
+
+    @property
     def tip_sign(self) -> float:
         """+1 where the tip is at the high end of delta, -1 at the low end."""
         return 1.0 if self.tip > 0.5 * (self.contact[0] + self.contact[1]) else -1.0
@@ -280,8 +285,7 @@ class Track:
             return self._slid(self.carriage, phi, order)
         point, direction = self.joint.carried(self.anchor, self.axis, self.coordinate(phi, order, side))
         turn = np.exp(-1j * self.sense * phi)
-        if abs(self.axis[2]) == 1.0 and (isinstance(self.joint, Slide) or abs(self.joint.axis[2]) == 1.0):
-            # An axis along Z stays along Z: nothing turns it.
+        if self.upright:
             return Pose(seen_from_turning(point, turn, self.sense), direction, turn)
         return Pose(seen_from_turning(point, turn, self.sense), seen_from_turning(direction, turn, self.sense), turn)
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
-from camgeom.track import Track
+from camgeom.track import Straight, Track
 from camgeom.track.flank import Flank
 from camgeom.track.runout import Inside, touching
 from camgeom.track.section import Column, Level
@@ -96,6 +96,11 @@ def smallest(contacts: Iterable[Contact[S]], what: Callable[[S], Floats], grain:
     """The smallest value of a quantity over all contacts, stations and cam angles."""
     low = largest(contacts, lambda at: -what(at), grain=grain)
     return replace(low, value=-low.value)
+
+
+def _alike(track: Track) -> bool:
+    """Whether all stations of a flank are alike: of a cylinder that stays along Z, as in a planar cam."""
+    return track.upright and isinstance(track.meridian, Straight) and track.meridian.slope == 0.0
 
 
 @final
@@ -187,7 +192,7 @@ class Survey:
     def contacts(self) -> tuple[FlankContact, ...]:
         """The flanks over the contact stretch, as far as it is on the cam."""
         if self.inside is None:
-            return self._whole
+            return self._over(self.stations[:1]) if _alike(self.track) else self._whole
         track, grid = self.track, self._grid
         return tuple(FlankContact(track, side, grid, partial(self._left, track, side)) for side in track.sides)
 
@@ -262,7 +267,7 @@ class Survey:
             return partial(self._footed, side)
         wall = self._wall(cutter.tip)
         if self.inside is None:
-            return wall
+            return wall[:1] if _alike(cutter) else wall
         low, high = cutter.meridian.jet(wall[[0, -1]])[0].tolist()
         return partial(self._left, replace(cutter, contact=(low, high)), side)
 
