@@ -8,6 +8,8 @@ from __future__ import annotations
 import gzip
 import json
 from base64 import b64encode
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -17,17 +19,19 @@ from camgeom.drawing.content import Actor, Axis, Scene
 from camgeom.drawing.sheet import Ticks, ticks
 from camgeom.maths import Floats
 
+Pack = Callable[[npt.NDArray[np.generic]], str]
 _TOP = 65534
 """largest code of a value; 65535 says that a vertex has none"""
 
 
-def scene_json(scene: Scene) -> str:
-    """The scene as JSON for the viewer; safe inside a script element."""
+def scene_json(scene: Scene, level: int = 9) -> str:
+    """The scene as JSON for the viewer, its arrays gzip'd at a level 1 (quick) to 9; safe inside a script element."""
+    pack = partial(_packed, level=level)
     data = {
-        "angles": _packed(scene.angles.astype(np.float32)),
+        "angles": pack(scene.angles.astype(np.float32)),
         "frames": len(scene.angles),
         "speed": scene.speed,
-        "bodies": [_body(body, scene) for body in scene.bodies],
+        "bodies": [_body(body, scene, pack) for body in scene.bodies],
         "shades": [
             {
                 "key": s.key,
@@ -39,12 +43,12 @@ def scene_json(scene: Scene) -> str:
             }
             for s in scene.shades
         ],
-        "readouts": [_readout(axis, values) for axis, values in scene.readouts],
+        "readouts": [_readout(axis, values, pack) for axis, values in scene.readouts],
     }
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _body(body: Actor, scene: Scene) -> dict[str, object]:
+def _body(body: Actor, scene: Scene, pack: Pack) -> dict[str, object]:
     mesh = body.mesh
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     size = np.where(high > low, high - low, 1.0)
@@ -54,13 +58,13 @@ def _body(body: Actor, scene: Scene) -> dict[str, object]:
         "role": body.role,
         "low": low.tolist(),
         "size": size.tolist(),
-        "vertices": _packed(_deltas(np.rint((mesh.vertices - low) / size * 65535.0).astype(np.uint16))),
-        "faces": _packed(_deltas(mesh.faces.astype(np.uint32))),
+        "vertices": pack(_deltas(np.rint((mesh.vertices - low) / size * 65535.0).astype(np.uint16))),
+        "faces": pack(_deltas(mesh.faces.astype(np.uint32))),
         "groups": list(mesh.groups),
-        "group": _packed(group),
-        "poses": None if body.poses is None else _packed(_quaternions(body.poses).astype(np.float32)),
+        "group": pack(group),
+        "poses": None if body.poses is None else pack(_quaternions(body.poses).astype(np.float32)),
         "fields": {
-            shade.key: _packed(_codes(body.fields[shade.key], *_limits(scene, shade.key, shade.diverging)))
+            shade.key: pack(_codes(body.fields[shade.key], *_limits(scene, shade.key, shade.diverging)))
             for shade in scene.shades
             if shade.key in body.fields
         },
@@ -72,11 +76,11 @@ def _deltas(rows: npt.NDArray[np.uint16] | npt.NDArray[np.uint32]) -> npt.NDArra
     return np.ascontiguousarray(np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), rows.dtype)).T)
 
 
-def _packed(array: npt.NDArray[np.generic]) -> str:
+def _packed(array: npt.NDArray[np.generic], level: int) -> str:
     """Little-endian bytes, the bytes of equal weight together, gzip'd and in base64."""
     words = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False).ravel()
     planes = words.view(np.uint8).reshape(-1, words.itemsize).T
-    return b64encode(gzip.compress(planes.tobytes(), 9, mtime=0)).decode()
+    return b64encode(gzip.compress(planes.tobytes(), level, mtime=0)).decode()
 
 
 def _limits(scene: Scene, key: str, diverging: bool) -> tuple[float, float]:
@@ -100,8 +104,8 @@ def _codes(values: Floats, low: float, high: float) -> npt.NDArray[np.uint16]:
     return np.where(finite, np.rint(np.clip(share, 0.0, 1.0) * _TOP), 65535).astype(np.uint16)
 
 
-def _readout(axis: Axis, values: Floats) -> dict[str, object]:
-    return {"label": axis.label, "unit": axis.unit, "values": _packed(values.astype(np.float32))}
+def _readout(axis: Axis, values: Floats, pack: Pack) -> dict[str, object]:
+    return {"label": axis.label, "unit": axis.unit, "values": pack(values.astype(np.float32))}
 
 
 def _hex(diverging: bool) -> str:

@@ -40,6 +40,8 @@ Stage = dict[str, Any]
 COARSE = 1e-3
 """chord error of the first bodies as a share of the cam's size: a pixel of a small view"""
 COARSE_FRAMES = 61
+QUICK = 1
+"""gzip level of the bodies: over the loopback time counts and not size"""
 SOLVERS: frozenset[Need] = frozenset({"dynamics", "impact", "cutter", "tolerance", "root"})
 """what checks need that are made last"""
 LATER: frozenset[Need] = LOADED | SOLVERS | {"solid"}
@@ -319,14 +321,14 @@ def _coarse(asked: Asked) -> Stage:
     diameter, length = model.envelope
     tolerance = max(COARSE * max(diameter, length), model.tolerance)
     meshes = tuple((part.name, part.rough(tolerance).mesh) for part in model.parts)
-    return {"scene": scene_json(scene(model, meshes, COARSE_FRAMES, whole=False))}
+    return {"scene": scene_json(scene(model, meshes, COARSE_FRAMES, whole=False), QUICK)}
 
 
 def _fine(asked: Asked) -> Stage:
     """Bodies as the report shows them, with their results, and the figures of the body."""
     model = asked.model
     found = kept(model, "3D view", lambda: scene(model, cam_meshes(model)))
-    return {"scene": scene_json(found), **_compared(asked, ("solid",))}
+    return {"scene": scene_json(found, QUICK), **_compared(asked, ("solid",))}
 
 
 STAGES: dict[str, Callable[[Asked], Stage]] = {
