@@ -32,11 +32,6 @@ from camgeom.track.pocket import PocketOutline
 NO_SOLVER = "a linear cam's drive is no shaft that turns evenly with it: vibration and impacts are not solved so far"
 REACH_SAMPLES = 721
 NO_FILM = "where the plate turns round nothing draws oil in: a film is known of surfaces that go on alone"
-NO_ERRORS = (
-    "errors of assembly and manufacture are told about the axis of a cam that turns: centre distance, phase, "
-    "eccentricity, wobble; a plate that slides has none, and what its slide errs is not solved; limits.play_mm judges "
-    "its clearance"
-)
 
 
 @final
@@ -122,7 +117,7 @@ class Linear(Cam):
         found |= idle("a linear cam's follower carries a roller", *(f"follower.{key}" for key in faces))
         found |= idle("a linear cam's slide has none; cam.edge says where the roller stands", "follower.offset")
         found |= idle("a linear cam's follower has none; give cam.running_clearance", "follower.clearance")
-        found |= idle(NO_SOLVER, "dynamics", "impact") | idle(NO_ERRORS, "tolerance")
+        found |= idle(NO_SOLVER, "dynamics", "impact")
         found |= idle(NO_FILM, "lubricant.pressure_viscosity", "limits.film_ratio", "limits.warn_film_ratio")
         found |= idle(NO_FILM, "material.cam.roughness_um", "material.roller.roughness_um")
         found |= idle("a linear cam's body is not meshed for a load", "output.load_angle_deg")

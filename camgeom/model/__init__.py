@@ -790,10 +790,6 @@ class Model(Sealed):
         from camgeom.tolerance.sensitivity import Loaded
         from camgeom.tolerance.study import ToleranceStudy
 
-        if self.mechanism.carriage is not None:
-            from camgeom.cams.linear import NO_ERRORS
-
-            raise DesignError(NO_ERRORS)
         spec, material = self.profile.tolerance_spec, self.profile.material
         pivots = default_pivots(self.mechanism) if spec is None else spec.pivots(self.mechanism)
         load = self.hardest_state.load if self.profile.operation is not None else None

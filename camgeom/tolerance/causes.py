@@ -8,7 +8,8 @@ moves that; with the unit normal n from roller into cam, lever L = n . velocity 
 and the follower stands where psi lets the walls that bear just touch, or press as hard as its load asks (`seat`).
 
 Frame: the machine's. `e_c` is the unit vector from the cam's axis to the follower's (along X of a slide: the side it
-stands on), `e_s` = Z x e_c stands across both.
+stands on), `e_s` = Z x e_c stands across both. A plate that slides is a disc whose axis lies infinitely far below its
+edge: `e_c` = Y, across its travel, `e_s` = -X, the way it goes out, and its axis is the normal of its plane, Z.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ Holder = Literal["machine", "cam", "turret", "roller", "wall"]
 class Pivots:
     """About what tilts turn, mm, machine frame.
 
-    axes    a point; wobble: its z on the cam's axis; turret: along the follower's axis from the line of centres
+    axes    a point, of a plate the one that is there while it is not yet out; wobble: its z on the cam's axis; turret:
+            along the follower's axis from the line of centres
     roller  along the roller from the middle of its contact, towards its free end
     waves   of the flank's form in one turn of the cam
     """
@@ -74,13 +76,18 @@ CAUSES = {
     cause.key: cause
     for cause in (
         Cause("center_distance", "mm", "machine", 1, "follower further from the cam along the line of centres; a slide "
-              "along X, the side on which it stands"),
-        Cause("side_shift", "mm", "machine", 1, "follower shifted across the cam's axis and the line of centres"),
-        Cause("axial_shift", "mm", "machine", 1, "cam shifted along its axis"),
+              "along X, the side on which it stands; a plate's follower across the travel"),
+        Cause("side_shift", "mm", "machine", 1, "follower shifted across the cam's axis and the line of centres; a "
+              "plate's along the travel"),
+        Cause("axial_shift", "mm", "machine", 1, "cam shifted along its axis, a plate square to its plane"),
         Cause("crossing_arcmin", "arcmin", "machine", 1, "cam's axis turned about the line of centres: the crossing "
-              "angle of crossed axes, the twist of parallel ones"),
-        Cause("skew_arcmin", "arcmin", "machine", 1, "cam's axis tilted in the plane of the line of centres"),
-        Cause("phase_arcmin", "arcmin", "machine", 1, "cam turned ahead on its shaft"),
+              "angle of crossed axes, the twist of parallel ones; a plate tilted about the line across its travel"),
+        Cause("skew_arcmin", "arcmin", "machine", 1, "cam's axis tilted in the plane of the line of centres; a plate "
+              "about the line of its travel"),
+        Cause("squareness_arcmin", "arcmin", "machine", 1, "plate and travel together turned in the plate's plane, out "
+              "of square to the follower"),
+        Cause("phase_arcmin", "arcmin", "machine", 1, "cam turned ahead on its shaft; a plate's drive turned ahead"),
+        Cause("cam_yaw_arcmin", "arcmin", "cam", 1, "plate turned in its plane on its slide, goes along with it"),
         Cause("cam_eccentricity", "mm", "cam", 2, "cam's axis beside its shaft's, turns with the cam"),
         Cause("cam_wobble_arcmin", "arcmin", "cam", 2, "cam's axis askew on its shaft, turns with the cam"),
         Cause("turret_eccentricity", "mm", "turret", 2, "circle of the rollers beside the turret's axis"),
@@ -102,8 +109,11 @@ CAUSES = {
 """Every error by its key."""
 
 
-def line_of_centres(joint: Slide | Swing) -> Floats:
+def line_of_centres(mechanism: Mechanism) -> Floats:
     """Unit vector e_c from the cam's axis towards the follower's, (3,)."""
+    if mechanism.carriage is not None:
+        return np.array([0.0, 1.0, 0.0])
+    joint = joint_of(mechanism)
     if isinstance(joint, Slide):
         return np.array([1.0, 0.0, 0.0])
     away = np.array([joint.centre[0], joint.centre[1], 0.0])
@@ -116,7 +126,13 @@ def joint_of(mechanism: Mechanism) -> Slide | Swing:
 
 
 def default_pivots(mechanism: Mechanism) -> Pivots:
-    """Where axes tilt unless told: where the line of centres meets the cam's axis, else in the middle of the cam."""
+    """Where axes tilt unless told: where the line of centres meets the cam's axis, else in the middle of the cam; a
+    plate where its roller stands at zero travel, in the middle of its contact."""
+    if mechanism.carriage is not None:
+        (track,) = mechanism.tracks
+        x, y, _ = track.anchor
+        height = 0.5 * sum(track.contact)
+        return Pivots((x, y, height), height)
     joint = joint_of(mechanism)
     height = joint.centre[2] if isinstance(joint, Swing) and abs(joint.axis[2]) < 0.5 else 0.5 * mechanism.envelope[1]
     return Pivots((0.0, 0.0, height), height)
@@ -128,6 +144,8 @@ def applicable(mechanism: Mechanism) -> tuple[Cause, ...]:
     turning, turret = isinstance(joint_of(mechanism), Swing), mechanism.turret is not None
     ball = _balls(mechanism)
     absent: set[str] = {"roller_place"} if turning else {"pitch_angle_arcsec", "pitch_radius"}
+    absent |= {"squareness_arcmin", "cam_yaw_arcmin"} if mechanism.carriage is None else {
+        "cam_eccentricity", "cam_wobble_arcmin"}  # fmt: skip
     if not turret:
         absent |= {"turret_eccentricity", "turret_wobble_arcmin"}
     if flat or knife:
@@ -160,7 +178,7 @@ class Approaches:
 
     def __init__(self, contacts: Contacts, pivots: Pivots) -> None:
         self.contacts, self.pivots = contacts, pivots
-        self._e_c = line_of_centres(contacts.joint)
+        self._e_c = line_of_centres(contacts.mechanism)
         self._e_s = np.array([-self._e_c[1], self._e_c[0], 0.0])
         self._about_axes = moment(contacts, np.array(pivots.axes))
         self.flat, _ = _faces(contacts.mechanism)
@@ -267,9 +285,19 @@ class Approaches:
         return np.asarray(0.5 * np.sqrt(np.maximum(1.0 - along * along, 0.0))[None])
 
     def phase(self) -> Floats:
-        """Cam turned ahead about its own axis."""
+        """Cam turned ahead about its own axis; a plate further along -X, by what its drive does to it."""
+        if (carriage := self.contacts.mechanism.carriage) is not None:
+            return np.asarray((carriage.rates(self.contacts.theta)[1][:, None, None] * self.contacts.normal[0])[None])
         about = moment(self.contacts, np.zeros(3))[2]
         return np.asarray(-self.contacts.mechanism.sense * about[None])
+
+    def yaw(self) -> Floats:
+        """Plate turned about Z at a point of its own."""
+        carriage = self.contacts.mechanism.carriage
+        assert carriage is not None
+        about = np.zeros((3, *self.contacts.on.shape[:2])) + np.array(self.pivots.axes)[:, None, None]
+        about[0] -= carriage.travel(self.contacts.theta)[:, None]
+        return np.asarray(-moment(self.contacts, about)[2][None])
 
     def constant(self, value: float) -> Floats:
         """The same everywhere."""
@@ -277,7 +305,7 @@ class Approaches:
 
     def waves(self) -> Floats:
         """cos and sin of the waves of a flank's form."""
-        angle = self.pivots.waves * (self.contacts.theta[:, None] + self.contacts.lag)
+        angle = self.pivots.waves * (self.contacts.round[:, None] + self.contacts.lag)
         shape = self.contacts.on.shape
         return np.stack([np.broadcast_to(f(angle)[..., None], shape) for f in (np.cos, np.sin)])
 
@@ -294,7 +322,9 @@ _RULES: dict[str, Callable[[Approaches], Floats]] = {
     "axial_shift": lambda a: -a.along(_Z),
     "crossing_arcmin": lambda a: -a.about(a._e_c),
     "skew_arcmin": lambda a: -a.about(a._e_s),
+    "squareness_arcmin": lambda a: -a.about(_Z),
     "phase_arcmin": Approaches.phase,
+    "cam_yaw_arcmin": Approaches.yaw,
     "cam_eccentricity": Approaches.cam_eccentricity,
     "cam_wobble_arcmin": Approaches.cam_wobble,
     "turret_eccentricity": Approaches.turret_eccentricity,

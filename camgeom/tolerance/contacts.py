@@ -81,6 +81,13 @@ class Contacts:
         return float(meridian.jet(np.array([meridian.parameter(0.5 * sum(tracks[0].contact))]))[3][0])
 
     @cached_property
+    def round(self) -> Floats:
+        """How far round the cam the first line on each wall is, (n,), rad: the cam angle; of a cam that slides, which
+        meets the same flank out and back, its travel with the stroke as a turn."""
+        carriage = self.mechanism.carriage
+        return self.theta if carriage is None else carriage.travel(self.theta) * (TURN / carriage.stroke)
+
+    @cached_property
     def pushes(self) -> Bools:
         """Which stations push towards larger lift, (n, l, m)."""
         return np.asarray(self.on & (self.lever < 0.0))
@@ -146,7 +153,9 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         t = 0.5 * (begin + stop)[:, None] + 0.5 * (stop - begin)[:, None] * NODES
         flank = Flank(track, phi[rows], t, side, given_pose=pose)
         back = np.conj(flank.pose.turn)
+        slid = 0.0 if pose.slid is None else pose.slid
         sheet.x[:, rows, line], sheet.normal[:, rows, line] = _machine(flank.x, back), _machine(flank.n, back)
+        sheet.x[0, rows, line] -= np.reshape(slid, (-1, 1))
         lever = flank.lever()
         sheet.lever[rows, line] = lever
         there = stop > begin
@@ -161,6 +170,7 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         axis = _machine(flank.pose.u[0], back)
         sheet.axis[:, rows, line] = axis
         sheet.centre[:, rows, line] = _machine(flank.pose.a[0], back) + middle * axis
+        sheet.centre[0, rows, line] -= slid
         sheet.gap[rows, line] = _gap(mechanism, index, lever, sheet.normal[0, rows, line], phi[rows])
     return Contacts(
         mechanism, theta, sheet.on, sheet.x, sheet.normal, sheet.lever, sheet.gap, sheet.length, sheet.curvature,

@@ -26,6 +26,8 @@ FITTED = {"cam_eccentricity": "pair", "turret_eccentricity": "pair", "running_cl
 TILTS = frozenset({"crossing_arcmin", "skew_arcmin", "cam_wobble_arcmin", "turret_wobble_arcmin", "roller_tilt_arcmin",
                    "face_squareness_arcmin"})  # fmt: skip
 """errors that press the ends of a line of contact"""
+PIVOTED = ("crossing_arcmin", "skew_arcmin", "squareness_arcmin", "cam_yaw_arcmin")
+"""errors that turn about axes_pivot"""
 RARE = 10.0
 """machines beyond a limit that a share of them is told from"""
 
@@ -82,7 +84,9 @@ class Costs(Section):
     axial_shift: Weight = 1.0
     crossing_arcmin: Weight = 1.0
     skew_arcmin: Weight = 1.0
+    squareness_arcmin: Weight = 1.0
     phase_arcmin: Weight = 1.0
+    cam_yaw_arcmin: Weight = 1.0
     cam_eccentricity: Weight = 1.0
     cam_wobble_arcmin: Weight = 1.0
     turret_eccentricity: Weight = 1.0
@@ -112,12 +116,19 @@ class ToleranceSpec(Section):
     tolerance.
     """
 
-    center_distance: Error = _error("follower off along the line of centres; of a slide along X, where it stands")
-    side_shift: Error = _error("follower off across the cam's axis and the line of centres")
-    axial_shift: Error = _error("cam off along its axis")
-    crossing_arcmin: Error = _error("cam's axis turned about the line of centres: crossing angle, twist", "arcmin")
-    skew_arcmin: Error = _error("cam's axis tilted in the plane with the line of centres", "arcmin")
-    phase_arcmin: Error = _error("cam turned on its shaft", "arcmin")
+    center_distance: Error = _error("follower off along the line of centres; of a slide along X, where it stands; of a "
+                                    "linear cam across the travel, along Y")
+    side_shift: Error = _error("follower off across the cam's axis and the line of centres; of a linear cam along the "
+                               "travel, along -X")
+    axial_shift: Error = _error("cam off along its axis, a plate along Z")
+    crossing_arcmin: Error = _error("cam's axis turned about the line of centres: crossing angle, twist; plate and "
+                                    "travel of a linear cam tilted about Y", "arcmin")
+    skew_arcmin: Error = _error("cam's axis tilted in the plane with the line of centres; plate and travel of a linear "
+                                "cam tilted about X", "arcmin")
+    squareness_arcmin: Error = _error("plate and travel of a linear cam turned about Z: out of square to the follower",
+                                      "arcmin")
+    phase_arcmin: Error = _error("cam turned on its shaft; the drive of a linear cam turned ahead", "arcmin")
+    cam_yaw_arcmin: Error = _error("plate of a linear cam turned about Z on its slide, whose travel is true", "arcmin")
     cam_eccentricity: Error = _error("cam's axis beside its shaft's, any way; or a fit of its bore")
     cam_wobble_arcmin: Error = _error("cam's axis askew on its shaft, any way", "arcmin")
     turret_eccentricity: Error = _error("circle of the rollers beside the turret's axis, any way; or a fit")
@@ -135,8 +146,9 @@ class ToleranceSpec(Section):
     distribution: Distribution = Field("normal", description="of the errors that state none: normal (value is three "
                                        "standard deviations), uniform, worst (always at an end)")
     axes_pivot: tuple[SignedLength, SignedLength, SignedLength] | None = Field(
-        None, description="mm, point about which crossing and skew turn; default where the line of centres meets the "
-        "cam's axis, else the middle of the cam on it"
+        None, description="mm, point about which crossing, skew, squareness and yaw turn; default where the line of "
+        "centres meets the cam's axis, else the middle of the cam on it; of a linear cam the roller's place at zero "
+        "travel in the middle of its contact, of yaw the point of the plate that is there then"
     )
     wobble_pivot: SignedLength | None = Field(None, description="mm, z about which the cam wobbles; default as above")
     turret_pivot: SignedLength = Field(0.0, description="mm along the turret's axis from the line of centres, where it "
@@ -221,8 +233,9 @@ class ToleranceSpec(Section):
             yield Problem("tolerance", "states no error", None, f"one of {', '.join(sorted(possible))}")
         if self.wobble_pivot is not None and self.cam_wobble_arcmin is None:
             yield Problem("tolerance.wobble_pivot", "means nothing without cam_wobble_arcmin", self.wobble_pivot)
-        if self.axes_pivot is not None and self.crossing_arcmin is None and self.skew_arcmin is None:
-            yield Problem("tolerance.axes_pivot", "means nothing without crossing_arcmin or skew_arcmin")
+        if self.axes_pivot is not None and not any(key in PIVOTED for key in self.stated()):
+            keys = [key for key in PIVOTED if key in possible]
+            yield Problem("tolerance.axes_pivot", f"means nothing without {', '.join(keys[:-1])} or {keys[-1]}")
         if self.turret_pivot and self.turret_wobble_arcmin is None:
             yield Problem("tolerance.turret_pivot", "means nothing without turret_wobble_arcmin", self.turret_pivot)
         if self.roller_pivot and self.roller_tilt_arcmin is None:

@@ -42,6 +42,11 @@ class Carriage:
         """How far the plate is out, mm, at angles of its drive (n,), rad."""
         return np.asarray(place(self.drive, theta) * (self.stroke / TURN))
 
+    def rates(self, theta: Floats) -> Floats:
+        """Travel and its first two derivatives by the drive's angle, mm/rad and mm/rad², (3, n): below zero on the way
+        back."""
+        return np.asarray(self.drive.jet(theta, 2) * (self.stroke / TURN))
+
     def pace(self, theta: Floats) -> Floats:
         """Speed of the plate, mm per rad of its drive, (n,), as a magnitude."""
         return np.asarray(np.abs(self.drive.jet(theta, 1)[1]) * (self.stroke / TURN))

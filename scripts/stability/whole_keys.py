@@ -117,7 +117,7 @@ RATES = ("velocity", "acceleration", "jerk")
 KNOWN = frozenset({"name", "units", "reproduces", "cam", "follower", *ROLLERS, "motion", "duty", "operation", "limits",
                    "material", "output", "drawing", "impact", "dynamics", "cutter", "tolerance", "lubricant"})
 """sections that are drawn with what belongs to them; any other is drawn as its schema says, no more"""
-ERRORS = 20
+ERRORS = 22
 """errors of [tolerance] come first in it"""
 PAIRS: dict[str, tuple[tuple[str, ...], ...]] = {
     "cam": (("mark_diameter", "mark_radius"), ("keyway_width", "keyway_depth", "bore"), ("hub_diameter", "hub_length"),

@@ -19,7 +19,10 @@ ZERO = np.zeros(3)
 
 @dataclass(frozen=True)
 class Moved:
-    """Errors, mm and rad: rigid moves are (shift, turn, pivot), the roller's own ones by name."""
+    """Errors, mm and rad: rigid moves are (shift, turn, pivot), the roller's own ones by name.
+
+    ahead  of the drive of a plate that slides
+    """
 
     cam: tuple = (ZERO, ZERO, ZERO)
     cam_turning: tuple = (ZERO, ZERO, ZERO)
@@ -32,6 +35,7 @@ class Moved:
     tilt: tuple = (0.0, 0.0)
     squareness: float = 0.0
     growth: float = 0.0
+    ahead: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Follower:
     """place(k, q): a point of the roller's axis (delta = 0) and its direction at coordinate q; line(k, phi): q.
 
     joint  ("slide", direction) or ("swing", axis, centre); middle: of the contact along the axis; radius, slope, centre
-    of the meridian; way: e_c of a turret's line of centres
+    of the meridian; way: e_c of a turret's line of centres; travel(phi): how far a plate is out that slides along -X
     """
 
     sense: float
@@ -54,6 +58,15 @@ class Follower:
     shift: object = field(default=lambda k: 0.0)
     gap: float = 0.0
     base: float = 0.0
+    travel: object = None
+
+    def seen(self, x, phi):
+        """Machine points as the cam sees them at a cam angle."""
+        return cam_frame(x, phi, self.sense) if self.travel is None else _slid(x, self.travel(phi))
+
+    def machine(self, x, phi):
+        """The other way."""
+        return machine(x, phi, self.sense) if self.travel is None else _slid(x, -self.travel(phi))
 
     def coordinate(self, phi, k):
         """Joint coordinate of roller k."""
@@ -107,6 +120,11 @@ def machine(x, phi, sense):
     return cam_frame(x, -phi, sense)
 
 
+def _slid(x, along):
+    """Points moved along X."""
+    return x + np.stack(np.broadcast_arrays(along, 0.0, 0.0), -1)
+
+
 def _least(f, centre, wide, coarse, steps=(0.02, 0.0004)):
     """Least value of f about centre (...) within +-wide, and where: samples, then vertices of ever closer parabolas."""
     grid = centre[..., None] + wide * np.linspace(-1.0, 1.0, coarse)
@@ -129,7 +147,7 @@ def beyond(follower, k, x, near, wide=0.3, coarse=31):
 
 def clear(follower, k, x, phi):
     """Distance of points of the cam frame from the nominal follower at cam angles phi."""
-    m = machine(x, phi, follower.sense)
+    m = follower.machine(x, phi)
     a, u = carried(follower, k, follower.coordinate(phi, k))
     d = m - a
     if follower.kind == "flat":
@@ -164,7 +182,7 @@ def circle(follower, k, theta, psi, delta, chi, moved, frame):
 
 def _seen(m, theta, follower, moved):
     m = rigid(m, moved.follower)
-    x = cam_frame(rigid(m, moved.cam, inverse=True), theta, follower.sense)
+    x = follower.seen(rigid(m, moved.cam, inverse=True), theta + moved.ahead)
     return rigid(x, moved.cam_turning, inverse=True)
 
 
@@ -473,6 +491,31 @@ def _parallel(cam, follower, roller, lift, low, high):
                     shift=lambda k: (k + 0.5) * TURN / count)
 
 
+def _plate(cam, follower, roller, lift, low, high):
+    """A plate under a crank with a long rod; its motion is a dwell, a cycloidal rise, a dwell over the travel."""
+    del lift, low, high
+    stroke, (first, last), rise = cam["stroke"], cam["moves"], cam["rise"]
+    radius, length = 0.5 * roller["diameter"], roller["length"]
+
+    def travel(phi):
+        return 0.5 * stroke * (1.0 - np.cos(phi))
+
+    def lifted(phi):
+        u = np.clip((travel(phi) - first) / (last - first), 0.0, 1.0)
+        return rise * (u - np.sin(TURN * u) / TURN)
+
+    home = np.array([cam["start"], cam["edge"], 0.0])
+    made = {"middle": cam["thickness"] - 0.5 * length, "radius": radius, "travel": travel}
+    up = np.array([0.0, 0.0, 1.0])
+    if follower["kind"] == "translating":
+        lean = radians(cam.get("inclination", 0.0))
+        return Follower(1.0, lifted, ("slide", np.array([sin(lean), cos(lean), 0.0])), lambda k: (home, up), **made)
+    way, arm = -1.0 if follower.get("side") == "right" else 1.0, follower["arm"]
+    start = radians(follower["start_angle"])
+    pivot = home - arm * np.array([way * cos(start), sin(start), 0.0])
+    return Follower(1.0, lifted, ("swing", way * up, pivot), lambda k: (home, up), **made)
+
+
 _KINDS = {"disc": _planar, "constant-width": _frame, "conjugate": _conjugate, "cylindrical": _drum,
           "end-face": _end_face, "cylindrical-index": _barrel, "globoidal": _globoid,
-          "parallel-index": _parallel}  # fmt: skip
+          "parallel-index": _parallel, "linear": _plate}  # fmt: skip

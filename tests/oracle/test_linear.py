@@ -291,7 +291,9 @@ def test_what_moves_has_the_plates_own_mass_at_least(model: Model, share: float,
     ({"more": "[lubricant]\nviscosity_40 = 100\nviscosity_100 = 11\ntemperature = 50\npressure_viscosity = 20"},
      "lubricant.pressure_viscosity", "turns round"),
     ({"more": "[impact]\nrestitution = 0.5"}, "impact", "not solved so far"),
-    ({"more": "[tolerance]\nroller_diameter = 0.01"}, "tolerance", "a plate that slides has none"),
+    ({"more": "[tolerance]\ncam_eccentricity = 0.01"}, "tolerance.cam_eccentricity", "with the cam: this cam has none"),
+    ({"more": "[tolerance]\ncam_wobble_arcmin = 1"}, "tolerance.cam_wobble_arcmin", "with the cam: this cam has none"),
+    ({"more": "[tolerance]\nside_shift = 0.01\naxes_pivot = [0, 0, 0]"}, "tolerance.axes_pivot", "cam_yaw_arcmin"),
     ({"more": '[cutter]\nkind = "flat"\ndiameter = 10\nrotary = "A"'}, "cutter.rotary", "none on a plate"),
 ])  # fmt: skip
 def test_what_means_nothing_is_refused_by_name(keys: dict[str, object], key: str, says: str) -> None:
@@ -314,13 +316,11 @@ def test_a_groove_that_leaves_the_plate_is_refused_and_one_just_within_is_not() 
                     parse(text.format(**keys))
 
 
-def test_a_roller_too_large_for_its_path_is_undercut_and_its_errors_are_not_solved() -> None:
+def test_a_roller_too_large_for_its_path_is_undercut() -> None:
     made = plate().with_({"motion[1].until": 24.0, "motion[2].until": 100.0})
     assert finding(made, "undercut").level == "fail"
     with pytest.raises(DesignError, match="undercut"):
         _ = made.solid
-    with pytest.raises(DesignError, match="a plate that slides has none"):
-        _ = made.tolerances
 
 
 @pytest.mark.parametrize(("drive", "out", "level"), [

@@ -7,7 +7,7 @@ import pytest
 
 from camgeom.model import Model
 from camgeom.profile import parse, read
-from camgeom.tolerance.causes import ARCMIN, CAUSES, Approaches, default_pivots
+from camgeom.tolerance.causes import ARCMIN, CAUSES, Approaches, applicable, default_pivots
 from camgeom.tolerance.contacts import Contacts, contacts
 from camgeom.tolerance.seat import balance, bracket, room, walls_of
 from tests.places import ROOT
@@ -20,8 +20,7 @@ def _moved(model: Model, theta: np.ndarray = THETA) -> tuple[Contacts, dict[str,
     """Deviations of the coordinate per mm or rad of every error at every station, (parts, n, l, m)."""
     at = contacts(model.mechanism, theta)
     approaches = Approaches(at, default_pivots(model.mechanism))
-    keys = [key for key in CAUSES if not key.startswith(("turret", "pitch")) or model.mechanism.turret]
-    return at, {key: -approaches.of(CAUSES[key]) / at.lever for key in keys}
+    return at, {cause.key: -approaches.of(cause) / at.lever for cause in applicable(model.mechanism)}
 
 
 def _disc(follower: str, roller: str = ROLLER, lift: float = 20.0) -> Model:
