@@ -19,7 +19,7 @@ from camgeom.maths.panels import roots
 from camgeom.maths.surface import dot
 from camgeom.mechanics.contact import Contact, line_contacts
 from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, normal_force
-from camgeom.track import Track
+from camgeom.track import Pose, Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import Ends
 from camgeom.track.runout import touching, wall_ends
@@ -119,11 +119,22 @@ class Pressing:
         edges = np.linspace(min(self.track.contact), max(self.track.contact), SLICES + 1)
         return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
+    @cached_property
+    def _poses(self) -> dict[float, Pose]:
+        """Poses of the roller on the panels that cut the flank on each side: one where no flank recedes."""
+        theta = self.force.panels.theta.ravel()
+        shared = self.track.pose(theta)
+        eased = {side: self.track.eased(side) for side in self.track.sides}
+        return {side: shared if track is self.track else track.pose(theta) for side, track in eased.items()}
+
+    def _flank(self, t: Floats, side: float) -> Flank:
+        """A flank on the panels, at meridian parameters t (m,), or (p n, m) for each cam angle."""
+        return Flank(self.track, self.force.panels.theta.ravel(), t, side, given_pose=self._poses[side])
+
     def walls(self, t: Floats) -> Walls:
         """The flank at one meridian parameter, t (1,), or one for each cam angle, (p n, 1)."""
         shape = self.force.panels.theta.shape
-        theta = self.force.panels.theta.ravel()
-        flanks = {side: Flank(self.track, theta, t, side) for side in self.track.sides}
+        flanks = {side: self._flank(t, side) for side in self.track.sides}
         behind = next((s for s, f in flanks.items() if f.behind), None)
         ahead = next((s for s in flanks if s != behind), None)
         some = next(iter(flanks.values()))
@@ -244,7 +255,7 @@ class Pressing:
         theta = self.force.panels.theta
         walls = {}
         for side in self.track.sides:
-            flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)
+            flank = self._flank(np.array([self.station]), side)
             line = flank.tangents[1][:, :, 0]
             square = dot(line, flank.pose.u[0]) ** 2 / dot(line, line)
             walls[flank.behind] = square.reshape(theta.shape)
@@ -259,19 +270,19 @@ class Pressing:
         its axis.
         """
         shape = self.force.panels.theta.shape
-        theta, both = self.force.panels.theta.ravel(), len(self.track.sides) > 1
+        both = len(self.track.sides) > 1
         many = len(places)
         stations = self.track.meridian.parameters(places.reshape(many, -1, 1))
         found = np.zeros((3, many, *shape))
         for m, t in enumerate(stations):
             for side in self.track.sides:
-                flank = Flank(self.track, theta, t, side)
+                flank = self._flank(t, side)
                 pressed = (self.normal >= 0.0) == flank.behind if both else np.ones(shape, dtype=bool)
                 on_cam = flank.passing.reshape(shape)
                 radius = self.track.meridian.jet(t)[3].reshape(-1)[0 if t.size == 1 else slice(None)]
                 rim = self.path_rate * np.reshape(radius, shape if np.size(radius) > 1 else ()) / self.radius
                 if crest is not None:
-                    rim = Flank(self.track, theta, self.track.meridian.parameters(crest.reshape(-1, 1)), side).rolled
+                    rim = self._flank(self.track.meridian.parameters(crest.reshape(-1, 1)), side).rolled
                 slip = rim.reshape(shape) - flank.rolled.reshape(shape)
                 axial = flank.sliding()[1].reshape(shape)
                 each = (np.abs(on_cam + 0.5 * slip), on_cam, np.hypot(slip, axial))
