@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from contextlib import chdir
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import degrees
 from tempfile import TemporaryDirectory
 from typing import ClassVar, final
@@ -25,6 +26,7 @@ from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.material import Material
 from camgeom.mechanics.turret_duty import TurretDuty
 from camgeom.solid import Part
+from camgeom.worker import Worker, WorkerEnded
 
 Index = npt.NDArray[np.int64]
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
@@ -37,6 +39,8 @@ ENVELOPE = 1e-3
 """of the diagonal by which the mesher may leave the surface, before its nodes are moved onto it"""
 ROUGH = 4e-4
 """of the diagonal: chord error of the surface that is filled; with a fine one the mesher took minutes"""
+MESHER_SECONDS = 300.0
+"""after which the mesher is given up; it takes 5 to 50"""
 ROUNDS = 20
 """projections of a node on the edge of two faces, onto either in turn"""
 FLATTEST = 0.05
@@ -98,19 +102,34 @@ class TetraMesh:
 
 def filled(part: Part, surface: Mesh) -> TetraMesh:
     """A body with its outer nodes on the faces of its mesh. Raises DesignError without pytetwild."""
-    try:
-        import pytetwild
-    except ImportError:
-        raise DesignError(NEEDS) from None
+    if find_spec("pytetwild") is None:
+        raise DesignError(NEEDS)
     diagonal = float(np.sqrt((np.ptp(surface.vertices, axis=0) ** 2).sum()))
     rough = part.solid(ROUGH * diagonal).mesh
-    # The mesher leaves a file of its own in the working directory.
-    with TemporaryDirectory(prefix="camgeom-") as folder, chdir(folder):
-        nodes, cells = pytetwild.tetrahedralize(
-            rough.vertices.astype(np.float64), rough.faces.astype(np.int32), edge_length_fac=EDGE_SHARE,
-            epsilon=ENVELOPE, quiet=True,
-        )  # fmt: skip
-    return quadratic(surface, np.asarray(nodes), np.asarray(cells, dtype=np.int64))
+    mesher = Worker("camgeom.body.tetra:Mesher")
+    try:
+        nodes, cells = mesher.ask("fill", rough.vertices, rough.faces, seconds=MESHER_SECONDS)
+    except WorkerEnded as end:
+        raise DesignError(f"no tetrahedra: the mesher {end}; a body with less detail would do") from None
+    finally:
+        mesher.close()
+    return quadratic(surface, nodes, cells)
+
+
+class Mesher:
+    """The library in a process of its own: it listens to nobody until it is done, and may take minutes."""
+
+    def fill(self, vertices: Floats, faces: npt.NDArray[np.integer]) -> tuple[Floats, Index]:
+        """Corners (v, 3) and elements (e, 4) in a closed surface."""
+        import pytetwild
+
+        # The mesher leaves a file of its own in the working directory.
+        with TemporaryDirectory(prefix="camgeom-") as folder, chdir(folder):
+            nodes, cells = pytetwild.tetrahedralize(
+                vertices.astype(np.float64), faces.astype(np.int32), edge_length_fac=EDGE_SHARE, epsilon=ENVELOPE,
+                quiet=True,
+            )  # fmt: skip
+        return np.asarray(nodes), np.asarray(cells, dtype=np.int64)
 
 
 def quadratic(surface: Mesh, nodes: Floats, cells: Index) -> TetraMesh:

@@ -9,11 +9,6 @@ from __future__ import annotations
 import atexit
 import logging
 import os
-import pickle
-import signal
-import subprocess
-import sys
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -31,6 +26,7 @@ from camgeom.export import Body
 from camgeom.export.files import atomic_write
 from camgeom.maths import Floats
 from camgeom.report.views import Stage, View
+from camgeom.worker import Worker, WorkerEnded
 
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 _START_SECONDS, _PICTURE_SECONDS = 60.0, 600.0
@@ -148,59 +144,23 @@ class Painter:
     """A process that draws with a window class ("": the library's own choice). Raises OSError where it cannot start."""
 
     def __init__(self, window: str) -> None:
-        environment = {**os.environ, _CHOICE: window} if window else dict(os.environ)
-        code = f"import sys; sys.path[:] = {sys.path!r}; from camgeom.report.painter import serve; serve()"
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment
-        )
-        self._lock = threading.Lock()
+        self._worker = Worker("camgeom.report.painter:Studio", {_CHOICE: window} if window else None)
 
     @property
     def ended(self) -> bool:
         """Whether the process is gone."""
-        return self._process.poll() is not None
+        return self._worker.ended
 
     def ask(self, what: str, *arguments: Any, seconds: float = _PICTURE_SECONDS) -> Any:
-        """What the process answers. Raises what it raises, and ExportError where it ends."""
-        sent, got = self._process.stdin, self._process.stdout
-        assert sent is not None
-        assert got is not None
-        with self._lock:
-            late = threading.Timer(seconds, self._process.kill)
-            late.start()
-            try:
-                pickle.dump((what, arguments), sent, pickle.HIGHEST_PROTOCOL)
-                sent.flush()
-                answer, error = pickle.load(got)
-            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
-                raise ExportError(f"no picture: the graphics library {self._end()}") from None
-            finally:
-                late.cancel()
-        if error is not None:
-            raise error
-        return answer
-
-    def _end(self) -> str:
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(1.0)
-        self._process.kill()
-        code = self._process.wait()
-        if code >= 0:
-            return f"ended with status {code} while it drew"
-        return f"ended by signal {-code} ({signal.strsignal(-code)}) while it drew"
+        """What a method of its Studio gives. Raises what that raises, and ExportError where the process ends."""
+        try:
+            return self._worker.ask(what, *arguments, seconds=seconds)
+        except WorkerEnded as end:
+            raise ExportError(f"no picture: the graphics library {end} while it drew") from None
 
     def close(self) -> None:
         """End the process."""
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                with suppress(OSError):
-                    pipe.close()
-        try:
-            self._process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        self._worker.close()
 
 
 class _Errors(logging.Handler):
@@ -214,42 +174,14 @@ class _Errors(logging.Handler):
         self.first = self.first or " ".join(record.getMessage().split())[:200]
 
 
-def serve() -> None:
-    """Answer the process that started this one until it is gone; for Painter alone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # What libraries print does not belong between the answers.
-    asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    errors = _Errors()
-    logging.getLogger().addHandler(errors)
-    work = _Work()
-    while True:
-        try:
-            what, arguments = pickle.load(asked)
-        except EOFError:
-            os._exit(0)
-        answer: Any = None
-        error: Exception | None = None
-        try:
-            answer = getattr(work, what)(*arguments)
-            if errors.first:
-                answer, error = None, ExportError(f"no picture: the graphics library says: {errors.first}")
-                errors.first = ""
-        except Exception as raised:
-            error = raised
-        try:
-            pickle.dump((answer, error), answers, pickle.HIGHEST_PROTOCOL)
-            answers.flush()
-        except BrokenPipeError:
-            os._exit(0)
-
-
-class _Work:
-    """What a Painter may ask of its process."""
+class Studio:
+    """What a Painter asks of its process."""
 
     def __init__(self) -> None:
         self._stages: dict[int, Stage] = {}
         self._opened = 0
+        self._errors = _Errors()
+        logging.getLogger().addHandler(self._errors)
 
     def trial(self) -> bool:
         """Whether a red window comes out red."""
@@ -276,12 +208,19 @@ class _Work:
         self._stages[number].place(name, pose)
 
     def image(self, number: int) -> npt.NDArray[np.uint8]:
-        return np.asarray(self._stages[number].image())
+        return np.asarray(self._drawn(number))
 
     def png(self, number: int) -> bytes:
         stream = BytesIO()
-        self._stages[number].image().save(stream, format="png", optimize=False, compress_level=6)
+        self._drawn(number).save(stream, format="png", optimize=False, compress_level=6)
         return stream.getvalue()
+
+    def _drawn(self, number: int) -> Any:
+        picture, said = self._stages[number].image(), self._errors.first
+        self._errors.first = ""
+        if said:
+            raise ExportError(f"no picture: the graphics library says: {said}")
+        return picture
 
     def close(self, number: int) -> None:
         self._stages.pop(number).close()

@@ -1,0 +1,126 @@
+"""A process of its own for a library that ends, holds up or fills the process that it runs in.
+
+A worker is one object in another process, whose methods are asked one after the other. It ends with the process that
+started it; where it ends before, or does not answer in time, that is an error of what was asked and of nothing else.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from importlib import import_module
+from typing import Any, final
+
+from camgeom.errors import CamgeomError
+
+_PATIENCE = 5.0
+"""s, until a worker that was told to end is killed"""
+
+
+class WorkerEnded(CamgeomError):
+    """The worker's process ended while it was asked; the text says how, and ends a sentence about what was asked."""
+
+
+@final
+class Worker:
+    """An object that `maker` ("module:callable", without arguments) makes in a process of its own.
+
+    Raises OSError where no process can be started.
+    """
+
+    def __init__(self, maker: str, environment: Mapping[str, str] | None = None) -> None:
+        code = f"import sys; sys.path[:] = {sys.path!r}; from camgeom.worker import serve; serve({maker!r})"
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL,
+            env={**os.environ, **(environment or {})},
+        )  # fmt: skip
+        self._lock = threading.Lock()
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process is gone."""
+        return self._process.poll() is not None
+
+    def ask(self, what: str, *arguments: Any, seconds: float) -> Any:
+        """What a method gives for arguments that can be pickled.
+
+        Raises what it raises; WorkerEnded where the process ends, or does not answer within so many seconds.
+        """
+        sent, got = self._process.stdin, self._process.stdout
+        assert sent is not None
+        assert got is not None
+        late = threading.Event()
+        with self._lock:
+            clock = threading.Timer(seconds, self._give_up, [late])
+            clock.start()
+            try:
+                pickle.dump((what, arguments), sent, pickle.HIGHEST_PROTOCOL)
+                sent.flush()
+                answer, error = pickle.load(got)
+            except (OSError, EOFError, ValueError, pickle.UnpicklingError):
+                end = self._end()
+                raise WorkerEnded(f"took more than {seconds:g} s" if late.is_set() else end) from None
+            finally:
+                clock.cancel()
+        if error is not None:
+            raise error
+        return answer
+
+    def _give_up(self, late: threading.Event) -> None:
+        late.set()
+        self._process.kill()
+
+    def _end(self) -> str:
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        self._process.kill()
+        code = self._process.wait()
+        if code >= 0:
+            return f"ended with status {code}"
+        return f"ended by signal {-code} ({signal.strsignal(-code)})"
+
+    def close(self) -> None:
+        """End the process."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                with suppress(OSError):
+                    pipe.close()
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def serve(maker: str) -> None:
+    """Answer the process that started this one until it is gone; for Worker alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What libraries print does not belong between the answers.
+    asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    module, name = maker.split(":")
+    made: Callable[[], Any] = getattr(import_module(module), name)
+    work = made()
+    while True:
+        try:
+            what, arguments = pickle.load(asked)
+        except EOFError:
+            os._exit(0)
+        answer: Any = None
+        error: Exception | None = None
+        try:
+            answer = getattr(work, what)(*arguments)
+        except Exception as raised:
+            error = raised
+        try:
+            pickle.dump((answer, error), answers, pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+        except BrokenPipeError:
+            os._exit(0)
