@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.fits import SIZES, clearance
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -24,6 +23,8 @@ def loose_fit(size: float) -> float:
     The coarsest of the preferred clearance fits of ISO 286: the hole may be IT11 too large, the shaft IT11 smaller than
     its upper deviation.
     """
+    from camgeom.tolerance.fits import SIZES, clearance
+
     return clearance("H11/c11", min(size, SIZES[-1]))[1]
 
 

@@ -17,10 +17,8 @@ from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, highest
-from camgeom.mechanics import groove
 from camgeom.mechanics.bearing import BearingLife, bearing_life, modified
 from camgeom.mechanics.contact import Contact, Peak, Stiffness, line_contacts, share_load
-from camgeom.mechanics.crown import NEXT_TO_NONE, Crown
 from camgeom.mechanics.duty import (
     MILLI,
     TILT,
@@ -36,7 +34,6 @@ from camgeom.mechanics.duty import (
     torque_data,
 )
 from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_depth, line_flexibility
-from camgeom.mechanics.kept import Kept, zeroed
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
@@ -46,8 +43,11 @@ from camgeom.track.flank import Flank
 from camgeom.track.follower import PLAIN, Ends
 
 if TYPE_CHECKING:
+    from camgeom.mechanics.crown import Crown
     from camgeom.mechanics.film import Film, Oil
     from camgeom.mechanics.finite_turn import FiniteTurn
+    from camgeom.mechanics.groove import Convention
+    from camgeom.mechanics.kept import Kept
     from camgeom.mechanics.rating import Rating
 
 LEAST_PRESSURE = 1e-9
@@ -113,7 +113,11 @@ class RollerDuty:
     @cached_property
     def crowned(self) -> Crown | None:
         """The ellipse under its crown; None without one."""
-        return None if self.crown is None else Crown(self.pressing, self.crown, self.ends.tilt)
+        if self.crown is None:
+            return None
+        from camgeom.mechanics.crown import Crown
+
+        return Crown(self.pressing, self.crown, self.ends.tilt)
 
     @property
     def force(self) -> FollowerForce:
@@ -170,6 +174,7 @@ class RollerDuty:
         """The contact on a half-space over the turn; None at the other levels, and where a wall is undercut."""
         if self.level != "finite" or not self.pressing.as_line.sound:
             return None
+        from camgeom.mechanics.crown import NEXT_TO_NONE
         from camgeom.mechanics.finite_contact import Bodies, Profile
         from camgeom.mechanics.finite_turn import FiniteTurn
 
@@ -220,14 +225,16 @@ class RollerDuty:
         found = self.finite.hardest[0]
         return replace(found, place=self.pressing.middle + found.place, where="")
 
-    def conventions(self, pitch_radius: float) -> dict[groove.Convention, tuple[Peak, RollerLife]]:
+    def conventions(self, pitch_radius: float) -> dict[Convention, tuple[Peak, RollerLife]]:
         """Peak pressure and roller life under the curvature conventions of the literature, at the pitch radius, mm.
 
         Of a cylindrical roller on a translating follower, in the groove of a drum.
         """
+        from camgeom.mechanics.groove import CONVENTIONS, groove_contact
+
         answers = {}
-        for name in groove.CONVENTIONS:
-            contact = groove.groove_contact(
+        for name in CONVENTIONS:
+            contact = groove_contact(
                 self.force, pitch_radius, self.radius, self.length, self.roller, self.cam, name,
                 self.load.guide_friction,
             )  # fmt: skip
@@ -657,6 +664,8 @@ class RollerDuty:
         """What keeps the follower on this roller's track; None where other rollers or touches hold it too."""
         if not self.alone:
             return None
+        from camgeom.mechanics.kept import Kept, zeroed
+
         force = zeroed(self.load)
         theta, (side,) = force.panels.theta, self.track.sides
         flank = Flank(self.track, theta.ravel(), np.array([self.station]), side)

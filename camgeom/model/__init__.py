@@ -817,10 +817,12 @@ class Model(Sealed):
     def slide_drive(self) -> SlideDrive | None:
         """What the drive of a cam that slides gives along its travel; None of cams that turn, without an [operation].
         """
+        carriage = self.mechanism.carriage
+        if carriage is None or not self.duties:
+            return None
         from camgeom.mechanics.slide_drive import SlideDrive
 
-        carriage = self.mechanism.carriage
-        return SlideDrive(self.duty, carriage, self.mechanism.moving_mass) if carriage and self.duties else None
+        return SlideDrive(self.duty, carriage, self.mechanism.moving_mass)
 
     @fact
     def duty(self) -> RollerDuty:

@@ -34,9 +34,7 @@ from camgeom.profile.sections import (
     Reproduced,
     TitleBlock,
 )
-from camgeom.profile.solvers import solver_problems
 from camgeom.profile.text import MAX_BYTES, Path_, cleaned, dump, key_path, load, replaced
-from camgeom.profile.twice import contradictions
 from camgeom.profile.units import INCH, Units, as_stated
 from camgeom.reading import decode, read_bytes
 from camgeom.track import TURN
@@ -432,6 +430,9 @@ def _cross_checks(profile: Profile) -> list[Problem]:
     found = [*idle, *(problem for problem in profile.cam.problems(setup) if problem.key not in told)]
     tables = (profile.cutter_spec, profile.dynamics_spec, profile.impact_spec, profile.tolerance_spec)
     if not found and any(tables):
+        from camgeom.profile.solvers import solver_problems
+        from camgeom.profile.twice import contradictions
+
         mechanism = profile.cam.mechanism(setup)
         found += contradictions(profile, mechanism) or solver_problems(profile, mechanism)
         if profile.cutter_spec is not None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from camgeom.errors import Problem, ProfileError
 from camgeom.maths.overflow import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
-from camgeom.report.data.load import contact_data, fatigue_data, output_data, together_data
-from camgeom.report.data.solved import dynamics_data, impact_data
 from camgeom.report.figures import VERSION
 from camgeom.report.products import Products
 from camgeom.track.follower import TurretFollower
@@ -201,6 +200,16 @@ def tolerance_data(model: Model) -> dict[str, Any]:
     return told(model.tolerances)
 
 
+def _told_by(module: str, name: str) -> Callable[[Model], dict[str, Any]]:
+    """A section's data from a module of `report.data`, which only who asks for the section enters."""
+
+    def told(model: Model) -> dict[str, Any]:
+        found: dict[str, Any] = getattr(import_module(f"camgeom.report.data.{module}"), name)(model)
+        return found
+
+    return told
+
+
 def _unless(known: object, reason: str) -> str:
     return "" if known else reason
 
@@ -217,17 +226,23 @@ SOURCES: dict[str, Source] = {
     "blank": (blank_data, lambda model: ""),
     "flank": (flank_data, lambda model: ""),
     "solid": (solid_data, lambda model: ""),
-    "contact": (contact_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
-    "together": (together_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "contact": (_told_by("load", "contact_data"), lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "together": (_told_by("load", "together_data"), lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "output_shaft": (
-        output_data,
+        _told_by("load", "output_data"),
         lambda model: _unless(model.profile.output_shaft, "the profile has no [output_shaft]")
         or _unless(model.profile.operation, NO_OPERATION),
     ),
-    "fatigue": (fatigue_data, lambda model: _unless(model.profile.operation, NO_OPERATION)),
+    "fatigue": (_told_by("load", "fatigue_data"), lambda model: _unless(model.profile.operation, NO_OPERATION)),
     "body": (body_data, lambda model: _unless(model.root_stress, NO_ROOT)),
-    "dynamics": (dynamics_data, lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]")),
-    "impact": (impact_data, lambda model: _unless(model.profile.impact_spec, "the profile has no [impact]")),
+    "dynamics": (
+        _told_by("solved", "dynamics_data"),
+        lambda model: _unless(model.profile.dynamics_spec, "the profile has no [dynamics]"),
+    ),
+    "impact": (
+        _told_by("solved", "impact_data"),
+        lambda model: _unless(model.profile.impact_spec, "the profile has no [impact]"),
+    ),
     "cutter": (cutter_data, lambda model: _unless(model.profile.cutter, "the profile has no [cutter]")),
     "tolerance": (tolerance_data, lambda model: _unless(model.profile.tolerance, "the profile has no [tolerance]")),
 }

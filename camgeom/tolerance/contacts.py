@@ -10,7 +10,7 @@ and an integral along the line of degree 2 m - 3.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,10 @@ from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Slide, Swing, Track
 from camgeom.track.flank import Flank
 from camgeom.track.runout import touching
-from camgeom.track.touch import Touch
 from camgeom.track.turret import FINE, Engagement
+
+if TYPE_CHECKING:
+    from camgeom.track.touch import Touch
 
 Bools = npt.NDArray[np.bool_]
 NODES = np.array([-1.0, -0.830223896278567, -0.468848793470714, 0.0, 0.468848793470714, 0.830223896278567, 1.0])

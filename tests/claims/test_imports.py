@@ -48,13 +48,25 @@ def test_check_loads_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     ("profile", "others"),
     [
-        ("pin_insertion", {"checks.planar", "checks.turret", "checks.dynamics", "track.turret", "track.sliding"}),
-        ("disc_offset_roller", {"checks.turret", "checks.dynamics", "track.turret", "solid.drum", "dynamics"}),
-        ("tool_changer", {"checks.planar", "dynamics.follower", "solid.drum", "solid.prism", "track.planar"}),
+        (
+            "pin_insertion",
+            {"checks.planar", "checks.turret", "checks.dynamics", "track.turret", "track.sliding", "profile.solvers",
+             "mechanics.crown", "mechanics.kept", "mechanics.slide_drive"},
+        ),
+        (
+            "disc_offset_roller",
+            {"checks.turret", "checks.dynamics", "track.turret", "solid.drum", "dynamics", "tolerance"},
+        ),
+        (
+            "tool_changer",
+            {"checks.planar", "dynamics.follower", "solid.drum", "solid.prism", "track.planar", "track.touch",
+             "mechanics.roller_duty"},
+        ),
     ],
 )
 def test_check_enters_only_what_it_asks(profile: str, others: set[str]) -> None:
-    """No writers, no checks and solvers of other cams, no polynomials of numpy, which load when first named."""
+    """No writers, no sections of other commands, no checks and solvers of other cams, no polynomials of numpy, which
+    load when first named."""
     code = (
         "import contextlib, io, sys\nfrom camgeom.cli import main\nwith contextlib.redirect_stdout(io.StringIO()):\n"
         f"    assert main(['check', 'profiles/{profile}.toml']) == 0\n"
@@ -63,7 +75,7 @@ def test_check_enters_only_what_it_asks(profile: str, others: set[str]) -> None:
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
     loaded = set(done.stdout.split())
-    assert not {name for name in loaded if name.startswith("camgeom.export")}
+    assert not {name for name in loaded if name.startswith(("camgeom.export", "camgeom.report.data.load"))}
     assert not loaded & {f"camgeom.{name}" for name in others}
     assert "numpy.polynomial" not in loaded
 
