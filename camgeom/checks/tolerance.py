@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from camgeom.checks import check
 from camgeom.checks.verdict import Finding, NotJudged, judged
+from camgeom.tolerance.study import NO_ROOM
 
 if TYPE_CHECKING:
     from camgeom.maths import Floats
@@ -77,3 +78,17 @@ def backlash_tolerance(model: Model) -> Iterable[Finding | NotJudged]:
     else:
         figure, worst = study.drawn.backlash, study.worst.backlash.value
         yield _within(model, "backlash-tolerance", figure, worst, limit, "play in the dwells")
+
+
+@check("groove-end-tolerance", "tolerance")
+def groove_end_tolerance(model: Model) -> Iterable[Finding]:
+    """Room of a plate's roller at the ends of its groove, which errors along the travel may not use up."""
+    study, spec = model.tolerances, model.profile.tolerance_spec
+    room, ended = study.end_room, study.drawn.ended if study.end_room is not None else None
+    if spec is None or room is None or ended is None:
+        return
+    value, worst = study.drawn.at_yield(ended, spec.wanted_yield), 1e3 * study.worst_end
+    value = 0.0 if abs(value) < NO_ROOM else value
+    advice = "give the groove more cam.running_clearance, or tighten what moves the roller along the travel"
+    seen = f"towards the groove's end, {100.0 * spec.wanted_yield:.6g} % of the machines; worst case {worst:.4g} um"
+    yield judged("groove-end-tolerance", 1e3 * value, "<=", 1e3 * room, "um", advice, where=seen)

@@ -75,6 +75,11 @@ def summary(data: dict[str, Any]) -> list[str]:
     if "least_preload_um" in data:
         least = data["least_preload_um"]
         lines.append(f"{share} of them have at {'least' if least > 0.0 else 'most'} {_normal(least)} in their dwells")
+    if "groove_end_um" in data:
+        names = ("groove_end_um", "worst_groove_end_um", "groove_end_room_um")
+        near, most, room = (number(data[name], 4) for name in names)
+        lines.append(f"{share} of the rollers come at most {near} um nearer to the groove's end, worst case {most} um; "
+                     f"its running clearance leaves {room} um")  # fmt: skip
     if "pressure_mpa" in data:
         lines.append(f"largest pressure: nominal {number(data['nominal_pressure_mpa'], 4)} MPa, {share} within "
                      f"{number(data['pressure_mpa'], 4)} MPa; by that alone they live "

@@ -6,12 +6,14 @@ tangent of the pitch curve by
     k t^2 / 2,      k = |1 / r - 1 / (r^2 k_rel)| + 1 / R          (second order)
 
 with the roller's radius r, the relative curvature k_rel of cam and roller and the distance R from the cam's axis, about
-which the cam itself may turn; the first term is the curvature of the pitch curve, of a knife edge that of the profile.
+which the cam itself may turn (a plate: what its drive's second derivative and its own turns leave beside the first
+order is added); the first term is the curvature of the pitch curve, of a knife edge that of the profile.
 A flat face that tilts by d leaves its cam by d^2 / (2 k_rel). All errors count at their ends at once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -21,7 +23,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.solid.mechanism import Mechanism
-from camgeom.tolerance.causes import Approaches, Cause
+from camgeom.tolerance.causes import Approaches, Cause, Pivots
 from camgeom.tolerance.contacts import Contacts, moment
 from camgeom.track import Swing
 
@@ -80,12 +82,31 @@ def second_order(seated: Seated, causes: tuple[Cause, ...], spreads: Spreads, cu
                 parts[cause] = np.sqrt((part * part).sum(axis=0)) * spreads[cause.key][1]
                 mean = mean + part[0] * spreads[cause.key][0]
         own = np.ones(len(curve))[:, None, None] * np.abs(across.lever) * curve[:, None, None]
-        bend = _pitch_curvature(at) + 1.0 / np.maximum(np.hypot(at.x[0], at.x[1]), 1e-12)
+        bend = _pitch_curvature(at)
+        if at.mechanism.carriage is None:
+            bend = bend + 1.0 / np.maximum(np.hypot(at.x[0], at.x[1]), 1e-12)
     moved = sum(parts.values(), np.abs(mean) + (own if own.ndim == 3 else own[:, None, None]))
-    left = np.where(drives, 0.5 * bend * moved**2 / np.where(drives, lever, 1.0), 0.0)
+    beyond = 0.5 * bend * moved**2 + _slid(at, seated.of.pivots, tilts)
+    left = np.where(drives, beyond / np.where(drives, lever, 1.0), 0.0)
     worst = np.unravel_index(int(np.argmax(left)), left.shape)
     largest = max(parts, key=lambda cause: float(parts[cause][worst])) if parts else causes[0]
     return float(left[worst]), largest.key
+
+
+def _slid(at: Contacts, pivots: Pivots, tilts: Mapping[Cause, float]) -> Floats:
+    """Second order, mm, (n, l, m), of a plate whose drive is ahead and that turns about its pivots, by rad; else 0."""
+    left, carriage = np.zeros(at.on.shape), at.mechanism.carriage
+    if carriage is None:
+        return left
+    travel, _, bend = carriage.rates(at.theta)
+    away = at.x - np.array(pivots.axes)[:, None, None, None]
+    far = np.sqrt(dot(away, away)) + travel[:, None, None]
+    for cause, angle in tilts.items():
+        if cause.key == "phase_arcmin":
+            left += 0.5 * angle**2 * np.abs(bend[:, None, None] * at.normal[0])
+        elif cause.holder in ("machine", "cam"):
+            left += 0.5 * angle**2 * far
+    return left
 
 
 def _across(at: Contacts) -> Contacts:

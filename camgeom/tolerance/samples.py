@@ -20,7 +20,8 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.causes import CAUSES, Cause
+from camgeom.tolerance.causes import CAUSES, Approaches, Cause
+from camgeom.tolerance.contacts import at_ends
 from camgeom.tolerance.seat import Bools, Reals, balance, beyond, bracket, pressures, room
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
@@ -37,6 +38,8 @@ MOVES = 24
 """cam angles judged in every move"""
 DWELLS = (0.02, 0.5, 0.98)
 """shares of a dwell at which it is judged at every stop"""
+SLID = (1e-9, 0.5, 1.0 - 1e-9)
+"""of a plate, whose yaw moves the follower most at an end of its dwell"""
 KEPT = 400_000_000
 """bytes of numbers of machines that are kept between what is asked where they rest, move and press"""
 SPENT = 60.0
@@ -156,6 +159,11 @@ class Drawn:
         """The figure that has a limit: dwell, motion or backlash."""
         return self.motion if name == "motion" else self.dwell if name == "dwell" else self.backlash
 
+    @cached_property
+    def ended(self) -> Floats | None:
+        """How far errors carry the roller of a plate towards the ends of its groove, mm; None of a groove without."""
+        return self.machines.ended(len(self.dwell), self.workers)
+
     def at_yield(self, figure: Floats, share: float) -> float:
         """The value that a share of the machines does not exceed."""
         ranked = np.sort(figure)
@@ -197,10 +205,11 @@ class Machines:
         """Cam angles judged, rad: of dwells, the first one's middle first, further ones of dwells, those of moves; and
         the numbers of the first two."""
         dwells, between, moves = [], [], []
+        shares = DWELLS if self.loaded.mechanism.carriage is None else SLID
         for start, end, still in resting(self.loaded.mechanism.program):
             if still:
-                dwells.append([(start + share * (end - start)) % TURN for share in DWELLS])
-                count = int(np.ceil((end - start) / TURN * WAVE * self._waves))
+                dwells.append([(start + share * (end - start)) % TURN for share in shares])
+                count = int(np.ceil((end - start) / TURN * WAVE * self._waves * self._rate(start, end)))
                 between.append((start + (np.arange(count) + 0.5) / max(count, 1) * (end - start)) % TURN)
             else:
                 moves.append(start + (np.arange(MOVES) + 0.5) / MOVES * (end - start))
@@ -215,6 +224,13 @@ class Machines:
         turning = [cause for cause in map(CAUSES.__getitem__, self.spreads) if cause.holder == "cam"]
         form = self.loaded.pivots.waves if "flank_form" in self.spreads else 0
         return max(form, 1 if turning else 0)
+
+    def _rate(self, start: float, end: float) -> float:
+        """How fast a wave goes by in a dwell at most, rad per rad of the cam: 1 on what turns with it."""
+        carriage = self.loaded.mechanism.carriage
+        if carriage is None:
+            return 1.0
+        return float(carriage.pace(np.linspace(start, end, 65) % TURN).max()) * TURN / carriage.stroke
 
     @cached_property
     def _seated(self) -> Seated:
@@ -263,6 +279,20 @@ class Machines:
         theta, dwells, more = self._angles
         rows = range(dwells + more, len(theta)) if dwells else ()
         return tuple(position for row in rows for position in self._positions(self._seated, row, 1, False))
+
+    @cached_property
+    def ends(self) -> Floats | None:
+        """How far a unit of each column carries the roller of a plate towards the ends of its groove, (q, columns);
+        None of a groove without."""
+        at = at_ends(self.loaded.mechanism)
+        if at is None:
+            return None
+        approaches, owners = Approaches(at, self.loaded.pivots), {"roller": at.roller, "wall": at.wall}
+        found = []
+        for column in self.columns:
+            g, owner = approaches.of(column.cause)[column.part], owners.get(column.cause.holder)
+            found.append(g if owner is None else g * (owner == column.owner)[:, None])
+        return np.stack(found, axis=-1).reshape(-1, len(self.columns))
 
     def _positions(self, seated: Seated, row: int, stops: int, dwell: bool) -> list[Position]:
         """A cam angle at so many stops."""
@@ -358,6 +388,15 @@ class Machines:
             return self._move(x, dwell[block * BLOCK :][: x.shape[1]])
 
         return np.concatenate(self._judged(move, len(dwell), workers))
+
+    def ended(self, samples: int, workers: int = 2) -> Floats | None:
+        """How far each of those machines carries its roller towards the ends of its groove, mm, (samples,); None of a
+        groove without."""
+        ends = self.ends
+        if ends is None:
+            return None
+        found = self._judged(lambda _, x: np.asarray((ends @ x).max(axis=0)), samples, workers)
+        return np.concatenate(found)
 
     def pressed(self, samples: int, workers: int = 2) -> Floats | None:
         """Largest pressure of those machines where it is asked, MPa, (samples,); None of no line contact."""

@@ -33,6 +33,8 @@ NEAR = 0.995
 """share of a limit that counts as reached"""
 NOISE = 1e-6
 """um or seconds of arc, below which a figure is rounding of what is none (single precision of what is drawn)"""
+NO_ROOM = 1e-9
+"""mm, towards the end of a groove, that are rounding of none"""
 NOTHING = 1e-6
 """share of a limit that an error alone may reach and count for nothing"""
 
@@ -135,7 +137,8 @@ class ToleranceStudy:
     def ratios(self, drawn: Drawn) -> Floats:
         """Of every machine the largest figure over its limit, (s,); 0 without any limit.
 
-        Of a preload and a pressure what is lost or grows, over what may.
+        Of a preload and a pressure what is lost or grows, over what may; beside a limit also, of a plate, how far its
+        roller goes towards the ends of its groove over the running clearance.
         """
         # Of the moves and of the pressure nothing is drawn where they have no limit.
         over = [drawn.figure(name) / limit for name, limit in self.limits.items()]
@@ -144,7 +147,31 @@ class ToleranceStudy:
             over.append((self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit))
         if spec is not None and spec.pressure_limit is not None:
             over.append(self._harder(drawn, spec.pressure_limit))
+        if over and drawn.ended is not None and self.end_room is not None:
+            none = np.where(drawn.ended > NO_ROOM, np.inf, 0.0)
+            over.append(drawn.ended / self.end_room if self.end_room else none)
         return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
+
+    @property
+    def end_room(self) -> float | None:
+        """Room that a plate's roller has at the ends of its groove, mm; None of a groove without."""
+        mechanism = self.loaded.mechanism
+        return None if mechanism.carriage is None else mechanism.running_clearance
+
+    @cached_property
+    def worst_end(self) -> float:
+        """How far all errors within their sizes carry it there, mm, see `Machines.ended`."""
+        machines = self.machines(self.spreads)
+        ends = machines.ends
+        if ends is None or not self.causes:
+            return 0.0
+        reach = np.zeros(len(ends))
+        for first, column in enumerate(machines.columns):
+            mean, value, _ = self.spreads[column.cause.key]
+            if column.part == 0:
+                parts = ends[:, first : first + column.cause.parts]
+                reach += mean * parts[:, 0] + value * np.sqrt((parts * parts).sum(axis=1))
+        return float(reach.max())
 
     def _harder(self, drawn: Drawn, limit: float) -> Floats:
         """Growth of every machine's pressure over what a limit, MPa, leaves; infinite where it leaves none, and of a
@@ -333,6 +360,10 @@ def tolerance_data(study: ToleranceStudy, with_widest: bool = False) -> dict[str
     data["contributions_together"] = drawn.together
     if study.both:
         data["least_preload_um"] = _zero(1e3 * drawn.at_yield(drawn.preload, 1.0 - share))
+    if study.end_room is not None and drawn.ended is not None:
+        data |= {"groove_end_um": _zero(1e3 * drawn.at_yield(drawn.ended, share)),
+                 "worst_groove_end_um": _zero(1e3 * study.worst_end),
+                 "groove_end_room_um": 1e3 * study.end_room}  # fmt: skip
     if (pressed := study.pressure(drawn)) is not None and (nominal := study.peak) is not None:
         pressure = drawn.at_yield(pressed, share)
         exponent = max(loaded.roller.exponent, loaded.cam.exponent)

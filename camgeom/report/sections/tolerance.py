@@ -49,6 +49,9 @@ def _together(data: dict[str, Any], unit: str) -> Block:
     ]
     within = Column(f"{share:.4g} % within")
     heads = Column("Quantity"), Column("Median"), within, Column("Worst case, from the drawing"), Column("Unit")
+    if "groove_end_um" in data:
+        told = f"Nearer to the groove's end, whose running clearance leaves {data['groove_end_room_um']:.4g} µm"
+        rows.append((told, None, data["groove_end_um"], data["worst_groove_end_um"], "µm"))
     if "pressure_mpa" in data:
         rows.append(("Largest contact pressure", None, data["pressure_mpa"], None, "MPa"))
     if "edge" in data:
