@@ -355,6 +355,10 @@ def _search(track: Track, x: Floats, extra: Floats, window: _Window, turn: int) 
     rows = np.arange(len(x))
     best = np.argmin(value, axis=1)
     centre, coarse = step * index[rows, best], value[rows, best]
+    # Half a step from its nearest sample a distance is less by no more than the fastest point of the roller moves: what
+    # stays farther away than the nearest sample of all is not the nearest point.
+    hopeful = np.flatnonzero(coarse - 0.5 * speed * step <= coarse.min())
+    x, extra, xt, centre, coarse = x[hopeful], extra[hopeful], xt[:, hopeful], centre[hopeful], coarse[hopeful]
     refined, settled = _stationary(track, xt, centre, step)
     fine = np.minimum(roller_distance(track, xt, refined) + extra, coarse)
     refined = np.where(fine < coarse, refined, centre)
