@@ -439,10 +439,9 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
             kept = near & inside(x)
             if not kept.any():
                 continue
-            distance = _nearest(other, x[:, kept], phi[kept])
-            i = int(np.argmin(distance))
-            if best is None or distance[i] < best.thickness:
-                best = Rib(float(distance[i]), float(phi[kept][i]), delta)
+            distance, i = _nearest(other, x[:, kept], phi[kept])
+            if best is None or distance < best.thickness:
+                best = Rib(distance, float(phi[kept][i]), delta)
     return best
 
 
@@ -514,11 +513,18 @@ def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Insid
     return least
 
 
-def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6) -> Floats:
-    """Least distance of points (3, n) to a roller near cam angles phi (n,), from samples on, mm."""
+def _nearest(track: Track, x: Floats, phi: Floats, width: float = 0.6) -> tuple[float, int]:
+    """Least distance, mm, of points (3, n) to a roller near cam angles phi (n,), and the number of the nearest point.
+    """
     grid = np.linspace(-width, width, 25)
     value = roller_distance(track, x[:, :, None], phi[:, None] + grid)
-    middle = phi + grid[np.argmin(value, axis=1)]
-    step = grid[1] - grid[0]
-    near, _ = bracketed_maximum(lambda at: -roller_distance(track, x[:, :, None], at), middle - step, middle + step)
-    return np.asarray(-near)
+    top = np.argmin(value, axis=1)
+    coarse, beside = (np.take_along_axis(value, np.clip(top[:, None] + way, 0, len(grid) - 1), axis=1)
+                      for way in ((0,), (-1, 1)))  # fmt: skip
+    # Between two samples a distance is less than the nearer one by no more than its neighbours are more.
+    hopeful = np.flatnonzero(2.0 * coarse[:, 0] - beside.max(axis=1) <= coarse.min())
+    middle, step, x = (phi + grid[top])[hopeful], grid[1] - grid[0], x[:, hopeful]
+    near, _ = bracketed_maximum(
+        lambda at: -roller_distance(track, x[:, :, None], at), middle - step, middle + step, least=-np.inf
+    )
+    return float(-near.max()), int(hopeful[np.argmax(near)])
