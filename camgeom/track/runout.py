@@ -20,7 +20,7 @@ HALVINGS = 40
 """halvings of a step of the cam angle, or along the roller: down to rounding"""
 AT_ONCE = 3
 FEW = 150
-"""halvings done at once for few rows, whose points cost less than asking again"""
+"""halvings done at once for few ends, whose points cost less than asking again"""
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
@@ -43,23 +43,22 @@ def touching(
     some = there.any(axis=1)
     at = np.stack((there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)))
     ends = stations[np.where(some, at, 0)]
-    # (2, n), and of those that leave the blank on the way only, (2, rows)
-    rows = np.flatnonzero(some & ((at[0] > 0) | (at[1] < PLACES - 1)))
+    # (2, n), and of those ends at which the contact line leaves the blank on the way only, (k,)
+    which, rows = np.nonzero(some & (at != ((0,), (PLACES - 1,))))
     if not len(rows):
         return ends[0], ends[1]
     column = whole.at(rows)
-    on, off = ends[:, rows], stations[np.clip(at[:, rows] + ((-1,), (1,)), 0, PLACES - 1)]
+    on, off = ends[which, rows], stations[at[which, rows] + np.where(which, 1, -1)]
     at_once = AT_ONCE if len(rows) < FEW else 1
     parts = 1 << at_once
     shares = np.arange(parts + 1) / parts
     for _ in range(AT_ONCE * -(-halvings // AT_ONCE) // at_once):
         step = off - on
-        t = on[:, :, None] + shares[1:-1] * step[:, :, None]
-        held = inside(column.wall(side, np.concatenate(tuple(t), axis=1))).reshape(len(rows), 2, -1).swapaxes(0, 1)
+        held = inside(column.wall(side, on[:, None] + shares[1:-1] * step[:, None]))
         # What is held without a break from where the wall is.
-        last = np.where(held.all(axis=2), parts - 1, held.argmin(axis=2))
+        last = np.where(held.all(axis=1), parts - 1, held.argmin(axis=1))
         on, off = on + shares[last] * step, np.where(last + 1 < parts, on + shares[last + 1] * step, off)
-    ends[:, rows] = on
+    ends[which, rows] = on
     return ends[0], ends[1]
 
 
