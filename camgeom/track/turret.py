@@ -118,8 +118,7 @@ def comings(tracks: tuple[Track, ...], inside: Inside, samples: int = 181) -> tu
             for side in track.sides:
 
                 def there(at: Floats, track: Track = track, t: Floats = t, side: float = side) -> Bools:
-                    pose = track.eased(side).pose(at, 1)
-                    return np.asarray(inside(Flank(track, at, t, side, given_pose=pose).x).any(axis=1))
+                    return np.asarray(inside(Column(track.eased(side), at).wall(side, t)).any(axis=1))
 
                 values = there(phi)
                 # A wall may end with the span.
