@@ -12,7 +12,7 @@ def run() -> int:
     where nobody asked for a number of them, spend 10 % of it waiting for each other. Plugins of pydantic are sought
     among all that is installed, 2 % of it; camgeom knows of none that it needs. What is left at the end goes with the
     process: looking through it for cycles once more takes 3 to 10 %."""
-    gc.set_threshold(50_000, 20, 20)
+    gc.set_threshold(100_000, 20, 20)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     status = main()
