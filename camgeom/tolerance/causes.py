@@ -109,6 +109,10 @@ CAUSES = {
 """Every error by its key."""
 
 
+NORMAL = frozenset({"roller_diameter", "flank_form", "flank_growth", "running_clearance"})
+"""errors that bring a wall nearer along its normal, exactly"""
+
+
 def line_of_centres(mechanism: Mechanism) -> Floats:
     """Unit vector e_c from the cam's axis towards the follower's, (3,)."""
     if mechanism.carriage is not None:

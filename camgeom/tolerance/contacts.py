@@ -9,7 +9,7 @@ and an integral along the line of degree 2 m - 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
-from camgeom.maths.surface import cross, dot
+from camgeom.maths.surface import cross
 from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Slide, Swing, Track
 from camgeom.track.flank import Flank
@@ -110,30 +110,6 @@ def contacts(mechanism: Mechanism, theta: Floats) -> Contacts:
     """The lines of contact of a mechanism at cam angles theta (n,), rad. Raises DesignError where there are none."""
     tracks = lines_of(mechanism)
     return _of_rollers(mechanism, tracks, theta) if tracks else _of_faces(mechanism, mechanism.touches, theta)
-
-
-def at_ends(mechanism: Mechanism) -> Contacts | None:
-    """Where the roller of a plate that slides meets the ends of its groove, at the two angles of the drive at which the
-    plate turns round; None of grooves without ends.
-
-    The normal is square to the follower's motion, which cannot move it away from there (lever 0); what lies along the
-    motion the walls judge.
-    """
-    carriage = mechanism.carriage
-    if carriage is None:
-        return None
-    at = contacts(mechanism, np.array([0.0, carriage.turned]))
-    if isinstance(at.joint, Swing):
-        away = at.centre - np.array(at.joint.centre)[:, None, None]
-        motion = cross(np.broadcast_to(np.array(at.joint.axis)[:, None, None], away.shape), away)
-    else:
-        motion = np.broadcast_to(np.array(at.joint.direction)[:, None, None], at.centre.shape)
-    beyond = cross(at.axis, motion)
-    # The groove goes on along X from its start, and against X from its end.
-    beyond = beyond * (np.sign(beyond[0]) * np.array([-1.0, 1.0])[:, None] / np.sqrt(dot(beyond, beyond)))
-    normal = np.broadcast_to(beyond[..., None], at.x.shape)
-    return replace(at, on=np.ones_like(at.on), x=at.x + at.radius * (normal - at.normal), normal=normal,
-                   lever=np.zeros_like(at.lever))  # fmt: skip
 
 
 @final

@@ -23,7 +23,7 @@ from camgeom.errors import DesignError
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.solid.mechanism import Mechanism
-from camgeom.tolerance.causes import Approaches, Cause, Pivots
+from camgeom.tolerance.causes import NORMAL, Approaches, Cause, Pivots
 from camgeom.tolerance.contacts import Contacts, moment
 from camgeom.track import Swing
 
@@ -37,8 +37,6 @@ LITTLE = 1e-6
 """mm of the second order that are rounding, whatever the first is"""
 DRIVING = 0.3
 """share of the largest lever at a cam angle from which a station says where the follower stands"""
-NORMAL = frozenset({"roller_diameter", "flank_form", "flank_growth", "running_clearance"})
-"""errors that bring a wall nearer along its normal, exactly"""
 
 
 def refuse_beyond(seated: Seated, causes: tuple[Cause, ...], spreads: Spreads, curve: Floats) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import TypeVar, final
 
@@ -20,8 +20,8 @@ from camgeom.errors import NotConverged
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
-from camgeom.tolerance.causes import CAUSES, Approaches, Cause
-from camgeom.tolerance.contacts import at_ends
+from camgeom.tolerance.causes import CAUSES, NORMAL, Cause
+from camgeom.tolerance.ends import Ends, inset
 from camgeom.tolerance.seat import Bools, Reals, balance, beyond, bracket, pressures, room
 from camgeom.tolerance.sensitivity import Loaded, Seated, Sensitivities, resting
 from camgeom.tolerance.shares import Singles, Sums, first_order, sums_of
@@ -70,6 +70,31 @@ class Column:
 
 @final
 @dataclass(frozen=True, eq=False)
+class End:
+    """An end of a plate's groove: what a unit of each column does to the stations of its walls, see `Ends`.
+
+    way, growth  mm, (q, c); beside, lever: of the walls, (q, 1); room: running clearance, mm
+    """
+
+    way: Floats
+    growth: Floats
+    beside: Floats
+    lever: Floats
+    room: float
+
+    def reach(self, x: Singles) -> Floats:
+        """How far machines x (c, size) carry their roller towards it, mm, (size,)."""
+        return np.asarray(((self.way + self.growth) @ x).max(axis=0))
+
+    def insets(self, x: Singles) -> tuple[Floats, Floats]:
+        """How much nearer to the middle their followers stand by it on what pushes and on what holds, (size,) each."""
+        found = inset(self.way @ x, self.room - self.growth @ x, self.beside, self.lever)
+        pushes = self.lever[:, 0] < 0.0
+        return found[pushes].max(axis=0), found[~pushes].max(axis=0)
+
+
+@final
+@dataclass(frozen=True, eq=False)
 class Position:
     """A cam angle at a stop: how the columns bring each station nearer, as deviations of the coordinate.
 
@@ -78,6 +103,7 @@ class Position:
     nominal     the same without errors, (q, 1); pushing: how many stations push; base: nominal low and high
     side        of the load (see `Walls`); half_levers: see `Walls`
     lever, stiffness, load  of all stations, (q, 1), for what is pressed
+    end         where the groove of a plate ends there, with the same columns
     """
 
     theta: float
@@ -93,13 +119,18 @@ class Position:
     side: float
     half_levers: tuple[float, float]
     base: tuple[float, float]
+    end: End | None = None
 
-    def bounds(self, x: Singles) -> tuple[Singles, Singles, Singles]:
+    def bounds(self, x: Singles) -> tuple[Singles, Reals, Reals]:
         """Approaches over |lever| of machines x (columns, size), (q, size), rigid bounds low, high (size,)."""
         near = self.near @ x[self.columns]
         near += self.nominal
-        low = near[: self.pushing].max(axis=0, initial=-np.inf)
-        return near, low, -near[self.pushing :].max(axis=0, initial=-np.inf)
+        low: Reals = near[: self.pushing].max(axis=0, initial=-np.inf)
+        high: Reals = -near[self.pushing :].max(axis=0, initial=-np.inf)
+        if self.end is not None:
+            first, second = self.end.insets(x[self.columns])
+            low, high = low + first, high - second
+        return near, low, high
 
     def balanced(self, near: Singles, low: Reals, high: Reals, loaded: bool) -> Floats:
         """Where what is pressed stands, (r,), of approaches (q, r) and bounds (r,); loaded: near where it does
@@ -213,6 +244,11 @@ class Machines:
                 between.append((start + (np.arange(count) + 0.5) / max(count, 1) * (end - start)) % TURN)
             else:
                 moves.append(start + (np.arange(MOVES) + 0.5) / MOVES * (end - start))
+        if (carriage := self.loaded.mechanism.carriage) is not None:
+            for turn in (0.0, carriage.turned):
+                rests = any(still and (start <= turn <= end or turn >= start + TURN)
+                            for start, end, still in resting(self.loaded.mechanism.program))  # fmt: skip
+                (between if rests else moves).append(np.array([turn]))
         first = [dwells[0][1], dwells[0][0], dwells[0][2]] if dwells else []
         rest = np.asarray(first + [angle for dwell in dwells[1:] for angle in dwell])
         more, moving = (np.concatenate(some) if some else np.zeros(0) for some in (between, moves))
@@ -281,18 +317,32 @@ class Machines:
         return tuple(position for row in rows for position in self._positions(self._seated, row, 1, False))
 
     @cached_property
-    def ends(self) -> Floats | None:
-        """How far a unit of each column carries the roller of a plate towards the ends of its groove, (q, columns);
-        None of a groove without."""
-        at = at_ends(self.loaded.mechanism)
-        if at is None:
+    def _ends(self) -> Ends | None:
+        return Ends.of(self.loaded.mechanism, self.loaded.pivots)
+
+    @cached_property
+    def ends(self) -> tuple[End, ...]:
+        """The ends of a plate's groove, with all columns; none of a groove without."""
+        ends = self._ends
+        if ends is None:
+            return ()
+        at = ends.at
+        owners = {"roller": at.roller, "wall": at.wall}
+        each = np.zeros((2, *at.on.shape, len(self.columns)))
+        for i, column in enumerate(self.columns):
+            g, owner = ends.moved(column.cause)[column.part], owners.get(column.cause.holder)
+            own = g if owner is None else g * (owner == column.owner)[:, None]
+            each[int(column.cause.key in NORMAL), ..., i] = own
+        way, growth = each.reshape(2, 2, at.on[0].size, len(self.columns))
+        beside, lever = (v.reshape(2, -1, 1) for v in (ends.beside, ends.flank.lever))
+        return tuple(End(way[k], growth[k], beside[k], lever[k], ends.room) for k in range(2))
+
+    def _end(self, theta: float) -> End | None:
+        """The one at a cam angle."""
+        if self._ends is None:
             return None
-        approaches, owners = Approaches(at, self.loaded.pivots), {"roller": at.roller, "wall": at.wall}
-        found = []
-        for column in self.columns:
-            g, owner = approaches.of(column.cause)[column.part], owners.get(column.cause.holder)
-            found.append(g if owner is None else g * (owner == column.owner)[:, None])
-        return np.stack(found, axis=-1).reshape(-1, len(self.columns))
+        found = np.flatnonzero(self._ends.there(np.array([theta % TURN]))[:, 0])
+        return self.ends[int(found[0])] if len(found) else None
 
     def _positions(self, seated: Seated, row: int, stops: int, dwell: bool) -> list[Position]:
         """A cam angle at so many stops."""
@@ -313,6 +363,9 @@ class Machines:
         other = np.stack([g[-1 - part] for g, part in each], axis=1)
         stiffness = walls.stiffness[row, order].astype(SINGLE)[:, None]
         pressed, free = walls.half_levers
+        end, base = self._end(float(at.theta[row])), (float(seated.nominal.low[row]), float(seated.nominal.high[row]))
+        if end is not None:
+            base = _inside(end, base, float(walls.load_side[row]))
         found = []
         for stop in range(stops):
             turned = stop * self.loaded.mechanism.program.advance
@@ -320,12 +373,15 @@ class Machines:
             g = np.where(holders == "turret", np.cos(turned) * mine + np.sin(turned) * way * other, mine)
             beside = np.where(holders == "roller", rollers == owner, (holders != "wall") | (wall == owner))
             g = np.where(beside, g, 0.0)
-            used = np.flatnonzero(g.any(axis=0))
+            any_of = g.any(axis=0)
+            if end is not None:
+                any_of |= end.way.any(axis=0) | end.growth.any(axis=0)
+            used = np.flatnonzero(any_of)
             found.append(Position(
                 float(at.theta[row]), stop, dwell, used, (g[:, used] / size[:, None]).astype(SINGLE), nominal,
                 int(push.sum()), lever[order].astype(SINGLE)[:, None], stiffness,
                 float(walls.load[row]), float(walls.load_side[row]), (float(pressed[row]), float(free[row])),
-                (float(seated.nominal.low[row]), float(seated.nominal.high[row])),
+                base, None if end is None else replace(end, way=end.way[:, used], growth=end.growth[:, used]),
             ))  # fmt: skip
         return found
 
@@ -392,10 +448,9 @@ class Machines:
     def ended(self, samples: int, workers: int = 2) -> Floats | None:
         """How far each of those machines carries its roller towards the ends of its groove, mm, (samples,); None of a
         groove without."""
-        ends = self.ends
-        if ends is None:
+        if not self.ends:
             return None
-        found = self._judged(lambda _, x: np.asarray((ends @ x).max(axis=0)), samples, workers)
+        found = self._judged(lambda _, x: np.max([end.reach(x) for end in self.ends], axis=0), samples, workers)
         return np.concatenate(found)
 
     def pressed(self, samples: int, workers: int = 2) -> Floats | None:
@@ -542,6 +597,15 @@ class Machines:
                 stands = position.balanced(_taken(near, rows), bounds[0][rows], bounds[1][rows], bool(side))
                 low[rows] = high[rows] = stands
         return low - base_low, high - base_high, play
+
+
+def _inside(end: End, base: tuple[float, float], side: float) -> tuple[float, float]:
+    """Where a follower stands nominally by the end of its groove, of where it stands by its walls alone."""
+    push, hold = end.insets(np.zeros((end.way.shape[1], 1), dtype=SINGLE))
+    low, high = base[0] + float(push[0]), base[1] - float(hold[0])
+    if side > 0.0:
+        return low, low
+    return (high, high) if side < 0.0 else (low, high)
 
 
 def _taken(values: Singles, rows: npt.NDArray[np.intp]) -> Singles:

@@ -34,6 +34,9 @@ from camgeom.track import TURN
 PER_TURN = 240
 """cam angles in a turn, beside those that every dwell and move has"""
 LEAST = 7
+"""in every piece of the motion"""
+LEAST_SLID = 25
+"""the same of a plate, whose path the drive runs faster in the middle than at the ends"""
 SIZES = {"mm": 0.01, "arcmin": 1.0, "arcsec": 10.0}
 """of the errors that are tried, in their unit"""
 SECONDS = 648000.0 / pi
@@ -212,7 +215,8 @@ class Sensitivities:
     def theta(self) -> Floats:
         """Cam angles, rad, (n,), both sides of every knot of the motion and of every jump of the load."""
         program, load = self.loaded.mechanism.program, self.loaded.load
-        return turn_grid(program, program.knots if load is None else load.given.breaks)
+        least = LEAST if self.loaded.mechanism.carriage is None else LEAST_SLID
+        return turn_grid(program, program.knots if load is None else load.given.breaks, least)
 
     @cached_property
     def seated(self) -> Seated:
@@ -344,10 +348,11 @@ class Sensitivities:
         return [1.0 + float(each.max()) for each in found]
 
 
-def turn_grid(program: Program, knots: Floats) -> Floats:
-    """Cam angles (n,), rad, on both sides of every knot; as few in dwells as tell a turning error's sine."""
+def turn_grid(program: Program, knots: Floats, least: int = LEAST) -> Floats:
+    """Cam angles (n,), rad, on both sides of every knot, at least so many in each piece between; as few in dwells as
+    tell a turning error's sine."""
     knots = knots[(knots >= 0.0) & (knots <= TURN)]
-    theta, piece = piece_grid(knots, PER_TURN, LEAST)
+    theta, piece = piece_grid(knots, PER_TURN, least)
     still = np.array([float(np.ptp(program.jet(np.linspace(a, b, 5)[1:-1], 0)[0])) == 0.0
                       for a, b in zip(knots[:-1], knots[1:])])  # fmt: skip
     last = np.r_[piece[1:] != piece[:-1], True] | np.r_[True, piece[1:] != piece[:-1]]

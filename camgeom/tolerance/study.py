@@ -14,6 +14,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import ARCMIN, CAUSES, Cause, applicable
+from camgeom.tolerance.ends import Ends
 from camgeom.tolerance.order import refuse_beyond
 from camgeom.tolerance.samples import BLOCK, SPENT, Drawn, Machines, Spreads
 from camgeom.tolerance.sensitivity import SIZES, Loaded, Sensitivities, resting_at
@@ -161,17 +162,11 @@ class ToleranceStudy:
     @cached_property
     def worst_end(self) -> float:
         """How far all errors within their sizes carry it there, mm, see `Machines.ended`."""
-        machines = self.machines(self.spreads)
-        ends = machines.ends
-        if ends is None or not self.causes:
+        ends = Ends.of(self.loaded.mechanism, self.loaded.pivots)
+        if ends is None:
             return 0.0
-        reach = np.zeros(len(ends))
-        for first, column in enumerate(machines.columns):
-            mean, value, _ = self.spreads[column.cause.key]
-            if column.part == 0:
-                parts = ends[:, first : first + column.cause.parts]
-                reach += mean * parts[:, 0] + value * np.sqrt((parts * parts).sum(axis=1))
-        return float(reach.max())
+        way, growth = ends.extent(self.causes, self.spreads)
+        return float((way + growth).max())
 
     def _harder(self, drawn: Drawn, limit: float) -> Floats:
         """Growth of every machine's pressure over what a limit, MPa, leaves; infinite where it leaves none, and of a

@@ -32,6 +32,7 @@ from camgeom.maths.extremum import Extreme
 from camgeom.solid.mechanism import Drive
 from camgeom.tolerance.causes import Cause
 from camgeom.tolerance.directions import Rows
+from camgeom.tolerance.ends import Ends
 from camgeom.tolerance.samples import Spreads
 from camgeom.tolerance.seat import Bools, Walls
 from camgeom.tolerance.sensitivity import Seated, resting_at
@@ -63,6 +64,8 @@ class Worst:
         """Of errors that scatter so."""
         theta, mechanism = seated.contacts.theta, seated.of.mechanism
         still, curve = resting_at(mechanism.program, theta), farthest(seated, Within.of(seated, causes, spreads))
+        if (ends := Ends.of(mechanism, seated.of.pivots)) is not None:
+            curve = curve + ends.farther(theta, causes, spreads)
         play = loosest(seated, causes, spreads) if mechanism.drive is not Drive.ALONE else np.zeros(len(curve))
 
         def largest(values: Floats) -> Extreme:
