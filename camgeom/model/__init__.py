@@ -24,7 +24,7 @@ from camgeom.maths.frozen import cached_property, frozen
 from camgeom.model import arrays
 from camgeom.model.arrays import Motion
 from camgeom.model.body import Body, MassProperties
-from camgeom.model.facts import Ledger, Observer, Sealed, fact
+from camgeom.model.facts import TWIN, Ledger, Observer, Sealed, fact
 from camgeom.profile import Profile, Readable, given
 from camgeom.solid import UNION
 from camgeom.solid.mechanism import Drive, Mechanism
@@ -170,9 +170,19 @@ class Model(Sealed):
         for state in running_states(self.profile):
             models.append(Model(state.profile, body=self.body, number=self.number, angle=self.angle,
                                 groove=self.groove, state=state))  # fmt: skip
-            alike = next(one for one in models if one._running_as == models[-1]._running_as)
-            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism, _alike=alike)
+            vars(models[-1]).update(setup=self.setup, mechanism=self.mechanism)
+            self._liken(models)
         return tuple(models)
+
+    def _liken(self, models: list[Model]) -> None:
+        """Let the last state ask an earlier one for what it need not find itself: all, where its oil is that one's too
+        and no other follower's state could differ."""
+        last = models[-1]
+        alike = [one for one in models if one._running_as == last._running_as]
+        vars(last)["_alike"] = alike[0]
+        twin = next(one for one in alike if one.profile.oil == last.profile.oil)
+        if twin is not last and len(self.bindings) == 1:
+            vars(last)[TWIN] = twin
 
     @property
     def states(self) -> tuple[Model, ...]:

@@ -12,6 +12,8 @@ from camgeom.maths.frozen import frozen
 from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
+TWIN = "_twin"
+"""attribute of an object whose facts are another one's, which it names"""
 
 Observer = Callable[[str, str, float], None]
 """Called as observer("start" or "done", fact name, seconds)."""
@@ -94,7 +96,8 @@ class fact(Generic[T]):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self
-        return once(vars(instance), self._name, instance.ledger, lambda: self._compute(instance))
+        asked = vars(instance).get(TWIN, instance)
+        return once(vars(asked), self._name, asked.ledger, lambda: self._compute(asked))
 
 
 def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], T]) -> T:

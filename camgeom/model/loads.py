@@ -114,13 +114,11 @@ def turret_duty(
 ) -> TurretDuty:
     """Load sharing, stress and life of a turret's rollers."""
     from camgeom.mechanics.turret_duty import TurretDuty
-    from camgeom.track.turret import Beside
 
     bore, roller = mechanism.bore.diameter if mechanism.bore else 0.0, mechanism.roller
     assert roller is not None, "a turret has rollers"
-    beside = Beside(turret.bearing, mechanism.inside, roller.ends.stated or roller.arc is not None)
     return TurretDuty(
-        beside, load, material.roller, material.cam, turret.preload, mechanism.width,
+        mechanism.engagements, load, material.roller, material.cam, turret.preload, mechanism.width,
         bore, rating, roller.ends, roller.arc,
     )  # fmt: skip
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
 import numpy as np
@@ -304,11 +305,16 @@ class Kept:
 def tappet_stiffness(profile: Profile, mechanism: Mechanism, load: Load) -> float:
     """Stiffness, N/mm (N m/rad), along the follower's motion of its roller's contact where that is pressed hardest.
 
-    By the rigid load: tangent or secant, as dynamics.tappet_contact says.
+    By the rigid load: tangent or secant, as dynamics.tappet_contact says. Raises DesignError where that presses
+    nothing, or an edge.
     """
     spec = profile.dynamics_spec
     assert spec is not None
     duty = max(roller_duties(profile.material, mechanism, load), key=lambda one: one.least_peak.value)
+    if not 0.0 < duty.least_peak.value < inf:
+        why = "presses an edge" if duty.least_peak.value else "presses nothing"
+        raise DesignError(f"the rigid load {why}, which has no stiffness for dynamics.tappet_contact: give "
+                          "dynamics.tappet_stiffness instead")
     at = duty.least_peak.cam_angle
     lever = float(duty.force.panels.limit(duty.pressing.reference.lever, at, duty.hardest_pressure))
     each = duty.stiffness.tangent if spec.tappet_contact == "tangent" else duty.stiffness.secant

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 RESULT, PAGE = "result.json", "report.html"
+RESERVE = 1 << 26
+"""bytes kept until the result is put together: what was made and what was not is told where memory runs out, too"""
 
 
 @final
@@ -50,11 +52,21 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
     Formats that cannot apply are told before anything is computed. Raises ExportError where the result itself cannot be
     written; what stood in the folder then stands as it was.
     """
+    reserve = bytearray(RESERVE)
     products = Products(folder.shown if folder else lambda reason: reason)
     possible = [name for name in order.formats if _applies(model, name, order, products)]
     result = compute(model, order.products, order.checks, products)
     if folder is not None:
-        _files(model, order, possible, folder, result, say)
+        try:
+            _files(model, order, possible, folder, result, say)
+        except MemoryError as error:
+            reserve.clear()
+            for name in possible if "exports" in order.products else ():
+                if name not in products:
+                    products.unmade(name, unmade(error))
+            if "report" in order.products and "report" not in products:
+                products.unmade("report", unmade(error))
+    reserve.clear()
     named = dict.fromkeys(file for one in products for file in one.files)
     result.data["files"] = [str(folder.folder / file) for file in named] if folder else []
     result.data.update(model.ledger.notes)

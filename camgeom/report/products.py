@@ -53,6 +53,9 @@ class Products:
     def __iter__(self) -> Iterator[Product]:
         return iter(self._products.values())
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._products
+
     def __getitem__(self, name: str) -> Product:
         return self._products[name]
 

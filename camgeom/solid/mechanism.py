@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
+from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Track
 from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, TurretFollower
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from camgeom.track.section import Level
     from camgeom.track.sliding import Slider
     from camgeom.track.touch import Touch
+    from camgeom.track.turret import Beside
 
 Mask = npt.NDArray[np.bool_]
 
@@ -302,6 +304,16 @@ class Mechanism(ABC):
     def turret(self) -> Turret | None:
         """The indexing turret."""
         return None
+
+    @cached_property
+    def engagements(self) -> Beside:
+        """The rollers of the turret beside the cam, whatever state it runs in. Raises AttributeError of no turret."""
+        from camgeom.track.turret import Beside
+
+        turret, roller = self.turret, self.roller
+        if turret is None or roller is None:
+            raise AttributeError("no turret stands beside this cam")
+        return Beside(turret.bearing, self.inside, roller.ends.stated or roller.arc is not None)
 
     @property
     def frame(self) -> FramePlate | None:

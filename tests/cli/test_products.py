@@ -235,9 +235,9 @@ def test_whole_profiles_at_random(seed: int) -> None:
 def test_what_an_extra_makes_is_told_with_its_pip_line_and_the_rest_comes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from camgeom.report import views
+    from camgeom.report import painter
 
-    monkeypatch.setattr(views, "find_spec", lambda name: None)
+    monkeypatch.setattr(painter, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     profile = str(PROFILES / "disc_offset_roller.toml")
     assert main(["build", profile, "--formats", "stl,dxf,png", "--out", str(tmp_path)]) == 1
@@ -254,3 +254,21 @@ def test_a_pyvista_mesh_without_pyvista_is_told(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(camgeom.ExportError, match=r"pip install 'camgeom\[pictures\]'"):
         camgeom.read(PROFILES / "disc_offset_roller.toml").solid.to_pyvista()
+
+
+def test_memory_that_runs_out_between_two_products_leaves_the_result(
+    profile: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where it is an import that finds none: what was made stands, what was not says why."""
+
+    def starved(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("camgeom.report.delivery._pictures", starved)
+    found, result, _ = ran(profile, capsys, "--formats", "stl,png,mp4")
+    products = {name: one["status"] for name, one in result["products"].items()}
+    assert found == 3
+    assert {products[name] for name in ("solid", "stl", "contact")} == {"made"}
+    assert {products[name] for name in ("png", "mp4", "report")} == {"failed"}
+    assert "out of memory" in result["products"]["report"]["reason"]
+    assert (profile.parent / "o" / "manifest.json").exists()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from camgeom.cams import starter
-from camgeom.errors import ProfileError
+from camgeom.errors import DesignError, ProfileError
 from camgeom.model import Model
 from camgeom.profile import from_data
 from camgeom.profile.text import load
@@ -86,3 +86,16 @@ def test_a_follower_without_a_roller_gives_its_stiffness_itself() -> None:
     study = Model(from_data(drum, "drum")).elastic_follower
     assert study is not None
     assert study.train.contact_stiffness > 1e7
+
+
+@pytest.mark.parametrize(("force", "why"), [("0", "presses nothing"), ("1e-3", "")])
+def test_a_contact_without_a_load_has_no_stiffness(force: str, why: str) -> None:
+    data = tapping({"crown_radius": None, "shape": "cylinder"}, tappet_contact="secant")
+    data["operation"] = {"speed": 60.0, "force": ({"expression": force},)}
+    data["motion"] = ({"until": 360.0},)
+    model = Model(from_data(data, "disc"))
+    if why:
+        with pytest.raises(DesignError, match=rf"the rigid load {why}.*give dynamics\.tappet_stiffness"):
+            _ = model.elastic_follower
+    else:
+        assert model.elastic_follower is not None

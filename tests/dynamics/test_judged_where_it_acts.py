@@ -170,10 +170,21 @@ def running(*given: dict[str, Any], tables: dict[str, Any]) -> Model:
         ("elastic_follower", {"dynamics": {"kind": "follower", "linkage_stiffness": 3000, "linkage_damping": 20}}),
     ],
 )
-def test_states_that_differ_in_their_oil_alone_are_solved_once(fact: str, tables: dict[str, Any]) -> None:
-    model = running({"temperature": 80.0}, {"temperature": 20.0}, {"load_factor": 1.5}, {"speed": 333.0}, tables=tables)
-    warm, cold, loaded, quick = model.states
+def test_states_that_differ_in_their_oil_alone_are_solved_once_and_like_ones_share_all(
+    fact: str, tables: dict[str, Any]
+) -> None:
+    model = running(
+        {"temperature": 80.0},
+        {"temperature": 20.0},
+        {"load_factor": 1.5},
+        {"speed": 333.0},
+        {"temperature": 20.0},
+        tables=tables,
+    )
+    warm, cold, loaded, quick, again = model.states
     assert getattr(warm, fact) is getattr(cold, fact)
+    assert warm.duties is not cold.duties
+    assert again.duties is cold.duties
     assert len({id(getattr(one, fact)) for one in (warm, loaded, quick)}) == 3
 
 
