@@ -116,9 +116,11 @@ def turret_duty(
     from camgeom.mechanics.turret_duty import TurretDuty
 
     bore, roller = mechanism.bore.diameter if mechanism.bore else 0.0, mechanism.roller
+    beside = mechanism.engagements
     assert roller is not None, "a turret has rollers"
+    assert beside is not None, "and they stand beside the cam"
     return TurretDuty(
-        mechanism.engagements, load, material.roller, material.cam, turret.preload, mechanism.width,
+        beside, load, material.roller, material.cam, turret.preload, mechanism.width,
         bore, rating, roller.ends, roller.arc,
     )  # fmt: skip
 

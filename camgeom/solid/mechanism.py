@@ -306,13 +306,13 @@ class Mechanism(ABC):
         return None
 
     @cached_property
-    def engagements(self) -> Beside:
-        """The rollers of the turret beside the cam, whatever state it runs in. Raises AttributeError of no turret."""
+    def engagements(self) -> Beside | None:
+        """The rollers of the turret beside the cam, whatever state it runs in; None without a turret."""
         from camgeom.track.turret import Beside
 
         turret, roller = self.turret, self.roller
         if turret is None or roller is None:
-            raise AttributeError("no turret stands beside this cam")
+            return None
         return Beside(turret.bearing, self.inside, roller.ends.stated or roller.arc is not None)
 
     @property
