@@ -149,6 +149,7 @@ KEY_FIGURES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("motion_um", "error over the turn, at the wanted yield", "um"),
         ("backlash_arcsec", "play in the dwells, at the wanted yield", "arcsec"),
         ("backlash_um", "play in the dwells, at the wanted yield", "um"),
+        ("groove_end_um", "nearer to the groove's end, at the wanted yield", "um"),
         ("yield", "machines that keep every limit", ""),
     ),
 }

@@ -138,11 +138,11 @@ class ToleranceStudy:
     def ratios(self, drawn: Drawn) -> Floats:
         """Of every machine the largest figure over its limit, (s,); 0 without any limit.
 
-        Of a preload and a pressure what is lost or grows, over what may; beside a limit also, of a plate, how far its
+        Of play, preload and pressure what grows or is lost, over what may; beside a limit also, of a plate, how far its
         roller goes towards the ends of its groove over the running clearance.
         """
         # Of the moves and of the pressure nothing is drawn where they have no limit.
-        over = [drawn.figure(name) / limit for name, limit in self.limits.items()]
+        over = [self._grown(drawn, name, limit) for name, limit in self.limits.items()]
         spec = self.spec
         if spec is not None and spec.preload_limit is not None and self.preload is not None:
             over.append((self.preload - drawn.preload) / (self.preload - 1e-3 * spec.preload_limit))
@@ -152,6 +152,19 @@ class ToleranceStudy:
             none = np.where(drawn.ended > NO_ROOM, np.inf, 0.0)
             over.append(drawn.ended / self.end_room if self.end_room else none)
         return np.max(over, axis=0) if over else np.zeros(len(drawn.dwell))
+
+    def _grown(self, drawn: Drawn, name: str, limit: float) -> Floats:
+        """A figure of every machine over its limit, both beyond what there is without errors: a groove's play."""
+        figure, base = drawn.figure(name), self.play if name == "backlash" else 0.0
+        if limit <= base:
+            return np.where(figure > limit, np.inf, 0.0)
+        return np.asarray((figure - base) / (limit - base))
+
+    @cached_property
+    def play(self) -> float:
+        """Largest nominal play in the dwells, mm or rad; 0 where it is pressed."""
+        play = self.sensitivities.seated.nominal.play
+        return max(0.0, float(play[resting_at(self.loaded.mechanism.program, self.sensitivities.theta)].max()))
 
     @property
     def end_room(self) -> float | None:

@@ -279,6 +279,22 @@ def test_limits_are_um_of_a_slide_and_seconds_of_arc_of_an_arm(kind: str, share:
     assert study.loaded.shown(float(study.drawn.motion.max())) == pytest.approx(figure, rel=5e-3)
 
 
+@pytest.mark.parametrize(("limit", "held"), [(131.0, True), (119.0, False)])
+def test_widest_tolerances_leave_the_play_that_the_groove_has_anyhow(limit: float, held: bool) -> None:
+    """Of 120 um of nominal play the errors may use what the limit leaves; a limit below it no tolerances hold."""
+    errors = "center_distance = 0.01\nrunning_clearance = 0.004\nroller_diameter = 0.004\nsamples = 20000\n"
+    study = plate("slide", f"[tolerance]\n{errors}backlash_limit = {limit}\ndwell_limit = 20\n").tolerances
+    found = study.widest
+    assert (found is not None) is held
+    if found is None:
+        return
+    spreads = {key: (0.0, value, "normal") for key, value in found.values.items() if value}
+    wider = {key: (mean, 1.02 * value, how) for key, (mean, value, how) in spreads.items()}
+    assert set(spreads) == {"center_distance", "running_clearance", "roller_diameter"}
+    assert study.share(study.machines(spreads).drawn(20000)) >= 0.99
+    assert study.share(study.machines(wider).drawn(20000)) < 0.99
+
+
 ALL = """[tolerance]
 samples = 4000
 distribution = "{how}"
