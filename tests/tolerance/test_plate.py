@@ -279,6 +279,14 @@ def test_limits_are_um_of_a_slide_and_seconds_of_arc_of_an_arm(kind: str, share:
     assert study.loaded.shown(float(study.drawn.motion.max())) == pytest.approx(figure, rel=5e-3)
 
 
+@pytest.mark.parametrize(("share", "level"), [(1.002, "pass"), (0.999, "fail")])
+def test_a_pressure_that_no_error_raises_is_the_nominal_one(share: float, level: str) -> None:
+    forced, error = FORCED.format(force=900), "[tolerance]\nside_shift = 0.01\n"
+    peak = plate("arm", forced + error).tolerances.peak
+    (found,) = findings(plate("arm", f"{forced}{error}pressure_limit = {share * peak}\n"), ["yield-tolerance"])
+    assert found.level == level
+
+
 @pytest.mark.parametrize(("limit", "held"), [(131.0, True), (119.0, False)])
 def test_widest_tolerances_leave_the_play_that_the_groove_has_anyhow(limit: float, held: bool) -> None:
     """Of 120 um of nominal play the errors may use what the limit leaves; a limit below it no tolerances hold."""
