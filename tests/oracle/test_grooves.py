@@ -115,6 +115,16 @@ def test_each_follower_has_the_figures_of_its_own_drum(both: Model) -> None:
     assert both.camshaft.at(theta) == pytest.approx(sum(wanted), abs=1e-6 * both.camshaft.peak_torque.value)
 
 
+@pytest.mark.parametrize(("first", "second"), [(2000.0, 5.0), (5.0, 2000.0)])
+def test_the_cam_lives_as_long_as_the_track_that_lives_least(first: float, second: float) -> None:
+    data = data_of(operation__friction=first)
+    data["track"][0]["operation"] = {"friction": second}
+    found = built(data)
+    lives = [one.lives["cam"] for one in found.bindings]
+    assert (lives[1] < lives[0]) is (second > first)
+    assert compute(found, ["contact"]).data["together"]["cam_life_h"] == min(lives)
+
+
 def test_volumes_that_are_cut_add(both: Model) -> None:
     volumes = [model.mass[0].volume for model in (alone(0), alone(1), both)]
     drum = np.pi * (60.0**2 - 20.0**2) * 150.0

@@ -102,14 +102,18 @@ def _borne(model: Model) -> dict[str, Any]:
 
 
 def together_data(model: Model) -> dict[str, Any]:
-    """What several followers do together: the torque of the shaft, how near their rollers come, the cam's life."""
+    """What several followers do together: the torque of the shaft, how near their rollers come, the cam's life.
+
+    The cam lives as long as the track that lives least, under all followers on it.
+    """
     data: dict[str, Any] = {"followers": len(model.bindings)}
     if model.camshaft is not None:
         data |= torque_data(model.camshaft.peak_torque, model.camshaft.work)
     if model.apart is not None:
         data |= {"least_apart_mm": model.apart.value, "least_apart_at_deg": degrees(model.apart.cam_angle) % 360.0}
-    if "cam" in model.lives:
-        data["cam_life_h"] = finite(model.lives["cam"])
+    lives = [one.lives["cam"] for one in model.bindings if "cam" in one.lives]
+    if lives:
+        data["cam_life_h"] = finite(min(lives))
     return data
 
 
