@@ -12,15 +12,18 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, final
 
 from camgeom.errors import CamgeomError
 
-_PATIENCE = 5.0
-"""s, until a worker that was told to end is killed"""
+_PATIENCE, _START = 5.0, 120.0
+"""s, until a worker that was told to end is killed, and within which one has made its object"""
+_TIMED_OUT = 124
+_LATE = (_TIMED_OUT, -14)
+"""exit statuses of a worker whose time was over: its own, and that of an alarm"""
 
 
 class WorkerEnded(CamgeomError):
@@ -56,32 +59,24 @@ class Worker:
         sent, got = self._process.stdin, self._process.stdout
         assert sent is not None
         assert got is not None
-        late = threading.Event()
         with self._lock:
-            clock = threading.Timer(seconds, self._give_up, [late])
-            clock.start()
             try:
-                pickle.dump((what, arguments), sent, pickle.HIGHEST_PROTOCOL)
+                pickle.dump((what, arguments, seconds), sent, pickle.HIGHEST_PROTOCOL)
                 sent.flush()
                 answer, error = pickle.load(got)
             except (OSError, EOFError, ValueError, pickle.UnpicklingError):
-                end = self._end()
-                raise WorkerEnded(f"took more than {seconds:g} s" if late.is_set() else end) from None
-            finally:
-                clock.cancel()
+                raise WorkerEnded(self._end(seconds)) from None
         if error is not None:
             raise error
         return answer
 
-    def _give_up(self, late: threading.Event) -> None:
-        late.set()
-        self._process.kill()
-
-    def _end(self) -> str:
+    def _end(self, seconds: float) -> str:
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
         self._process.kill()
         code = self._process.wait()
+        if code in _LATE:
+            return f"took more than {seconds:g} s"
         if code >= 0:
             return f"ended with status {code}"
         return f"ended by signal {-code} ({signal.strsignal(-code)})"
@@ -106,17 +101,19 @@ def serve(maker: str) -> None:
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     module, name = maker.split(":")
-    made: Callable[[], Any] = getattr(import_module(module), name)
-    work = made()
+    with _ending_after(_START):
+        made: Callable[[], Any] = getattr(import_module(module), name)
+        work = made()
     while True:
         try:
-            what, arguments = pickle.load(asked)
+            what, arguments, seconds = pickle.load(asked)
         except EOFError:
             os._exit(0)
         answer: Any = None
         error: Exception | None = None
         try:
-            answer = getattr(work, what)(*arguments)
+            with _ending_after(seconds):
+                answer = getattr(work, what)(*arguments)
         except Exception as raised:
             error = raised
         try:
@@ -124,3 +121,23 @@ def serve(maker: str) -> None:
             answers.flush()
         except BrokenPipeError:
             os._exit(0)
+
+
+@contextmanager
+def _ending_after(seconds: float) -> Iterator[None]:
+    """Within it this process ends after so many seconds, where there are alarms even if a library never comes back."""
+    if sys.platform != "win32":
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        return
+    clock = threading.Timer(seconds, os._exit, [_TIMED_OUT])
+    clock.daemon = True
+    clock.start()
+    try:
+        yield
+    finally:
+        clock.cancel()
