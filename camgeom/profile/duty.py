@@ -46,7 +46,8 @@ class OperatingState(Section):
         None, description="r/min, cam speed; default that of [operation]")
     load_factor: Factor = Field(1.0, description="1, by which the applied forces are multiplied")
     force: Annotated[tuple[Force, ...], Field(max_length=1000)] | None = Field(
-        None, description="applied forces of this state, instead of those of [operation]")
+        None, description="applied forces of this state, instead of those of [operation]; a [[track]] or [[station]] "
+        "with forces of its own keeps them")
     history: Annotated[tuple[Factor, ...], Field(min_length=2, max_length=MOST_SAMPLES),
                        BeforeValidator(_listed)] | None = Field(
         None, description="1, measured load factors in order of time, or `history_file`, a CSV file with one column of "

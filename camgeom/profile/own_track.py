@@ -76,6 +76,9 @@ def merged(first: dict[str, Any], table: dict[str, Any], own: tuple[str, ...]) -
     if table.get("cam", {}).get("form", first["cam"].get("form")) != first["cam"].get("form"):
         body = {key: value for key, value in first["cam"].items() if key not in own}
         data["cam"] = body | table["cam"]
+    if "force" in table.get("operation", {}) and "duty" in data:
+        # Forces of a state stand for those of [operation], which are not this track's.
+        data["duty"] = tuple({key: value for key, value in state.items() if key != "force"} for state in data["duty"])
     return data | {name: table[name] for name in WHOLE if name in table}
 
 

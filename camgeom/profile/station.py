@@ -47,7 +47,8 @@ class Station(Section):
         None, description="m/s2, along its motion; default as in [operation]"
     )
     force: Annotated[tuple[Force, ...], Field(max_length=1000)] | None = Field(
-        None, description="its applied forces, over its own cam angle; default those of [operation]"
+        None, description="its applied forces, over its own cam angle, in every state of [[duty]]; default those of "
+        "[operation], or of the state"
     )
 
     def profile(self, first: Profile) -> Profile:
@@ -56,7 +57,10 @@ class Station(Section):
         own = {key: given.pop(key) for key in OWN if key in given}
         operation = first.operation.model_copy(update=given) if first.operation is not None else None
         follower = first.follower.model_copy(update=own)
-        return first.model_copy(update={"follower": follower, "operation": operation, "station": ()})
+        duty = first.operating_states
+        if self.force is not None:
+            duty = tuple(state.model_copy(update={"force": None}) for state in duty)
+        return first.model_copy(update={"follower": follower, "operation": operation, "duty": duty, "station": ()})
 
 
 def station_problems(profile: Profile, setup: Setup) -> Iterator[Problem]:

@@ -125,6 +125,24 @@ def test_the_cam_lives_as_long_as_the_track_that_lives_least(first: float, secon
     assert compute(found, ["contact"]).data["together"]["cam_life_h"] == min(lives)
 
 
+def test_forces_of_its_own_stay_in_every_state() -> None:
+    """Those of a state stand for those of [operation], which a follower with forces of its own does not have."""
+    def force(newton: int) -> list[Data]:
+        return [{"from": 30, "until": 140, "expression": str(newton)}]
+
+    duty = [{"share": 0.5}, {"share": 0.5, "force": force(400)}]
+    tracks = data_of(operation__force=force(200), duty=duty)
+    tracks["track"][0]["operation"] = {"force": force(900)}
+    drum = data_of(operation__force=force(200), duty=duty, track=None)
+    for data in (tracks, drum | {"station": [{"angle": 180, "force": force(900)}]}):
+        first, second = built(data).bindings
+        assert first.states[1].duty.peak_force.value > first.states[0].duty.peak_force.value + 150.0
+        assert second.states[1].duty.peak_force == second.states[0].duty.peak_force
+    without = tracks | {"track": [tracks["track"][0] | {"operation": {"friction": 5}}]}
+    easy, hard = built(without).bindings[1].states
+    assert hard.duty.peak_force.value > easy.duty.peak_force.value + 150.0
+
+
 def test_volumes_that_are_cut_add(both: Model) -> None:
     volumes = [model.mass[0].volume for model in (alone(0), alone(1), both)]
     drum = np.pi * (60.0**2 - 20.0**2) * 150.0
