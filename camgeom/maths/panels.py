@@ -274,6 +274,8 @@ def highest(where: Panels, values: Floats) -> tuple[Floats, Floats]:
     best, least = dense.max(axis=(1, 2), keepdims=True), dense.min(axis=(1, 2), keepdims=True)
     padded = np.pad(dense, ((0, 0), (0, 0), (1, 1)), constant_values=-np.inf)
     peak = (dense >= padded[..., :-2]) & (dense >= padded[..., 2:]) & (dense > best - NEAR * (best - least))
+    # A panel that is constant hides nothing: a body that mostly carries nothing has thousands.
+    peak &= (dense != dense[..., :1]).any(axis=2, keepdims=True)
     # The sampled maximum itself, also of a constant.
     peak.reshape(len(dense), -1)[np.arange(len(dense)), dense.reshape(len(dense), -1).argmax(axis=1)] = True
     row, panel, cell = np.nonzero(peak)

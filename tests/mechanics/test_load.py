@@ -240,6 +240,16 @@ def test_panels_integrate_interpolate_and_find_maxima():
     assert np.sin(3 * float(angle)) == pytest.approx(1.0, abs=1e-12)
 
 
+def test_highest_of_what_is_constant_nearly_everywhere():
+    """A constant panel is passed over, the constant that is the largest value is told, and a bump on it is found."""
+    where = panels(np.linspace(0.0, 1.0, 41), 1.0)
+    bump = np.where((where.theta > 0.5) & (where.theta < 0.525), 1e-3 * np.sin(40.0 * np.pi * (where.theta - 0.5)), 0.0)
+    flat = np.full(where.theta.shape, 2.0)
+    values, angles = highest(where, np.stack([flat, flat + bump, flat - bump, -bump]))
+    np.testing.assert_allclose(values, [2.0, 2.001, 2.0, 0.0], rtol=1e-9, atol=1e-12)
+    assert angles[1] == pytest.approx(0.5125, abs=1e-5)
+
+
 def test_highest_sees_both_sides_of_a_jump_and_the_larger_of_two_close_peaks():
     where = panels([0.0, 2.0, TURN])
     saw = np.where(where.middle[:, None] < 2.0, where.theta, 0.0)
