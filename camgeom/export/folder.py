@@ -62,14 +62,21 @@ class RunFolder:
                 self.staged.mkdir()
                 # Held as long as this process lives: whoever can take it may clear what a dead run left.
                 self._lock = _hold(self.staged)
-        except OSError as error:
-            raise export_error(self.folder, error) from error
+        except BaseException as error:
+            # Nobody leaves what was not entered: an interrupt here would leave the staged folder behind.
+            self._leave()
+            if isinstance(error, OSError):
+                raise export_error(self.folder, error) from error
+            raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         if self._begun:  # stopped between the renames: another try, else the next run's
             with suppress(OSError, ExportError), _alone(self.folder):
                 self._carry_through(read_manifest(self.folder))
+        self._leave()
+
+    def _leave(self) -> None:
         if not self._begun:
             shutil.rmtree(self.staged, ignore_errors=True)
         if self._lock is not None:

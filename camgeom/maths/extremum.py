@@ -171,7 +171,10 @@ def _meeting(values: Floats, top: npt.NDArray[np.int64]) -> tuple[Floats, Floats
     rows = np.arange(len(top))[:, None]
     six = values[rows, np.clip(top[:, None] + _BESIDE, 0, FAN - 1)]
     there = (top >= 3) & (top <= FAN - 4) & np.isfinite(six).all(axis=1)
-    a3, a2, a1, c1, c2, c3 = np.where(there[:, None], six, 0.0).T
+    six = np.where(there[:, None], six, 0.0)
+    # Beside a cusp their squares would leave the numbers' range; a power of two takes no digit.
+    size = np.ldexp(1.0, np.frexp(np.abs(six).max(axis=1))[1])
+    a3, a2, a1, c1, c2, c3 = six.T / size
     # Newton's form about the nearest sample: a + b (s + 1) + c (s + 1) (s + 2), as a polynomial of s.
     left = _polynomial(a1, a2, a3)
     right = _polynomial(c1, c2, c3)
@@ -182,7 +185,7 @@ def _meeting(values: Floats, top: npt.NDArray[np.int64]) -> tuple[Floats, Floats
     there &= below != 0.0
     s = -2.0 * d0 / np.where(there, below, 1.0)
     rises, falls = (line[1] + 2.0 * s * line[2] for line in (left, right))
-    return s, left[0] + s * (left[1] + s * left[2]), there & (np.abs(s) <= 1.0) & (rises > 0.0) & (falls < 0.0)
+    return s, size * (left[0] + s * (left[1] + s * left[2])), there & (np.abs(s) <= 1.0) & (rises > 0.0) & (falls < 0.0)
 
 
 def _polynomial(one: Floats, two: Floats, three: Floats) -> Floats:

@@ -9,6 +9,8 @@ from typing import Any, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.errors import CamgeomError
+
 T = TypeVar("T")
 
 SCALARS = (float, int, bool, str, bytes, complex, type(None), type, np.generic)
@@ -57,7 +59,10 @@ def frozen(value: T) -> T:
 
 
 class cached_property(functools.cached_property[T]):
-    """`functools.cached_property` whose arrays are read-only, and of which all threads see the same value."""
+    """`functools.cached_property` whose arrays are read-only, and of which all threads see the same value.
+
+    A refusal is kept too: what was refused once is not tried again by the next one who asks.
+    """
 
     @overload
     def __get__(self, instance: None, owner: type[Any] | None = None) -> cached_property[T]: ...
@@ -69,4 +74,29 @@ class cached_property(functools.cached_property[T]):
         if instance is None:
             return self
         assert self.attrname is not None, "named by its class"
-        return vars(instance).setdefault(self.attrname, frozen(self.func(instance)))
+        kept, refusal = vars(instance), f"refusal of {self.attrname}"
+        if refusal in kept:
+            raise again(kept[refusal])
+        try:
+            value = frozen(self.func(instance))
+        except CamgeomError as error:
+            kept[refusal] = told(error)
+            raise
+        return kept.setdefault(self.attrname, value)
+
+
+Told = tuple[type[Exception], tuple[Any, ...], dict[str, Any]]
+"""an error without its traceback, which would keep every array of the attempt"""
+
+
+def told(error: Exception) -> Told:
+    """What is kept of an error."""
+    return type(error), error.args, dict(vars(error))
+
+
+def again(kept: Told) -> Exception:
+    """The error as it was."""
+    kind, arguments, attributes = kept
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(attributes)
+    return error

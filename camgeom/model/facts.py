@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from camgeom.errors import CamgeomError
-from camgeom.maths.frozen import frozen
+from camgeom.maths.frozen import again, frozen, told
 from camgeom.maths.overflow import within_range
 
 T = TypeVar("T")
@@ -105,23 +105,15 @@ def once(kept: dict[str, Any], name: str, ledger: Ledger, compute: Callable[[], 
     refusal = f"refusal of {name}"
     with ledger.turn:
         if refusal in kept:
-            raise _again(*kept[refusal])
+            raise again(kept[refusal])
         if name not in kept:
             try:
                 kept[name] = frozen(ledger.charge(name, compute))
             except (CamgeomError, MemoryError) as error:
-                # Not the error itself: its traceback would keep every array of the attempt.
-                kept[refusal] = (type(error), error.args, dict(vars(error)))
+                kept[refusal] = told(error)
                 raise
     found: T = kept[name]
     return found
-
-
-def _again(kind: type[Exception], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Exception:
-    """An error as it was."""
-    error = kind.__new__(kind, *arguments)
-    error.__dict__.update(attributes)
-    return error
 
 
 class Sealed:

@@ -98,6 +98,9 @@ def test_a_kink_is_met_where_both_sides_meet_and_rivals_stop_early() -> None:
     assert np.abs(value - 1.0).max() < 1e-13
     assert np.abs(place - PEAK[:, 0]).max() < 1e-13
     assert len(calls) <= 8
+    with np.errstate(all="raise"):  # as large as a curvature beside a cusp
+        huge, there = bracketed_maximum(lambda x: 2.0**700 * kink(x), LOW, LOW + WIDE)
+    np.testing.assert_array_equal([huge * 2.0**-700, there], [value, place])
 
     def several(x):
         height = np.arange(4.0)[:, None]

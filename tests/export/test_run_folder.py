@@ -198,3 +198,22 @@ def test_a_manifest_that_is_none_reaches_nothing(tmp_path: Path, manifest: str) 
     assert (tmp_path / "x").read_text() == "outside"
     assert (place / "previous/manifest.json").read_text() == manifest
     assert set(told(place)) == {"result.json"}
+
+
+@pytest.mark.parametrize("existed", [True, False])
+def test_an_interrupt_while_the_folder_opens_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, existed: bool
+) -> None:
+    place = tmp_path / "o"
+    if existed:
+        place.mkdir()
+
+    def interrupted(staged: Path) -> int:
+        assert staged.is_dir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("camgeom.export.folder._hold", interrupted)
+    with pytest.raises(KeyboardInterrupt), RunFolder(place):
+        pass
+    assert place.exists() == existed
+    assert not list(tmp_path.rglob("*.part"))
