@@ -247,14 +247,19 @@ def _drive(drive: SlideDrive) -> list[tuple[Cell, ...]]:
     """What the drive of a plate gives: for the follower, and for plate and slide where their mass is known."""
     rows: list[tuple[Cell, ...]] = [
         ("Peak force along the travel, for the follower", drive.peak_groove.value, "N",
-         degrees(drive.peak_groove.cam_angle)),
+         _turned(drive.peak_groove)),
     ]  # fmt: skip
     if drive.mass is not None:
         rows += [
-            ("Peak force of the drive, plate and slide too", drive.peak.value, "N", degrees(drive.peak.cam_angle)),
-            ("Peak power of the drive", 1e-3 * drive.peak_power.value, "W", degrees(drive.peak_power.cam_angle)),
+            ("Peak force of the drive, plate and slide too", drive.peak.value, "N", _turned(drive.peak)),
+            ("Peak power of the drive", 1e-3 * drive.peak_power.value, "W", _turned(drive.peak_power)),
         ]
     return rows
+
+
+def _turned(peak: Extreme) -> float:
+    """The drive's angle, deg, without what rounding leaves where it turns."""
+    return round(degrees(peak.cam_angle), 9)
 
 
 def hardest(model: Model) -> Table:

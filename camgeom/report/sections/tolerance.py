@@ -116,7 +116,9 @@ def _alone(data: dict[str, Any], unit: str) -> Block:
     }
     if name == "arcsec":
         columns[Column("Motion", "µm")] = [row["motion_um"] for row in rows]
-    columns[Column("at", "°")] = [row["cam_angle_deg"] for row in rows]
+    # Where the drive of a plate turns, its angle is known but for rounding.
+    angles = [row["cam_angle_deg"] for row in rows]
+    columns[Column("at", "°")] = [None if angle is None else round(angle, 9) for angle in angles]
     if "preload_um" in data:
         columns[Column("Play", unit)] = [row[f"play_{name}"] for row in rows]
         columns[Column("Preload", "µm")] = [_lost(row["preload_loss_um"]) for row in rows]
