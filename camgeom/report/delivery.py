@@ -52,7 +52,7 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
     Formats that cannot apply are told before anything is computed. Raises ExportError where the result itself cannot be
     written; what stood in the folder then stands as it was.
     """
-    reserve = bytearray(RESERVE)
+    reserve = bytes(RESERVE)
     products = Products(folder.shown if folder else lambda reason: reason)
     possible = [name for name in order.formats if _applies(model, name, order, products)]
     result = compute(model, order.products, order.checks, products)
@@ -60,13 +60,13 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
         try:
             _files(model, order, possible, folder, result, say)
         except MemoryError as error:
-            reserve.clear()
+            reserve = b""
             for name in possible if "exports" in order.products else ():
                 if name not in products:
                     products.unmade(name, unmade(error))
             if "report" in order.products and "report" not in products:
                 products.unmade("report", unmade(error))
-    reserve.clear()
+    reserve = b""
     named = dict.fromkeys(file for one in products for file in one.files)
     result.data["files"] = [str(folder.folder / file) for file in named] if folder else []
     result.data.update(model.ledger.notes)
