@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -20,6 +19,7 @@ from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.solver import elastic
 from camgeom.body.stress import Bending, Peak
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
@@ -37,7 +37,7 @@ STEPS = (0.05, 0.035)
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class GrooveBending:
     """The walls beside a closed groove; see `Bending`.
 
@@ -127,7 +127,7 @@ def linearised(places: Floats, stress: Floats) -> tuple[Floats, Floats]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FaceBending:
     """The ring of an end-face cam on its web; see `Bending`."""
 
@@ -165,7 +165,7 @@ class FaceBending:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RibBending:
     """A drum's rib on its foot; see `Bending`."""
 

@@ -16,7 +16,6 @@ The shares of the load along the rollers are those on a rigid body.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import final
 
@@ -42,6 +41,7 @@ from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.tetra import NEEDS, PointLoad, TetraMesh, filled
 from camgeom.body.volume import NO_LOAD, unfilled
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.mechanics.face_duty import FaceDuty
@@ -68,7 +68,7 @@ TOLERANCE = 1e-4
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Own:
     """What a contact's formula holds of the cam: down to a depth, mm, as a line, or as a half-space without end."""
 
@@ -90,7 +90,7 @@ class Own:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Below:
     """What the body below its contacts makes of them at cam angles (n,), rad.
 
@@ -133,7 +133,7 @@ def sunk(mesh: RingMesh | TetraMesh, cell: str, moved: Floats, load: PointLoad, 
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Ring:
     """A section's ring, to be loaded; `of` gives the patch that a load is on its contour."""
 
@@ -153,7 +153,7 @@ class _Ring:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Tetra:
     """A body of tetrahedra, to be loaded."""
 

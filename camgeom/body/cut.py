@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from camgeom.body.element import largest_principal, shapes, stresses
 from camgeom.body.hexes import HexMesh
 from camgeom.body.ring import RingMesh
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 FLAT = 1e-6
@@ -21,7 +21,7 @@ ACROSS = 9
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cut:
     """Largest principal stress in one plane of a ring, or at one height of a frame's plate.
 

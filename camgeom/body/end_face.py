@@ -11,7 +11,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy.typing as npt
 
 from camgeom.body.groove import at_azimuths, bore_radius, left_out
 from camgeom.body.section import graded
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.drum import EndFaceRing
@@ -31,7 +31,7 @@ LAYER = 0.3
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class EndFaceSection:
     """The section of the ring; cells across the flank, the layer, from there to the web, the web, and along it."""
 

@@ -18,7 +18,6 @@ r"""The frame about a constant-width cam in hexahedra: a quarter of its plan in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
 
@@ -28,6 +27,7 @@ import numpy.typing as npt
 from camgeom.body.element import NATURAL, shapes
 from camgeom.body.hexes import HexMesh, hexahedra
 from camgeom.body.section import graded
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.frame import FramePlate
@@ -49,7 +49,7 @@ HELD = "guides"
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class FrameCells:
     """Cells: along half a face and half a bar, beside a face, half round a corner, across layer, end and a face's
     height, through the plate's thickness, and round a bore from its wall out."""
@@ -72,7 +72,7 @@ class FrameCells:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FrameMesh:
     """The frame's plate in hexahedra, as it stands at zero lift, and where its ends bend."""
 

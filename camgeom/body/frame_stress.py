@@ -7,7 +7,6 @@ corner really passes on, which the mesh's forces there tell; so it exists for sh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import degrees
 from typing import final
 
@@ -21,6 +20,7 @@ from camgeom.body.load import ALONG, PER_TURN, QUIET
 from camgeom.body.sparse_solver import SparseElastic
 from camgeom.body.stress import Peak, with_hardest
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.face_duty import FaceDuty
@@ -39,7 +39,7 @@ ON_FACE = 8
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class FacePatch:
     """The line that the cam presses on a face at one cam angle.
 
@@ -57,7 +57,7 @@ class FacePatch:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FaceLoad:
     """A cam that presses the faces of its frame, as its duty says."""
 
@@ -129,7 +129,7 @@ def _mirrored(frame: FrameMesh) -> Index:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Beam:
     """What a unit force on the near face at y (n,), mm, makes the end's section at the corner at large y pass on.
 
@@ -143,7 +143,7 @@ class Beam:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FrameBending:
     """The ends of a frame's plate under its cam; see `camgeom.body.stress.Stressed`.
 
@@ -295,7 +295,7 @@ class FrameBending:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FrameVolume:
     """The frame as it is handed over, at zero lift; see `camgeom.body.volume.Volume`."""
 

@@ -7,12 +7,13 @@ groove and v out of it: of a drum u = z and v = r, of a plate with a groove in i
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol, Self, final
 
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -35,7 +36,7 @@ KEYWAY = "the keyway is left out"
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Shape:
     """Numbers of a grooved body, mm, and names of its faces.
 
@@ -143,7 +144,7 @@ def left_out(bore: Bore | None) -> tuple[str, ...]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class DrumGroove:
     """A drum with one closed groove: the lower flank is the first."""
 
@@ -212,7 +213,7 @@ class DrumGroove:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PlateGroove:
     """A plate with a groove in a face, cut by the tool of a track: of an upper face the outer flank is the first, of a
     lower one, whose section is turned by half a turn, the inner one."""

@@ -7,7 +7,7 @@ other's, so that neighbours have as many cells where they face each other, where
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from camgeom.body.groove import DrumGroove, PlateGroove, Walled, at_azimuths
 from camgeom.body.section import CROSSED, Fineness, GroovedSection, Pair, ruled, standing
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.solid import Part
 from camgeom.solid.grooves import GroovedDrum
@@ -29,7 +30,7 @@ OF_BETWEEN = 0.6
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class DrumGrooves:
     """Grooves side by side on a drum, from the lower end up, and the numbers of their tracks."""
 
@@ -59,7 +60,7 @@ class DrumGrooves:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class PlateGrooves:
     """Grooves in both faces of a plate: of the upper face first, and the numbers of their tracks."""
 
@@ -89,7 +90,7 @@ def _facing(plain: Fineness, side: int, fine: Fineness, other: int) -> Fineness:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Neighboured:
     """A drum's groove whose walls end at the next grooves, where there are any."""
 
@@ -121,7 +122,7 @@ class Neighboured:
         return np.asarray(np.abs(edge[2] - x[2]) * np.abs(n[2]))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class SeveralGrooves:
     """The section of a body with several grooves and the numbers of their tracks; `pressed` is the place of the one
     that is pressed."""

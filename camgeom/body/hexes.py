@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from camgeom.body.element import EDGES, FOLDED, NATURAL, least_volume, stiffness
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 Index = npt.NDArray[np.int64]
@@ -21,7 +21,7 @@ FACES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 4, 5), (1, 2, 5, 6), (2, 3, 6, 7), (
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class HexMesh:
     """Hexahedra of 20 nodes: nodes (v, 3), mm; elements (e, 20); node numbers by the name of a set."""
 

@@ -7,7 +7,6 @@ pressure's distribution along the contact line is what they hold.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -18,6 +17,7 @@ from camgeom.body.groove import Walled
 from camgeom.body.ring import RingMesh
 from camgeom.body.tetra import PointLoad
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -36,7 +36,7 @@ QUIET = 1e-9
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Patch:
     """The pressed patch at one cam angle.
 
@@ -67,7 +67,7 @@ class Patch:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerForce:
     """A roller that presses the flanks of its track, as its duty says."""
 
@@ -122,7 +122,7 @@ class RollerForce:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerLoad:
     """A roller that presses the flanks of a ring, as its duty says."""
 

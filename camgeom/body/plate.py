@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from camgeom.body.groove import bore_radius, left_out
 from camgeom.body.section import graded
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.prism import Prism
@@ -26,7 +26,7 @@ LAYER = 0.25
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PlateSection:
     """The section of a disc; cells across its width, across the layer and from there to the bore."""
 

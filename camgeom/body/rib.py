@@ -12,7 +12,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self, final
 
 import numpy as np
@@ -21,6 +20,7 @@ import numpy.typing as npt
 from camgeom.body.groove import at_azimuths, bore_radius, left_out
 from camgeom.body.section import graded
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.drum import RibbedCylinder, height_above, on_cylinder
@@ -40,7 +40,7 @@ LAYER = 0.2
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RibSection:
     """The section of the rib and its drum; cells up a flank, over the top, across the layer, below, to an end."""
 

@@ -7,7 +7,6 @@ one plane and of the plane half way to the next are numbered on, plane by plane;
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol, final
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy.typing as npt
 from camgeom.body.element import FOLDED, least_volume
 from camgeom.body.hexes import merged
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN
@@ -46,7 +46,7 @@ class Section(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RingMesh:
     """Hexahedra round the axis.
 

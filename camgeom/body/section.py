@@ -16,7 +16,6 @@ contour; the rest is walls, a core below the floor and the two corners between t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import sqrt
 from typing import final
 
@@ -25,6 +24,7 @@ import numpy.typing as npt
 
 from camgeom.body.groove import Groove, at_azimuths
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -43,7 +43,7 @@ DENSE = 33
 """points of a root at which its length and turning are measured"""
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Fineness:
     """Cells of a section: along both flanks and roots (lower, upper), the floor, across layer, walls and core.
 
@@ -68,7 +68,7 @@ class Fineness:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class GroovedSection:
     """The section of one grooved body in cells; arrays (n, k) are at azimuths (n,) and numbered contour places (k,).
 

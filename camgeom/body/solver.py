@@ -7,7 +7,6 @@ BLAS: about 8 m^3 operations a plane, m the unknowns of one. A sparse LU of as m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -18,6 +17,7 @@ from camgeom.body.hexes import HexMesh
 from camgeom.body.ring import RingMesh
 from camgeom.body.sparse_solver import SparseElastic
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.material import Material
@@ -30,7 +30,7 @@ MOST_BYTES = 2.6e9
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Cost:
     """What a factorisation takes, known before it starts."""
 
@@ -39,7 +39,7 @@ class Cost:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Elastic:
     """A ring of one material, of stiffness (6, 6), MPa (`elasticity`), whose nodes of the set `held` do not move."""
 
@@ -90,7 +90,7 @@ def elastic(ring: RingMesh, material: Material) -> Elastic:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Factors:
     """Lower triangles of the planes, their couplings to the next and to the last plane, and those half way."""
 

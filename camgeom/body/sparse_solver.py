@@ -8,13 +8,13 @@ Yserentant, Numer. Math. 49 (1986) 379). The ring's dense elimination would take
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -51,7 +51,7 @@ class Cells(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SparseElastic:
     """Elements of one material, of stiffness (6, 6), MPa, whose nodes of the set `held` do not move; mm, N."""
 

@@ -10,7 +10,6 @@ The whole ring is solved: a block cut out of it would be too soft.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import degrees
 from typing import Any, Protocol, final
 
@@ -22,6 +21,7 @@ from camgeom.body.groove import Walled
 from camgeom.body.load import Patch, RollerLoad, asked_patch, nodal_forces
 from camgeom.body.ring import RingMesh, Section, even_planes, ring_of
 from camgeom.body.solver import elastic
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -39,7 +39,7 @@ AGREE = 0.05
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Peak:
     """The peak on one mesh: stress, MPa, its point (3,), mm, the unknowns that were solved for, and a section there."""
 
@@ -109,7 +109,7 @@ class Stressed(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RootStress:
     """Stress at the root of a body's pressed wall, from its duty."""
 
@@ -223,7 +223,7 @@ class Bending(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PressedRing:
     """A ring body under its rollers; see `Stressed`.
 

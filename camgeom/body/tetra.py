@@ -9,7 +9,6 @@ Netgen (LGPL) wants the B-rep kernel that this package does without.
 from __future__ import annotations
 
 from contextlib import chdir
-from dataclasses import dataclass
 from importlib.util import find_spec
 from math import degrees
 from tempfile import TemporaryDirectory
@@ -20,6 +19,7 @@ import numpy.typing as npt
 
 from camgeom.body.element import gradients, strain_matrix
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
@@ -51,7 +51,7 @@ NEEDS = "this body is no ring and is filled with tetrahedra, which needs pytetwi
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class TetraMesh:
     """Ten-node tetrahedra.
 
@@ -230,7 +230,7 @@ def _closest(vertices: Floats, faces: npt.NDArray[np.integer], points: Floats) -
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PointLoad:
     """What rollers press on a cam at one cam angle, rad.
 
@@ -251,7 +251,7 @@ class PointLoad:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class TetraVolume:
     """A body of tetrahedra as it is handed over: mesh, material and the forces of its rollers."""
 

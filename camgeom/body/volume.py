@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees
 from typing import Protocol, final
 
@@ -29,6 +29,7 @@ from camgeom.body.ring import RingMesh, ring_about
 from camgeom.body.section import Fineness, GroovedSection
 from camgeom.body.tetra import TetraVolume, filled, turret_load, turret_sample
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
@@ -97,7 +98,7 @@ class Volume(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class BodyVolume:
     """A ring as it is handed over: mesh, material and load; see `Volume`."""
 
@@ -154,7 +155,7 @@ class BodyVolume:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PressedBy:
     """The duty that presses a body: of its rollers, of a planar cam's touches, or of a turret."""
 
@@ -164,7 +165,7 @@ class PressedBy:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pressed:
     """One of several tracks of a body: its tools, its duties, and the cam angle, rad, by which its own is less."""
 

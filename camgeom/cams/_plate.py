@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from math import acos, cos, pi, sin
 
 import numpy as np
 
 from camgeom.cams import NO_FILM_OR_WEAR, NO_LIFE, NO_PRESSURE, idle, problem
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid, refined_maximum
 from camgeom.motion.program import Program
@@ -20,7 +20,7 @@ from camgeom.track.follower import AnyRoller, CrownedRoller
 from camgeom.track.outline import CircleOutline, Outline
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Arm:
     """An arm about a pivot at (centre, 0): way +1 with its contact on the +Y side, where lift turns it clockwise."""
 

@@ -7,7 +7,6 @@ it after `gap`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import asin, radians, sqrt
 from typing import TYPE_CHECKING, ClassVar, Literal, final
 
@@ -34,6 +33,7 @@ from camgeom.cams._plate import (
     triangle_problem,
 )
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Degrees, Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -156,7 +156,7 @@ class Conjugate(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class ConjugateMechanism(Mechanism):
     """A conjugate pair and its rocker or slide; back: the return roller."""
 

@@ -7,7 +7,7 @@ opposite tangents add up to one width 2 base_radius + h (frame), or opposite rad
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf, pi
 from typing import ClassVar, Literal, final
 
@@ -28,6 +28,7 @@ from camgeom.cams._plate import (
     straight_problems,
 )
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -139,7 +140,7 @@ def frame_plate(cam: ConstantWidth, follower: FrameFollower, stroke: float) -> F
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class ConstantWidthMechanism(Mechanism):
     """A constant-width cam in its frame or yoke."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar, Literal, final
 
 import numpy as np
@@ -12,6 +12,7 @@ from pydantic import Field
 from camgeom.cams import NO_GAPS, NO_RIB, ONE_WAY, REGULAR, Cam, idle, keyway_idle, problem, root_problems, sense_of
 from camgeom.cams._axial import arc_problems, axial_idle, heights, mount
 from camgeom.errors import DesignError, Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
@@ -209,7 +210,7 @@ class Cylindrical(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class CylindricalMechanism(Mechanism):
     """A drum and its follower."""
 

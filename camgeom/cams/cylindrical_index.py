@@ -6,7 +6,7 @@ turret axis on its face and meet the drum one after another while they pass the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, pi, sin, sqrt
 from typing import ClassVar, Literal, final
 
@@ -15,6 +15,7 @@ from pydantic import Field
 from camgeom.cams import problem, sense_of
 from camgeom.cams._turret import TurretKeys, bearing_meridian
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -97,7 +98,7 @@ class CylindricalIndex(TurretKeys):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class CylindricalIndexMechanism(Mechanism):
     """A barrel cam and its turret."""
 

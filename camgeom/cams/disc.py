@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, hypot, inf, sqrt
 from typing import ClassVar, Literal, final
 
@@ -42,6 +42,7 @@ from camgeom.cams._plate import (
     triangle_problem,
 )
 from camgeom.errors import DesignError, Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -216,7 +217,7 @@ class Disc(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class DiscMechanism(Mechanism):
     """A disc cam and its follower."""
 

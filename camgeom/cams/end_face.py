@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
 from typing import ClassVar, Literal, final
 
@@ -14,6 +14,7 @@ from camgeom.cams import NO_DRUM, NO_GAPS, ONE_WAY, SHARP, Cam, idle, keyway_idl
 from camgeom.cams._axial import arc_problems, axial_idle, beside, heights, mount
 from camgeom.cams._plate import bore_of, bore_problems
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -144,7 +145,7 @@ class EndFace(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class EndFaceMechanism(Mechanism):
     """A ring and its follower."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, cos, degrees, hypot, pi, sin, sqrt, tan
 from typing import ClassVar, Literal, final
 
@@ -12,6 +12,7 @@ from pydantic import Field
 from camgeom.cams import NO_STRESS, problem, root_problems, sense_of
 from camgeom.cams._turret import TurretKeys, bearing_meridian
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -153,7 +154,7 @@ class Globoidal(TurretKeys):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class GloboidalMechanism(Mechanism):
     """A globoidal cam and its turret."""
 

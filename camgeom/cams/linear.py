@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, hypot, radians, sin
 from typing import Annotated, ClassVar, Literal, final
 
@@ -13,6 +13,7 @@ from pydantic import Field
 from camgeom.cams import NO_DRUM, NO_ROOT, REGULAR, Cam, idle, problem
 from camgeom.cams._plate import disc_wall, least_distance, roller_track, straight_problems
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -155,7 +156,7 @@ class Linear(Cam):
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class LinearMechanism(Mechanism):
     """A plate on its slide and its follower."""
 

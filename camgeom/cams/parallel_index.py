@@ -8,7 +8,7 @@ distances of its own rollers, a whole multiple of as many roller pitches of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import acos, degrees, gcd, sin
 from typing import Annotated, ClassVar, Literal, final
 
@@ -19,6 +19,7 @@ from camgeom.cams import NO_DRUM, NO_ROOT, ONE_WAY, REGULAR, Cam, keyway_idle, p
 from camgeom.cams._plate import bore_of, bore_problems, disc_wall, plate_envelope, straight_problems
 from camgeom.cams._turret import bearing_meridian
 from camgeom.errors import DesignError, Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
@@ -138,7 +139,7 @@ def ring_distance(cam: ParallelIndex, follower: TurretFollower) -> float:
 
 
 @final
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class ParallelIndexMechanism(Mechanism):
     """Plates and their turret. Facts of the plates' shape raise DesignError where no plate is left."""
 

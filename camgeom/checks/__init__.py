@@ -9,7 +9,7 @@ wanted, the verdict tells that it was not judged, and what to give.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import wraps
 from importlib import import_module
 from math import isfinite, pi
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar, final
 
 from camgeom.checks.verdict import RANK, Finding, Level, Loads, NotJudged, Verdict, judged, life_told
 from camgeom.errors import DesignError, NotConverged, Unmade, unmade
+from camgeom.immutable import immutable
 from camgeom.maths.overflow import within_range
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ hangs on the load."""
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Check:
     """A registered check: its name, what it needs, the judging function, whether it sums over operating states, and
     whether it takes long for what it needs."""

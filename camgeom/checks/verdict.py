@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from math import degrees, inf, isfinite
 from typing import Any, Literal, final
 
 from camgeom.errors import Unmade
+from camgeom.immutable import immutable
 
 Level = Literal["pass", "warn", "fail"]
 Comparison = Literal["<=", ">=", "<", ">", "=", ""]
@@ -48,7 +48,7 @@ NO_GAP = ROUNDING["mm"]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Finding:
     """One fact judged: its value, which has to stand in the comparison with the limit, where, and what to do.
 
@@ -124,7 +124,7 @@ class Finding:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class NotJudged:
     """A check that applies and could not be made: what is missing, and what to give so that it is made."""
 
@@ -199,7 +199,7 @@ def judged(
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Loads:
     """Whose loads were judged, a statement and no finding: the rigid follower's, and which solver's beside them.
 
@@ -238,7 +238,7 @@ class Loads:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Verdict:
     """All judgements of one design.
 

@@ -12,11 +12,11 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from importlib import import_module
 from typing import NoReturn, TextIO
 
 from camgeom.errors import CamgeomError, visible
+from camgeom.immutable import immutable
 
 EPILOG = "exit status: 0 good; 1 the design fails a check; 2 bad input or usage; 3 a numerical method or a file failed"
 
@@ -27,7 +27,7 @@ class UsageError(CamgeomError):
     exit_status = 2
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Command:
     """One subcommand: `handler` is "module:function" of (arguments, Console) -> exit status, imported when it runs;
     `options` names functions of this module that add its arguments."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import Any, final
@@ -33,6 +32,7 @@ from camgeom.drawing.content import (
     Text,
 )
 from camgeom.export.files import atomic_write
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.profile.text import dump
 from camgeom.report.delivery import finite
@@ -47,7 +47,7 @@ LEVELS = {"pass": Level.PASS, "warn": Level.WARN}
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Told:
     """A finished search on its way to the user.
 

@@ -6,7 +6,6 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, final
 
@@ -33,6 +32,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.errors import ProfileError
+from camgeom.immutable import immutable
 from camgeom.keys import Section
 from camgeom.maths import Floats
 from camgeom.profile.errors import OF_SLIDE
@@ -77,7 +77,7 @@ MOST_ROWS = 200
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Shown:
     """A figure that is drawn: its column, words and unit."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from camgeom.immutable import immutable
 
 if TYPE_CHECKING:
     from camgeom.checks.verdict import Finding
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Choice:
     """One choice with its reason; a number is in mm."""
 
@@ -18,7 +19,7 @@ class Choice:
     why: str
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Design:
     """A finished design: the profile's text, the choices, and what the checks said of it."""
 

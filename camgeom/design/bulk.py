@@ -6,7 +6,6 @@ What the figures decide is judged, with the limits and words of the exact checks
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, final
 
@@ -17,6 +16,7 @@ from camgeom.design.batch import LEVELS, Batch, evaluate, leveled, offered, supp
 from camgeom.design.sampling import Column, Plan
 from camgeom.design.study import Data, Value, replaced
 from camgeom.errors import ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Words = npt.NDArray[np.object_]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bulk:
     """The variants of a plan, which figures are wanted of them (names of a study's columns), and how near an indexer's
     pressures have to be."""

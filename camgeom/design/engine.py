@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
 from queue import Empty, SimpleQueue
@@ -23,6 +22,7 @@ from time import monotonic
 from typing import Any, Protocol, TypeVar, final
 
 from camgeom.errors import CamgeomError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.motion.own import begin_worker, cores, load_copies, loaded_copies, loaded_files
 
 R = TypeVar("R")
@@ -60,7 +60,7 @@ class Alone:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Local:
     """Worker processes of this machine. Each is a pool of its own, so that its death breaks no other's work."""
 
@@ -131,7 +131,7 @@ def _refuse_stillborn(pool: ProcessPoolExecutor) -> None:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Cluster:
     """The workers of a Dask scheduler that runs already; it shares the work out and gives it again where one dies.
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
@@ -20,6 +19,7 @@ from camgeom.design.engine import Engine
 from camgeom.design.requirement import UNBOUNDED, Bound, Requirement
 from camgeom.design.study import Data, Figures, Measure, Row, Value
 from camgeom.errors import CamgeomError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Evaluator(Protocol):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ByBatch:
     """All points at once."""
 
@@ -56,7 +56,7 @@ class ByBatch:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ByModel:
     """One exact model a point, by an engine."""
 
@@ -80,7 +80,7 @@ def figures_of(rows: Sequence[Row], names: Sequence[str]) -> tuple[dict[str, Flo
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Archive:
     """Every point that a search looked at and that exists: shares of the ranges (n, k), and figures (n,) by name.
 
@@ -161,7 +161,7 @@ def _pymoo() -> Any:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Front:
     """The members that pass, and what it took to find them.
 
@@ -223,7 +223,7 @@ def front_of(requirement: Requirement, rows: Sequence[Row], count: int) -> Front
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Foretelling:
     """An evaluator that foretells beside its figures what checks of the exact model will find.
 

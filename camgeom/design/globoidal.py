@@ -7,19 +7,19 @@ is a profile that has been checked. Where a check still fails the choice behind 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import atan, ceil, degrees, floor, hypot, pi, radians, sin, sqrt, tan
 
 from camgeom.checks import findings
 from camgeom.checks.verdict import Finding
 from camgeom.design import Choice, Design
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.model import Model
 from camgeom.motion import LAWS
 from camgeom.profile import parse
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RollerSize:
     """A stud cam follower: diameter and ring width, mm; dynamic and static ratings, N."""
 
@@ -52,7 +52,7 @@ BORES = (12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 80, 90, 100, 110, 1
 """mm, usual shaft diameters"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class TrackMaterial:
     """A cam material for a load class: up to a contact pressure (MPa), with a hardness (HRC)."""
 
@@ -88,7 +88,7 @@ SEAT = 2.0
 """mm between the turret's body and the blank (T/WLJC 15-2018: 1 to 5 mm)"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Wanted:
     """What the drive has to do: angles deg, lengths mm, speed r/min, inertia kg m², torque N m, life h, pressure MPa.
 
@@ -133,7 +133,7 @@ class Wanted:
         return found
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Candidate:
     """Numbers of one trial; mm."""
 

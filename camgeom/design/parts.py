@@ -11,7 +11,6 @@ import json
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, final
@@ -20,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import CamgeomError, Problem, ProfileError
+from camgeom.immutable import immutable
 
 MANIFEST = "run.json"
 GROUP = 65_536
@@ -32,7 +32,7 @@ Column = Sequence[Any] | npt.NDArray[np.generic]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Parts:
     """The rows of one run on their way into a Parquet file.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import atan2, ceil, degrees, hypot, inf, pi, radians, sqrt, tan
 from typing import final
 
@@ -19,6 +18,7 @@ from camgeom.cams.disc import Disc
 from camgeom.checks import findings, judge
 from camgeom.design import Choice, Design, light_checks
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum, bracketed_root, piece_grid, refined_maximum
 from camgeom.model import Model
@@ -74,7 +74,7 @@ def smallest_flat_base(program: Program, radius: float = 0.0) -> float:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Wanted:
     """Limits that a cam must keep; None: not asked for.
 
@@ -197,7 +197,7 @@ def tool_path(outline: Outline, radius: float) -> Outline:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Balance:
     """A disc as a rotor: area mm², mass kg, centroid mm, polar inertia about the shaft kg m², unbalance and correction.
 

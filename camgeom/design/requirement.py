@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
@@ -15,6 +14,7 @@ from camgeom.checks.verdict import ENDLESS_H
 from camgeom.design.sampling import Tie
 from camgeom.design.study import Axis, Data, Measure, Row, Study, Value, axis
 from camgeom.errors import Problem, ProfileError, did_you_mean
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 ALIASES = {"size": "blank.volume_mm3"}
@@ -41,7 +41,7 @@ CHECKED = {
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Free:
     """A key that the search may set: any value of a range, or one of a list.
 
@@ -87,7 +87,7 @@ def free(text: str) -> Free:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Aim:
     """A figure to be made small (sign +1) or large (-1)."""
 
@@ -101,7 +101,7 @@ class Aim:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bound:
     """A figure that stays on one side of a value: sign +1 below it, -1 above it.
 
@@ -121,7 +121,7 @@ class Bound:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Requirement:
     """What is sought: a profile's data with free keys and keys tied to them, aims, and bounds beside its own limits."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, final
 
@@ -17,6 +16,7 @@ import numpy.typing as npt
 
 from camgeom.design.study import Axis, Data, Value, axis
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.mechanics.applied import Expression, compile_expression
 
@@ -30,7 +30,7 @@ Column = list[Value] | Floats
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Tie:
     """A key that follows others: KEY=EXPRESSION over numbers and keys of the profile, in plain arithmetic."""
 
@@ -84,7 +84,7 @@ def tie(text: str) -> Tie:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Plan:
     """The variants of a study: axes, how they are combined, and ties.
 

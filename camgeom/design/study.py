@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -20,6 +20,7 @@ import numpy as np
 
 from camgeom.design.engine import Cutter, Engine
 from camgeom.errors import CamgeomError, DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.motion.own import loaded_copies
 from camgeom.profile import text as text_module
 from camgeom.profile.text import MAX_TABLE_BYTES, beside
@@ -43,7 +44,7 @@ Measure = Callable[["Model"], tuple[Figures, str, str]]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Axis:
     """A profile key and the values it takes; `path` leads to it through tables and arrays.
 
@@ -57,7 +58,7 @@ class Axis:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Row:
     """One variant: the values of the axes, what was measured, and its verdict with the reason.
 
@@ -135,7 +136,7 @@ def replaced(data: Any, path: Sequence[str | int], value: Value, key: str) -> An
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Study:
     """A profile's data (as `profile_text.load` gives it), the axes, and what is measured of each variant.
 

@@ -12,6 +12,7 @@ from typing import Literal, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 Anchor = Literal["start", "middle", "end"]
@@ -117,7 +118,7 @@ Shape = Painted | Picture | Window | Cursor
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Pen:
     """How shapes become SVG: the attributes that paint one, steps of a coordinate per unit, and the size of text that
     goes without saying."""

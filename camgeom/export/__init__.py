@@ -7,7 +7,6 @@ and the bodies (or what `takes` says), writes through `atomic_write` and returns
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +14,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from camgeom.errors import ExportError, did_you_mean
+from camgeom.immutable import immutable
 from camgeom.maths.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Colour = tuple[float, float, float]
 _Function = TypeVar("_Function", bound=Callable[..., int])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Body:
     """One named solid of a file: its mesh in mm in the cam frame, and a colour (sRGB, 0 to 1) or None."""
 
@@ -35,7 +35,7 @@ class Body:
     colour: Colour | None = None
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Format:
     """One way to write a file.
 

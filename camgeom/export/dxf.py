@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from io import StringIO
 from math import asin, ceil, degrees, floor, sqrt
 from pathlib import Path
@@ -25,6 +25,7 @@ import numpy as np
 from camgeom.errors import CamgeomError, ExportError, not_installed
 from camgeom.export import writer
 from camgeom.export.files import atomic_write, moment
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve, Polyline, Role, Spline, chords, fitted
 from camgeom.solid.blank import Bore
@@ -114,7 +115,7 @@ def _dated(text: str) -> str:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Drawn:
     """A view with its curves made: name, layer prefix, spline and polyline of each."""
 
@@ -207,7 +208,7 @@ def _draw(document: Any, space: Any, one: _Drawn, origin: Floats, height: float)
 Layer = Literal["blank", "bore", "centre", "turret", "rollers", "mark", "frame", "hidden"]
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Disc:
     """A full circle: layer, centre and radius, mm."""
 
@@ -216,7 +217,7 @@ class Disc:
     radius: float
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Stroke:
     """Straight lines and arcs through points; bulges are tan(quarter of the arc's angle) from each point on."""
 
@@ -226,7 +227,7 @@ class Stroke:
     closed: bool = False
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Label:
     """Words at a place, mm."""
 
@@ -234,7 +235,7 @@ class Label:
     text: str
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PlaneView:
     """One flat view; `notes` say what it shows and where its origin is."""
 

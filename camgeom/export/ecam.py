@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +28,7 @@ import numpy as np
 from camgeom.errors import CamgeomError, ExportError, NotConverged
 from camgeom.export import writer
 from camgeom.export.files import atomic_write, moment, write_csv
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.panels import TURN
@@ -49,7 +49,7 @@ EVEN = 1e-9
 """share of the largest value below which both sides of a knot count as the same"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MasterTable:
     """Rows of an electronic cam.
 
@@ -94,7 +94,7 @@ ORDERS: dict[Interpolation, int] = {straight: 2, quintic: 4}
 """With which power of the step the error falls (a quintic's where the acceleration jumps; smooth, the sixth)."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Axis:
     """What one follower does over the cam's angle.
 

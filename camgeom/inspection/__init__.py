@@ -8,7 +8,7 @@ is searched over the whole turn.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees
 from typing import TYPE_CHECKING, Any, Literal, final
 
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.inspection.feet import ROUGH_ROUNDS as FEW
 from camgeom.inspection.feet import ROUNDS as ENOUGH
 from camgeom.inspection.feet import Feet, Target
@@ -56,7 +57,7 @@ EDGE = 1e-3
 MOST_BEYOND = 0.25
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Deviation:
     """Form deviation of a set of points, mm: largest, smallest, root mean square, and where the worst lies.
 
@@ -88,7 +89,7 @@ class Deviation:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Inspection:
     """A fitted measurement.
 
@@ -210,7 +211,7 @@ def _allowed(points: MeasuredPoints, names: tuple[str, ...]) -> npt.NDArray[np.b
     return np.array([[not name or name == other for other in names] for name in points.flank])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Placement:
     """A place of the points in the cam frame and what it gives."""
 
@@ -236,7 +237,7 @@ class _Placement:
         return self.beyond > MOST_BEYOND or not self.rms <= GROSS
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Registration:
     """Points (3, n) of a probe of `radius` to be brought onto the target by the free motions."""
 

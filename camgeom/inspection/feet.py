@@ -5,12 +5,12 @@ Seeds come from a tree of sampled points (scipy), feet by Newton steps on both p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.model.surfaces import FlankSurface
 from camgeom.track import TURN
@@ -30,7 +30,7 @@ SETTLED = 1e-12
 """share of the parameters' ranges below which a step ends the iteration"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Feet:
     """Feet of points (n,): flank number, parameters, foot x and outward normal n (3, n), signed distance (n,) in mm.
 
@@ -46,7 +46,7 @@ class Feet:
     beside: Floats
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Target:
     """The flanks to measure against, with the seeds of the search."""
 

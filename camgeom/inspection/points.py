@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.reading import lines_of, read_bytes
 
@@ -28,7 +28,7 @@ POLAR = (
 FLANK = {"flank", "curve", "surface"}
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MeasuredPoints:
     """Points (3, n) in mm in the frame of the measuring machine; planar: no height was given, so z is 0.
 

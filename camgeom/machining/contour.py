@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.machining.path import Positions
 from camgeom.machining.plan import SHARE
 from camgeom.machining.spec import LEAST
@@ -29,7 +30,7 @@ BESIDE = 1e-9
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Corners:
     """Corners of an outline, where a tool rolls round a point: each takes a stretch of the path's parameter.
 
@@ -89,7 +90,7 @@ class Corners:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class ContourPath:
     """A tool with its axis along Z round an outline.
 

@@ -8,13 +8,14 @@ to the machine, whose origin is the cam's; with a pivot length, those of the swi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees
 from typing import Literal, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.machining.path import Positions
 from camgeom.maths import Floats
 
@@ -37,7 +38,7 @@ Way = Literal["axis", "polar", "plain", "helix"]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Machine:
     """The axes of a machine.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, inf
 from typing import Any, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, roller_at, wall_ends
 from camgeom.machining.plan import Machining, seconds
@@ -23,7 +24,7 @@ ROWS_LOOKED_AT = 3
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Outcome:
     """The tool's work on a cam; `inside` tells the blank from the air (indexing cams)."""
 

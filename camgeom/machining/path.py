@@ -8,11 +8,12 @@ the roller's own body: it can cut nothing that the roller does not sweep. A whee
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.machining.spec import AxisRule, WayOfPath
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
@@ -22,7 +23,7 @@ from camgeom.track.flank import Flank
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Positions:
     """Positions of a tool at cam angles phi (n,), rad.
 
@@ -205,7 +206,7 @@ polynomial: the rest between and beyond them is then the smallest)"""
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class CentrePath(AlongTrack):
     """The roller's own path: the tool's axis is the roller's."""
 
@@ -243,7 +244,7 @@ class CentrePath(AlongTrack):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FlankPath(AlongTrack):
     """A tool smaller than the roller beside one flank.
 
@@ -334,7 +335,7 @@ class FlankPath(AlongTrack):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SidePath(AlongTrack):
     """A wheel whose plane side lies on one flank: its end is that side, its axis the flank's normal.
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Literal, final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import Positions, SidePath, ToolPath, climbs
 from camgeom.machining.rows import RowPath, Rows
@@ -26,7 +27,7 @@ SHARE = 0.5
 """of the room beside the flank: an arc of that radius stays within the roller's body"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Move:
     """Positions reached one after another.
 
@@ -102,7 +103,7 @@ TRANSFER = np.radians(5.0)
 """rotation between the positions of a rapid way from one pass to the next"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Chords:
     """What is interpolated, and what counts.
 
@@ -130,7 +131,7 @@ class Chords:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pass:
     """One pass, from where the tool is free to where it is free again.
 
@@ -155,7 +156,7 @@ class Pass:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Machining:
     """The passes over all flanks of a cam.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.machine import Machine
 from camgeom.machining.path import CentrePath, Positions, ToolPath
@@ -21,7 +22,7 @@ from camgeom.track.pocket import PocketOutline
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PlatePath:
     """A pass over a plate, told by the angle of its drive at which the roller stands where the tool cuts.
 

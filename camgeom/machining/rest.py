@@ -8,7 +8,6 @@ interpolated: the tool's positions are exact at every cam angle, and the least d
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import degrees, inf
 from typing import Any, final
@@ -16,6 +15,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.machining.path import ToolPath
 from camgeom.machining.rows import RowPath
 from camgeom.machining.tool import Tool
@@ -41,7 +41,7 @@ NOISE = 1e-11
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RestField:
     """Stock that a tool leaves on one flank of a track, at cam angles phi (n,) and heights delta along the roller (m,).
 
@@ -136,7 +136,7 @@ class RestField:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RestExtreme:
     """A largest or smallest rest, mm, with its cam angle (rad), height along the roller (mm) and flank."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.machining.path import AlongTrack, Positions, flank_name, roller_at, travel_of, up_of, wall_ends
 from camgeom.maths import Floats
 from camgeom.maths.surface import dot
@@ -23,7 +23,7 @@ WIDENINGS = 8
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RowPath(AlongTrack):
     """A ball that touches one flank along one line of it: the row at the meridian parameter t.
 
@@ -68,7 +68,7 @@ class RowPath(AlongTrack):
         return Positions(phi, centre - self.radius * axis, axis, x[None], n[None], travel, axis)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rows:
     """The rows of one flank.
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan, inf, pi
 from typing import Any, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.machining.spec import CutterSpec
 from camgeom.maths import Floats
 from camgeom.track import Meridian, Straight, Track
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Tool:
     """A tool. `s` is measured along its axis from its end towards the spindle, mm.
 

@@ -7,12 +7,12 @@ jumps, C2 between knots, and has a corner exactly where the curve has one. scipy
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.sampling import even_steps, subdivided
 
@@ -32,7 +32,7 @@ SHARES = np.array([0.25, 0.5, 0.75])
 """where in an interval the error is measured"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PlaneCurve:
     """A plane curve over a parameter: at(phi (n,)) -> points (2, n) in mm and their derivatives (2, n).
 
@@ -51,7 +51,7 @@ class PlaneCurve:
         return [(a + HAIR * (b - a), b - HAIR * (b - a)) for a, b in zip(self.knots[:-1], self.knots[1:])]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Spline:
     """A clamped cubic B-spline: control points (n, 2), knots (n + 4,), largest measured distance to the curve."""
 
@@ -66,7 +66,7 @@ class Spline:
         return np.asarray(BSpline(self.knots, self.control, 3)(u))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Polyline:
     """Points (n, 2) of the curve itself and the largest measured distance of the curve from its chords, mm."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 FAN = 17
@@ -28,7 +28,7 @@ MET = 8e-15
 """the same of a value that parabolas extrapolate"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Extreme:
     """The largest (or least) value of a quantity, and where.
 

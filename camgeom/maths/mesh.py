@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import not_installed
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
@@ -20,7 +21,7 @@ Labels = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Mesh:
     """Triangles with outward orientation (counter-clockwise seen from outside).
 

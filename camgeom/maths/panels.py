@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -96,7 +96,7 @@ def evaluate(coefficients: Floats, x: Floats) -> Floats:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Panels:
     """A division of a range of cam angle, rad, into panels on which every quantity of interest is smooth.
 

@@ -12,7 +12,6 @@ column c stands at theta[c mod N] + 2 pi (c div N), with N intervals a round.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import floor, pi
 from typing import Protocol
 
@@ -20,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
@@ -51,7 +51,7 @@ EVEN = 0.98
 ROUNDS = 16
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cells:
     """Second-order sags of the cells of a grid, mm, each (n, k): along phi, mixed, and across (signed, along n)."""
 
@@ -137,7 +137,7 @@ def measure(start: Floats, stop: Floats, middle: Floats) -> Cells:
     return Cells(a, b, c)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Grid:
     """A finished structured grid: phi (n + 1,), points (3, n + 1, k + 1), cells per band, diagonals, chord error mm."""
 
@@ -169,7 +169,7 @@ def columns_over(theta: Floats, low: float, high: float) -> tuple[int, int]:
     return first * n + min(start, n - 1), last * n + stop
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Strip:
     """Points of one strip at consecutive columns.
 
@@ -212,7 +212,7 @@ class Surface(Protocol):
         """Of each strip the sags behind the chosen columns (q,), each (q, k); zero where cells do not count."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Single:
     """One section from end to end: a surface of a single strip."""
 
@@ -227,7 +227,7 @@ class _Single:
         return [measure(*strips[0].sides(at), middle)]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sampled:
     """A surface meshed at knots theta; of each strip the `chosen` cells along the round are measured.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -20,7 +20,7 @@ def clamped(inner: Floats, degree: int) -> Floats:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Basis:
     """B-spline basis functions on a clamped knot vector (first and last knot `degree + 1` times)."""
 

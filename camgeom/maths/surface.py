@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -24,7 +23,7 @@ def cross(a: Floats, b: Floats) -> Floats:
     return out
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Forms:
     """First form E, F, G and second form L, M, N of a surface with unit normal n (second form -dn.dx)."""
 

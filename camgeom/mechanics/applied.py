@@ -13,13 +13,13 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.track import TURN
 
@@ -37,7 +37,7 @@ def check_table(angles: list[float]) -> None:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Applied:
     """A force, N (N mm on a rotating follower), on a closed range of cam angle; zero elsewhere.
 
@@ -189,7 +189,7 @@ class _Refused(Exception):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Expression:
     """A function of the cam angle and the follower's motion; call it with arrays. Made by `compile_expression`."""
 

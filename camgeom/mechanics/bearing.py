@@ -5,12 +5,13 @@ Units N, mm, MPa, N mm, rad, s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, highest
@@ -24,7 +25,7 @@ MILLION = 1e6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class BearingLife:
     """Rated life of a roller bearing over a load spectrum; each field (...).
 
@@ -140,7 +141,7 @@ def borne_load(bearing: BearingLife, rating: Rating, life_h: float) -> float | N
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RoundStress:
     """Stresses in a round section, MPa: bending, and shear (the mean in a stud, that of torsion in a shaft)."""
 

@@ -8,13 +8,13 @@ angle: there the last axis m is that of the slices. Units N, mm, MPa.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import Panels, highest
@@ -27,7 +27,7 @@ STEPS = 200
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Stiffness:
     """Of a contact along its normal, N/mm: tangent for small vibration, secant from no load."""
 
@@ -36,7 +36,7 @@ class Stiffness:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Contact:
     """Contact of one roller with its two walls over one turn.
 
@@ -69,7 +69,7 @@ class Contact:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Peak:
     """Largest peak pressure, MPa, its cam angle, rad, and its wall (1 behind, -1 ahead); each (...)."""
 
@@ -110,7 +110,7 @@ def _free(margin: Floats, loaded: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SliceLoads:
     """Load along the roller: line_load N/mm and pressure MPa (..., m); approach mm and mean station mm (...).
 

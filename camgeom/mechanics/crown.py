@@ -5,12 +5,12 @@ Units N, mm, MPa, rad; arrays on the panels (p, n) of the roller's force.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sin
 from typing import final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.contact import Contact
@@ -25,7 +25,7 @@ NEXT_TO_NONE = 1e-6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Crown:
     """The crown of a roller: radius of its meridian, mm; tilt of its axis against the flank, rad, see `Ends`."""
 

@@ -8,13 +8,13 @@ which it becomes plain data.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from math import degrees, inf, isfinite, pi
 from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.panels import Panels, highest
@@ -143,7 +143,7 @@ class Duty(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Meeting:
     """A contact on a wall of the cam that several contacts pass.
 

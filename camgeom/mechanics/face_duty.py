@@ -5,12 +5,13 @@ A force-closed cam only pushes (see `kept`); a form-closed cam has a second touc
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, isfinite, pi
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
@@ -39,7 +40,7 @@ FINE = 7200
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FaceDuty:
     """A planar cam under load over one turn: its touches, what acts on the follower, and the two materials."""
 

@@ -12,12 +12,12 @@ Units mm, N, MPa, s; viscosity MPa s.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.mechanics.lubricant import Lubricant
@@ -34,7 +34,7 @@ GIGA = 1e-3
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Oil:
     """A lubricant between two surfaces: viscosity eta0 at the inlet, MPa s, pressure-viscosity coefficient alpha,
     1/MPa, and the roughness of both together, sqrt(Rq1² + Rq2²), mm."""
@@ -55,7 +55,7 @@ class Oil:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Film:
     """The film over a turn where something bears: cam angles (n,), rad, increasing, and ratio lambda (n,), 1.
 

@@ -10,7 +10,7 @@ Fredriksson, doi 10.1115/1.3261081): **approximate**, since a quarter-space asks
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from math import inf, pi, sqrt
 from typing import final
@@ -18,6 +18,7 @@ from typing import final
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property, frozen
 from camgeom.mechanics import hertz
@@ -41,7 +42,7 @@ KNOWN = 512
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Profile:
     """Drop of a roller along its axis, mm; y = 0 is the crest of its crown.
 
@@ -101,7 +102,7 @@ class Profile:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bodies:
     """Two bodies about to touch: relative curvature across, 1/mm; profile along; tilt, rad; twist, rad.
 
@@ -147,7 +148,7 @@ class Bodies:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Patch:
     """Pressure, MPa, (nx, ny), of cells about x (nx,) and y (ny,), mm, of even width across; along (ny,), mm.
 

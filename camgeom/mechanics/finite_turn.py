@@ -7,13 +7,14 @@ per cent. Ends, tilt and twist are those of the wall's hardest cam angle. Units 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, inf, log
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -46,7 +47,7 @@ SMALL = 0.02
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FiniteTurn:
     """Contact of one roller over one turn with either wall.
 

@@ -14,12 +14,13 @@ Units N, mm, MPa, rad.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -35,7 +36,7 @@ LEAST = 0.1
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Wall:
     """What presses one wall, (n, k, m) each.
 
@@ -93,7 +94,7 @@ class Wall:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FiniteTurret:
     """Contact of all rollers over one turn with both walls.
 

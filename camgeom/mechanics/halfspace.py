@@ -12,13 +12,13 @@ by the spectrum of the surface.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi
 from typing import Protocol, final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 TOLERANCE = 1e-7
@@ -132,7 +132,7 @@ class Strips:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pressed:
     """Pressure of every cell, MPa, (nx, ny), approach, mm, and steps taken."""
 

@@ -8,13 +8,13 @@ Source of the formulas: K. L. Johnson, Contact Mechanics, 1985, chapters 3 to 5.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.extremum import bracketed_root
 from camgeom.mechanics.material import Material
@@ -86,7 +86,7 @@ def flexibility(near: Floats, far: Floats, roller: ArrayLike, cam: ArrayLike, po
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PointContact:
     """Elliptic contact: peak pressure MPa, semi-axes mm (long, short), elastic approach mm."""
 
@@ -117,7 +117,7 @@ def point_contact(load: ArrayLike, least_curvature: ArrayLike, most_curvature: A
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class CrownedContact:
     """A crowned roller on a straight flank: pressure at the crown's top MPa; semi-axes mm along and around the roller.
 
@@ -173,7 +173,7 @@ def _grown(first: Floats, second: Floats) -> Floats:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Beneath:
     """What lies below a contact's middle: half_width mm; largest shear, MPa, at shear_depth mm."""
 

@@ -5,13 +5,14 @@ Where the follower would have to be pulled the contact is lost, and from there o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, inf, isfinite, pi
 from typing import Any, final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -22,7 +23,7 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force
 ROUNDS = 60
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Lost:
     """A range of cam angle (rad, end may pass the turn) without contact, with the largest missing force N and where."""
 
@@ -40,7 +41,7 @@ def zeroed(load: Load) -> FollowerForce:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Kept:
     """One contact that pushes a follower towards larger lift, under load over one turn.
 

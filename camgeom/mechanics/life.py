@@ -17,13 +17,14 @@ estimate, the life at the mean damage (`spread_life_h`) what all points sharing 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct, gauss_rule
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -54,7 +55,7 @@ MAX_CONTACTS = 4000
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerLife:
     """Fatigue of a roller's circumference; every field has the shape of the variants (...).
 
@@ -73,7 +74,7 @@ class RollerLife:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class CamLife:
     """Fatigue of the cam's walls: life in hours, damage of one turn, cam angle (rad) and wall (1 behind, -1 ahead)."""
 
@@ -171,7 +172,7 @@ def damage_profile(contact: Contact, material: Material, roller_radius: float, t
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rolling:
     """A roller rolling along its two walls: which point of it meets which wall, where, and with what damage.
 
@@ -326,7 +327,7 @@ def _images(rolling: Rolling, chunk: Ints) -> Floats:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Brackets:
     """Ranges of roller angle, rad, that may hold the maximum, and the smooth ranges they lie in; (T,) each."""
 
@@ -408,7 +409,7 @@ def _refined(rolling: Rolling, within: _Brackets) -> tuple[Floats, Floats]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Ends:
     """Both ends of every bracket: roller angle, damage and its derivative, (T,) each."""
 

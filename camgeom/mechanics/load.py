@@ -8,13 +8,13 @@ lift) carries it. Arrays are (..., p, n) on panels: leading axes are variants.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import TURN, Panels, panels, resolved, roots
@@ -46,7 +46,7 @@ class Motion(Protocol):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class SiLoad:
     """A load without variants in SI: mass kg (inertia kg m²), forces N (N m), rate N/m (N m/rad)."""
 
@@ -58,7 +58,7 @@ class SiLoad:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Demand:
     """What a follower asks of its cam where its motion is known: the sum of `Load`, in numbers that broadcast with it.
 
@@ -91,7 +91,7 @@ class Demand:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Load:
     """Everything that acts on a follower over a turn; `sampled` gives the force (N) or torque (N mm) it needs.
 
@@ -201,7 +201,7 @@ class Load:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FollowerForce:
     """Motion and force on panels: lift (mm or rad) and derivatives (p, n), direction (p, 1), force (..., p, n).
 
@@ -289,7 +289,7 @@ def guided_force(force: Floats, cos_alpha: ArrayLike, guide_friction: float, sid
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Reversal:
     """A change of the loaded wall: cam angles (rad) where one wall is left and the other taken, +1 behind, -1 ahead.
 

@@ -7,12 +7,12 @@ MPa.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi, sin, sqrt
 from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, model_validator
 
+from camgeom.immutable import immutable
 from camgeom.keys import Gap, Length, Section
 
 Size = Literal[
@@ -103,7 +103,7 @@ JOINT = ("bolt_grade", "joint_friction", "thread_friction", "tightening_factor",
 """keys of the bolts beside those that make them"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bolts:
     """Bolts of one size on a circle.
 

@@ -6,12 +6,13 @@ Units N, mm, MPa, rad; arrays on the panels (p, n) of `force`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -30,7 +31,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Walls:
     """The flank on panels (p, n) at one station: relative curvature of both walls, lever and path rolled.
 
@@ -50,7 +51,7 @@ class Walls:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pressing:
     """A roller on the walls of its track; the fields are those of `RollerDuty`, pair the compliance of both, 1/MPa."""
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cycles:
     """Counted cycles: range and mean in the unit of the history, and count, 1 or 0.5 (what was not closed); (n,) each.
     """

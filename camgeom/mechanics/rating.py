@@ -5,12 +5,12 @@ Units N, mm, mm²/s; speeds r/min.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 RELIABILITY = {90: 1.0, 95: 0.64, 96: 0.55, 97: 0.47, 98: 0.37, 99: 0.25}
@@ -26,7 +26,7 @@ POWERS = (0.054381, 0.19087, 0.071739)
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Kind:
     """Constants of a_ISO of a radial bearing (ISO 281:2007, equations 31 to 36) and its load exponent."""
 
@@ -44,7 +44,7 @@ KINDS = {"roller": ROLLER, "ball": BALL}
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Lubrication:
     """What a_ISO takes: fatigue load limit C_u N, contamination factor e_C, pitch diameter D_pw mm, and viscosity nu,
     mm²/s, at the running temperature."""
@@ -56,7 +56,7 @@ class Lubrication:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Rating:
     """What is known of a roller's bearing: C and C0 N, its kind, a1, the static load its ring bears, its lubrication.
 

@@ -7,12 +7,13 @@ smooth, so peaks, reversals and the hot spot are found to rounding, not to a sam
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, inf, sin, tan
 from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -57,7 +58,7 @@ WITHIN = 41
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerDuty:
     """One roller under load over one turn.
 

@@ -6,12 +6,12 @@ slide of mass m ask m a besides, which is largest where the plate turns round an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import degrees
 from typing import Any, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -26,7 +26,7 @@ WATT = 1e-3
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SlideDrive:
     """The drive of a plate under a roller's duty.
 

@@ -20,13 +20,14 @@ Units N, mm, MPa, rad.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, Self, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.mechanics.hertz import line_flexibility, line_half_width
 from camgeom.mechanics.material import Material, pair_compliance
@@ -40,7 +41,7 @@ SETTLED = 1e-12
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Held:
     """A loaded turret: line load (n, e) in N/mm and angle psi (n,) in rad by which the turret yields."""
 
@@ -49,7 +50,7 @@ class Held:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Slices:
     """The slices that may press at cam angles (n,), e = walls x rollers x slices; see `Engagement`.
 

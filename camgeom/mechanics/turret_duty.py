@@ -7,7 +7,7 @@ rad, s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, inf, tan
 from typing import TYPE_CHECKING, Any, Literal, final
 
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -75,7 +76,7 @@ and a tenth of the load lowers it by about a sixth"""
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class TurretDuty:
     """The turret under load over one cam turn.
 

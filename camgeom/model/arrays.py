@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from camgeom.errors import CamgeomError, DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import frozen
 from camgeom.track import TURN, Track
@@ -21,7 +21,7 @@ PER_TURN = 721
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Motion:
     """The follower's motion at cam angles theta (n,), rad.
 

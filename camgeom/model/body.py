@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 from weakref import ref
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths.frozen import frozen
 from camgeom.model.facts import Ledger, Sealed, fact
 from camgeom.profile import Profile
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from camgeom.solid.mechanism import Mechanism
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class MassProperties:
     """Volume mm³, mass kg, centroid mm and inertia tensor about it, kg m² (uniform density)."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
 
+from camgeom.immutable import immutable
 from camgeom.maths.extremum import Extreme
 from camgeom.mechanics.output_shaft import Bolts, OutputShaft, bolts_of, equivalent_stress
 from camgeom.track import Swing
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from camgeom.model import Model
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Output:
     """What the drive asks of output shaft and bolts, the hardest of rigid, vibrating and starting from rest.
 

@@ -7,13 +7,13 @@ point out of the material. Flanks are those the tool leaves: running clearances 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.surface import Forms, dot
 from camgeom.solid.prism import GroovedPlate, Prism
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Mask = npt.NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Patch:
     """A flank at parameters (n,): points x, outward unit normals n, derivatives by phi and t, (3, n).
 
@@ -48,7 +48,7 @@ class Patch:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class RolledFlank:
     """The flank that a roller or cutter leaves on one of its sides; stations over the stretch the roller touches."""
 
@@ -101,7 +101,7 @@ class RolledFlank:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PrismFlank:
     """The wall of a planar cam: its outline between two heights; material +1 inside the outline, -1 outside."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from math import inf
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
@@ -27,7 +27,7 @@ PER_TURN = 1440
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Shaft:
     """The torque of a camshaft.
 

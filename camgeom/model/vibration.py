@@ -7,13 +7,14 @@ whole [operation]: Coulomb friction has the sign of the ideal motion, applied fo
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, Protocol, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, among
 from camgeom.maths.extremum import Extreme, hardest
 from camgeom.maths.frozen import cached_property
@@ -47,7 +48,7 @@ INSIDE = 1e-12
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Resistance:
     """What acts on a follower against larger lift beside inertia and spring, along its ideal motion; N (N m)."""
 
@@ -98,7 +99,7 @@ class Resistance:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Broken:
     """A motion with further knots, where a force on the follower jumps."""
 

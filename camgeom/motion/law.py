@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError, did_you_mean
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.table import JUMP_TOLERANCE, Piece, Side, Table
@@ -26,7 +27,7 @@ ORDER_LIMIT = 9
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Claims:
     """Characteristic values of a law for unit lift over unit travel, all dimensionless.
 
@@ -54,7 +55,7 @@ class Claims:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Law:
     """A motion law on 0 <= x <= 1 with s(0) = 0 and s(1) = 1, dimensionless, as contiguous pieces.
 
@@ -191,7 +192,7 @@ __all__ = [
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Ends:
     """What a joining law takes over from its neighbours: the lift and the derivatives per unit travel at both ends.
 
@@ -215,7 +216,7 @@ class Ends:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Parameter:
     """One parameter of a law: default, allowed range (inclusive), meaning, and the kind of value it takes."""
 
@@ -257,7 +258,7 @@ Factory = Callable[..., Sequence[Piece]]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class LawEntry:
     """A catalogue entry: how a law is called, what it takes, where it comes from, what it claims, how it is built."""
 

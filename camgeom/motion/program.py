@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, ORDER_LIMIT, Ends, lowest_jump, unknown_law
@@ -45,7 +46,7 @@ class Continuity(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Program:
     """The follower's motion over the cam angle, periodic; lift in mm or rad, angles in rad.
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
+from camgeom.immutable import immutable
 from camgeom.motion.law import ParamValue, freeze
 
 TURN = 2.0 * math.pi
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Segment:
     """One segment of a program: where it ends (cam angle, rad) and the position it reaches there (mm or rad).
 

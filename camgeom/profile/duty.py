@@ -8,13 +8,13 @@ load becomes a spectrum by rainflow counting (ASTM E1049): each class of its cou
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import isclose
 from typing import TYPE_CHECKING, Annotated, Self, final
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.keys import Section
 from camgeom.mechanics.lubricant import Celsius
 from camgeom.profile.sections import Force
@@ -75,7 +75,7 @@ class OperatingState(Section):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RunningState:
     """A state as it is computed: its profile without [[duty]], and its weight in the damage of an hour of running.
 

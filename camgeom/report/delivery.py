@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from camgeom.errors import CamgeomError, DesignError, ExportError, unmade
+from camgeom.immutable import immutable
 from camgeom.report.products import Product, Products
 from camgeom.report.result import Result, compute, explain
 
@@ -25,7 +25,7 @@ RESERVE = 1 << 26
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Order:
     """What a command was asked for.
 
@@ -66,7 +66,7 @@ def deliver(model: Model, order: Order, folder: RunFolder | None, say: Callable[
                     products.unmade(name, unmade(error))
             if "report" in order.products and "report" not in products:
                 products.unmade("report", unmade(error))
-    reserve = b""
+    del reserve
     named = dict.fromkeys(file for one in products for file in one.files)
     result.data["files"] = [str(folder.folder / file) for file in named] if folder else []
     result.data.update(model.ledger.notes)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ import numpy.typing as npt
 
 from camgeom.errors import ExportError
 from camgeom.export.files import atomic_write
+from camgeom.immutable import immutable
 from camgeom.maths.frozen import cached_property
 from camgeom.report.painter import stage
 from camgeom.report.pictures import moving_bodies, seen_from
@@ -107,7 +107,7 @@ def write_gif(pictures: list[Pixels], path: Path, seconds: float) -> None:
         flat[0].save(stream, format="gif", save_all=True, append_images=flat[1:], duration=step, loop=0, optimize=True)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Encoder:
     """An ffmpeg program and the codecs it has."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from camgeom.drawing.colours import scale
 from camgeom.drawing.sheet import ticks
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _OVER = 2
 """Drawn this many times larger and scaled down, so that thin lines are smooth."""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ColourBar:
     """The shown field: its label with unit and its range."""
 
@@ -58,7 +58,7 @@ def overlay(
     return picture
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class _Pen:
     """Draws in thousandths of the picture's height, from the top left."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, final
 
 from camgeom.errors import Unmade, unmade
+from camgeom.immutable import immutable
 
 Status = Literal["made", "not applicable", "refused", "failed"]
 RANK: dict[Status, int] = {"made": 0, "not applicable": 1, "refused": 2, "failed": 3}
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Product:
     """One product: a section of the result, a body, a section of the report, a format, a picture.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths.overflow import within_range
 from camgeom.report.data.geometry import blank_data, flank_data, motion_data, solid_data
 from camgeom.report.figures import VERSION
@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Result:
     """What a job found: plain data for result.json, the findings, their verdict, and what became of every product."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from camgeom.drawing.colours import CUT, FLANK, STEEL, scale, value_range
 from camgeom.errors import ExportError
 from camgeom.export import Body
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.creases import crease_lines, shade
 from camgeom.maths.mesh import Ints, Mesh
@@ -41,7 +41,7 @@ _HATCHES = 36
 """Hatch lines over the part's length."""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Plane:
     """A cutting plane through `point` (mm); what lies on the side of `normal` is taken away."""
 
@@ -54,7 +54,7 @@ class Plane:
         return np.asarray((points - np.array(self.point)) @ normal)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Skin:
     """Drawing data of one body.
 
@@ -137,7 +137,7 @@ def _hatch(cap: Any, up: Floats, spacing: float) -> Floats:
     return np.asarray(lines.points[lines.lines.reshape(-1, 3)[:, 1:]], dtype=float)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class View:
     """What a picture shows.
 

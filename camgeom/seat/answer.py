@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from threading import Lock, local
 from time import perf_counter
@@ -22,6 +22,7 @@ from camgeom.drawing.content import Chart, Figure, Series
 from camgeom.drawing.plots import NARROW, WIDE, chart_sheet
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError, ProfileError, unmade, visible
+from camgeom.immutable import immutable
 from camgeom.model import Model
 from camgeom.profile import parse
 from camgeom.profile.editing import edited
@@ -103,7 +104,7 @@ class _Watcher(local):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Asked:
     """A model, the one that is compared with, and the width of plots, px."""
 

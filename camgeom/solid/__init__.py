@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 
@@ -19,7 +19,7 @@ UNION = "union of rollers"
 """how bodies are made, beside the direct mesh and the boolean"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solid:
     """A finished body: its mesh, the guaranteed chord error (mm), how it was made, and the genus it should have."""
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import asin, atan2, ceil, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.builder import Builder, Index, cap
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bore:
     """A round bore with an optional parallel keyway (flat bottom) centred on the +X side.
 
@@ -62,7 +62,7 @@ def chord_step(radius: float, tolerance: float) -> float:
     return 2.0 * float(np.arccos(max(0.0, 1.0 - min(1.0, tolerance / radius)))) if radius > 0.0 else pi
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Blank:
     """A body of revolution: outline points (r, z) from the lower end to the upper end, joined by lines or arcs.
 
@@ -141,7 +141,7 @@ class Blank:
         return builder.mesh()
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Globoid:
     """A globoidal cam's blank: outside an arc about the turret axis, with hubs and bore; -width/2 <= z <= width/2, mm.
 
@@ -203,7 +203,7 @@ class Globoid:
         return 0.5 * pi
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Wall:
     """A wall of the finished body: its name, thickness (mm), the cam angle (rad) where it is thinnest, and advice."""
 

@@ -12,12 +12,12 @@ cusp: so the error stated is measured, the deepest vertex inside the true sweep 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.maths.sampling import Grid, sample
@@ -36,7 +36,7 @@ FACETS = 0.25
 """sag of a roller's facets over what stands between two of its positions, where those are fewer than asked"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class CutBlank(QuickPart):
     """A blank minus the groove bodies of its tracks, by one boolean.
 
@@ -62,7 +62,7 @@ class CutBlank(QuickPart):
         return _subtracted(self.name, self.blank, tools, tolerance, tolerance, self.expected_genus)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class IndexingCut:
     """A blank minus the groove bodies of a turret's rollers, by one boolean.
 
@@ -136,7 +136,7 @@ class IndexingCut:
         return _subtracted(self.name, self.blank, tools, tolerance, own, self.expected_genus)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerUnion(QuickPart):
     """A blank minus the positions of straight rollers that reach from their tip out to `beyond`, mm."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.sampling import Grid, sample
 from camgeom.solid import QuickPart, Solid
@@ -22,7 +22,7 @@ WEB_DEPTHS = 5
 """places between floor and outside at which the material between two passes is measured"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class GroovedCylinder(QuickPart):
     """A cylinder 0 <= z <= length with one closed groove round it."""
 
@@ -82,7 +82,7 @@ class GroovedCylinder(QuickPart):
         refuse_turned(edges, "groove's")
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RibbedCylinder(QuickPart):
     """A drum of `base` radius with a rib of outer `radius` between a lower and an upper roller."""
 
@@ -150,7 +150,7 @@ class RibbedCylinder(QuickPart):
                 )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class EndFaceRing(QuickPart):
     """A ring from radius `inner` to `outer` on a web 0 <= z <= web; a roller on its upper end is the profile."""
 

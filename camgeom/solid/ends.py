@@ -7,11 +7,10 @@ a surface of revolution, the point is known from its direction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -32,7 +31,7 @@ FLAT = 1e-3
 """slope of the height along columns, as a share of that along rows, below which a vertex is moved along its column"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Addresses:
     """Of every vertex (v,): the groove it belongs to (or LAND), its column and its row there."""
 
@@ -70,7 +69,7 @@ class Addresses:
         return Addresses(*(np.concatenate(pair) for pair in pairs))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class EndCut:
     """Grooves and lands with their true surfaces, for being cut off.
 

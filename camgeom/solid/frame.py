@@ -8,12 +8,12 @@ guide bores run along X through the bars beside the window. Everything is plane 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import ceil, cos, pi, tan
 
 import numpy as np
 
 from camgeom.errors import Problem
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import QuickPart, Solid
@@ -25,7 +25,7 @@ ROUND = tan(pi / 8.0)
 """bulge of a quarter of a circle: tan of a quarter of its angle"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Side:
     """One edge of the window's outline from start to stop, (x, y) mm, and the name of its face; bulge as in DXF."""
 
@@ -50,7 +50,7 @@ class Side:
         return np.asarray(centre + np.cos(turn) * way + np.sin(turn) * np.array([-way[1], way[0]]))
 
 
-@dataclass(frozen=True, kw_only=True)
+@immutable(eq=True, kw_only=True)
 class FramePlate(QuickPart):
     """The plate as it stands at zero lift, mm.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.sampling import sample
@@ -23,7 +23,7 @@ DEPTHS = 7
 """places between floor and outside at which lands are measured"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class GroovedDrum(QuickPart):
     """A cylinder 0 <= z <= length with several closed grooves round it, in any order along it."""
 

@@ -8,13 +8,13 @@ rims and a net of their own in between. Beyond the cam's ends a land goes on onl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import asin, ceil, sqrt
 from typing import Protocol
 
 import numpy as np
 
 from camgeom.errors import CamgeomError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.solid.blank import Blank
 from camgeom.solid.builder import Index
@@ -28,7 +28,7 @@ BEYOND = 0.02
 """most that a land goes on beyond the cam's ends, as a share of the cam's length"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class GloboidLevel:
     """Field of the globoid of `radius` about a turret axis at `centre` from the cam axis: positive outside the cam."""
 
@@ -61,7 +61,7 @@ class LandSurface(Protocol):
         """How far the middle of short chords lies off the surface, mm: steps in psi and in w, and w half way."""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class GloboidLand:
     """A globoid: w is the angle (rad) about the turret axis from the line across both axes."""
 
@@ -86,7 +86,7 @@ class GloboidLand:
         return np.asarray(np.abs(radius * w * w - (self.level.centre - radius * cosine) * cosine * psi * psi) / 8.0)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class CylinderLand:
     """A cylinder about Z: w is the height (mm)."""
 
@@ -126,7 +126,7 @@ class NotOneSurface(CamgeomError):
     """The grooves and lands of a cam do not form one simple surface."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rim:
     """A rim of a land: points (n,) at increasing x (rad), w, and their vertex numbers (-1: not yet numbered)."""
 
@@ -148,7 +148,7 @@ class Rim:
         return Rim(np.append(x, x[0] + TURN), np.append(w, w[0]), np.append(number, number[0]))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Land:
     """A land between two rims (None: none before the cam's end) and the cam's ends in w."""
 
@@ -173,7 +173,7 @@ class Land:
         return rims[0], rims[1]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Net:
     """A triangulated land: its new points x, w (v,), faces (f, 3) turning from x to w, and its largest sag, mm."""
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -50,7 +50,7 @@ class Drive(Enum):
     """several rollers of a turret share the load"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Drum:
     """The outside of a drum, which can be rolled out (mm).
 
@@ -71,7 +71,7 @@ class Drum:
         return np.asarray(self.under(x) & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Measure:
     """A dimension of the section through the axis, from (z, x) to (z, x), mm: a length along it, or a diameter."""
 
@@ -89,7 +89,7 @@ class Measure:
         return abs(self.stop[0] - self.start[0]) + abs(self.stop[1] - self.start[1])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Turret:
     """An indexing turret beside its cam.
 
@@ -121,7 +121,7 @@ class Turret:
     dials: tuple[tuple[float, float, float], ...] = ()
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@immutable(kw_only=True)
 class Mechanism(ABC):
     """A cam with what it drives. Facts are attributes, computed when asked, once; lengths in mm, cam frame.
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from camgeom.immutable import immutable
 from camgeom.solid import QuickPart, Solid
 from camgeom.solid.builder import Builder, cap
 from camgeom.solid.prism import Loop, wall
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PocketPlate(QuickPart):
     """A plate 0 <= z <= top over a rim, with a pocket from its upper face down to `floor`."""
 

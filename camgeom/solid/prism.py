@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.solid import QuickPart, Solid
@@ -35,7 +36,7 @@ NEARER = 0.999
 """share of what would just do that is asked for again where a chord's largest sag exceeds the tolerance"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Loop:
     """One closed boundary of a prism: an outline and the name of the faces it makes."""
 
@@ -43,7 +44,7 @@ class Loop:
     name: str
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Prism(QuickPart):
     """A planar cam: a disc between z0 and z1 with an outer outline, further holes, and a bore with keyway."""
 
@@ -67,7 +68,7 @@ class Prism(QuickPart):
         return Solid(self.name, builder.mesh(), max(w.error for w in walls), "direct", len(walls) - 1)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FaceGroove:
     """A groove in a face of a plate at z = `top` as deep as `floor`, between an inner and an outer flank.
 
@@ -136,7 +137,7 @@ class FaceGroove:
         return sample(rows, loop.outline.knots(), tolerance, (4000, 1))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class GroovedPlate(QuickPart):
     """A plate z0..z1 with a groove in its upper face, its lower one or both; its rim is a circle or a profile.
 
@@ -181,7 +182,7 @@ class GroovedPlate(QuickPart):
         return Solid(self.name, builder.mesh(), max(errors), "direct", len(hole))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class LoopWall:
     """A wall over a closed polygon: its plane points (n, 2), counter-clockwise (clockwise round a hole), its lower and
     upper ring of vertices, its chord error, mm, and the plane points of its lower ring."""

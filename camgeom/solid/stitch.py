@@ -8,12 +8,13 @@ carried on beyond the blank's ends, where the finished surface is cut off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import clip, open_loops
@@ -43,7 +44,7 @@ ON_PLANE = 1e-3
 """share of the tolerance within which a vertex beside an end plane is laid on it"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Between:
     """A land, from the groove below it (in w) to the one above, whose columns stand `offset` rounds on.
 
@@ -55,7 +56,7 @@ class Between:
     offset: int
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TurretSurface:
     """Grooves and lands of an indexing cam between two heights, mm; sections in order of their tracks' shift."""
 
@@ -276,7 +277,7 @@ def _groove_solid(
     return Solid(name, builder.mesh(), error, ENDS_CUT, expected_genus)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class OpenSurface:
     """An open surface: points (v, 3), outward faces (f, 3), and the number (f,) of each face's name."""
 

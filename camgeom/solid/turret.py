@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid import Solid
@@ -17,7 +18,7 @@ STUD_SHARE = 0.5
 """stud over roller diameter"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TurretBody:
     """A disc about the turret's axis with evenly spaced rollers.
 
@@ -71,7 +72,7 @@ class TurretBody:
         return Blank(tuple(outline), None, (None,) * (len(outline) - 1), ("roller",) * (len(outline) - 1))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class StackedTurret:
     """Rings of rollers on dials of one turret shaft.
 

@@ -15,13 +15,13 @@ edge: `e_c` = Y, across its travel, `e_s` = -X, the way it goes out, and its axi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import pi
 from typing import Literal, final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.surface import cross, dot
 from camgeom.solid.mechanism import Drive, Mechanism
@@ -35,7 +35,7 @@ Holder = Literal["machine", "cam", "turret", "roller", "wall"]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Pivots:
     """About what tilts turn, mm, machine frame.
 
@@ -53,7 +53,7 @@ class Pivots:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Cause:
     """One kind of error: its key in [tolerance], its unit with that in mm or rad, who has it, what it is.
 

@@ -9,12 +9,12 @@ and an integral along the line of degree 2 m - 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross
@@ -38,7 +38,7 @@ DEAD = 1e-9
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Contacts:
     """Every line of contact of a mechanism at cam angles theta (n,), rad, machine frame, the follower at its program.
 

@@ -10,13 +10,13 @@ A figure is what an error does at a cam angle: a motion, a growth of the pressur
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Self, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.maths.frozen import cached_property
@@ -41,7 +41,7 @@ Figure = Callable[[Floats], Floats]
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Trials:
     """Errors put on, plus and minus, part by part; of each roller or wall in turn where each has its own.
 
@@ -127,7 +127,7 @@ class Trials:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Turned:
     """An error of any direction at cam angles rows (k,), both parts at its size, (2, k, p), mm, and a figure there."""
 

@@ -8,12 +8,12 @@ has no largest pressure.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, tan
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.mechanics.finite_contact import Bodies, Profile, press
 from camgeom.mechanics.material import pair_compliance
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Edge:
     """The hardest pressed roller, tilted: angle, rad, load, N, pressures, MPa, level and tilted, at a cam angle, rad.
 

@@ -11,11 +11,12 @@ than a (c - g) the roller meets the circle before that wall and stands nearer to
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Self, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
@@ -33,7 +34,7 @@ THERE = 1e-9
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Ends:
     """Both ends of a groove, at the start of the stroke and at its end; arrays (2, l, m) as those of `Contacts`.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from typing import TypeVar, final
 
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
@@ -59,7 +60,7 @@ Spreads = Mapping[str, tuple[float, float, Distribution]]
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Column:
     """One random number of a machine: which error, whose (roller, wall; 0 else), which of its parts."""
 
@@ -69,7 +70,7 @@ class Column:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class End:
     """An end of a plate's groove: what a unit of each column does to the stations of its walls, see `Ends`.
 
@@ -94,7 +95,7 @@ class End:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Position:
     """A cam angle at a stop: how the columns bring each station nearer, as deviations of the coordinate.
 
@@ -151,7 +152,7 @@ Zero = tuple[Reals, Reals]
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Drawn:
     """What the machines do, one figure a machine, (s,): mm or rad.
 
@@ -202,7 +203,7 @@ class Drawn:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Machines:
     """A mechanism whose errors scatter.
 

@@ -15,13 +15,14 @@ Arrays: (..., n, q), q stations of all lines; the last two axes are those of `Wa
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.hertz import line_flexibility, line_pressure
@@ -56,7 +57,7 @@ SOFTEN = 6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Stand:
     """Where the follower stands, low .. high, in its coordinate (mm, rad) beyond the program, (..., n).
 
@@ -69,7 +70,7 @@ class Stand:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Walls:
     """The stations of all lines of contact, flattened, and the load on the follower.
 

@@ -10,7 +10,7 @@ the axes alone: all directions are tried where it can.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from typing import final
 
@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, bracketed_maximum, piece_grid
 from camgeom.maths.frozen import cached_property
@@ -45,7 +46,7 @@ OPENED = 1e-6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Loaded:
     """A mechanism with what its contacts need: materials, and the load on its follower over cam angles, or None.
 
@@ -108,7 +109,7 @@ class Loaded:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Packed:
     """Stations that have a wall at each cam angle, (n, p), as many as any angle has; the last ones of others have none.
 
@@ -128,7 +129,7 @@ class Packed:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Seated:
     """Contacts, their walls under the load, and the approaches of every error."""
 
@@ -186,7 +187,7 @@ class Seated:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sensitivity:
     """What one error of a size does alone.
 
@@ -205,7 +206,7 @@ class Sensitivity:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sensitivities:
     """The table of all errors that a mechanism can have."""
 

@@ -11,13 +11,13 @@ Arrays: s machines, o outcomes (two a place), k functions.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from math import pi
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 Singles = npt.NDArray[np.float32]
@@ -37,7 +37,7 @@ def functions(x: Singles) -> Singles:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sums:
     """What a block of machines adds: products of centred functions and outcomes.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import degrees, isfinite
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.mechanism import Drive
@@ -41,7 +41,7 @@ NOTHING = 1e-6
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Widest:
     """The widest tolerances that hold the limits in a share of all machines.
 
@@ -56,7 +56,7 @@ class Widest:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class ToleranceStudy:
     """A mechanism, its loads, and what its profile tolerates; `spec` None: no errors are given."""
 

@@ -21,12 +21,13 @@ Arrays: n cam angles, p packed stations, i errors with one part, j with two, eac
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.solid.mechanism import Drive
@@ -46,7 +47,7 @@ ANSWERS = 2
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Worst:
     """All errors within their sizes at once; mm or rad.
 
@@ -76,7 +77,7 @@ class Worst:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Within:
     """Errors within their sizes at cam angles: mean approaches (n, p), mm, and those of errors at their sizes with one
     part, (n, i, p), and with two, (n, 2, j, p)."""

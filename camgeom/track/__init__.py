@@ -6,13 +6,14 @@ Cam types only produce tracks (and a blank); flanks, checks, solids, contact and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, pi, sqrt, tan
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.screw import constant_jet, seen_from_turning, slide_jet, swing_jet, unit_circle_jet
 from camgeom.motion.program import Program
@@ -24,7 +25,7 @@ Vector = tuple[float, float, float]
 TURN = 2.0 * pi
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Straight:
     """Meridian of a cylinder or cone: radius + slope * (delta - centre). The parameter t is delta, mm."""
 
@@ -50,7 +51,7 @@ class Straight:
         return replace(self, radius=self.radius + gap * sqrt(1.0 + self.slope**2))
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Arc:
     """Meridian of a crowned roller or a sphere: an arc of radius `arc` whose crest (radius) is at `centre`.
 
@@ -83,7 +84,7 @@ class Arc:
 Meridian = Straight | Arc
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Slide:
     """A translating joint: the coordinate (mm) moves the follower along the unit `direction`, machine frame."""
 
@@ -104,7 +105,7 @@ class Slide:
         return np.broadcast_to(e.reshape(3, -1, *([1] * (x.ndim - 2))), x.shape)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Swing:
     """A turning joint: the coordinate (rad) turns the follower about the unit machine-frame `axis` at `centre`."""
 
@@ -134,7 +135,7 @@ class Swing:
 Joint = Slide | Swing
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Relief:
     """A lead-in relief: how far (joint coordinate) a tool turns aside near some cam angles, so that its flank recedes.
 
@@ -167,7 +168,7 @@ class Relief:
         return np.asarray(np.concatenate([ends - self.width, ends, ends + self.width]) % TURN)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pose:
     """Jets of the roller axis in the cam frame: fixed point a and unit direction u, each (order + 1, 3, n).
 
@@ -196,7 +197,7 @@ class Pose:
         return values if self.pace is None else values * self.pace[:, None]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Track:
     """One roller driven round the cam.
 

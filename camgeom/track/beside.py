@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid
 from camgeom.track import Track
@@ -19,7 +18,7 @@ BLOCK = 256
 """places that are measured against a whole outline at once"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Neighbour:
     """A roller and a disc that it passes without touching; heights z in mm.
 

@@ -6,11 +6,12 @@ does stands over the plate's travel, so that both ways run the same groove.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import bracketed_root
 from camgeom.maths.frozen import cached_property
@@ -20,7 +21,7 @@ from camgeom.motion.segment import TURN
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Carriage:
     """A plate on a slide along -X; seen from it the follower goes along +X.
 

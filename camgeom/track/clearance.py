@@ -8,12 +8,13 @@ than the chord error besides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import FAN, ROUNDS, Extreme, bracketed_maximum, narrowed, piece_grid
 from camgeom.maths.mesh import Mesh
@@ -29,7 +30,7 @@ SHORT = 1e-5
 """share of a step of the samples; a secant step as short is the last"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Clearance:
     """Signed distance of a follower (`where`) from the mesh, mm (negative: penetration), with cam angle and point."""
 
@@ -290,7 +291,7 @@ def _turns(track: Track) -> range:
     return range(int(np.floor(track.span[0] / TURN + 1e-9)), int(np.ceil(track.span[1] / TURN - 1e-9)))
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class _Window:
     """Where the roller can be in the machine frame: a sector of azimuth, and a radial and an axial stretch.
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.curves import PlaneCurve
 from camgeom.maths.surface import dot
@@ -14,7 +13,7 @@ from camgeom.track.flank import Flank
 from camgeom.track.section import Column, cylinder_level
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FlankLine:
     """A flank where it meets the cylinder of `radius` mm: x = radius * azimuth (as seen from outside), y = z, mm.
 
@@ -36,7 +35,7 @@ class FlankLine:
         return _unrolled(self.track, phi, x, along, up, self.radius, self.origin)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class AxisLine:
     """Where the roller's axis meets the cylinder of `radius` mm, rolled out as `FlankLine` is."""
 

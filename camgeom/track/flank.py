@@ -15,13 +15,13 @@ Arrays inside are component-major, (3, n, m): n cam angles, m stations along the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import Forms, cross, dot
@@ -34,7 +34,7 @@ TWICE_FOLDED = 1e-6
 """1 - r k / 2 below which, in size, a pitch surface counts as shrunk to a curve and not as folded twice"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Flank:
     """One flank of a track evaluated at cam angles phi (n,) and meridian stations t (m,) or (n, m).
 

@@ -6,12 +6,13 @@ A cam type receives angles already in radians inside the program; sections keep 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
 from typing import Annotated, ClassVar, Literal, Self, final
 
 from pydantic import Field, model_validator
 
+from camgeom.immutable import immutable
 from camgeom.keys import Degrees, Gap, Length, Section, SignedLength
 from camgeom.motion.program import Program
 from camgeom.track import Arc, Meridian, Straight, cone_slope
@@ -26,7 +27,7 @@ RUN_OUT = 0.00035
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Ends:
     """How a roller ends and stands, where that is stated; nothing of it makes a plain line.
 
@@ -424,7 +425,7 @@ class FrameFollower(Follower):
 AnyFollower = TranslatingFollower | SwingingFollower | TurretFollower | FrameFollower
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Setup:
     """What drives a cam: follower, roller (None for flat and knife followers) and the motion round the cam.
 

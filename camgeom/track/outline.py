@@ -7,13 +7,13 @@ the outline is convex.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import acos
 from typing import Protocol
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.frozen import cached_property
@@ -24,7 +24,7 @@ Number = float | Floats
 """one for all, or one each"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Curve:
     """An outline at cam angles phi (n,): points and unit outward normals (2, n), curvature (n,) 1/mm, convex positive.
 
@@ -52,7 +52,7 @@ def _left(v: Floats) -> Floats:
     return np.stack([-v[1], v[0]])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerOutline:
     """The outline that a roller (axis along Z) envelops: its pitch curve moved by `distance` along the normal.
 
@@ -99,7 +99,7 @@ def pitch_curvature(d: Pair, dd: Pair, pace: Floats, sense: float) -> Floats:
     return np.asarray((d[1] * dd[0] - d[0] * dd[1]) * (sense / (pace * pace * pace)))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FaceOutline:
     """The envelope of a flat face: the line n(psi) . x = support, with its normal turning as the cam does.
 
@@ -142,7 +142,7 @@ def swung_face(s: Floats, start: Number, pivot: Number, offset: Number) -> tuple
     return beta, np.stack(support)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FlatFace:
     """A flat face carried by a slide along X (pivot None) or by an arm pivoted at (pivot, 0).
 
@@ -180,7 +180,7 @@ class FlatFace:
         return psi + self.way * beta, h
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class CircleOutline:
     """A circle of the given radius about a centre, counter-clockwise."""
 
@@ -199,7 +199,7 @@ class CircleOutline:
         return Curve(centre + self.radius * n, n, one / self.radius, self.radius * one)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ParallelOutline:
     """The curve at a normal distance (mm, outwards) from an outline: the path of a round tool's centre."""
 
@@ -218,7 +218,7 @@ class ParallelOutline:
         return Curve(at.points + self.distance * at.normals, at.normals, at.curvature / safe, at.speed * growth)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PolygonOutline:
     """A closed polygon (n, 2), counter-clockwise, travelled edge by edge over the turn; flat between its corners."""
 
@@ -239,7 +239,7 @@ class PolygonOutline:
         return Curve(points, normals, np.zeros_like(length), length * len(self.corners) / TURN)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class AreaProperties:
     """Area mm², perimeter mm, centroid mm and second moments about the origin mm⁴ (xx, yy, xy) of an outline."""
 
@@ -249,7 +249,7 @@ class AreaProperties:
     moments: tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Measured:
     """Integrals of an outline by Gauss-Legendre quadrature between its knots."""
 
@@ -283,7 +283,7 @@ class Measured:
 PER_TURN = 1440
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Crossing:
     """A crossing of an outline with itself: both cam angles (rad) and the point, mm."""
 

@@ -10,7 +10,6 @@ method, the return one the foot point of the roller's centre on its pitch curve;
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import radians
 from typing import final
 
@@ -18,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.track import Slide, Swing, Track
 
@@ -31,7 +31,7 @@ FARTHEST = 0.05
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class PairErrors:
     """Deviations of a pair from its drawing: what the assembled follower has more than it should.
 
@@ -50,7 +50,7 @@ class PairErrors:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PairResidual:
     """The gap at the return roller round the turn, (n,) mm at cam angles phi; and the follower's real position.
 
@@ -87,7 +87,7 @@ def pair_residual(main: Track, back: Track, phi: Floats, errors: PairErrors | No
     return PairResidual(phi, gap, q)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class _Roller:
     """The centre of a roller on the real follower: pivot + arm exp(i way q), or start + q along +X; complex, mm."""
 

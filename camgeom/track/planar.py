@@ -7,13 +7,14 @@ material: convex is positive, also on the outer flank of a face groove.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, pi
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
@@ -27,7 +28,7 @@ SMALLEST_JUMP = 1e-6
 """share of the largest curvature above which a step counts as a jump"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class CurvatureJump:
     """A step of the profile's curvature, 1/mm: cam angle (rad), before, after, and the touch."""
 
@@ -38,7 +39,7 @@ class CurvatureJump:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Planar:
     """A planar cam seen by what touches it.
 

@@ -5,12 +5,12 @@ Two parallels of the path and half a circle about either end, counter-clockwise,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.track import TURN, Track
@@ -21,7 +21,7 @@ CAP = 0.05
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class PocketOutline:
     """The closed edge of the groove that a roller of a cam on a slide needs.
 

@@ -12,7 +12,7 @@ flank's foot, a corner radius above the floor, to the end of the floor's chord, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial, wraps
 from math import pi
 from typing import Concatenate, ParamSpec, Protocol
@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError, NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import cross, dot
@@ -33,7 +34,7 @@ Level = Callable[[Floats], Floats]
 """Scalar field on points (3, ...): zero on the blank's surface, positive outside."""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class CylinderLevel:
     """Field of a cylinder about Z: (x² + y² - R²) / 2R, about the radial distance in mm."""
 
@@ -68,7 +69,7 @@ def _along(make: Callable[Concatenate[Column, P], Floats]) -> Callable[Concatena
     return wraps(make)(known)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Column:
     """Everything about a groove that is asked at one set of cam angles (n,), computed once.
 
@@ -401,7 +402,7 @@ def _banded(track: Track, phi: Floats, row: Floats, counts: tuple[int, ...], ban
     return x
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class GrooveSection:
     """Rows of points across a groove, from the top of flank `first` down, across the floor and up the other flank.
 
@@ -504,7 +505,7 @@ class GrooveSection:
         return np.asarray(start[:, :, None] + (stop - start)[:, :, None] * share)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FlooredSection:
     """Rows across a groove: down one flank from `top` to `floor`, straight across, up the other flank.
 
@@ -549,7 +550,7 @@ class FlooredSection:
         return column.wall(side, high + (low - high) * share)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RootedSection:
     """Rows across an indexing cam's groove with rounded roots: flank, root, straight across, root, flank.
 

@@ -7,11 +7,11 @@ another question, and cams of flat faces are convex.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol, final
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.extremum import bracketed_maximum
 from camgeom.track import TURN, Track
@@ -43,7 +43,7 @@ class Slider(Protocol):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SlidingFace:
     """A flat face: the half plane beyond its line."""
 
@@ -63,7 +63,7 @@ class SlidingFace:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SlidingEdge:
     """A knife edge, whose path is the profile itself: a point beyond the path stands in its way."""
 

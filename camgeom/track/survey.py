@@ -7,13 +7,14 @@ extreme lies between two samples: it is refined on the exact surface, between th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Protocol, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
@@ -104,7 +105,7 @@ def _alike(track: Track) -> bool:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FlankContact:
     """One flank of a track, at stations t (m,) along the roller, or (n, m) as a function of the cam angles (n,)."""
 
@@ -137,7 +138,7 @@ class FlankContact:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Survey:
     """One track sampled over its span, or one way out of a cam that slides, on both flanks (or the sides it works on).
 

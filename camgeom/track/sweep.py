@@ -8,13 +8,14 @@ covers it. The ends of the pieces are crossings of two exact curves, found by Ne
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.frozen import cached_property
@@ -39,7 +40,7 @@ MOST_TURN = 0.1
 BLOCK = 256
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class BandEdge:
     """A piece of a band's edge: the roller on `track` touches it with its `side` from cam angle `low` to `high`, rad.
 
@@ -77,7 +78,7 @@ class BandEdge:
         return Curve(_plane(x), _plane(normal), self.side * bend / growth, pace * np.abs(growth))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RimArc:
     """A piece of the blank's circle from azimuth `low` to `high`, rad, counter-clockwise."""
 
@@ -106,7 +107,7 @@ class RimArc:
         return Curve(self.radius * n, n, one / self.radius, self.radius * one)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ChainOutline:
     """A closed outline made of edges and rims, counter-clockwise; its parameter runs from 0 to 2 pi.
 
@@ -152,7 +153,7 @@ class ChainOutline:
         return Curve(points, normals, curvature, speed)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RollerSweep:
     """A blank of `radius` about the cam axis less the bands of rollers whose axes are parallel to it.
 
@@ -348,7 +349,7 @@ class RollerSweep:
         return tuple(replace(wall.track, span=(wall.low, wall.high), sides=(wall.side,)) for wall in chosen)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class _Joint:
     """Where the boundary passes to another edge: its number, both cam angles, and the rim it goes along in between."""
 

@@ -6,13 +6,13 @@ other: the two flanks of a face groove, the two faces of a frame, the two discs 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.extremum import piece_grid
 from camgeom.maths.frozen import cached_property
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from camgeom.track.survey import Grid
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Contacting:
     """One touch at cam angles phi (n,).
 
@@ -61,7 +61,7 @@ class Contacting:
         return np.abs(self.curve.speed - (0.0 if self.touch.rolling else 0.5 * self.slip))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Touch:
     """One contact of a planar cam with its follower.
 

@@ -11,7 +11,7 @@ Direction 0 holds the walls that can push the turret towards larger angles, dire
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from math import ceil, floor, pi
 from typing import Any, NamedTuple
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, among, distinct
 from camgeom.maths.extremum import FAN, Extreme, bracketed_maximum
 from camgeom.maths.frozen import cached_property
@@ -160,7 +161,7 @@ class _Wall(NamedTuple):
     on: Bools
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Engagement:
     """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
 
@@ -333,7 +334,7 @@ class Engagement:
         return np.asarray(self.on.any(axis=3).sum(axis=2))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Beside:
     """The rollers of a turret beside its cam, asked at several sets of cam angles: nothing is sought twice.
 
@@ -406,7 +407,7 @@ def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int 
     return Extreme(value, at, where="best placed roller that carries")
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Rib:
     """Thickness of a rib, mm, where it is thinnest: cam angle, rad, and distance from the turret axis, mm."""
 
@@ -444,7 +445,7 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
     return best
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Horn:
     """The longest stretch of a groove's outer wall whose foot has broken through an end face.
 

@@ -9,9 +9,11 @@ not reproducible  neither; the readings that were tried are told with their valu
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
 from typing import Any, Literal, final
+
+from camgeom.immutable import immutable
 
 Verdict = Literal["confirmed", "misprint", "not reproducible"]
 Comparison = Literal["=", "<", ">"]
@@ -20,7 +22,7 @@ EQUATION = 1e-6
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Reading:
     """Another reading of the source, one thing changed, and the value that it gives.
 
@@ -33,7 +35,7 @@ class Reading:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Answer:
     """What an entry's computation gives.
 
@@ -48,7 +50,7 @@ class Answer:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Entry:
     """A printed result: where it stands, what it says, and how it is computed.
 
@@ -71,7 +73,7 @@ class Entry:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Row:
     """A judged entry. `tolerance` is the deviation up to which the printed digits are met, `tried` the readings."""
 
@@ -99,7 +101,7 @@ class Row:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Source:
     """A document: its short and its long name, what it is, and its entries."""
 

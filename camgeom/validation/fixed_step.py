@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
@@ -20,11 +20,12 @@ from camgeom.dynamics.impact.laws import ImpactDamping
 from camgeom.dynamics.impact.pair import Face, Roller, Side
 from camgeom.dynamics.impact.problem import ImpactProblem
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class FixedRun:
     """The outcome at every step, one column a clearance: time [s], deviation, speed and acceleration, forces [N]."""
 

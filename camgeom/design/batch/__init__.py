@@ -12,13 +12,13 @@ carry a key or a profile `supports` says why, and the exact model is the way.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Protocol, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ KEPT = 30_000_000
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Batch:
     """What n variants came to.
 

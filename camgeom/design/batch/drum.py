@@ -9,7 +9,6 @@ Arrays are (P, n), P samples of the cam angle and n variants; a leading axis of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from math import pi
 from typing import TYPE_CHECKING, final
@@ -22,6 +21,7 @@ from camgeom.design.batch import Batch
 from camgeom.design.batch.legs import motion_reason
 from camgeom.design.batch.motion import LEAST, Motion, Points, motion_figures, motion_of, vertex
 from camgeom.design.batch.variants import Variants
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.duty import MILLI
@@ -142,7 +142,7 @@ def _rest_under_force(profile: Profile) -> bool:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Slices:
     """The contact in slices along the roller: its square of pressure, MPa², (m, P, n), and the length that touches."""
 
@@ -152,7 +152,7 @@ class Slices:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Hard:
     """The hardest contacts of n variants, (n,) each.
 

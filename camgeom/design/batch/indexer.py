@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import pi
 from typing import Self, final
 
@@ -19,6 +18,7 @@ from camgeom.design.batch.legs import ALIKE, program_of
 from camgeom.design.batch.motion import SAMPLES, Ints, Motion, Points
 from camgeom.design.batch.sharing import PER, STEP, THIN, Pressed, Sharing
 from camgeom.design.batch.variants import Mask, Variants
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.duty import MILLI
@@ -48,7 +48,7 @@ SHARED = {
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Seat:
     """Rollers at samples of the motion: cos and sin of tau, (k, P, n) or (P, n), and its derivatives, (P, n).
 
@@ -63,7 +63,7 @@ class Seat:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Line:
     """The pitch surface at one place along the rollers: 2H, M²/D (D the first form's determinant), lever."""
 

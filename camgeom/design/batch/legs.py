@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING, final
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camgeom.design.batch.variants import path_of, value_of
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.law import LAWS, Law
@@ -32,7 +33,7 @@ BESIDE = 1e-12
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Shape:
     """A segment's motion over unit travel and unit lift: knots in 0..1 and jets (4, m) at places (m,)."""
 
@@ -113,7 +114,7 @@ def law_shape(law: Law) -> Shape:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Leg:
     """One segment of the motion of all variants: cam angles (rad) and lifts (mm or rad), each (n,) or (1,).
 

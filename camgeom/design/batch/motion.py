@@ -7,7 +7,6 @@ number of a law all the variants.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from math import radians
 from typing import final
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from camgeom.design.batch.legs import BESIDE, FINE, Leg, fixed_legs, joined, program_of, shape_of
 from camgeom.design.batch.variants import Variants
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import ANGLE_SLIP, LEAST_WIDTH, MOST_LIFT
@@ -34,7 +34,7 @@ ROUNDS = 4
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Points:
     """The motion at samples: cam angle, rad, lift and derivatives per rad, each (P, n) or (P, 1).
 
@@ -62,7 +62,7 @@ Row = tuple[int, float, float]
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Motion:
     """The motion of n variants on pieces: first those that are sampled, then dwells in which nothing changes.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, final
 from weakref import proxy
@@ -13,6 +12,7 @@ from camgeom.design.batch import LEVELS
 from camgeom.design.batch.legs import FINE
 from camgeom.design.batch.motion import SAMPLES, Ints, Points
 from camgeom.design.batch.variants import Mask
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.hertz import flexibility
@@ -38,7 +38,7 @@ NEAR = 6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pressed:
     """What the load does: squares of the largest pressures of all and of the middle slice, MPa², the largest force on a
     roller, N, each (n,); and whether no roller bears somewhere."""

@@ -6,7 +6,7 @@ What the cam types have against a variant is told as they tell it (`cams.disc`, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from typing import final
 
@@ -17,12 +17,13 @@ from camgeom.cams.constant_width import ConstantWidth
 from camgeom.cams.disc import Disc
 from camgeom.design.batch.motion import Motion, Points
 from camgeom.design.batch.variants import Variants
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.track.outline import Pair
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Slide:
     """What stands at x + lift on a slide along X, at the height y, mm."""
 
@@ -40,7 +41,7 @@ class Slide:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Swing:
     """The end of an arm, mm, pivoted at (centre, 0), that stands at `start` (rad) from the line of centres."""
 
@@ -68,7 +69,7 @@ class Swing:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Touch:
     """One contact: its follower's element on its joint.
 

@@ -11,17 +11,16 @@ would make P rational: it is refused.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from camgeom.dynamics.follower.train import FollowerTrain
 from camgeom.dynamics.linear.method import Motion, Side
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PolydyneMotion:
     """The cam's motion P(D) y, D = d/dtheta, for which the follower mass does the motion `wanted` at one speed.
 

@@ -11,7 +11,6 @@ all powers, so the integral is exact to rounding. For the cycloidal law without 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import pi, sqrt
 from typing import Protocol
@@ -21,6 +20,7 @@ import numpy.typing as npt
 
 from camgeom.dynamics.linear.method import Side
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 
 BASE_POINTS = 24
@@ -40,7 +40,7 @@ class UnitLaw(Protocol):
     def jet(self, x: npt.NDArray[np.float64], order: int = 3, side: Side = "right") -> npt.NDArray[np.float64]: ...
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ResidualSpectrum:
     """Residual vibration over ratio n = rise time / natural period (k,), as shares of the lift.
 

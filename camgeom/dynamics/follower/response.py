@@ -8,7 +8,7 @@ where the force falls to zero, landing where the gap closes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,7 @@ from camgeom.dynamics.linear.response import periodic_response, transient_respon
 from camgeom.dynamics.linear.solve import FINE, advance
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 BISECTIONS = 60
@@ -67,7 +68,7 @@ def from_rest(
     return transient_response(system, accuracy, system.rest(), turns)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Jump:
     """Contact of a steady state at speeds (b,): smallest force in N and where (rad), whether it is lost, preload to
     hold it.
@@ -153,7 +154,7 @@ def jump_speed(
     return 0.5 * (left + right)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Event:
     """Lift-off or landing at a cam angle in rad; closing speed in m/s at a landing."""
 
@@ -162,7 +163,7 @@ class Event:
     closing_speed: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Flight:
     """Motion with loss of contact: theta (n + 1) rad, deviation (n + 1, m) in m, flying (n + 1,), events, largest gap
     in m.

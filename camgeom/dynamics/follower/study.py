@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, pi
 
 import numpy as np
@@ -17,6 +17,7 @@ from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import Sweep, swept
 from camgeom.dynamics.spec import DynamicsSpec
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -33,7 +34,7 @@ STATIONS = 721
 """cam angles at which the stroke is looked for"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FollowerStudy(Settles):
     """The vibration of an elastic follower at a cam speed in rad/s; scale is metres per unit of lift (1 for angles).
 

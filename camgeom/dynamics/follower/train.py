@@ -13,7 +13,7 @@ inertias (kg m2), stiffnesses N m/rad and forces N m.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -23,6 +23,7 @@ from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 Closure = Literal["force", "form"]
@@ -50,7 +51,7 @@ TURNING = ("windup", "shaft_torque")
 ORDERS: Mapping[str, int] = MappingProxyType({"position": 0, "velocity": 1, "acceleration": 2})
 
 
-@dataclass(frozen=True, kw_only=True)
+@immutable(eq=True, kw_only=True)
 class FollowerTrain:
     """Moving masses (kg), linkage, contact and return spring (N/m), their dampings (N s/m), preload (N) at zero lift.
 
@@ -105,7 +106,7 @@ class FollowerTrain:
         return np.asarray(np.sqrt(np.linalg.eigvalsh(k * scale[:, None] * scale)))
 
 
-@dataclass(frozen=True, kw_only=True)
+@immutable(eq=True, kw_only=True)
 class CamShaft:
     """Elastic cam shaft: cam inertia kg m2, torsional stiffness N m/rad, damping N m s/rad."""
 
@@ -119,7 +120,7 @@ class CamShaft:
             raise ProfileError([Problem("dynamics.shaft", text, (self.inertia, self.stiffness, self.damping))])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FollowerSystem:
     """Equation of motion at speeds (b,) in rad/s; coordinates are deviations from the rigid motion.
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
 from camgeom.mechanics.hertz import point_contact
@@ -55,7 +55,7 @@ class ContactLaw(ABC):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class HertzLine(ContactLaw):
     """Line contact of two elastic cylinders: delta = f (ln(d1/b) + ln(d2/b) - 1), f = F/(pi E* L), b^2 = 4 f Re.
 
@@ -157,7 +157,7 @@ def _log_root(level: float) -> float:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class LiuCylinder(ContactLaw):
     """The cylinder-joint law F = 1/2 pi E* L delta sqrt(delta/(2 (S + delta))), S the radius difference or sum [m].
 
@@ -186,7 +186,7 @@ class LiuCylinder(ContactLaw):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class PowerLaw(ContactLaw):
     """F = K delta^n with K [N/m^n] and n given; n = 3/2 point contact, 10/9 Palmgren's fit of rollers."""
 
@@ -214,7 +214,7 @@ class PowerLaw(ContactLaw):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class HertzEllipse(ContactLaw):
     """Point contact of a crowned roller on a straight flank: F = K delta^(3/2), K by the exact elliptic integrals.
 
@@ -256,7 +256,7 @@ class HertzEllipse(ContactLaw):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class PrintedStiffness(ContactLaw):
     """The stiffness printed as (9) in doi 10.3969/j.issn.1671-024x.2025.05.013, used as F = K(delta) delta^n.
 
@@ -285,7 +285,7 @@ class PrintedStiffness(ContactLaw):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class LinePatch:
     """The body data behind a line pressure: contact modulus [Pa], length [m], roller radius [m] (inf: flat face)."""
 
@@ -302,7 +302,7 @@ class LinePatch:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class EllipsePatch:
     """The body data behind a crown's pressure: contact modulus [Pa], radius of the roller and of its crown [m]."""
 
@@ -383,7 +383,7 @@ def _falling_root(function: Callable[[float], float], low: float, high: float) -
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ImpactDamping:
     """Damping proportional to the elastic force: F = Fe (1 + chi v/v0), v0 the approach speed of this contact [m/s].
 
@@ -413,7 +413,7 @@ class ImpactDamping:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RampedDamping:
     """Viscous damping that grows with the penetration: F = Fe + c ramp(delta/depth) v, ramp = x^2 (3 - 2x) up to 1.
 
@@ -446,7 +446,7 @@ Damping = ImpactDamping | RampedDamping
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Coulomb:
     """Dry friction without a jump: odd and continuously differentiable in the sliding speed [m/s].
 

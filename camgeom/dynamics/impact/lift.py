@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, radians
 from typing import final
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camgeom.errors import DesignError, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -28,7 +29,7 @@ TURN = 2.0 * math.pi
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Arc:
     """One formula of the motion from `start` to `end` [rad], lift in m or rad, in u = angle - anchor:
 
@@ -95,7 +96,7 @@ def _horner(falling: tuple[float, ...], u: float) -> Jet:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Lift:
     """The follower motion over one turn: arcs that follow each other from 0 to 2 pi rad, lift in m or rad."""
 
@@ -218,7 +219,7 @@ JUMP = 1e-6
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ForceTable:
     """Force [N or N m] against larger q: cells begin at `starts` [rad], from 0; cubics in the share of a cell."""
 

@@ -18,13 +18,14 @@ import cmath
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal, final
 
 import numpy as np
 
 from camgeom.dynamics.impact.lift import TURN, Lift, LiftJets, Row
 from camgeom.errors import DesignError, NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
@@ -87,7 +88,7 @@ _REACH = 0.35
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Roller(Side):
     """A roller of `radius` [m] against the profile of a planar cam, one radius beside its pitch curve.
 
@@ -286,7 +287,7 @@ def _searched(
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Face(Side):
     """A flat face square to its slide on a cam of support base + push s [m]: explicit, no foot point is sought."""
 
@@ -363,7 +364,7 @@ class Ring:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Wall(Side):
     """One wall of a groove round a spatial cam, by its exact flank at equal steps of one turn, the last not repeated.
 
@@ -428,7 +429,7 @@ class Wall(Side):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Pair:
     """Two opposing sides and the motion between them, which ends in contact with the main side at eta = 0.
 

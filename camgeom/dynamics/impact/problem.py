@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from typing import NamedTuple, final
 
@@ -21,6 +21,7 @@ from camgeom.dynamics.impact.laws import ContactLaw, Coulomb, Damping, ImpactDam
 from camgeom.dynamics.impact.lift import ForceTable
 from camgeom.dynamics.impact.pair import Pair
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 
 Coordinates = complex | NDArray[np.complex128]
 """deviation + 1j * its rate; where rollers turn an array of that and of main + 1j * return spin [rad/s]"""
@@ -69,7 +70,7 @@ class Event(NamedTuple):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Load:
     """What acts on the follower beside the contacts: `constant` - `stiffness` q, guide friction against the motion, and
     the force `applied` over the cam angle, against larger q.
@@ -114,7 +115,7 @@ class Load:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RollerSpin:
     """Rollers free to turn: `inertia` [kg m^2] of a roller about its axis, `drag` [N m s/rad] of its bearing.
 
@@ -127,7 +128,7 @@ class RollerSpin:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class ImpactProblem:
     """Everything the solver needs. `inertia` kg (slide) or kg m^2 (rocker), `speed` of the cam in rad/s.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from bisect import bisect_right
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, final
 
 import numpy as np
@@ -16,6 +15,7 @@ from camgeom.dynamics.impact.lift import TURN
 from camgeom.dynamics.impact.problem import Coordinates, ImpactProblem, Recorded, Regime, State, follower, spin
 from camgeom.dynamics.impact.rates import Machine
 from camgeom.dynamics.impact.solver import hermite_row, step, walk
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.panels import NODES, Panels
@@ -72,7 +72,7 @@ EVEN: Floats = np.linspace(0.0, 1.0, SHARES + 1)
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Trace:
     """Arrays over time, shape (steps, 9) or whatever times were asked for; both sides in the last axis of the pairs.
 
@@ -225,7 +225,7 @@ class Peak(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class ImpactRun:
     """A solved run; everything else is computed when asked for, once."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import get_context
 from time import perf_counter
 from typing import NamedTuple, final
@@ -21,6 +21,7 @@ from camgeom.dynamics.impact.run import ImpactRun, Quantity, solve
 from camgeom.dynamics.impact.solver import ORDINARY
 from camgeom.dynamics.impact.spec import too_long
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.motion.own import begin_worker, cores, loaded_files
 
 PEAKS: tuple[Quantity, ...] = ("acceleration", "force_main", "force_return")
@@ -52,7 +53,7 @@ class Statistic(NamedTuple):
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class StudyRow:
     """One variant: peaks over turns in SI units, and how far they can be trusted."""
 
@@ -124,7 +125,7 @@ class StudyRow:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Unsolved:
     """A variant whose run does not converge, or takes more than the steps of its share: its clearance [m], and why."""
 
@@ -259,7 +260,7 @@ def tighter_change(run: ImpactRun, most: int | None = None) -> float:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Sensitivity:
     """What becomes of a small disturbance of the start: how far a run can be reproduced.
 

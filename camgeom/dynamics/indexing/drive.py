@@ -13,7 +13,7 @@ energy names is exactly zero: the blocks found from that pattern are independent
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import lru_cache
 from math import sqrt
 
@@ -21,6 +21,7 @@ import numpy as np
 
 from camgeom.dynamics.linear.method import Motion
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import frozen
 
@@ -38,7 +39,7 @@ DEFINITE = 1e-12
 """smallest eigenvalue of a block scaled to a unit diagonal that counts as positive"""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Term:
     """One quadratic energy c/2 (g . x)^2, or c (g . x)(h . x) when h is given; names of coordinates to weights."""
 
@@ -97,7 +98,7 @@ def decoupled(names: Sequence[str], *matrices: Floats) -> tuple[tuple[str, ...],
     return tuple(blocks)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Indefinite:
     """A stiffness block that is no stiffness: some displacement lowers its energy, so a disturbance grows without
     bound.
@@ -191,7 +192,7 @@ def _normalised(mass: Floats, stiffness: Floats) -> Floats:
     return np.asarray((out + np.swapaxes(out, -1, -2)) / 2.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@immutable(eq=True, kw_only=True)
 class IndexingDrive:
     """Masses (kg), inertias (kg m2), stiffnesses (N m/rad torsional, N/m else), dampings (N m s/rad, N s/m) of the
     drive.

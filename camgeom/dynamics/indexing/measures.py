@@ -4,7 +4,7 @@ time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from camgeom.dynamics.linear.peaks import peak, sampled
 from camgeom.dynamics.linear.response import output
 from camgeom.dynamics.linear.solve import INSIDE, Solution, advance
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
 
@@ -26,7 +27,7 @@ QUADRATURE = 5
 """Gauss points a step for the mean powers"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class EnergyBalance:
     """Mean powers (b,) in W over a turn: input, dissipated, and what the contact's model adds; error is a share.
 
@@ -130,7 +131,7 @@ def _gained(response: DriveResponse) -> Floats:
     return np.asarray(out[1] - out[0])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Residual:
     """Vibration left in a dwell (b,): peaks of load deviation (rad) and acceleration (rad/s2), and their settling
     time (s).

@@ -7,7 +7,6 @@ by block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import Literal
 
@@ -17,6 +16,7 @@ import numpy.typing as npt
 from camgeom.dynamics.indexing.drive import TORSION, Indefinite, IndexingDrive, modes
 from camgeom.dynamics.linear.method import Motion
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 
 LOW, MEDIUM = 15.0, 6.0
@@ -24,7 +24,7 @@ LOW, MEDIUM = 15.0, 6.0
 SpeedClass = Literal["low", "medium", "high"]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Mode:
     """One natural mode over the cam angle: block, squared frequency (n,) in (rad/s)^2 with sign, shape (n, m) per
     1/sqrt(kg).
@@ -58,7 +58,7 @@ class Mode:
         return np.sqrt(self.squared) / (2.0 * pi)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Modes:
     """All modes over the cam angle (n,) rad, sorted by their lowest value, and the blocks that are no oscillators."""
 
@@ -104,7 +104,7 @@ def _angles(motion: Motion) -> Floats:
     return distinct(np.append(base, 0.5 * (low + high)))
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class CriticalSpeed:
     """Input speeds in r/min at which harmonic `order` of the turn meets a mode, from its lowest to its highest
     frequency.
@@ -132,7 +132,7 @@ def critical_speeds(found: Modes, orders: int = 20) -> tuple[CriticalSpeed, ...]
     return tuple(out)
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class SpeedClasses:
     """First critical speed n1 = 60 f_min and the bounds n1/15 and n1/6 of the low and the medium class, r/min."""
 
@@ -153,7 +153,7 @@ def speed_classes(lowest_hz: float) -> SpeedClasses:
     return SpeedClasses(first, first / LOW, first / MEDIUM)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Campbell:
     """Campbell diagram: speeds (s,) in r/min, harmonic lines (k, s) in Hz, bands (modes, 2) in Hz with their labels."""
 

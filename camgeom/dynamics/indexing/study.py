@@ -7,7 +7,7 @@ names.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import degrees
 from types import MappingProxyType
 
@@ -30,6 +30,7 @@ from camgeom.dynamics.linear.method import Motion
 from camgeom.dynamics.linear.response import Sweep, periodic_response
 from camgeom.dynamics.spec import NOTHING, DynamicsSpec
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -44,7 +45,7 @@ MODELLED = {
 GIVEN: Mapping[str, str] = MappingProxyType({})
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class IndexingStudy(Settles):
     """The dynamics of an indexing drive at an input speed in rad/s; sweep_speeds (s,) in rad/s, band in rad.
 

@@ -12,7 +12,7 @@ derivatives in the cam angle by q. = omega q', q.. = omega^2 q'' + omega omega' 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 
 import numpy as np
@@ -22,11 +22,12 @@ from camgeom.dynamics.linear.method import Coefficients, Contact, Motion, Side
 from camgeom.dynamics.linear.response import Response, positive_speeds
 from camgeom.dynamics.linear.solve import acceleration
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Fluctuation:
     """Periodic variation of the input speed: omega = mean (1 + sum share cos(order theta + phase)), phase in rad."""
 
@@ -75,7 +76,7 @@ Torque = Callable[[Floats, Side], Floats]
 """External torque (1, n, 3) in N m on cam, turret and load plate over cam angles (1, n)."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorsionSystem:
     """The three torsional coordinates of the drive at mean input speeds `speed` (b,) in rad/s.
 

@@ -10,7 +10,7 @@ measured by halving.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from camgeom.dynamics.linear.method import Method, System, find
 from camgeom.dynamics.linear.solve import Growing, Solution
 from camgeom.dynamics.linear.walk import MAX_STEPS, Grid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 PROBES = 97
@@ -36,7 +37,7 @@ Watch = Callable[[Solution], Floats]
 """What must be accurate: values (b, n + 1, k) on the nodes of a solution."""
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Accuracy:
     """Tolerance as a share of the peak, checked by halving the step; method by name, "auto" for gauss8.
 
@@ -113,7 +114,7 @@ def predicted_steps(system: System, knots: Floats, tolerance: float, method: Met
     return np.asarray(LADDER[good.argmax(-1)])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Modal:
     """What a prediction needs, each (b, m): frequencies in rad per rad, shares of the modes in the answer, radians
     remembered.

@@ -25,7 +25,6 @@ step, so that a step never looks past a knot of the motion, where the accelerati
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from threading import RLock
 from weakref import WeakKeyDictionary
 
@@ -33,6 +32,7 @@ import numpy as np
 
 from camgeom.dynamics.linear.method import Coefficients, Collocated, Method, RungeKutta, System
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import frozen
 
@@ -103,7 +103,7 @@ def _step_maps(method: Method, system: System, start: Floats, step: Floats) -> F
     return out
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Stages:
     """The stages of many steps: accelerations as rows over (q, q', 1), shape (b, n, s m, 2m + 1), and how forces
     enter them.
@@ -240,7 +240,7 @@ def _right_hand_side(here: Coefficients, step: Floats, c: Floats, batch: int) ->
     return out
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Constant:
     """What all steps of one length share. Stages i, j; coordinates x, y; columns k over (q, q').
 

@@ -17,7 +17,6 @@ varies. The Newmark family is there to repeat what papers computed with it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import factorial, sqrt
 from types import MappingProxyType
 from typing import Literal, Protocol
@@ -25,6 +24,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
 
@@ -48,7 +48,7 @@ AUTO = "gauss8"
 """what "auto" takes: at every tolerance as fast as the best of the others, or faster (docs/benchmarks.md)"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Contact:
     """The one direction of an equation of motion that varies: it adds u r^T to D and u p^T to S.
 
@@ -75,7 +75,7 @@ class Contact:
         return cls(along / mass, damping * along / speed[..., None], place)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Coefficients:
     """The equation of motion q'' = F - D q' - S q at given cam angles, per radian of cam angle.
 
@@ -142,7 +142,7 @@ class System(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Collocated:
     """A method of the Newmark family, second order: equilibrium demanded at one weighted instant of the step.
 
@@ -162,7 +162,7 @@ class Collocated:
     rows: int = 3
 
 
-@dataclass(frozen=True)
+@immutable(eq=True)
 class RungeKutta:
     """An implicit Runge-Kutta method given by its tableau a (s, s), b (s,), c (s,).
 

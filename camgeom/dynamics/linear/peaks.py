@@ -7,12 +7,12 @@ best intervals are then looked at with true partial steps of a high-order method
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from camgeom.dynamics.linear.method import Side, System
 from camgeom.dynamics.linear.solve import AT_ONCE, INSIDE, Solution, advance
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -29,7 +29,7 @@ END = 1.0 - 1e-12
 """share of a step that still lies before its end, where a knot may be"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Peak:
     """The largest and the smallest value (b,) of an output and the cam angles (b,) in rad where they occur."""
 

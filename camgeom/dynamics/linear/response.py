@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar, final
 
 import numpy as np
@@ -16,6 +15,7 @@ from camgeom.dynamics.linear.peaks import Output, Peak, peak
 from camgeom.dynamics.linear.solve import Solution, advance, periodic, transient
 from camgeom.dynamics.linear.walk import Grid, aligned_grid
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property, frozen
 
@@ -51,7 +51,7 @@ S = TypeVar("S", bound=Driven)
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Response(Generic[S]):
     """Motion of a system at one or more speeds (b,): the solution, and outputs computed when asked."""
 
@@ -128,7 +128,7 @@ def _solved(system: S, accuracy: Accuracy, once: Once) -> Response[S]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sweep:
     """Steady states over speeds (s,) in rad/s: extremes of some outputs by name, and how exact they are.
 

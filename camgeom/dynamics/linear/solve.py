@@ -9,7 +9,7 @@ four to six passes reach rounding.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from camgeom.dynamics.linear.maps import Stages, held_stages, stages_of, step_ma
 from camgeom.dynamics.linear.method import Method, RungeKutta, Side, System, find, radau
 from camgeom.dynamics.linear.walk import Chain, Grid, Walk
 from camgeom.errors import NotConverged, Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property, frozen
 
@@ -42,7 +43,7 @@ FINE = radau(6)
 """steps of its own for events, peaks and single angles: L-stable, so that a partial step leaves no stiff ringing"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solution:
     """States over one or more turns: theta (n + 1) rad, state (b, n + 1, r) with q, q' (and q'' for the Newmark
     family).
@@ -261,7 +262,7 @@ def _advance(system: System, start: Floats, step: Floats, state: Floats) -> Floa
     raise NotConverged(_advice(before))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class CorrectedWalk:
     """One period of a system with a non-linear correction, as `Walk` is one of a linear system."""
 

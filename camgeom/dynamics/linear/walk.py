@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import ceil, isqrt
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from camgeom.dynamics.linear.maps import restart, step_maps
 from camgeom.dynamics.linear.method import Collocated, Method, System
 from camgeom.errors import Problem, ProfileError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, distinct
 from camgeom.maths.frozen import cached_property
 
@@ -23,7 +24,7 @@ MERGE = 1e-12
 """share of a turn below which two knots are one"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Grid:
     """Cam angles (n + 1) in rad from the first knot over one period, every knot among them.
 
@@ -84,7 +85,7 @@ def _grid(knots: Floats, counts: tuple[int, ...]) -> Grid:
     return Grid(theta, counts, knots, at_knot)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Chain:
     """One-step maps (b, n, r, r + 1) composed in blocks of about sqrt(n) steps, side by side.
 
@@ -128,7 +129,7 @@ class Chain:
         return out.reshape(b, rows * block, size)[:, : self.count]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Walk:
     """One period of a method on a grid, ready to be walked from any state or closed into a periodic one.
 

@@ -8,7 +8,6 @@ end. A face's outward normal is its surface's normal (u x v), reversed where `sa
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import pi
 from typing import final
 
@@ -17,13 +16,14 @@ import numpy.typing as npt
 
 from camgeom.export import Colour
 from camgeom.export.step.geometry import WORLD, Circle, Curve, Frame, Line, SplineCurve, Surface, Vector, vector
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.mesh import Mesh
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Vertex:
     """A corner, mm; shared by identity."""
 
@@ -31,7 +31,7 @@ class Vertex:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Edge:
     """A piece of a curve from one vertex to another along the curve's own direction; shared by identity.
 
@@ -65,7 +65,7 @@ class Edge:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Use:
     """An edge as a loop passes it: from start to end where forward, else from end to start."""
 
@@ -96,7 +96,7 @@ def reversed_loop(loop: Loop) -> Loop:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Face:
     """A named piece of surface: loops[0] is the outer one."""
 
@@ -107,7 +107,7 @@ class Face:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Brep:
     """A closed shell of faces with a name; colour and density (kg/mm³) where given.
 
@@ -132,7 +132,7 @@ class Brep:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Facets:
     """A body known only as triangles: its name and its mesh, whose face groups become faces.
 
@@ -146,7 +146,7 @@ class Facets:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Placed:
     """A body in an assembly: where its origin and axes go, and the name of this occurrence (default: the body's)."""
 
@@ -156,7 +156,7 @@ class Placed:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Assembly:
     """Bodies with placements; the same body may be placed several times and is then written once."""
 

@@ -7,7 +7,6 @@ is written, so they can be compared with a mesh's or a closed form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
 
@@ -15,11 +14,12 @@ import numpy as np
 
 from camgeom.export.step.brep import Brep, Face, Loop, Use, gauss
 from camgeom.export.step.geometry import Plane, SplineSurface, Surface, largest_gap, solve_pairs
+from camgeom.immutable import immutable
 from camgeom.maths import Floats, gauss_rule
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Soundness:
     """What a solid is.
 

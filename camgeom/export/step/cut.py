@@ -8,7 +8,7 @@ points to a tenth of the tolerance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from typing import final
 
@@ -24,6 +24,7 @@ from camgeom.export.step.patches import SECTORS, GrooveBody, Patch, blank_patche
 from camgeom.export.step.shell import Band
 from camgeom.export.step.solids import TOLERANCE
 from camgeom.export.step.tagged import OUTSIDE, Chain, blank_mesh, groove_mesh, regions_of, subtract_tagged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid.cut import CutBlank, IndexingCut
@@ -198,7 +199,7 @@ class _Body:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Corner:
     """A vertex and its parameters on each patch."""
 

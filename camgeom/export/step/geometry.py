@@ -6,13 +6,13 @@ All lengths in mm, angles in rad. Every curve has `at(t)` and `locate(points)`, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.maths.splines import Basis
@@ -41,7 +41,7 @@ def unit(values: npt.ArrayLike) -> Vector:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Frame:
     """A right-handed placement: origin (mm), unit axis (its Z) and unit ref (its X, perpendicular to the axis)."""
 
@@ -79,7 +79,7 @@ WORLD = Frame()
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Line:
     """A straight line through origin (mm) along the unit direction; the parameter is the distance."""
 
@@ -100,7 +100,7 @@ class Line:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Circle:
     """A circle of radius mm in the XY plane of its frame; the parameter is the angle from ref, counter-clockwise."""
 
@@ -123,7 +123,7 @@ class Circle:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SplineCurve:
     """A clamped B-spline curve: basis and poles (n, 3) mm; an edge on it uses all of it."""
 
@@ -158,7 +158,7 @@ class SplineCurve:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Plane:
     """The XY plane of its frame; u along ref, v across, mm. The normal is the frame's axis."""
 
@@ -176,7 +176,7 @@ class Plane:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Cone:
     """A cone about its frame's axis, radius + v tan(half_angle) at height v; half_angle 0 is a cylinder.
 
@@ -205,7 +205,7 @@ class Cone:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Torus:
     """A torus about its frame's axis; u round the axis, v round the tube, mm. The normal points out of the tube."""
 
@@ -230,7 +230,7 @@ class Torus:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SplineSurface:
     """A clamped tensor-product B-spline surface: bases and poles (nu, nv, 3) mm."""
 

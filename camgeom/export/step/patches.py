@@ -8,7 +8,6 @@ sectors, so that no face closes on itself.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import asin, atan2, nan, pi
 from typing import final
@@ -20,6 +19,7 @@ from camgeom.export.step.geometry import WORLD, Cone, Frame, Plane, SplineSurfac
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.shell import Band, fitted
 from camgeom.export.step.spline import SurfaceFit
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid.blank import Blank, Bore
@@ -32,7 +32,7 @@ SECTORS = 3
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Patch:
     """One analytic surface of a body.
 
@@ -66,7 +66,7 @@ class Patch:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class GrooveBody:
     """The patches of one groove body: fits by band and interval; a fit is None where its band is nothing there."""
 

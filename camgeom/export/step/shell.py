@@ -10,7 +10,6 @@ out. Patches that turn out to be planes, cylinders, cones or tori are written as
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
 
@@ -21,6 +20,7 @@ from camgeom.export.step.brep import Edge, Face, Loop, Use, Vertex, reversed_loo
 from camgeom.export.step.geometry import Cone, Plane, SplineSurface, Surface, Torus, cross
 from camgeom.export.step.recognise import curve_of, surface_of
 from camgeom.export.step.spline import FIRST_SPANS, SurfaceFit, SurfacePoints, fit_bands
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 
 NOTHING = 1e-7
@@ -32,7 +32,7 @@ WIDEST = 5.5
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Band:
     """One band of a shell.
 
@@ -53,7 +53,7 @@ class Band:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Shell:
     """Faces of a closed shell, its first and last rail as loops the neighbouring faces must pass, and the deviation."""
 

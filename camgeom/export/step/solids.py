@@ -7,7 +7,6 @@ planes and cylinders, elsewhere splines within the tolerance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import asin, pi, sqrt
 from typing import final
@@ -18,6 +17,7 @@ from camgeom.errors import DesignError
 from camgeom.export.step.brep import Brep, Face, Loop
 from camgeom.export.step.geometry import Frame, Plane
 from camgeom.export.step.shell import Band, Shell, shell
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.solid.blank import Bore
 from camgeom.solid.pocket import PocketPlate
@@ -29,7 +29,7 @@ TOLERANCE = 1e-5
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class ClosedCurve:
     """A closed curve in the XY plane, run either way.
 

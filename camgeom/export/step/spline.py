@@ -9,13 +9,13 @@ depends on degree and number of spans only and is kept, so that each fit is one 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.splines import Basis, clamped
 
@@ -31,7 +31,7 @@ _PROBES = np.array([0.07, 0.23, 0.41, 0.59, 0.77, 0.93])
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class SurfaceFit:
     """Interpolated surface: bases along u and v, poles (nu, nv, 3) mm, and the largest deviation in mm between."""
 
@@ -100,7 +100,7 @@ class _Trial:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Kit:
     """Everything about interpolation on [0, 1] that does not depend on the points."""
 

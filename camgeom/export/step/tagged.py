@@ -9,7 +9,6 @@ on its right. A border ring without a corner is given two.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, pi, sqrt
 from typing import Any, final
@@ -21,6 +20,7 @@ from camgeom.errors import DesignError
 from camgeom.export.step.geometry import SplineSurface
 from camgeom.export.step.patches import GrooveBody, Patch
 from camgeom.export.step.spline import SurfaceFit
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import joined
 from camgeom.solid.blank import Blank
@@ -36,7 +36,7 @@ OUTSIDE = -1
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Tagged:
     """A closed mesh whose corners may repeat a vertex.
 
@@ -184,7 +184,7 @@ def _off(patch: Patch, corners: Floats) -> Floats:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cut:
     """The result of the boolean: vertices (v, 3), faces (f, 3), tag (f,), parameters at the corners (f, 3, 2)."""
 
@@ -242,7 +242,7 @@ def _manifold(mesh: Tagged, numbers: dict[int, int]) -> Any:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Chain:
     """Mesh edges between two regions.
 
@@ -258,7 +258,7 @@ class Chain:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Regions:
     """Owner (f,) of each triangle, tag (r,) the patch of each region, chains, loops of (chain, forward) by region."""
 

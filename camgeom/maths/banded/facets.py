@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.sampling import patch_sag
 from camgeom.maths.surface import cross, dot
@@ -39,7 +39,7 @@ class Source(Protocol):
         """Make at once what is asked for next, at these very arrays of phi, by the sides of bands."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Band:
     """A named surface: points (3, n, m) at angles phi (n,) and ways across u (n, m); the tolerance of its facets, mm.
 
@@ -67,7 +67,7 @@ class Band:
         return MET * self.seen * self.tolerance
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Banded:
     """Triangles within the tolerance of their bands.
 
@@ -86,7 +86,7 @@ class Banded:
         return self.points[:, self.edges[b]]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Facets:
     """Triangles: vertices (f, 3) and band (f,), and which still stand; points (3, v), their phi and u (v,).
 
@@ -131,7 +131,7 @@ class Facets:
         return Banded(points, number[corner], self.band[stands], edges, error)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Measured:
     """Facets with their sags (f,), mm; of those that are over (q,) the true middles of edges, (3, 3, q), and which of
     them are to be split, (3, q)."""
@@ -143,7 +143,7 @@ class Measured:
     mark: Mask
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Asked:
     """Points of a band that are asked for: phi (n,), u (n, m); on (n, m): which of them are."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import Asked, Band, Corners, Index, Mask, points_of
 from camgeom.maths.banded.plan import Plan
@@ -25,7 +25,7 @@ LIKE = 1.3
 """times the rows that are still like"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Request:
     """Points asked of bands, and where they belong in one array of all (3, t)."""
 
@@ -48,7 +48,7 @@ class Request:
         return every
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Net:
     """Vertices and triangles of a plan. `a` places stand in `plan.phi`, `g` gaps between a column and the next one."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import Asked, Band, Index, Mask, points_of
 from camgeom.maths.sampling import MAX_CELLS, subdivided_knots
@@ -35,7 +35,7 @@ LEANS = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 """of a step, to choose from: how far chords to the next row stand off on the average"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Forms:
     """Second forms of bands in cells of angle and of u, (b, n, ACROSS); L at both edges (2, b, n) and least width
     (b, n), mm."""
@@ -118,7 +118,7 @@ def forms_of(bands: Sequence[Band], theta: Floats) -> Forms:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Plan:
     """Where the vertices stand. Owners of angles are, by turns, the edges and the columns of the bands.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.banded.facets import Index, Mask
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Strips:
     """Triangles between chains of vertices that do not stand beside each other.
 

@@ -7,13 +7,13 @@ B. Demeulenaere et al., Optimal splines for rigid motion systems: a convex progr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.motion.optimal.bound import weigh
@@ -30,7 +30,7 @@ SHOWN = 1e-6
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Best:
     """The best law found for a wish; dimensionless, for unit lift over unit travel.
 
@@ -77,7 +77,7 @@ class Best:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Impossible:
     """A wish that no law can meet, with its proof.
 

@@ -6,12 +6,12 @@ cut from outside by tangents (J. E. Kelley, SIAM J. 8 (1960) 703), the velocity 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 
 from camgeom.errors import NotConverged
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.motion.optimal.shape import (
     Shape,
@@ -41,7 +41,7 @@ WHOLE = 50_000_000
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cuts:
     """Rows that cut off what has exceeded a limit: tangents to the circle of the vibration, Re(z(n) exp(-i angle)) <=
     limit, and the velocity at places between the breaks."""
@@ -66,7 +66,7 @@ NO_CUTS = Cuts(np.empty(0), np.empty(0), np.empty(0))
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Multipliers:
     """What each row is worth: the moments (2,), the cuts (q,), the velocity above and below at its places, and the
     jerk of each span (K,), positive where its upper limit holds."""
@@ -81,7 +81,7 @@ class Multipliers:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solved:
     """The best shape of a programme, its value t, and the multipliers."""
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.motion.optimal.bound import cruises, lower_bound
 from camgeom.motion.optimal.programme import CLOSEST, NO_CUTS, Cuts, Programme, Purse, Solved, stiffness
@@ -37,7 +37,7 @@ CLOSE = 3e-5
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Found:
     """The best shape found for a task, the value it has, and the bound that no law of the class can beat."""
 

@@ -6,12 +6,12 @@ respect to the breaks follows from the same numbers: that is what lets the break
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 
@@ -20,7 +20,7 @@ Number = TypeVar("Number", np.float64, np.complex128)
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Shape:
     """s'' on 0 <= x <= 1: values (K + 1,) at the breaks x (K + 1,), straight between; or (K,) levels of the spans."""
 

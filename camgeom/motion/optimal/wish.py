@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal, final
+
+from camgeom.immutable import immutable
 
 Aim = Literal["peak-acceleration", "jerk", "rms-acceleration", "residual"]
 AIMS: tuple[Aim, ...] = ("peak-acceleration", "jerk", "rms-acceleration", "residual")
@@ -16,7 +17,7 @@ EVEN = 1.0005
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Wish:
     """A requirement for unit lift over unit travel, dimensionless; a limit that is not given is inf.
 
@@ -79,7 +80,7 @@ class Wish:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Bound:
     """A limit that may hang on the unknown least value t: const + slope t."""
 
@@ -97,7 +98,7 @@ class Bound:
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Task:
     """A programme: minimise t under limits that hang on it."""
 

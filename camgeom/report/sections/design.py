@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -25,6 +25,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.errors import DesignError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.hidden import edges_behind
 from camgeom.maths.mesh import Mesh
@@ -267,7 +268,7 @@ def _meets(track: Track, plane: int, level: float) -> bool:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Size:
     """Bounds of all cam bodies, mm: low and high corners (3,), largest radius, and whether the outline is round."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import degrees, pi
 from typing import TYPE_CHECKING, Any, Literal, final
 
@@ -27,6 +26,7 @@ from camgeom.drawing.content import (
 )
 from camgeom.drawing.sheet import number
 from camgeom.errors import CamgeomError
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.report.data.solved import duty_figures, dynamic_duty_data, impact_figures
 from camgeom.report.sections.motion import at_speed, mark, one_turn, zones
@@ -210,7 +210,7 @@ def over_speeds(study: FollowerStudy, rotating: bool) -> Chart:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class Stretch:
     """A moving stretch of a program that ends in a dwell, as a law on 0 .. 1; `size` is what its lift is divided by."""
 

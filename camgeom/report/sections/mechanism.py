@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 import numpy.typing as npt
 
 from camgeom.drawing.content import Actor, Axis, Block, Scene, Shade
+from camgeom.immutable import immutable
 from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.report.sections.bodies import (
@@ -84,7 +84,7 @@ def scene(model: Model, meshes: tuple[tuple[str, Mesh], ...], frames: int = FRAM
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Samples:
     """Flank samples: points (k, 3), cam angles (k,), results (k,) by name, and the track each belongs to (k,)."""
 

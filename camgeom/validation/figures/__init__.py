@@ -7,16 +7,16 @@ both stand under each other.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from typing import final
 
 from camgeom.drawing.content import Block
+from camgeom.immutable import immutable
 from camgeom.validation.entry import Source
 
 
 @final
-@dataclass(frozen=True)
+@immutable(eq=True)
 class Figure:
     """A figure of a source: its number, and what draws it."""
 
