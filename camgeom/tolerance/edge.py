@@ -41,11 +41,10 @@ class Edge:
 
 def edge_of(study: ToleranceStudy) -> Edge | None:
     """The pressure that the tilt of all errors brings; None without a load, or where no roller bears along a line."""
-    loaded, hard = study.loaded, study.sensitivities.hard
+    loaded, peak = study.loaded, study.sensitivities.hard
     rollers = loaded.mechanism.rollers
-    if hard is None or not rollers:
+    if peak is None or not rollers:
         return None
-    peak = hard[2]
     seated = loaded.at(np.array([peak.cam_angle]))
     at, shape = seated.contacts, seated.contacts.on.shape
     force = seated.walls.forces(np.zeros(seated.walls.lever.shape)).reshape(shape)[0]

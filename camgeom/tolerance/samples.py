@@ -279,7 +279,7 @@ class Machines:
         hard = self.table.hard
         if hard is None:
             return None
-        seated = self.loaded.at(np.array([hard[2].cam_angle]))
+        seated = self.loaded.at(np.array([hard.cam_angle]))
         (position,) = self._positions(seated, 0, 1, False)
         on = np.isfinite(seated.walls.approach[0])
         order = np.r_[np.flatnonzero(on & (seated.walls.lever[0] < 0.0)), np.flatnonzero(seated.walls.holds[0])]

@@ -225,15 +225,14 @@ class Sensitivities:
         return self.loaded.at(self.theta)
 
     @cached_property
-    def hard(self) -> tuple[npt.NDArray[np.intp], float, Extreme] | None:
-        """Numbers of a few cam angles about the largest nominal pressure, that pressure, MPa; None of no line."""
+    def hard(self) -> Extreme | None:
+        """The largest nominal pressure, MPa, at the stations, and its cam angle; None of no line."""
         if self.loaded.load is None or not self.loaded.line:
             return None
         packed = self.seated.packed
         pressure = np.sqrt((packed.walls.forces(np.zeros(packed.order.shape)) * packed.square).max(axis=1))
         at = int(np.argmax(pressure))
-        few = np.unique(np.r_[np.arange(0, len(self.theta), 10), at])
-        return few, float(pressure[at]), Extreme(float(pressure[at]), float(self.theta[at]))
+        return Extreme(float(pressure[at]), float(self.theta[at]))
 
     @cached_property
     def rows(self) -> tuple[Sensitivity, ...]:
@@ -333,19 +332,19 @@ class Sensitivities:
         return self.loaded.mechanism.drive is not Drive.ALONE
 
     def _harder(self, tried: Trials) -> list[float | None]:
-        """Largest pressure with each error over that without, at the few angles where it is asked."""
+        """Largest pressure of the turn with each error over that without."""
         if self.hard is None:
             return [None] * (int(tried.cause[-1]) + 1)
-        few, before, _ = self.hard
+        before = self.hard.value
 
         def growth(rows: Rows) -> Figure:
-            walls, square = self._walls.rows(few[rows]), self.seated.packed.square[few[rows]]
+            walls, square = self._walls.rows(rows), self.seated.packed.square[rows]
             return lambda errors: np.sqrt((walls.forces(errors) * square).max(axis=-1)) / before - 1.0
 
-        asked, every = tried.at(few), growth(np.arange(len(few)))
-        ends = every(asked.errors)
-        (found,) = asked.told(ends[None], every)
-        asked.swung(ends, found, growth)
+        every = growth(np.arange(len(self.theta)))
+        ends = every(tried.errors)
+        (found,) = tried.told(ends[None], every)
+        tried.swung(ends, found, growth)
         return [1.0 + float(each.max()) for each in found]
 
 

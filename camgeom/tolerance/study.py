@@ -196,7 +196,7 @@ class ToleranceStudy:
         if hard is None:
             return None
         own = peak() if peak is not None else None
-        return own if own is not None and isfinite(own) else hard[1]
+        return own if own is not None and isfinite(own) else hard.value
 
     def pressure(self, drawn: Drawn) -> Floats | None:
         """Largest contact pressure of every machine, MPa, (s,): the nominal one by as much as it grows at the stations
@@ -204,7 +204,7 @@ class ToleranceStudy:
         hard = self.sensitivities.hard
         if drawn.pressure is None or hard is None or self.peak is None:
             return None
-        return np.asarray(drawn.pressure * (self.peak / hard[1]))
+        return np.asarray(drawn.pressure * (self.peak / hard.value))
 
     @property
     def both(self) -> bool:
