@@ -174,7 +174,7 @@ class ToleranceSpec(Section):
         None, description="um, least interference along the normals in the dwells that a preloaded turret has to keep"
     )
     pressure_limit: Annotated[float, Field(gt=0.0, le=1e6)] | None = Field(
-        None, description="MPa, largest contact pressure of line contacts at the nominally hardest cam angle"
+        None, description="MPa, largest contact pressure of line contacts in the turn, at all stops"
     )
     wanted_yield: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
         0.99, alias="yield", description="1, share of the machines that have to keep each limit"

@@ -129,7 +129,7 @@ def test_what_is_not_balanced_is_within_what_is_known(monkeypatch: pytest.Monkey
         for name in ("dwell", "backlash", "preload"):
             np.testing.assert_allclose(getattr(few, name), getattr(whole, name), rtol=2e-6, err_msg=name)
         np.testing.assert_allclose(few.motion[:BLOCK], moves, rtol=2e-6)
-    position = machines.moving[5]
+    position = next(position for position in machines.moving[40:] if position.stop == 0)
     x = machines._numbers(np.random.default_rng(1), 50)
     near, low, high = position.bounds(x)
     psi = position.balanced(near, low, high, loaded=True)
@@ -150,10 +150,51 @@ def test_rollers_of_their_own_are_judged_at_every_stop() -> None:
     model = _profile("tool_changer")
     machines = Machines(Sensitivities(_loaded(model)), {"pitch_angle_arcsec": (0.0, 1e-4, "worst")})
     assert machines.stops == (8, 1)
-    assert {position.stop for position in machines.positions if position.dwell} == set(range(8))
+    for places in (machines.resting, machines.moving, [position for position, _ in machines._hard]):
+        assert {position.stop for position in places} == set(range(8))
     used = {machines.columns[i].owner for p in machines.positions if p.dwell and p.stop == 3 for i in p.columns}
     first = {machines.columns[i].owner for p in machines.positions if p.dwell and p.stop == 0 for i in p.columns}
     assert used == {(owner - 3) % 8 for owner in first}
+
+
+def test_moves_and_pressures_are_those_of_all_stops() -> None:
+    """At the first one alone 99 % of the drives moved within 46.3 seconds of arc (57.7), and at the nominally hardest
+    angle of it they had 758 MPa (979): every machine at every place of all of them, against what is told."""
+    text = (ROOT / "profiles" / "tool_changer.toml").read_text()
+    study = Model(parse(text)).tolerances
+    machines = replace(study.machines(study.spreads), relative=False)
+    drawn = machines.drawn(BLOCK)
+    x = machines._numbers(np.random.default_rng([samples.SEED, 0]), BLOCK)
+    np.testing.assert_allclose(drawn.motion, np.maximum(drawn.dwell, _all_moves(machines)), rtol=2e-6)
+    everywhere = [asked for row in range(len(machines.table.theta)) for asked in machines._pressed(row, 8)]
+    most = np.max([samples._pressure(position, square, x) for position, square in everywhere], axis=0)
+    assert drawn.pressure is not None
+    assert (drawn.pressure <= 1.0001 * most).all()
+    assert drawn.at_yield(drawn.pressure, 0.99) == pytest.approx(drawn.at_yield(most, 0.99), rel=5e-3)
+    asked = machines._hard[: 8 * 20]
+    each = np.max([samples._pressure(position, square, x) for position, square in asked], axis=0)
+    np.testing.assert_allclose(machines._press(x), np.maximum(each, machines._press(x)), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "limit", "told", "level"),
+    [
+        ("tool_changer", "motion_limit", 0.999, "fail"), ("tool_changer", "motion_limit", 1.002, "pass"),
+        ("fine_indexer", "pressure_limit", 0.999, "fail"), ("fine_indexer", "pressure_limit", 1.002, "pass"),
+    ],
+)  # fmt: skip
+def test_what_the_first_stop_keeps_and_another_does_not_fails(name: str, limit: str, told: float, level: str) -> None:
+    """Of the first stop alone, at the nominally hardest angle: 7.474 seconds of arc for 7.881, 1196 MPa for 1290."""
+    more = "[tolerance]\nroller_diameter = 0.003\npitch_angle_arcsec = 6\nsamples = 20000\n"
+    study = _profile(name, more).tolerances
+    drawn = study.drawn
+    pressure = study.pressure(drawn)
+    assert pressure is not None
+    reached = (drawn.at_yield(pressure, 0.99) if limit == "pressure_limit"
+               else study.loaded.shown(drawn.at_yield(drawn.motion, 0.99)))  # fmt: skip
+    check = {"motion_limit": "motion-tolerance", "pressure_limit": "yield-tolerance"}[limit]
+    found = judge(_profile(name, f"{more}{limit} = {told * reached}\n"), {check})
+    assert [finding.level for finding in found.findings] == [level], (reached, pressure)
 
 
 def test_the_limit_is_judged_at_the_wanted_yield() -> None:
@@ -279,7 +320,7 @@ def test_a_preload_and_a_pressure_can_be_limited() -> None:
     assert kept[3] < 0.05, "at one stop or the other a smaller roller stands"
     # 958 MPa in the check of the contact, 930 at the stations of its lines: 945 kept some machines, and keeps none.
     held = {}
-    for limit in (945.0, 1050.0):
+    for limit in (945.0, 1100.0):
         pressed = _profile("fine_indexer", more.format(limit=f"pressure_limit = {limit}"))
         study, nominal = pressed.tolerances, pressed.turret_duty.peak_pressure.value
         pressure = study.pressure(study.drawn)
@@ -287,7 +328,7 @@ def test_a_preload_and_a_pressure_can_be_limited() -> None:
         assert float(np.median(pressure)) == pytest.approx(nominal, rel=0.1)
         assert tolerance_data(study)["nominal_pressure_mpa"] == pytest.approx(nominal, rel=1e-12)
         held[limit] = study.share()
-    assert (held[945.0], held[1050.0] > 0.9) == (0.0, True)
+    assert (held[945.0], held[1100.0] > 0.9) == (0.0, True)
     with pytest.raises(ProfileError, match="never kept"):
         _profile("fine_indexer", more.format(limit="preload_limit = 4.5"))
     with pytest.raises(ProfileError, match="there is no preload"):
