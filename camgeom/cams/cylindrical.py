@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, ClassVar, Literal, final
 
@@ -19,7 +19,7 @@ from camgeom.maths.extremum import Extreme
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Bore, Wall
-from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism
+from camgeom.solid.mechanism import Drive, Drum, Mechanism
 from camgeom.track import Track
 from camgeom.track.follower import (
     AnyRoller,
@@ -29,6 +29,7 @@ from camgeom.track.follower import (
     SwingingFollower,
     TranslatingFollower,
 )
+from camgeom.track.runout import Within
 from camgeom.track.section import Level, cylinder_level
 
 
@@ -228,16 +229,16 @@ class CylindricalMechanism(Mechanism):
         """True where the groove leaves the drum through an end face on purpose."""
         return self.cam.run_out
 
-    def inside(self, x: Floats) -> Mask:
-        """Which contact points (3, ...) lie between the drum's ends; all where the groove has to stay there."""
+    def within(self, x: Floats) -> Floats:
+        """How far contact points (3, ...) lie between the drum's ends, mm; any where the groove has to stay there."""
         if not self.runs_out:
-            return super().inside(x)
-        return np.asarray((x[2] >= 0.0) & (x[2] <= self.cam.length))
+            return super().within(x)
+        return np.asarray(np.minimum(x[2], self.cam.length - x[2]))
 
     @property
-    def beside(self) -> Callable[[Floats], Mask]:
-        """Which contact points have a wall: where it is steep, the roller's outer end stands beyond the land's edge."""
-        return self.drum.inside if self.runs_out else self.drum.under
+    def beside(self) -> Within:
+        """How deep contact points lie in the drum: where it is steep the roller's outer end stands beyond the land."""
+        return self.drum.within if self.runs_out else self.drum.under
 
     @property
     def envelope(self) -> tuple[float, float]:

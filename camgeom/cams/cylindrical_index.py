@@ -21,7 +21,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
-from camgeom.solid.mechanism import Drive, Drum, Mask, Mechanism, Turret
+from camgeom.solid.mechanism import Drive, Drum, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
@@ -199,9 +199,9 @@ class CylindricalIndexMechanism(Mechanism):
         base = 0.5 * self.cam.roller_pitch(follower) if self.cam.form == "rib" else 0.0
         return turret_tracks(first, follower.count, base, reach)
 
-    def inside(self, x: Floats) -> Mask:
-        """Whether points (3, ...) of the cam frame lie within the drum."""
-        return self.drum.inside(x)
+    def within(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the cam frame lie within the drum, mm."""
+        return self.drum.within(x)
 
     @cached_property
     def turret(self) -> Turret:

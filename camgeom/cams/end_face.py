@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import atan2, degrees, radians, sqrt
 from typing import ClassVar, Literal, final
@@ -20,7 +19,7 @@ from camgeom.maths import Floats
 from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Wall
-from camgeom.solid.mechanism import Drive, Drum, Mask, Measure, Mechanism
+from camgeom.solid.mechanism import Drive, Drum, Measure, Mechanism
 from camgeom.track import TURN, Track, cone_slope
 from camgeom.track.follower import (
     AnyRoller,
@@ -31,6 +30,7 @@ from camgeom.track.follower import (
     SwingingFollower,
     TranslatingFollower,
 )
+from camgeom.track.runout import Within
 from camgeom.track.section import Column, Level, cylinder_level
 
 DEEPER = 0.98
@@ -252,15 +252,15 @@ class EndFaceMechanism(Mechanism):
         return Drum(self.cam.radii[1], self.cam.web, self.cam.height + rise + self.roller.diameter)
 
     @property
-    def beside(self) -> Callable[[Floats], Mask]:
-        """Which contact points have the ring below them: where it is steep the roller's outer end stands beyond it."""
-        return self.inside
+    def beside(self) -> Within:
+        """How far within the ring contact points lie: where it is steep the roller's outer end stands beyond it."""
+        return self.within
 
-    def inside(self, x: Floats) -> Mask:
-        """Which contact points (3, ...) lie between the inside and the outside of the ring."""
+    def within(self, x: Floats) -> Floats:
+        """How far contact points (3, ...) lie between the inside and the outside of the ring, mm."""
         inner, outer = self.cam.radii
-        square = x[0] * x[0] + x[1] * x[1]
-        return np.asarray((square >= (inner - 1e-9) ** 2) & (square <= (outer + 1e-9) ** 2))
+        rho = np.sqrt(x[0] * x[0] + x[1] * x[1])
+        return np.asarray(np.minimum(rho - inner, outer - rho) + 1e-9)
 
     @property
     def wall_foot(self) -> tuple[Level, float]:

@@ -19,7 +19,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.solid import Part
 from camgeom.solid.blank import Blank, Globoid, Wall
 from camgeom.solid.lands import GloboidLevel
-from camgeom.solid.mechanism import Drive, Mask, Mechanism, Turret
+from camgeom.solid.mechanism import Drive, Mechanism, Turret
 from camgeom.solid.turret import TurretBody
 from camgeom.track import Swing, Track
 from camgeom.track.follower import AnyRoller, Setup, SphereRoller, TurretFollower
@@ -311,9 +311,9 @@ class GloboidalMechanism(Mechanism):
         base = 0.5 * self.cam.roller_pitch(follower) if self.cam.form == "rib" else 0.0
         return turret_tracks(first, follower.count, base, reach)
 
-    def inside(self, x: Floats) -> Mask:
-        """Whether points (3, ...) of the cam frame lie within the blank."""
-        return self.cam.globoid.inside(x)
+    def within(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the cam frame lie within the blank, mm."""
+        return self.cam.globoid.within(x)
 
     @cached_property
     def turret(self) -> Turret:

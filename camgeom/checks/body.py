@@ -123,7 +123,7 @@ def rib_thickness_check(model: Model) -> Iterable[Finding]:
 
     pitch = TURN / turret.follower.count
     for name, delta in turret.rib_depths:
-        neighbours = (rib_thickness(track, pitch, mechanism.inside, delta) for track in model.cutters)
+        neighbours = (rib_thickness(track, pitch, mechanism.within, delta) for track in model.cutters)
         worst = min((rib for rib in neighbours if rib is not None), key=lambda rib: rib.thickness, default=None)
         if worst is None:
             continue

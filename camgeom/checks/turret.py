@@ -56,7 +56,7 @@ def hand_over(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import least_held
 
     turret = _turret(model)
-    for least, name in zip(least_held(turret.bearing, model.mechanism.inside), ("pushing on", "holding back")):
+    for least, name in zip(least_held(turret.bearing, model.mechanism.within), ("pushing on", "holding back")):
         advice = "no roller holds the turret there: widen the cam so that the next roller is engaged"
         if turret.take_turns:
             advice = (
@@ -92,7 +92,7 @@ def horns(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import longest_horn
 
     half, wall = 0.5 * model.mechanism.width, model.profile.limits.min_wall_mm
-    found = [longest_horn(cutter, model.mechanism.inside, half, wall) for cutter in model.cutters]
+    found = [longest_horn(cutter, model.mechanism.within, half, wall) for cutter in model.cutters]
     worst = max((horn for horn in found if horn is not None), key=lambda horn: horn.turn, default=None)
     if worst is None:
         return
@@ -112,7 +112,7 @@ def relief(model: Model) -> Iterable[Finding]:
     from camgeom.track.turret import play_at
 
     for end in turret.dwell_ends:
-        value = play_at(turret.bearing, model.cutters, model.mechanism.inside, end)
+        value = play_at(turret.bearing, model.cutters, model.mechanism.within, end)
         advice = "raise `relief` above the preload, or lower the preload"
         yield judged("relief", value, ">", 0.0, "mm", advice, cam_angle=end, where="roller to flank")
 

@@ -80,11 +80,11 @@ CUT_AWAY = 1e-9
 
 def _left(model: Model) -> Callable[[Floats], Mask]:
     """Whether points (3, n) of the flanks are left: within the blank, and cut away by no tool's other pass."""
-    inside = within(model)
+    depth = within(model)
     cutters = () if model.planar is not None else tuple(track for one in model.grooves for track in one.cutters)
 
     def left(x: Floats) -> Mask:
-        kept = inside(x)
+        kept = depth(x) >= 0.0
         for cutter in cutters:
             kept[kept] = least_distances(cutter, x[:, kept].T) > -CUT_AWAY
         return kept

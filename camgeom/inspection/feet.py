@@ -55,7 +55,7 @@ class Target:
     grids: tuple[tuple[Floats, Floats], ...]
 
     @classmethod
-    def of(cls, surfaces: tuple[FlankSurface, ...], inside: Callable[[Floats], Mask]) -> Target:
+    def of(cls, surfaces: tuple[FlankSurface, ...], within: Callable[[Floats], Floats]) -> Target:
         """Sampled once; points outside the blank are no seeds."""
         from scipy.spatial import cKDTree
 
@@ -67,7 +67,7 @@ class Target:
             angles, stations = np.linspace(low + hair, high - hair, count), np.linspace(*surface.wall, ACROSS)
             phi, t = np.repeat(angles, ACROSS), np.tile(stations, count)
             x = surface.at(phi, t).x
-            kept = inside(x)
+            kept = within(x) >= 0.0
             trees.append(cKDTree(x[:, kept].T))
             grids.append((phi[kept], t[kept]))
         return cls(surfaces, tuple(trees), tuple(grids))

@@ -13,12 +13,13 @@ from camgeom.immutable import immutable
 from camgeom.machining.contour import ContourPath
 from camgeom.machining.path import AlongTrack, CentrePath, FlankPath, ToolPath, roller_at, wall_ends
 from camgeom.machining.plan import Machining, seconds
-from camgeom.machining.rest import Inside, RestExtreme, RestField, extreme_of
+from camgeom.machining.rest import RestExtreme, RestField, extreme_of
 from camgeom.machining.rows import RowPath
 from camgeom.machining.spec import SAME, is_radial, narrowest
 from camgeom.machining.tool import Tool
 from camgeom.maths.frozen import cached_property
 from camgeom.track import Straight, Track
+from camgeom.track.runout import Within
 
 ROWS_LOOKED_AT = 3
 
@@ -29,7 +30,7 @@ class Outcome:
     """The tool's work on a cam; `inside` tells the blank from the air (indexing cams)."""
 
     machining: Machining
-    inside: Inside | None = None
+    within: Within | None = None
 
     @cached_property
     def fields(self) -> tuple[RestField, ...]:
@@ -42,7 +43,7 @@ class Outcome:
                 paths = self._beside(track, side) + far
                 rows = tuple(p for p in self._along(track, side) if isinstance(p, RowPath))
                 bound = self.machining.spec.allowance if self.certain else -inf
-                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.inside, rows, bound))
+                found.append(RestField(track, side, tool, tuple(dict.fromkeys(paths)), self.within, rows, bound))
         return tuple(found)
 
     def _beside(self, track: Track, side: float) -> tuple[ToolPath, ...]:
@@ -86,7 +87,7 @@ class Outcome:
             for side in track.sides:
                 far = [p for p in self._beside(track, -side) if not isinstance(p, CentrePath)]
                 if len(track.sides) > 1 and far:
-                    fields.append(RestField(track, side, tool, tuple(far), self.inside))
+                    fields.append(RestField(track, side, tool, tuple(far), self.within))
         return extreme_of(fields, -1.0)
 
     def refuse_gouges(self) -> None:
@@ -159,7 +160,7 @@ class Outcome:
         elif way == "radial":
             path = FlankPath(track, side, reach, "flank", "radial")
         bound = 0.0 if way == "shifted" and _cylinder(track) else -inf
-        return RestField(track, side, tool, (path,), self.inside, (), bound)
+        return RestField(track, side, tool, (path,), self.within, (), bound)
 
     def data(self) -> dict[str, Any]:
         """As plain data for result.json. Raises DesignError where the tool gouges."""

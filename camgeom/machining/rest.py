@@ -7,7 +7,7 @@ interpolated: the tool's positions are exact at every cam angle, and the least d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from math import degrees, inf
 from typing import Any, final
@@ -25,8 +25,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.maths.surface import dot
 from camgeom.track import Track
 from camgeom.track.flank import Flank
-
-Inside = Callable[[Floats], npt.NDArray[np.bool_]]
+from camgeom.track.runout import Within
 
 PER_TURN = 180
 STATIONS = 7
@@ -48,14 +47,14 @@ class RestField:
     paths   of the tool that may come near this flank: all, or some rows of a ball
     rows    of a ball on this flank, in order; at each height those next to it count besides
     bound   mm, below which the stock is known not to fall
-    inside  tells points (3, ...) of the blank from the air; None: all are of the blank
+    within  how deep points (3, ...) lie within the blank, mm; None: all are of the blank
     """
 
     track: Track
     side: float
     tool: Tool
     paths: tuple[ToolPath, ...]
-    inside: Inside | None = None
+    within: Within | None = None
     rows: tuple[RowPath, ...] = ()
     bound: float = -inf
 
@@ -132,7 +131,7 @@ class RestField:
         return RestExtreme(sign * value if abs(value) > NOISE else 0.0, phi, delta, self.side)
 
     def _of_blank(self, x: Floats) -> npt.NDArray[np.bool_]:
-        return np.ones(x.shape[1:], dtype=bool) if self.inside is None else np.asarray(self.inside(x))
+        return np.ones(x.shape[1:], dtype=bool) if self.within is None else np.asarray(self.within(x) >= 0.0)
 
 
 @final

@@ -5,7 +5,6 @@ Units N, mm, MPa, rad; arrays on the panels (p, n) of `force`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import final
 
@@ -23,7 +22,7 @@ from camgeom.mechanics.load import QUIET, FollowerForce, Load, guided_force, nor
 from camgeom.track import Pose, Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import Ends
-from camgeom.track.runout import touching, wall_ends
+from camgeom.track.runout import Within, touching, wall_ends
 
 SLICES = 9
 """equal shares of the length that touches"""
@@ -62,7 +61,7 @@ class Pressing:
     pair: float
     crowned: bool
     ends: Ends
-    beside: Callable[[Floats], Mask] | None
+    beside: Within | None
     runs_out: bool
 
     @cached_property
@@ -100,7 +99,7 @@ class Pressing:
         held = np.zeros(theta.shape, dtype=bool)
         for side in self.track.sides:
             flank = Flank(self.track, theta.ravel(), stations, side)
-            there = self.beside(flank.x).any(axis=1).reshape(theta.shape)
+            there = (self.beside(flank.x).max(axis=1) >= 0.0).reshape(theta.shape)
             held |= there & ((split.force >= 0.0) if flank.behind else (split.force < 0.0))
         return replace(split, force=np.where(held, split.force, 0.0))
 
@@ -163,7 +162,7 @@ class Pressing:
 
     def _here(self, flank: Flank) -> Mask:
         """Where a flank's points are on the cam, (n, m)."""
-        return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x)
+        return np.ones(flank.x.shape[1:], dtype=bool) if self.beside is None else self.beside(flank.x) >= 0.0
 
     @cached_property
     def reference(self) -> Walls:

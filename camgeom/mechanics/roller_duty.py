@@ -6,7 +6,6 @@ smooth, so peaks, reversals and the hot spot are found to rounding, not to a sam
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import degrees, inf, sin, tan
 from typing import TYPE_CHECKING, Any, Literal, final
@@ -38,10 +37,11 @@ from camgeom.mechanics.hertz import Beneath, beneath_line, beneath_point, line_d
 from camgeom.mechanics.life import CamLife, RollerLife, cam_life, roller_life
 from camgeom.mechanics.load import QUIET, FollowerForce, Load
 from camgeom.mechanics.material import Material, pair_compliance
-from camgeom.mechanics.pressing import SLICES, Mask, Pressing, Walls
+from camgeom.mechanics.pressing import SLICES, Pressing, Walls
 from camgeom.track import Track
 from camgeom.track.flank import Flank
 from camgeom.track.follower import PLAIN, Ends
+from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
     from camgeom.mechanics.crown import Crown
@@ -85,7 +85,7 @@ class RollerDuty:
     cam: Material
     crown: float | None = None
     rating: Rating | None = None
-    beside: Callable[[Floats], Mask] | None = None
+    beside: Within | None = None
     runs_out: bool = False
     alone: bool = False
     ends: Ends = PLAIN

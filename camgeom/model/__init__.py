@@ -291,7 +291,7 @@ class Model(Sealed):
             return None
         from camgeom.track.turret import largest_drive_angle
 
-        return largest_drive_angle(turret.bearing, self.mechanism.inside)
+        return largest_drive_angle(turret.bearing, self.mechanism.within)
 
     @fact
     def pressure_angle(self) -> Extreme | None:
@@ -312,13 +312,13 @@ class Model(Sealed):
         mechanism, turret = self.mechanism, self.mechanism.turret
         foot, cutting = mechanism.wall_foot, mechanism.cutting
         pairs = list(zip(map(cutting, self.tracks), map(cutting, self.cutters)))
-        inside = mechanism.inside if mechanism.runs_out else None
+        within = mechanism.within if mechanism.runs_out else None
         if turret is not None and not turret.take_turns:
             # A roller bears beyond where its middle leaves the cam, as long as any of its wall is there.
-            inside = mechanism.inside
-            borne = [walled(cutting(track), inside) for track in turret.bearing]
+            within = mechanism.within
+            borne = [walled(cutting(track), within) for track in turret.bearing]
             pairs = [(track, cutting(tool)) for track, tool in zip(borne, self.cutters) if track is not None]
-        return tuple(Survey(track, cutter, foot, inside) for track, cutter in pairs)
+        return tuple(Survey(track, cutter, foot, within) for track, cutter in pairs)
 
     @fact
     def lost_contact(self) -> dict[str, tuple[tuple[float, float], ...]]:
@@ -331,9 +331,9 @@ class Model(Sealed):
         from camgeom.track.runout import missing
         from camgeom.track.survey import FLANKS
 
-        inside, many = self.mechanism.inside, len(self.tracks) > 1
+        within, many = self.mechanism.within, len(self.tracks) > 1
         return {
-            f"{track.name} {name}" if many else name: missing(self.mechanism.cutting(track), side, inside)
+            f"{track.name} {name}" if many else name: missing(self.mechanism.cutting(track), side, within)
             for track in self.tracks
             for name, side in FLANKS.items()
             if side in track.sides
@@ -791,7 +791,7 @@ class Model(Sealed):
             for one in self.grooves:
                 one.refuse_folded()
         made = machining_of(self.profile.name, spec, [one.mechanism for one in self.grooves], self.parts)
-        return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.inside)
+        return Outcome(replace(made, assumed=self.profile.cutter_spec is None), self.mechanism.within)
 
     @fact
     def tolerances(self) -> ToleranceStudy:

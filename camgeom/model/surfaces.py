@@ -6,7 +6,6 @@ point out of the material. Flanks are those the tool leaves: running clearances 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -20,6 +19,7 @@ from camgeom.solid.prism import GroovedPlate, Prism
 from camgeom.track import TURN, Track
 from camgeom.track.flank import Flank
 from camgeom.track.outline import Outline, RollerOutline
+from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
     from camgeom.model import Model
@@ -191,7 +191,7 @@ def flank_surfaces(model: Model) -> tuple[FlankSurface, ...]:
     return tuple(found)
 
 
-def within(model: Model) -> Callable[[Floats], Mask]:
-    """Whether points (3, n) of the flanks lie within the blank: tracks run beyond the cam's ends and outside."""
+def within(model: Model) -> Within:
+    """How deep points (3, n) of the flanks lie within the blank: tracks run beyond the cam's ends and outside."""
     drum = model.mechanism.drum
-    return drum.inside if drum is not None else model.mechanism.inside
+    return drum.within if drum is not None else model.mechanism.within

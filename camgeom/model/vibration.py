@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from camgeom.mechanics.load import Load
     from camgeom.mechanics.turret_duty import TurretDuty
     from camgeom.profile import Profile
-    from camgeom.solid import Solid
     from camgeom.solid.mechanism import Mechanism
 
 MILLI = 1e-3
@@ -125,7 +124,7 @@ class Indexer(Protocol):
     @property
     def mass(self) -> tuple[Any, ...]: ...
     @property
-    def turret(self) -> Solid | None: ...
+    def tolerance(self) -> float: ...
     @property
     def below(self) -> Below | None: ...
 
@@ -210,15 +209,18 @@ def _turret_inertia(model: Indexer) -> float:
     from camgeom.maths.mesh import mass_properties
     from camgeom.track import Swing
 
-    body = model.turret
-    if body is None:
+    turret = model.mechanism.turret
+    if turret is None:
         raise DesignError("dynamics.turret_inertia is missing, and the turret has no body to weigh: give it, kg m2")
-    _, mass, centre, inertia = mass_properties(body.mesh, model.profile.material.roller.density)
     joint = model.mechanism.tracks[0].joint
     assert isinstance(joint, Swing)
-    axis, away = np.array(joint.axis), np.array(centre) - np.array(joint.centre)
-    across = away - away @ axis * axis
-    return float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
+    axis, total = np.array(joint.axis), 0.0
+    for mesh, alike in turret.body.shares(model.tolerance):
+        _, mass, centre, inertia = mass_properties(mesh, model.profile.material.roller.density)
+        away = np.array(centre) - np.array(joint.centre)
+        across = away - away @ axis * axis
+        total += alike * float(axis @ np.array(inertia) @ axis + mass * MILLI**2 * (across @ across))
+    return total
 
 
 def elastic_follower_of(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import asin, atan2, ceil, cos, hypot, pi, sin, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
 from camgeom.errors import Problem
 from camgeom.immutable import immutable
@@ -170,11 +169,11 @@ class Globoid:
         outline = ((hub, -far), (hub, -half), (end, -half), (end, half), (hub, half), (hub, far))
         return Blank(outline, self.bore, (None, None, arc, None, None), ("hub", "end", "land", "end", "hub"))
 
-    def inside(self, x: Floats) -> npt.NDArray[np.bool_]:
-        """Whether points (3, ...) of the cam frame lie within the globoid."""
+    def within(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the cam frame lie within the globoid, mm; what it ends at is 1e-9 mm deep."""
         away = np.sqrt(x[0] * x[0] + x[1] * x[1]) - self.centre
-        within = away * away + x[2] * x[2] >= (self.radius - 1e-9) ** 2
-        return np.asarray(within & (np.abs(x[2]) <= 0.5 * self.width + 1e-9))
+        under = np.sqrt(away * away + x[2] * x[2]) - self.radius
+        return np.asarray(np.minimum(under, 0.5 * self.width - np.abs(x[2])) + 1e-9)
 
     def hub_problems(self, reach: float) -> list[Problem]:
         """What is wrong with the hubs beside rollers whose ends reach so far from the turret axis, mm."""

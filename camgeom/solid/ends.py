@@ -7,6 +7,8 @@ a surface of revolution, the point is known from its direction.
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 import numpy.typing as npt
 
@@ -242,8 +244,9 @@ class EndCut:
         if len(corner[0].owner):
             x = [points[faces[~on_land, k]] for k in range(3)]
             corner = [corner[0], *(self.unwrapped(c, corner[0]) for c in corner[1:])]
-            for part in (corner, corner[:2], corner[1:], corner[::2]):
-                worst = max(worst, float(_from_plane(self.on_groove(self._middle(part)), *x).max()))
+            middles = [self._middle(part) for part in (corner, corner[:2], corner[1:], corner[::2])]
+            for true in np.split(self.on_groove(reduce(Addresses.joined, middles)), len(middles)):
+                worst = max(worst, float(_from_plane(true, *x).max()))
         face = faces[on_land]
         for group in (face, face[:, [0, 1]], face[:, [1, 2]], face[:, [2, 0]]):
             if len(group):

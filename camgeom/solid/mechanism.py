@@ -7,7 +7,7 @@ nobody asks whether a cam *has* an answer. A cam type answers what is abstract, 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ from camgeom.maths.frozen import cached_property
 from camgeom.motion.program import Program
 from camgeom.track import Track
 from camgeom.track.follower import AnyFollower, AnyRoller, CrownedRoller, TurretFollower
+from camgeom.track.runout import Within
 
 if TYPE_CHECKING:
     from camgeom.solid import Part
@@ -62,13 +63,13 @@ class Drum:
     high: float
     depth: float | None = None
 
-    def under(self, x: Floats) -> Mask:
-        """Whether points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach."""
-        return np.asarray(x[0] * x[0] + x[1] * x[1] <= (self.radius + 1e-9) ** 2)
+    def under(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the cam frame lie under the drum's outside, as far as it may reach, mm."""
+        return np.asarray(self.radius + 1e-9 - np.sqrt(x[0] * x[0] + x[1] * x[1]))
 
-    def inside(self, x: Floats) -> Mask:
-        """Whether points (3, ...) of the cam frame lie within the drum."""
-        return np.asarray(self.under(x) & (x[2] >= self.low - 1e-9) & (x[2] <= self.high + 1e-9))
+    def within(self, x: Floats) -> Floats:
+        """How deep points (3, ...) of the cam frame lie within the drum, mm; what it ends at is 1e-9 mm deep."""
+        return np.asarray(np.minimum(self.under(x), np.minimum(x[2] - self.low, self.high - x[2]) + 1e-9))
 
 
 @immutable(eq=True)
@@ -96,7 +97,7 @@ class Turret:
     follower    its stops, its number of rollers, and the circle of their middles
     body        the turret with its rollers at cam angle zero
     gaps        free distances, mm: (name, distance, advice)
-    bearing     the tracks whose walls rollers may bear on, where the mechanism's `inside` says so
+    bearing     the tracks whose walls rollers may bear on, where the mechanism's `within` says so
     room        radius about the turret's axis that its shaft may have, mm: of its own disc, or to the plates beside it
     take_turns  True where only the best placed roller of each direction is judged: others carry where one cannot
     rib_depths  where ribs are measured along the roller, mm: (name, delta); none for plates, which have no ribs
@@ -313,7 +314,7 @@ class Mechanism(ABC):
         turret, roller = self.turret, self.roller
         if turret is None or roller is None:
             return None
-        return Beside(turret.bearing, self.inside, roller.ends.stated or roller.arc is not None)
+        return Beside(turret.bearing, self.within, roller.ends.stated or roller.arc is not None)
 
     @property
     def frame(self) -> FramePlate | None:
@@ -367,10 +368,10 @@ class Mechanism(ABC):
         return False
 
     @property
-    def beside(self) -> Callable[[Floats], Mask] | None:
-        """Which contact points (3, ...) of a roller have a wall; None where its whole stretch always has one."""
+    def beside(self) -> Within | None:
+        """How deep contact points (3, ...) of a roller lie beneath where its wall ends; None where all have one."""
         return None
 
-    def inside(self, x: Floats) -> Mask:
-        """Which contact points (3, ...) lie on the cam's own material: tracks may run beyond it."""
-        return np.ones(x.shape[1:], dtype=bool)
+    def within(self, x: Floats) -> Floats:
+        """How deep contact points (3, ...) lie on the cam's own material, mm: tracks may run beyond it."""
+        return np.full(x.shape[1:], np.inf)

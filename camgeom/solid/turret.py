@@ -11,7 +11,7 @@ from camgeom.maths import Floats
 from camgeom.maths.mesh import Mesh
 from camgeom.solid import Solid
 from camgeom.solid.blank import Blank
-from camgeom.solid.engine import unite
+from camgeom.solid.engine import subtract, unite
 from camgeom.track import TURN, Arc, Swing, Track
 
 STUD_SHARE = 0.5
@@ -41,8 +41,16 @@ class TurretBody:
         """Disc, studs and rollers united. Raises GeometryEngineError where the engine refuses."""
         return Solid(self.name, unite(self.bodies(tolerance)), tolerance, "boolean", 0)
 
-    def bodies(self, tolerance: float) -> list[Mesh]:
-        """The disc and the rollers with their studs, in the cam frame."""
+    def shares(self, tolerance: float) -> list[tuple[Mesh, int]]:
+        """Meshes that together fill the turret, and how many of each, alike about its axis, there are.
+
+        Of a roller only what no disc and no roller behind it fills, so that one of them stands for all.
+        """
+        disc, *rollers = self.bodies(tolerance, 2)
+        return [(disc, 1), (subtract(rollers[0], [disc, *rollers[1:]]), self.rollers)]
+
+    def bodies(self, tolerance: float, most: int | None = None) -> list[Mesh]:
+        """The disc and the rollers with their studs, or the first ones of these, in the cam frame."""
         joint = self.track.joint
         assert isinstance(joint, Swing)
         disc = Blank(((self.radius, self.low), (self.radius, self.high)), None, (None,), ("body",)).mesh(tolerance)
@@ -50,7 +58,7 @@ class TurretBody:
         place, axis = _turned(np.array(joint.centre), turn), _turned(np.array(joint.axis), turn)
         bodies = [_moved(disc, place, axis)]
         roller = self._roller().mesh(tolerance)
-        for k in range(self.rollers):
+        for k in range(min(self.rollers, most or self.rollers)):
             one = replace(self.track, shift=self.track.shift + k * TURN / self.rollers)
             pose = one.pose(np.array([self.cam_angle]), 0)
             bodies.append(_moved(roller, pose.a[0][:, 0], pose.u[0][:, 0]))
@@ -90,6 +98,10 @@ class StackedTurret:
         shaft = replace(first, rollers=0, radius=self.shaft, low=self.low, high=self.high)
         bodies = [body for ring in (shaft, *self.rings) for body in ring.bodies(tolerance)]
         return Solid(first.name, unite(bodies), tolerance, "boolean", 0)
+
+    def shares(self, tolerance: float) -> list[tuple[Mesh, int]]:
+        """Meshes that together fill the turret, and how many of each there are."""
+        return [(self.solid(tolerance).mesh, 1)]
 
 
 def _turned(vector: Floats, turn: complex) -> Floats:

@@ -22,7 +22,7 @@ from camgeom.solid.mechanism import Drive, Mechanism
 from camgeom.track import TURN, Slide, Swing, Track
 from camgeom.track.flank import Flank
 from camgeom.track.runout import touching
-from camgeom.track.turret import FINE, Engagement
+from camgeom.track.turret import Engagement
 
 if TYPE_CHECKING:
     from camgeom.track.touch import Touch
@@ -125,10 +125,10 @@ class _Sheet:
 
 
 def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) -> Contacts:
-    inside = mechanism.inside if mechanism.turret is not None else mechanism.beside
+    within = mechanism.within if mechanism.turret is not None else mechanism.beside
     shared = mechanism.drive is Drive.SHARED
     each = tuple((index, 0) for index in range(len(tracks)))
-    places = Engagement(tracks, mechanism.inside, theta).places if shared else each
+    places = Engagement(tracks, mechanism.within, theta).places if shared else each
     lines = [(index, turn, side) for index, turn in places for side in tracks[index].sides]
     sheet = _Sheet(len(theta), len(lines))
     rollers, walls, lags = [], [], []
@@ -148,10 +148,10 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         if crest:
             # A crowned roller touches a straight flank at its crest alone.
             begin = stop = np.full(len(rows), track.meridian.centre)
-        elif inside is None:
+        elif within is None:
             begin, stop = np.full(len(rows), whole[0]), np.full(len(rows), whole[1])
         else:
-            begin, stop = touching(track, side, phi[rows], inside, FINE, pose)
+            begin, stop = touching(track, side, phi[rows], within, pose)
         t = 0.5 * (begin + stop)[:, None] + 0.5 * (stop - begin)[:, None] * NODES
         flank = Flank(track, phi[rows], t, side, given_pose=pose)
         back = np.conj(flank.pose.turn)
@@ -162,7 +162,7 @@ def _of_rollers(mechanism: Mechanism, tracks: tuple[Track, ...], theta: Floats) 
         sheet.lever[rows, line] = lever
         there = stop > begin
         if crest:
-            there = np.ones(len(rows), dtype=bool) if inside is None else inside(flank.x[..., M // 2])
+            there = np.ones(len(rows), dtype=bool) if within is None else within(flank.x[..., M // 2]) >= 0.0
         sheet.on[rows, line] = there[:, None] & (np.abs(lever) > DEAD * np.abs(lever).max())
         along = np.abs(track.meridian.jet(stop)[0] - track.meridian.jet(begin)[0])
         whole_length = max(track.contact) - min(track.contact)

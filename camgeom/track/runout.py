@@ -19,18 +19,17 @@ PER_TURN = 1440
 HALVINGS = 40
 """halvings of a step of the cam angle, or along the roller: down to rounding"""
 AT_ONCE = 3
-FEW = 150
-"""halvings done at once for few ends, whose points cost less than asking again"""
+MET = 1e-13
+"""share of a step of stations: rounding"""
 PLACES = 28
 """places along the roller between which the ends of the wall are sought: what is shorter and meets none of them, as a
 roller comes or goes, counts for nothing"""
 Mask = npt.NDArray[np.bool_]
-Inside = Callable[[Floats], Mask]
+Within = Callable[[Floats], Floats]
+"""how deep contact points (3, ...) lie within what bounds the cam's walls, mm: negative beside it"""
 
 
-def touching(
-    track: Track, side: float, phi: Floats, inside: Inside, halvings: int = HALVINGS, pose: Pose | None = None
-) -> tuple[Floats, Floats]:
+def touching(track: Track, side: float, phi: Floats, within: Within, pose: Pose | None = None) -> tuple[Floats, Floats]:
     """Meridian parameters (n,) between which a roller at cam angles (n,) has a wall beside it; equal where none.
 
     Its contact line leaves the blank where it runs out through the land or an end face: what has a wall is one piece.
@@ -39,7 +38,8 @@ def touching(
     low, high = sorted(track.meridian.parameter(d) for d in track.contact)
     stations = np.linspace(low, high, PLACES)
     whole = Column(track.eased(side), phi, pose)
-    there = inside(whole.wall(side, stations))
+    deep = within(whole.wall(side, stations))
+    there = deep >= 0.0
     some = there.any(axis=1)
     at = np.stack((there.argmax(axis=1), PLACES - 1 - there[:, ::-1].argmax(axis=1)))
     ends = stations[np.where(some, at, 0)]
@@ -47,31 +47,53 @@ def touching(
     which, rows = np.nonzero(some & (at != ((0,), (PLACES - 1,))))
     if not len(rows):
         return ends[0], ends[1]
-    column = whole.at(rows)
-    on, off = ends[which, rows], stations[at[which, rows] + np.where(which, 1, -1)]
-    at_once = AT_ONCE if len(rows) < FEW else 1
-    parts = 1 << at_once
-    shares = np.arange(parts + 1) / parts
-    for _ in range(AT_ONCE * -(-halvings // AT_ONCE) // at_once):
-        step = off - on
-        held = inside(column.wall(side, on[:, None] + shares[1:-1] * step[:, None]))
-        # What is held without a break from where the wall is.
-        last = np.where(held.all(axis=1), parts - 1, held.argmin(axis=1))
-        on, off = on + shares[last] * step, np.where(last + 1 < parts, on + shares[last + 1] * step, off)
-    ends[which, rows] = on
+    column, on = whole.at(rows), at[which, rows]
+    off = on + np.where(which, 1, -1)
+    start, step = stations[on], stations[off] - stations[on]
+
+    def off_by(share: Floats) -> Floats:
+        return np.asarray(within(column.wall(side, (start + share * step)[:, None]))[:, 0])
+
+    ends[which, rows] = start + _crossed(off_by, deep[rows, on], deep[rows, off]) * step
     return ends[0], ends[1]
 
 
-def wall_ends(track: Track, side: float, stations: Floats, inside: Inside) -> list[Floats]:
+def _crossed(f: Callable[[Floats], Floats], first: Floats, last: Floats) -> Floats:
+    """Shares (k,) of the way from 0 to 1 at which a function falls through zero; first >= 0 and last < 0 at the ends.
+
+    Secants within their brackets, which are halved where these leave them or hardly shrink them.
+    """
+    low, high = np.zeros(len(first)), np.ones(len(first))
+    p, fp, q, fq = high, last, low, first
+    width = np.ones(len(first))
+    for number in range(HALVINGS):
+        change = fq - fp
+        x = q - fq * (q - p) / np.where(change != 0.0, change, 1.0)
+        halved = ~((x > low) & (x < high)) | (number % 3 == 2) & (high - low > 0.5 * width)
+        x = np.where(halved, 0.5 * (low + high), x)
+        fx = f(x)
+        held = fx >= 0.0
+        low, high = np.where(held, x, low), np.where(held, high, x)
+        if number % 3 == 2:
+            width = high - low
+        # What a secant leaves is as the product of the last two steps.
+        short = np.abs(x - q) * np.abs(q - p) < MET
+        p, fp, q, fq = q, fq, x, fx
+        if bool((short | (high - low < MET) | (fx == 0.0)).all()):
+            break
+    return q
+
+
+def wall_ends(track: Track, side: float, stations: Floats, within: Within) -> list[Floats]:
     """Cam angles (k,) at which the contact at each meridian station (m,) comes upon the cam or leaves it, rad."""
 
     def there(t: Floats, phi: Floats) -> Mask:
-        return inside(Flank(track, phi, t, side).x)[:, 0]
+        return np.asarray(within(Flank(track, phi, t, side).x)[:, 0] >= 0.0)
 
     return [_changes(track, partial(there, t[None]))[1] for t in stations]
 
 
-def missing(track: Track, side: float, inside: Inside) -> tuple[tuple[float, float], ...]:
+def missing(track: Track, side: float, within: Within) -> tuple[tuple[float, float], ...]:
     """Stretches of cam angle (from, to), rad, over which some of the roller's contact stretch has no flank beside it.
 
     Stretches that meet at the end of a closed turn are one, which then ends beyond it.
@@ -80,7 +102,7 @@ def missing(track: Track, side: float, inside: Inside) -> tuple[tuple[float, flo
     stations = np.linspace(ends.min(), ends.max(), 9)
 
     def lost(phi: Floats) -> Mask:
-        return np.asarray(~inside(Flank(track, phi, stations, side).x).all(axis=1))
+        return np.asarray((within(Flank(track, phi, stations, side).x) < 0.0).any(axis=1))
 
     first, changes = _changes(track, lost)
     edges = [track.span[0], *changes.tolist(), track.span[1]]
@@ -90,7 +112,7 @@ def missing(track: Track, side: float, inside: Inside) -> tuple[tuple[float, flo
     return tuple(stretches)
 
 
-def walled(track: Track, inside: Inside) -> Track | None:
+def walled(track: Track, within: Within) -> Track | None:
     """The track from the first cam angle to the last at which either flank is beside its roller; None: at none is.
 
     A closed track is all of its turn.
@@ -100,7 +122,8 @@ def walled(track: Track, inside: Inside) -> Track | None:
 
     def some(phi: Floats) -> Mask:
         column = Column(track, phi)
-        return np.asarray(np.any([inside(column.wall(side, stations)).any(axis=1) for side in track.sides], axis=0))
+        most = [within(column.wall(side, stations)).max(axis=1) for side in track.sides]
+        return np.asarray(np.max(most, axis=0) >= 0.0)
 
     first, changes = _changes(track, some)
     edges = [track.span[0], *changes.tolist(), track.span[1]]

@@ -533,9 +533,8 @@ class FlooredSection:
             return self._at_shares(column, side, share)
 
         def floor(column: Column, share: Floats) -> Floats:
-            one = np.ones((len(share), 1))
-            foot = wall(1.0, column, one)
-            return foot + (wall(-1.0, column, one) - foot) * share
+            foot, other = (column.wall(side, column.reach(side, self.floor, self.guesses[1])) for side in (1.0, -1.0))
+            return foot + (other - foot) * share
 
         bands: list[Band] = [partial(wall, 1.0), floor, lambda column, share: wall(-1.0, column, 1.0 - share)]
         return _banded(self.track, phi, row, counts, bands)

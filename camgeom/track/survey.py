@@ -20,7 +20,7 @@ from camgeom.maths.extremum import Extreme, piece_grid, refined_maximum
 from camgeom.maths.frozen import cached_property
 from camgeom.track import Straight, Track
 from camgeom.track.flank import Flank
-from camgeom.track.runout import Inside, touching
+from camgeom.track.runout import Within, touching
 from camgeom.track.section import Column, Level
 
 PER_TURN = 720
@@ -145,14 +145,14 @@ class Survey:
     track   the roller itself: its contact stretch is what pressure angle and relative curvature are asked on
     cutter  the tool that cuts: its wall, from the tip to the end of the contact, is what undercut is asked on
     foot    the surface at which that wall ends where it does not reach down to the tool's tip, and a delta near it
-    inside  which contact points (3, ...) are on the cam, where rollers come and go: no other counts, and stations lie
-            over what is left of a contact line that runs out of the cam
+    within   how deep contact points (3, ...) lie on the cam, where rollers come and go: none beside it counts, and
+            stations lie over what is left of a contact line that runs out of the cam
     """
 
     track: Track
     cutter: Track
     foot: tuple[Level, float] | None = None
-    inside: Inside | None = None
+    within: Within | None = None
 
     @cached_property
     def _grid(self) -> Grid:
@@ -192,7 +192,7 @@ class Survey:
     @cached_property
     def contacts(self) -> tuple[FlankContact, ...]:
         """The flanks over the contact stretch, as far as it is on the cam."""
-        if self.inside is None:
+        if self.within is None:
             return self._over(self.stations[:1]) if _alike(self.track) else self._whole
         track, grid = self.track, self._grid
         return tuple(FlankContact(track, side, grid, partial(self._left, track, side)) for side in track.sides)
@@ -200,7 +200,7 @@ class Survey:
     @property
     def _grain(self) -> float:
         """Share by which what is asked beside an end of the wall hangs on HAIR."""
-        return 0.1 * HAIR if self.inside is not None else 0.0
+        return 0.1 * HAIR if self.within is not None else 0.0
 
     @cached_property
     def _whole(self) -> tuple[FlankContact, ...]:
@@ -211,9 +211,9 @@ class Survey:
 
     def _left(self, track: Track, side: float, phi: Floats) -> Floats:
         """Stations (n, m) over what is left at each angle of the contact line of the roller, or of the tool."""
-        assert self.inside is not None
+        assert self.within is not None
         first, last = sorted(track.meridian.parameter(d) for d in track.contact)
-        low, high = touching(track, side, phi, self.inside)
+        low, high = touching(track, side, phi, self.within)
         # By a hair within: where it runs out rounding may put a point off the cam.
         hair = HAIR * (high - low)
         low, high = np.where(low > first, low + hair, low), np.where(high < last, high - hair, high)
@@ -221,10 +221,10 @@ class Survey:
 
     def _counted(self, what: Callable[[Flank], Floats], beyond: float) -> Callable[[Flank], Floats]:
         """The quantity where the contact is on the cam, `beyond` (never the extreme) where it is not."""
-        inside = self.inside
-        if inside is None:
+        within = self.within
+        if within is None:
             return what
-        return lambda flank: np.where(inside(flank.x), what(flank), beyond)
+        return lambda flank: np.where(within(flank.x) >= 0.0, what(flank), beyond)
 
     @cached_property
     def pressure_angle(self) -> Extreme:
@@ -267,7 +267,7 @@ class Survey:
         if not plain:
             return partial(self._footed, side)
         wall = self._wall(cutter.tip)
-        if self.inside is None:
+        if self.within is None:
             return wall[:1] if _alike(cutter) else wall
         low, high = cutter.meridian.jet(wall[[0, -1]])[0].tolist()
         return partial(self._left, replace(cutter, contact=(low, high)), side)

@@ -27,11 +27,10 @@ from camgeom.motion.program import Program
 from camgeom.track import TURN, Arc, Track
 from camgeom.track.clearance import roller_distance
 from camgeom.track.flank import Flank
-from camgeom.track.runout import PLACES, touching
+from camgeom.track.runout import PLACES, Within, touching
 from camgeom.track.section import Column
 
 Bools = npt.NDArray[np.bool_]
-Inside = Callable[[Floats], Bools]
 """Points (3, ...) in the cam frame -> whether they lie within the blank."""
 SLICES = 7
 GRADED = 31
@@ -95,14 +94,14 @@ def engaged_span(program: Program, shift: float, reach: float) -> tuple[float, f
     return crossing(-reach), crossing(reach)
 
 
-def comings(tracks: tuple[Track, ...], inside: Inside, samples: int = 181) -> tuple[Floats, Floats]:
+def comings(tracks: tuple[Track, ...], within: Within, samples: int = 181) -> tuple[Floats, Floats]:
     """Cam angles in [0, 2 pi], rad, at which a roller, and its middle slice, comes to have a wall or ceases to.
 
     With the first or last share of its wall a roller presses as hard as with all of it: what presses whom jumps there.
     """
     theta = np.linspace(0.0, TURN, samples)
     whole, middle = [np.zeros(0)], [np.zeros(0)]
-    for index, turn in Engagement(tracks, inside, theta).places:
+    for index, turn in Engagement(tracks, within, theta).places:
         track = tracks[index]
         phi = theta + TURN * turn
         inner = phi[(phi > track.span[0]) & (phi < track.span[1])]
@@ -119,7 +118,7 @@ def comings(tracks: tuple[Track, ...], inside: Inside, samples: int = 181) -> tu
             for side in track.sides:
 
                 def there(at: Floats, track: Track = track, t: Floats = t, side: float = side) -> Bools:
-                    return np.asarray(inside(Column(track.eased(side), at).wall(side, t)).any(axis=1))
+                    return np.asarray(within(Column(track.eased(side), at).wall(side, t)).max(axis=1) >= 0.0)
 
                 values = there(phi)
                 # A wall may end with the span.
@@ -165,13 +164,13 @@ class _Wall(NamedTuple):
 class Engagement:
     """Every roller beside the cam at cam angles theta (n,), both walls, sliced along its contact stretch.
 
-    inside  which points lie within the blank: beyond it a roller has no wall to bear on
+    within   how deep points lie within the blank: beyond it a roller has no wall to bear on
     known   of the same rollers at other cam angles, in rising order: where it stands at one of these it is believed
     graded  whether its slices are finer in the middle of the rollers, where a crown touches
     """
 
     tracks: tuple[Track, ...]
-    inside: Inside
+    within: Within
     theta: Floats
     known: Engagement | None = None
     graded: bool = False
@@ -259,7 +258,7 @@ class Engagement:
         for side in track.sides:
             eased = track.eased(side)
             pose = shared if eased is track else eased.pose(phi, order)
-            begin, stop = touching(track, side, phi, self.inside, FINE, pose)
+            begin, stop = touching(track, side, phi, self.within, pose)
             low, high = np.maximum(edges[:-1], begin[:, None]), np.minimum(edges[1:], stop[:, None])
             some = high > low
             # Of a slice that stands out of the cam with one end, the rest is looked at.
@@ -342,13 +341,13 @@ class Beside:
     """
 
     tracks: tuple[Track, ...]
-    inside: Inside
+    within: Within
     graded: bool = False
 
     @cached_property
     def comings(self) -> tuple[Floats, Floats]:
         """Cam angles at which a roller, and its middle slice, comes to bear or ceases to, rad."""
-        return comings(self.tracks, self.inside)
+        return comings(self.tracks, self.within)
 
     def at(self, theta: Floats) -> Engagement:
         """The engagement at cam angles (n,), rad, in rising order."""
@@ -360,7 +359,7 @@ class Beside:
 
     def once(self, theta: Floats, known: Engagement | None = None) -> Engagement:
         """The same, which is not kept."""
-        return Engagement(self.tracks, self.inside, theta, known, self.graded)
+        return Engagement(self.tracks, self.within, theta, known, self.graded)
 
     @cached_property
     def _asked(self) -> list[Engagement]:
@@ -368,7 +367,7 @@ class Beside:
         return []
 
 
-def least_held(tracks: tuple[Track, ...], inside: Inside, samples: int = 361) -> tuple[Extreme, Extreme]:
+def least_held(tracks: tuple[Track, ...], within: Within, samples: int = 361) -> tuple[Extreme, Extreme]:
     """Least number of rollers that have a wall to bear on, pushing on and holding back, over a turn.
 
     Between two cam angles at which other rollers hold the turret it is looked at ever finer, down to 1e-7 rad: there
@@ -377,7 +376,7 @@ def least_held(tracks: tuple[Track, ...], inside: Inside, samples: int = 361) ->
     theta = np.linspace(0.0, TURN, samples)
     best: list[Extreme] = []
     for number in range(HANDS):
-        held = Engagement(tracks, inside, theta).held
+        held = Engagement(tracks, within, theta).held
         for way, count in enumerate(held.sum(axis=2)):
             least = Extreme(float(count.min()), float(theta[count.argmin()]))
             if not number:
@@ -393,12 +392,12 @@ def least_held(tracks: tuple[Track, ...], inside: Inside, samples: int = 361) ->
     return best[0], best[1]
 
 
-def largest_drive_angle(tracks: tuple[Track, ...], inside: Inside, samples: int = 1441) -> Extreme:
+def largest_drive_angle(tracks: tuple[Track, ...], within: Within, samples: int = 1441) -> Extreme:
     """Largest pressure angle, rad, at which the best placed roller has to drive or to hold."""
     theta, step = np.linspace(0.0, TURN, samples), TURN / (samples - 1)
     value, at = 0.0, 0.0
     for _ in range(4):
-        angle = Engagement(tracks, inside, theta).drive_angle.max(axis=0)
+        angle = Engagement(tracks, within, theta).drive_angle.max(axis=0)
         i = int(np.argmax(angle))
         if angle[i] >= value:
             value, at = float(angle[i]), float(theta[i])
@@ -416,7 +415,7 @@ class Rib:
     delta: float
 
 
-def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samples: int = 361) -> Rib | None:
+def rib_thickness(track: Track, pitch: float, within: Within, delta: float, samples: int = 361) -> Rib | None:
     """Thinnest place, at one distance from the turret axis, of the rib between a track and the next roller's.
 
     pitch   angle between the rollers, rad; delta: mm
@@ -436,7 +435,7 @@ def rib_thickness(track: Track, pitch: float, inside: Inside, delta: float, samp
         t = np.array([track.meridian.parameter(delta)])
         for side in track.sides:
             x = Flank(track, phi, t, side).x[:, :, 0]
-            kept = near & inside(x)
+            kept = near & (within(x) >= 0.0)
             if not kept.any():
                 continue
             distance, i = _nearest(other, x[:, kept], phi[kept])
@@ -459,7 +458,7 @@ class Horn:
     wider: float
 
 
-def longest_horn(cutter: Track, inside: Inside, half: float, wall: float, per_turn: int = 720) -> Horn | None:
+def longest_horn(cutter: Track, within: Within, half: float, wall: float, per_turn: int = 720) -> Horn | None:
     """The longest horn beside a groove, or None.
 
     half  half the cam's width, mm; wall: thickness that a foot needs, mm
@@ -477,14 +476,14 @@ def longest_horn(cutter: Track, inside: Inside, half: float, wall: float, per_tu
     best: Horn | None = None
     for side in cutter.sides:
         flank = Flank(cutter, phi, t, side)
-        within, z = inside(flank.x), flank.x[2]
-        hanging = within.any(axis=1) & (np.abs(z[:, -1]) > half - wall) & (z[:, -1] * flank.n[2][:, -1] > 0.0)
+        there, z = within(flank.x) >= 0.0, flank.x[2]
+        hanging = there.any(axis=1) & (np.abs(z[:, -1]) > half - wall) & (z[:, -1] * flank.n[2][:, -1] > 0.0)
         edges = np.flatnonzero(np.diff(np.r_[0, hanging.astype(int), 0]))
         for i, j in edges.reshape(-1, 2):
             turn = float(phi[j - 1] - phi[i])
             if best is None or turn > best.turn:
                 # One station above the first in the blank: outside, so that the width is on the safe side.
-                top = np.abs(z[np.arange(i, j), np.maximum(np.argmax(within[i:j], axis=1) - 1, 0)])
+                top = np.abs(z[np.arange(i, j), np.maximum(np.argmax(there[i:j], axis=1) - 1, 0)])
                 foot = _upper_median(np.abs(z[i:j, -1]))
                 best = Horn(turn, float(0.5 * (phi[i] + phi[j - 1])), 2.0 * _upper_median(top), 2.0 * (foot + wall))
     return best
@@ -495,7 +494,7 @@ def _upper_median(values: Floats) -> float:
     return float(np.sort(values)[len(values) // 2])
 
 
-def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Inside, theta: float) -> float:
+def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], within: Within, theta: float) -> float:
     """Least distance, mm, of the flanks that the cutters leave from the rollers standing at one cam angle (rad)."""
     near, least = np.linspace(-NEARBY, NEARBY, 401), np.inf
     for track, cutter in zip(tracks, cutters):
@@ -507,7 +506,7 @@ def play_at(tracks: tuple[Track, ...], cutters: tuple[Track, ...], inside: Insid
                 continue
             for side in cutter.sides:
                 x = Flank(cutter, at + near, t, side).x.reshape(3, -1)
-                x = x[:, inside(x)]
+                x = x[:, within(x) >= 0.0]
                 distance = roller_distance(track, x, np.full(x.shape[1], at))
                 least = min(least, float(distance.min(initial=np.inf)))
     return least

@@ -26,7 +26,7 @@ def test_a_mechanism_answers_for_every_kind(kind: str) -> None:
     assert (mechanism.drive is Drive.ALONE) == (kind in ONE_WAY)
     assert len(mechanism.cutters) == len(mechanism.tracks)
     assert mechanism.parts
-    assert mechanism.inside(np.zeros((3, 2))).shape == (2,)
+    assert mechanism.within(np.zeros((3, 2))).shape == (2,)
     if mechanism.touches:
         ways = {touch.way for touch in mechanism.touches}
         assert ways == ({1.0} if mechanism.drive is Drive.ALONE else {1.0, -1.0})

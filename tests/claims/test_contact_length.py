@@ -106,7 +106,7 @@ def test_slices_of_a_turrets_rollers_are_as_long_as_they_touch(name: str) -> Non
     mechanism, duty = made.mechanism, made.turret_duty
     assert duty is not None
     theta = np.linspace(0.3, 6.0, 7)
-    beside = Engagement(duty.tracks, mechanism.inside, theta)
+    beside = Engagement(duty.tracks, mechanism.within, theta)
     places = [i for i, (index, turn) in enumerate(beside.places) if index == 0]
     (low, high), track = sorted(duty.tracks[0].contact), duty.tracks[0]
     fine = np.linspace(low, high, 4001)
@@ -120,7 +120,7 @@ def test_slices_of_a_turrets_rollers_are_as_long_as_they_touch(name: str) -> Non
         for side in track.sides:
             flank = Flank(track, phi[rows], track.meridian.parameters(fine), side)
             way = np.where(flank.lever().mean(axis=1) < 0.0, 0, 1)
-            found[way, np.arange(len(rows))] = (high - low) * mechanism.inside(flank.x).mean(axis=1)
+            found[way, np.arange(len(rows))] = (high - low) * (mechanism.within(flank.x) >= 0.0).mean(axis=1)
         assert beside.cover[:, rows, place].sum(axis=2) == pytest.approx(found, abs=(high - low) / 27)
     assert 0.0 < duty.contact_length <= high - low + 1e-9
 

@@ -39,7 +39,7 @@ def nominal(made: Model, seed: int = 0, count: int = 200):
         phi = rng.uniform(*surface.span, count)
         low, high = surface.touched
         patch = surface.at(phi, low + (high - low) * rng.uniform(0.1, 0.9, count))
-        keep = inside(patch.x)
+        keep = inside(patch.x) >= 0.0
         parts.append((patch.x[:, keep], patch.n[:, keep], np.full(keep.sum(), number), phi[keep]))
     return [np.concatenate(column, axis=-1) for column in zip(*parts)]
 
@@ -148,7 +148,7 @@ def test_a_bump_is_found_in_its_place(name: str, flank: int, at: float) -> None:
             np.linspace(*surface.span, 720, endpoint=False), np.mean(surface.touched), indexing="ij"))  # fmt: skip
         patch = surface.at(phi, t)
         bump = 0.005 * np.exp(-(((phi - at) / 0.02) ** 2)) * (number == flank)
-        parts.append((patch.x + bump * patch.n)[:, inside(patch.x)])
+        parts.append((patch.x + bump * patch.n)[:, inside(patch.x) >= 0.0])
     found = inspect(made, measured(rotation(np.array([0.0, 0.0, -2.0])) @ np.concatenate(parts, axis=1)))
     whole = found.of()
     assert whole.worst == pytest.approx(0.005, abs=2.5e-4)  # the fit of the angle takes a little of it

@@ -37,10 +37,10 @@ def test_the_hardest_slice_is_that_of_dense_samples() -> None:
 def test_rollers_come_where_they_are_said_to() -> None:
     duty = barrel().turret_duty
     assert duty is not None
-    whole, middle = comings(duty.tracks, duty.beside.inside)
+    whole, middle = comings(duty.tracks, duty.beside.within)
     assert len(whole) >= 4
     assert len(middle) >= 4
-    count = {way: Engagement(duty.tracks, duty.beside.inside, whole + way).cover.any(axis=3).sum(axis=(0, 2))
+    count = {way: Engagement(duty.tracks, duty.beside.within, whole + way).cover.any(axis=3).sum(axis=(0, 2))
              for way in (-1e-7, 1e-7)}
     assert (np.abs(count[1e-7] - count[-1e-7]) == 1).all()
     assert ((whole > 0.0) & (whole < TURN)).all()
@@ -49,11 +49,11 @@ def test_rollers_come_where_they_are_said_to() -> None:
 def test_what_is_known_at_a_cam_angle_is_not_sought_again() -> None:
     duty = barrel().turret_duty
     assert duty is not None
-    beside = Beside(duty.tracks, duty.beside.inside)
+    beside = Beside(duty.tracks, duty.beside.within)
     first = beside.at(np.linspace(0.0, TURN, 37))
     assert beside.at(np.linspace(0.0, TURN, 37)) is first
     finer = np.linspace(0.0, TURN, 73)
-    one, fresh = beside.at(finer), Engagement(duty.tracks, duty.beside.inside, finer)
+    one, fresh = beside.at(finer), Engagement(duty.tracks, duty.beside.within, finer)
     assert one.known is first
     for name in ("on", "cover", "lever", "curvature", "place", "normal", "turning", "drive_angle"):
         assert np.array_equal(vars(type(one))[name].func(one), vars(type(one))[name].func(fresh)), name
@@ -83,5 +83,5 @@ def test_a_hand_over_that_leaves_the_turret_free_for_a_tenth_of_a_degree(begin, 
     assert turret is not None
     for way, found in enumerate(said):
         theta = np.radians(np.arange(0.0, 360.0, 1.0 / 60.0))
-        held = Engagement(turret.bearing, made.mechanism.inside, theta).on[way].any(axis=2).sum(axis=1)
+        held = Engagement(turret.bearing, made.mechanism.within, theta).on[way].any(axis=2).sum(axis=1)
         assert found.value == least == held.min()

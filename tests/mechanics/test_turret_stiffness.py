@@ -37,7 +37,7 @@ def changer() -> Model:
 
 
 def slices_at(duty: TurretDuty, theta: np.ndarray) -> Slices:
-    return duty.slices(Engagement(duty.tracks, duty.beside.inside, theta))
+    return duty.slices(Engagement(duty.tracks, duty.beside.within, theta))
 
 
 def torque_of(bearing, held):

@@ -122,10 +122,10 @@ def test_pressure_grows_with_the_root_of_the_load():
 def test_contact_normals_carry_the_lever():
     cam, setup = indexer(8)
     theta = np.linspace(0.1, 6.0, 31)
-    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, theta)
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).within, theta)
     assert e.count.min() >= 1
     slim = cam.model_copy(update={"width": 40.0}).mechanism(setup)
-    narrow = Engagement(cam.mechanism(setup).tracks, slim.inside, theta)
+    narrow = Engagement(cam.mechanism(setup).tracks, slim.within, theta)
     assert narrow.count.min() == 0
     assert np.all(e.lever > 0.0)
     norms = dot(np.moveaxis(e.normal, -1, 0), np.moveaxis(e.normal, -1, 0))
@@ -289,8 +289,8 @@ def test_rollers_beside_the_end_faces_count():
     """In a groove cam's dwell the neighbours' middles stand beyond the end faces; their near sides still bear."""
     cam, setup = indexer(24, "groove")
     theta = np.array([0.0])
-    assert Engagement(cam.mechanism(setup).passages, cam.mechanism(setup).inside, theta).count[:, 0].tolist() == [2, 2]
-    assert Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, theta).count[:, 0].tolist() == [1, 1]
+    assert Engagement(cam.mechanism(setup).passages, cam.mechanism(setup).within, theta).count[:, 0].tolist() == [2, 2]
+    assert Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).within, theta).count[:, 0].tolist() == [1, 1]
     for (long,), (short,) in [(cam.mechanism(setup).passages, cam.mechanism(setup).tracks)]:
         assert long.span[0] < short.span[0] < short.span[1] < long.span[1]
 

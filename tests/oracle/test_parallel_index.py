@@ -174,9 +174,9 @@ def test_pressure_angle_of_the_dwell_in_closed_form():
     centre = np.array([c - rf * np.cos(tau), rf * np.sin(tau)])
     across = np.array([np.sin(tau), np.cos(tau)])
     angle = acos(centre @ across / np.linalg.norm(centre))
-    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, np.array([0.1, 0.3]))
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).within, np.array([0.1, 0.3]))
     assert e.drive_angle == pytest.approx(np.full((2, 2), angle), abs=1e-9)
-    worst = largest_drive_angle(cam.mechanism(setup).tracks, cam.mechanism(setup).inside)
+    worst = largest_drive_angle(cam.mechanism(setup).tracks, cam.mechanism(setup).within)
     assert worst.value >= angle - 1e-12
     assert degrees(worst.value) < 45.0
     assert 0.0 <= worst.cam_angle <= 2.0 * pi
@@ -245,7 +245,7 @@ def test_the_middle_of_three_plates_rests_on_one_circle_with_two_rollers(size):
     joints = outline.curve(outline.knots()).points
     assert np.abs(joints[1][joints[0] > 0.0]).min() < 1e-4
     dwell = np.linspace(-0.999 * still, 0.999 * still, 41) % (2.0 * pi)
-    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).inside, dwell)
+    e = Engagement(cam.mechanism(setup).tracks, cam.mechanism(setup).within, dwell)
     middle = [k for k, (i, _) in enumerate(e.places) if e.tracks[i].name == "plate 2"]
     assert np.all(e.on[:, :, middle].any(axis=3).sum(axis=2) == 1)
 

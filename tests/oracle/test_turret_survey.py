@@ -39,20 +39,20 @@ def fine() -> Model:
 def test_extremes_are_those_of_every_point_with_a_wall(name: str) -> None:
     """Points of the flanks one by one, over all angles at which a roller may be near, those within the blank alone."""
     model = fine() if name == "fine_indexer" else limited(name)
-    inside = model.mechanism.inside
+    inside = model.mechanism.within
     least, least_margin, steepest = np.inf, np.inf, 0.0
     for track, cutter in zip(model.passages, model.cutters):
         phi = np.linspace(*track.span, 6001)[1:-1]
         for side in track.sides:
             low, high = (track.meridian.parameter(d) for d in track.contact)
             flank = Flank(track, phi, np.linspace(low, high, 28), side)
-            there = inside(flank.x)
+            there = inside(flank.x) >= 0.0
             least = min(least, flank.k_rel[there].min())
             steepest = max(steepest, flank.pressure_angle()[there].max())
             top = max(low, high, key=lambda d: abs(d - cutter.tip))
             wall = np.linspace(cutter.meridian.parameter(cutter.tip), top, 28)
             cut = Flank(cutter, phi, wall, side)
-            least_margin = min(least_margin, cut.margin[inside(cut.x)].min())
+            least_margin = min(least_margin, cut.margin[inside(cut.x) >= 0.0].min())
     surveyed = model.flanks
     assert min(one.relative_curvature.value for one in surveyed) == pytest.approx(least, rel=2e-3)
     assert min(one.margin.value for one in surveyed) == pytest.approx(least_margin, rel=2e-3)

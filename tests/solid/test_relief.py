@@ -52,7 +52,7 @@ def test_play_of_a_globoidal_cam_in_closed_form(form, hand, direction):
     machine = cam.mechanism(setup)
     for end in cam.dwell_ends(setup.program):
         for off in (-1.05 * WIDTH, -0.9 * WIDTH, -0.5 * WIDTH, 0.0, 0.5 * WIDTH, 0.9 * WIDTH, 1.05 * WIDTH):
-            found = play_at(machine.tracks, machine.cutters, machine.inside, end + radians(off))
+            found = play_at(machine.tracks, machine.cutters, machine.within, end + radians(off))
             # The innermost of nine places that still lies in the blank.
             inner = 82.5 / 90.0
             assert found == pytest.approx(GAP * share(off) * inner, rel=1e-3, abs=2e-8)
@@ -123,7 +123,7 @@ def test_barrel_cam_has_the_relief_on_both_flanks():
     model = Model(parse(text))
     for end in model.mechanism.turret.dwell_ends:
         for off in (-4.2, -2.0, 0.0, 2.0, 4.2):
-            found = play_at(model.tracks, model.cutters, model.mechanism.inside, end + radians(off))
+            found = play_at(model.tracks, model.cutters, model.mechanism.within, end + radians(off))
             # The lever of a roller half a pitch off the centre line is rf cos(tau), nearly rf.
             assert found == pytest.approx(GAP * share(off), rel=0.05, abs=1e-8)
 

@@ -49,7 +49,7 @@ def test_a_roller_five_micrometres_larger_moves_a_preloaded_turret_as_its_sharin
     turret, material = model.mechanism.turret, model.profile.material
     assert turret is not None
     theta = np.radians([0.0, 30.0, 60.0, 150.0, 180.0, 210.0])
-    beside = Engagement(turret.bearing, model.mechanism.inside, theta)
+    beside = Engagement(turret.bearing, model.mechanism.within, theta)
     torque = np.full(len(theta), 20000.0)
     slices = Slices.of(beside, turret.preload, material.roller, material.cam)
     seated = _loaded(model).at(theta)

@@ -79,7 +79,7 @@ def _map(one: RestField, outcome: Outcome) -> Map:
     delta = np.linspace(shallow, deep, PLACES)
     t = np.array([one.track.meridian.parameter(float(d)) for d in delta])
     flank = Flank(one.track, phi, t, one.side)
-    inside = np.ones((ANGLES, PLACES), dtype=bool) if outcome.inside is None else outcome.inside(flank.x)
+    inside = np.ones((ANGLES, PLACES), dtype=bool) if outcome.within is None else outcome.within(flank.x) >= 0.0
     rest = one.at(flank)
     values = np.where(inside, MICRON * np.where(np.abs(rest) > NOISE, rest, 0.0), np.nan)
     name = f"{one.track.name}, flank {'+' if one.side > 0.0 else '-'}"
